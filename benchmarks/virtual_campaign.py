@@ -125,10 +125,10 @@ def _run(
         torque_limit=planned.torque,
         rising=planned.rising,
         order=BENCH.order_torque.order,
-        engine_torque=read.engine_torque,
-        acceleration=Spectrum(FREQUENCY, read.acceleration, _channels(accelerometers), "m/s^2"),
-        cell_force=Spectrum(FREQUENCY, read.cell_force, _channels(cells), "N"),
-        static_force=read.static_force,
+        engine_torque=read["engine torque"][:, 0].real,
+        acceleration=Spectrum(FREQUENCY, read["acceleration"], _channels(accelerometers), "m/s^2"),
+        cell_force=Spectrum(FREQUENCY, read["cell force"], _channels(cells), "N"),
+        static_force=read["static force"].real,
         static_force_names=run.channels,
     )
 

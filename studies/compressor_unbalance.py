@@ -42,10 +42,10 @@ from deboom import plot
 from deboom.choices import CalibrationLevel
 from deboom.compressor.acceptance import STATIC
 from deboom.compressor.routes import (
-    CalibratedMeasurementRoute,
-    CalibratedModelRoute,
-    MeasuredRoute,
-    UpdatedRoute,
+    CALIBRATED_MEASUREMENT,
+    CALIBRATED_MODEL,
+    MEASURED,
+    UPDATED,
 )
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
@@ -74,9 +74,9 @@ from deboom.study.unbalance_report import ROTOR, TRUTH, unbalance_panel, unbalan
 
 FIGURES = True
 """Whether the report has pictures."""
-ROUTES = UnbalanceOptions(routes=(MeasuredRoute(), CalibratedMeasurementRoute(), UpdatedRoute()))
+ROUTES = UnbalanceOptions(routes=(MEASURED, CALIBRATED_MEASUREMENT, UPDATED))
 """Routes a, d and e, by which all compressors are evaluated; the first one by all five."""
-SPECIAL_ROUTES = replace(ROUTES, routes=(*ROUTES.routes, CalibratedModelRoute()))
+SPECIAL_ROUTES = replace(ROUTES, routes=(*ROUTES.routes, CALIBRATED_MODEL))
 """Those of softening mounts and a flexible receiver: route c as well."""
 LOW, HIGH = map(band_words, BANDS)
 BOTH_STATES = (MountCase.UNCHANGED, MountCase.CHANGED)

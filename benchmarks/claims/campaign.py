@@ -64,7 +64,7 @@ def _measured(
         rotation_matrix(np.deg2rad(sensors.accelerometer_angles[:-2])),
     )
     point = forward_matrices(bench.positions) @ np.linalg.pinv(sheet)
-    acceleration = recorded.acceleration[:, : len(sheet)] @ point.T
+    acceleration = recorded["acceleration"][:, : len(sheet)] @ point.T
     displacement = -acceleration / (2 * np.pi * run.frequency[:, None]) ** 2
     turns = rotation_matrix(np.deg2rad(sensors.cell_angles[:-2])).reshape(3, 2, 3, 3)
     columns = [
@@ -78,7 +78,7 @@ def _measured(
     ]
     pushed = np.array(columns).reshape(3, 3, run.frequency.size, 2, 3)
     transfer = np.einsum("mcij,mafcj->mfia", turns, pushed).mean(axis=1).real
-    cells = recorded.cell_force[:, :18].reshape(-1, 3, 2, 3)
+    cells = recorded["cell force"][:, :18].reshape(-1, 3, 2, 3)
     summed = np.einsum("mcij,fmcj->fmi", turns, cells)
     force = np.linalg.solve(transfer, summed[..., None])[..., 0].reshape(-1, 9)
     return np.asarray(force / displacement)

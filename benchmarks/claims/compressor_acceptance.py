@@ -41,7 +41,7 @@ from deboom.compressor.acceptance import (
     unbalance_characteristic,
 )
 from deboom.compressor.identify import IdentifyOptions, identified_compressor, identify
-from deboom.compressor.routes import CalibratedMeasurementRoute
+from deboom.compressor.routes import CALIBRATED_MEASUREMENT
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.files.operating_test import read_operating_test
 from deboom.study.compressor_identification import read_compressor_truth
@@ -118,7 +118,7 @@ def _judged(level: CalibrationLevel, seed: int) -> Judged:
         assert truth is not None
         assert true is not None
         struck = identify(test.hammer, IdentifyOptions(held_out=0))
-        route = CalibratedMeasurementRoute()
+        route = CALIBRATED_MEASUREMENT
         found = unbalance(test, struck, UnbalanceOptions(routes=(route,), chosen=route))
         kept = identified_compressor(struck, ((10.0, 150.0),), {})
         on_limit: list[Verdict] = []

@@ -26,9 +26,8 @@ from deboom.bench.compressor_writer import write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
 from deboom.compressor.hose_beams import BEAM_NUMBERS, hose_matrices
 from deboom.compressor.hose_identification import (
+    DRAWN,
     HoseIdentification,
-    HoseOptions,
-    HosePrior,
     HoseSource,
     identify_hoses,
 )
@@ -41,7 +40,7 @@ from deboom.measurement.virtual_point import virtual_point_frf
 SEEDS = range(2, 12)
 OPTIONS = IdentifyOptions(held_out=0)
 WEIGHT = np.outer(np.repeat([1.0, 1 / 0.055], 3), np.repeat([1.0, 1 / 0.055], 3))
-TRUSTED = HosePrior(position=1e-5, angle=1e-4, length=1e-4)
+TRUSTED = np.array([*DRAWN[:5], *[1e-5] * 3, *[1e-4] * 3])
 """The drawing taken at its word: nothing of the place is estimated along."""
 
 
@@ -91,9 +90,7 @@ def _case(seed: int) -> Measured:
         test, found, truth = _test(Path(scratch) / "a", seed, HoseCase.SCATTERED)
         bands = hose_reactions(test, found)[0].bands
         nothing = hose_reactions(_without_hoses(test, seed), found)[0].bands
-        by_source = {
-            source: _errors(test, found, truth, HoseOptions(source=source)) for source in HoseSource
-        }
+        by_source = {source: _errors(test, found, truth, source=source) for source in HoseSource}
         seen, silent = _labels(test, found)
         other, again, there = _test(Path(scratch) / "b", seed, HoseCase.DISPLACED)
         return Measured(
@@ -102,8 +99,8 @@ def _case(seed: int) -> Measured:
             tuple(band.measured for band in nothing),
             sum(band.detected for band in nothing),
             by_source,
-            _errors(other, again, there, HoseOptions()),
-            _errors(other, again, there, HoseOptions(prior=TRUSTED)),
+            _errors(other, again, there),
+            _errors(other, again, there, prior=TRUSTED),
             seen,
             silent,
         )
@@ -160,10 +157,14 @@ def _relative(lines: RealArray, stiffness: ComplexArray, truth: Path) -> float:
 
 
 def _errors(
-    test: OperatingTest, found: Identification, truth: Path, options: HoseOptions
+    test: OperatingTest,
+    found: Identification,
+    truth: Path,
+    source: HoseSource | None = None,
+    prior: RealArray = DRAWN,
 ) -> Errors:
     begin = time.process_time()
-    result = identify_hoses(test, found, options)
+    result = identify_hoses(test, found, source=source, prior=prior)
     seconds = time.process_time() - begin
     sweep = np.load(truth / "0.npz")
     lines = sweep["frequency"]

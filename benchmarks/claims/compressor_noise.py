@@ -86,7 +86,7 @@ def claims() -> list[Claim]:
 
 
 def _carried_out(case: Case) -> Outcome:
-    names = list(frozen_fleet().cars)
+    names = list(frozen_fleet())
     name = names[(case.seed - 1) % len(names)]
     with TemporaryDirectory() as scratch, threadpool_limits(1):
         folder = Path(scratch) / name

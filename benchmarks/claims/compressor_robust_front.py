@@ -51,7 +51,7 @@ def claims() -> list[Claim]:
 
 
 def _index() -> list[Claim]:
-    there, cars = operation(1, LEVEL, CAR_PLAN), tuple(frozen_fleet().cars.values())
+    there, cars = operation(1, LEVEL, CAR_PLAN), tuple(frozen_fleet().values())
     index = _exact_index(there, cars)
     random = np.random.default_rng(1)
     designs = np.where(

@@ -20,7 +20,7 @@ from deboom.arrays import ComplexArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
-from deboom.compressor.gain import AmplitudeFactor, AmplitudeGain, GainFactor, amplitude_response
+from deboom.compressor.gain import AmplitudeGain, GainFactor, amplitude_response
 from deboom.compressor.identify import IdentifyOptions, identify, refuse_sheet_faults
 from deboom.compressor.unbalance_load import unbalance_load
 from deboom.errors import InputError
@@ -163,7 +163,7 @@ def _softening() -> Claim:
     body = mass_matrix(7.2, np.diag([0.0158, 0.0291, 0.0302]), [0.0015, -0.002, 0.001])
     gain = GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])
     rubber = AmplitudeGain(1 - 0.3 / (1 + 200 / 30), 1 / (0.3 * 30e-6), 1 / 0.3)
-    each = [AmplitudeFactor(rubber, rubber)] * len(mounts)
+    each = [(rubber, rubber)] * len(mounts)
     lines = np.arange(10.0, 150.5, 0.5)
     steps = [
         amplitude_response(

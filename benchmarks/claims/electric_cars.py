@@ -78,7 +78,7 @@ def claims() -> list[Claim]:
 
 def _level() -> Claim:
     lines = np.arange(30.0, 140.25, 0.5)
-    transfer = [car.noise_transfer(lines) for car in frozen_fleet().cars.values()]
+    transfer = [car.noise_transfer(lines) for car in frozen_fleet().values()]
     medians = [1e3 * float(np.median(np.abs(one[:, columns_of(MOUNTS, 3)]))) for one in transfer]
     return Claim(
         "median translational noise transfer function of the mounts, EV-1 to EV-5, above 30 Hz "
@@ -94,7 +94,7 @@ def _stiff() -> Claim:
     compressor = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
     rig = running(replace(compressor, hoses=hoses), source, lines).displacement
     worst = 0.0
-    for car in frozen_fleet().cars.values():
+    for car in frozen_fleet().values():
         body = replace(
             car.body,
             shapes_at_paths=1e-6 * car.body.shapes_at_paths,
@@ -149,7 +149,7 @@ def _noise_transfer() -> list[Claim]:
     with TemporaryDirectory() as scratch:
         folder = write_electric_car(Path(scratch) / "car", CAR_SEED, noise_free=True)
         car = read_electric_car(folder)
-    body, plan = frozen_fleet().car("EV-1"), body_plan()
+    body, plan = frozen_fleet()["EV-1"], body_plan()
     compressor = operation(CAR_SEED, CalibrationLevel.C2, CAR_PLAN).laboratory.compressor
     places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
     sheets = point_sheets(dict(zip(POINTS, places, strict=True)))

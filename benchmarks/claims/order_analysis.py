@@ -118,13 +118,14 @@ def bench_record() -> list[Claim]:
     found: dict[str, list[tuple[float, float, float]]] = {"Vold-Kalman": [], "resampling": []}
     for seed in SEEDS:
         sensors = draw_campaign_sensors(bench, errors, np.random.SeedSequence(seed))
-        signals = record_over_time(on_bench, sensors, plan, errors, np.random.default_rng(seed))
-        times = pulse_times(signals.tacho, plan.sample_rate)
+        generator = np.random.default_rng(seed)
+        signals, truth = record_over_time(on_bench, sensors, plan, errors, generator)
+        times = pulse_times(signals["tacho"][:, 0], plan.sample_rate)
         shaft = shaft_angle(repair_pulses(times, plan.pulses_per_revolution))
-        row = np.searchsorted(signals.steady.frequency * 40, lines - 0.1)
+        row = np.searchsorted(truth["frequency"] * 40, lines - 0.1)
         for values, steady in (
-            (signals.acceleration, signals.steady_acceleration),
-            (signals.cell_force, signals.steady_cell_force),
+            (signals["acceleration"], truth["acceleration"]),
+            (signals["cell force"], truth["cell_force"]),
         ):
             names = tuple(f"C{i}" for i in range(values.shape[1]))
             record = TimeRecord(values, plan.sample_rate, names, "N")

@@ -126,9 +126,6 @@ def vehicle(
     mount_set: Annotated[
         str, typer.Option(help="Parts under its powertrain: M0, M1, … or EnM1-GeM2-TSM3-Du4.")
     ] = "M1",
-    hammer: Annotated[
-        str, typer.Option(help="Mount whose hammer blows are written over time as well: TSM, …")
-    ] = "",
     exact: Annotated[
         bool,
         typer.Option(
@@ -149,7 +146,7 @@ def vehicle(
 
     with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if exact else VehicleErrors()
-        write_vehicle(folder, seed, name, mount_set, errors, blows_at=hammer, progress=progress)
+        write_vehicle(folder, seed, name, mount_set, errors, progress=progress)
         typer.echo(folder.as_posix())
 
 

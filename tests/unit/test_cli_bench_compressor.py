@@ -29,7 +29,7 @@ def test_options_reach_the_bench(tmp_path):
     assert truth["hammer_gain"] == 0
     assert not truth["softening"]
     assert not (folder / "hits").exists()
-    assert "node 101" in (folder / "README.txt").read_text(encoding="utf-8")
+    assert "positions.xlsx" in (folder / "README.txt").read_text(encoding="utf-8")
 
 
 @pytest.mark.parametrize(

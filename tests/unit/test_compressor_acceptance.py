@@ -22,7 +22,7 @@ from deboom.compressor.hose_presence import HosePresence
 from deboom.compressor.identify import IdentifiedCompressor
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import MinimalParameters
-from deboom.compressor.routes import CalibratedMeasurementRoute, UpdatedRoute
+from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
 from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
@@ -146,7 +146,7 @@ def found(
         remaining_chi=chi,
         residual_bands=(ResidualBand(90.0, 120.0, share, 5.0 if share else 1.0),),
     )
-    route = route or CalibratedMeasurementRoute()
+    route = route or CALIBRATED_MEASUREMENT
     result = SimpleNamespace(
         sources=sources,
         sweeps=(SimpleNamespace(sweep="one"),),
@@ -189,7 +189,7 @@ def test_the_size_of_an_unbalance_with_its_worst_direction():
         ({"presence": (HosePresence("sweep one", 5.0, 0.3),)}, "they were attached"),
         ({"chi": 2.5}, "residuals are 2.50 times the noise"),
         ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),
-        ({"alarms": ("a subframe",), "route": UpdatedRoute()}, "choose route d"),
+        ({"alarms": ("a subframe",), "route": UPDATED}, "choose route d"),
     ],
 )
 def test_what_makes_it_prove_nothing(state, words):

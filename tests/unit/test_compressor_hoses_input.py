@@ -15,8 +15,6 @@ from deboom.compressor.hose_beams import (
 )
 from deboom.compressor.hose_evidence import hammer_evidence, motion_at_virtual_point, sweep_pairs
 from deboom.compressor.hose_identification import (
-    HoseOptions,
-    HosePrior,
     HoseSource,
     identify_hoses,
 )
@@ -128,10 +126,10 @@ def test_changed_hose():
 
 
 def test_one_hose_is_separable_and_three_are_less():
-    assert port_forces([SUCTION]).hidden.shape == (0, 3)
+    assert port_forces([SUCTION])[1].shape == (0, 3)
     assert "determines the force at the port" in separation_statement([SUCTION])
     third = replace(SUCTION, name="third", position=np.array([0.0, 0.1, 0.0]))
-    assert port_forces([*HOSES, third]).rank == 6
+    assert port_forces([*HOSES, third])[0] == 6
     assert "6 of the 9" in separation_statement([*HOSES, third])
 
 
@@ -181,11 +179,7 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
     ("what", "words"),
     [
         (lambda: hose_matrices([], LINES), "no drawing of a hose"),
-        (lambda: hose_matrices([SUCTION, SUCTION], LINES), "two hoses have one name"),
         (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
-        (lambda: HosePrior(position=0.0), "position must be positive"),
-        (lambda: HoseOptions(band=(150.0, 20.0)), "from 150 to 20 Hz is no band"),
-        (lambda: HoseOptions(largest_lines=5), "at least 20 lines"),
         (
             lambda: motion_at_virtual_point(
                 sweep("a", HoseState.SOFT, channels=("B1 x",)), found()
@@ -194,7 +188,7 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
         ),
         (
             lambda: identify_hoses(
-                operating(hammer_with_hoses=None), found(), HoseOptions(source=HoseSource.HAMMER)
+                operating(hammer_with_hoses=None), found(), source=HoseSource.HAMMER
             ),
             "no hammer test with hoses: identify them from sweeps",
         ),

@@ -13,7 +13,12 @@ from deboom.compressor.gain import (
     gain_from_parameters,
     gain_parameters,
 )
-from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
+from deboom.compressor.model import (
+    CompressorModel,
+    modal_table,
+    mounts_at_virtual_point,
+    rigid_limit,
+)
 from deboom.compressor.parameters import (
     IdenticalMountParameters,
     MinimalParameters,
@@ -44,7 +49,9 @@ MOUNTS = tuple(
 
 
 def compressor(gain=RUBBER):
-    return CompressorModel.on_mounts(7.2, CENTRE, INERTIA, MOUNTS, GainFactor.of(gain))
+    return CompressorModel(
+        7.2, CENTRE, INERTIA, mounts_at_virtual_point(MOUNTS), GainFactor.of(gain)
+    )
 
 
 MODEL = compressor()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from deboom.compressor.acceptance import DYNAMIC, STATIC, Bounds, Characteristic, judge
-from deboom.compressor.routes import CalibratedMeasurementRoute, UpdatedRoute
+from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
 from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
@@ -85,7 +85,7 @@ def found(*, changed=True, hoses=HoseState.SOFT, share=0.0, alarms=()):
             sweeps=(SimpleNamespace(sweep="one"),),
             sources=SimpleNamespace(residual_bands=(band,)),
         )
-        for route in (CalibratedMeasurementRoute(), UpdatedRoute())
+        for route in (CALIBRATED_MEASUREMENT, UPDATED)
     )
     return Unbalance(
         test=SimpleNamespace(sweeps=(SimpleNamespace(name="one", hoses=hoses),)),

@@ -31,7 +31,7 @@ def bench_operation():
 
 @cache
 def cars():
-    return tuple(frozen_fleet().cars.values())
+    return tuple(frozen_fleet().values())
 
 
 def mounts():

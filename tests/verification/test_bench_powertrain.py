@@ -12,7 +12,7 @@ from deboom.bench.mount_law import (
     static_forces,
 )
 from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, operate, true_run
-from deboom.bench.powertrain import THREE_CYLINDER_TORQUE, load_bench, read_data
+from deboom.bench.powertrain import load_bench, read_data
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.rigid_body import forward_matrix, rigid_body_modes
 
@@ -291,7 +291,7 @@ def engine_torque(intake, half_burnt):
 @pytest.mark.parametrize("intake", [0.5e5, 1.1e5, 1.7e5])
 def test_order_torque_over_load(intake, half_burnt, rpm):
     mean, order = engine_torque(intake, half_burnt)
-    modelled = THREE_CYLINDER_TORQUE.torque(np.array([mean]), np.array([rpm]))[0]
+    modelled = load_bench().order_torque.torque(np.array([mean]), np.array([rpm]))[0]
     assert abs(modelled) == pytest.approx(abs(order), rel=0.05)
     assert np.rad2deg(np.angle(modelled / order)) == pytest.approx(0, abs=3)
 

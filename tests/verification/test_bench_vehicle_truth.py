@@ -14,9 +14,7 @@ from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError
-from deboom.files.hammer_test import read_hammer_test
 from deboom.files.vehicle import read_vehicle
-from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.measurement.measured_vehicle import (
     Method,
     body_motion,
@@ -37,7 +35,7 @@ ON_M1 = with_mount_set(BENCH, "M1")
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     folder = tmp_path_factory.mktemp("vehicle") / "exact"
-    write_vehicle(folder, 1, errors=NO_VEHICLE_ERRORS, load_cases=CASES, blows_at="TSM")
+    write_vehicle(folder, 1, errors=NO_VEHICLE_ERRORS, load_cases=CASES)
     return folder, read_vehicle(folder)
 
 
@@ -118,15 +116,6 @@ def test_forces_by_inversion_of_exact_accelerances_are_the_true_ones(exact):
     without = replace(vehicle, accelerance=None)
     with pytest.raises(InputError, match="no force can be found by inversion"):
         path_accelerance(without)
-
-
-def test_time_blocks_of_the_hammer_give_the_functions_of_the_folder(exact):
-    folder, vehicle = exact
-    estimate = hammer_frfs(read_hammer_test(folder / "hammer"), HammerOptions(band=(20.0, 80.0)))
-    direct = vehicle.direct.select(inputs=estimate.inputs)
-    np.testing.assert_array_equal(estimate.frequency, direct.frequency)
-    assert len(estimate.inputs) == 9
-    assert np.abs(estimate.values - direct.values).max() < 1e-12 * np.abs(direct.values).max()
 
 
 def test_the_car_obeys_the_coupling_of_its_parts():

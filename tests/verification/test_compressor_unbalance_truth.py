@@ -23,11 +23,13 @@ from compressor_operation_samples import (
 from deboom.compressor.identify import IdentifyOptions, calibration_of, identify
 from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
 from deboom.compressor.routes import (
-    CalibratedMeasurementRoute,
-    CalibratedModelRoute,
-    OneFactor,
+    CALIBRATED_MEASUREMENT,
+    CALIBRATED_MODEL,
+    ONE_FACTOR,
+    UPDATED,
+    FactorOverFrequency,
     RouteModel,
-    UpdatedRoute,
+    updated,
 )
 from deboom.compressor.source_fit import MountState
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
@@ -37,9 +39,7 @@ from deboom.measurement.compressor_test import HoseState
 
 OPTIONS = IdentifyOptions(largest_lines=20, held_out=0)
 LINES = np.concatenate([np.arange(17.0, 50.0, 2.0), np.arange(50.0, 151.0, 5.0)])
-SHORT = UnbalanceOptions(
-    routes=(CalibratedMeasurementRoute(), UpdatedRoute(CalibratedModelRoute(), OneFactor()))
-)
+SHORT = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, updated(CALIBRATED_MODEL, ONE_FACTOR)))
 SLACK = 1.5
 """One compressor against a figure for the median."""
 
@@ -85,8 +85,8 @@ def test_exact_data_return_the_exact_source():
         for gas, factor in zip(sources.gas, (1.0, 1.6), strict=True):
             parts = [gas.axial.value, gas.moment.value, gas.rotating.value]
             np.testing.assert_allclose(parts, factor * GAS, rtol=0.02)
-    updated = found.by_letter("e").sweeps[0]
-    assert max(errors(updated, 20, 150)) < 2e-3
+    by_e = found.by_letter("e").sweeps[0]
+    assert max(errors(by_e, 20, 150)) < 2e-3
 
 
 def test_mounts_as_struck():
@@ -179,7 +179,7 @@ def test_mounts_that_soften_with_their_motion():
 
 
 def test_flexible_receiver_leaves_the_default_route_alone():
-    options = UnbalanceOptions(routes=(CalibratedMeasurementRoute(), CalibratedModelRoute()))
+    options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, CALIBRATED_MODEL))
     test, _ = sample(1, receiver=True, lines=LINES)
     coarse = IdentifyOptions(largest_lines=12, held_out=0)
     found = unbalance(test, identify(test.hammer, coarse), options)
@@ -241,7 +241,7 @@ def test_sweeps_of_different_lines_share_one_rotor():
 def test_without_the_rotors_inertia_the_dynamic_unbalance_is_off():
     """The gyroscopic moment of the rotor, 0.5 % of the dynamic unbalance."""
     test, _ = sample(1, errors=0.0, noise=0.01, lines=LINES)
-    options = replace(SHORT, routes=(CalibratedMeasurementRoute(),))
+    options = replace(SHORT, routes=(CALIBRATED_MEASUREMENT,))
     found = identify(test.hammer, OPTIONS)
     known = unbalance(test, found, options).chosen.sources.dynamic.value
     unknown = unbalance(replace(test, rotor_inertia=None), found, options).chosen.sources
@@ -312,7 +312,7 @@ def _with_frf(test, frf):
 
 
 LINES_2 = np.concatenate([np.arange(17.0, 50.0, 1.5), np.arange(50.0, 151.0, 10.0)])
-OPTIONS_2 = UnbalanceOptions(routes=(CalibratedMeasurementRoute(), UpdatedRoute()))
+OPTIONS_2 = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, UPDATED))
 
 
 @cache
@@ -337,21 +337,21 @@ def errors_2(result):
 
 def test_each_mount_softens_by_its_own_stroke():
     test, body, found, result = softened()
-    updated = result.by_letter("e")
-    assert isinstance(updated.fit.change, SofteningMounts)
+    softer = result.by_letter("e")
+    assert isinstance(softer.fit.change, SofteningMounts)
     assert "Route e: mounts that soften with their own stroke" in result.notices[0]
     common = unbalance(test, found, replace(OPTIONS_2, by_stroke=False)).by_letter("e")
-    for own, shared in zip(errors_2(updated), errors_2(common), strict=True):
+    for own, shared in zip(errors_2(softer), errors_2(common), strict=True):
         assert own < 0.03
         assert own < 0.5 * shared
-    assert updated.fit.schwarz < common.fit.schwarz
-    assert updated.sources.reduced_chi < 0.4 * common.sources.reduced_chi
+    assert softer.fit.schwarz < common.fit.schwarz
+    assert softer.sources.reduced_chi < 0.4 * common.sources.reduced_chi
     # the law behind it, which is no parabola
     stroke = np.array([7e-6, 20e-6, 60e-6])
-    change = updated.fit.change.change_at(updated.fit.line_values[updated.fit.change_slice], stroke)
+    change = softer.fit.change.change_at(softer.fit.line_values[softer.fit.change_slice], stroke)
     np.testing.assert_allclose(change, body.softened(stroke) - 1, atol=0.03)
     # the route without update is not touched
-    assert result.chosen.fit.change == OPTIONS_2.state
+    assert result.chosen.fit.change == FactorOverFrequency()
 
 
 def test_strokes_are_those_of_the_mounts():
@@ -390,14 +390,14 @@ def test_without_a_drawing_one_factor_stays():
     one = replace(drawing(), mounts=drawing().mounts[:1])
     assert softening_mounts(replace(found, test=replace(found.test, drawing=one))) is None
     result = unbalance(test, bare, OPTIONS_2)
-    assert result.by_letter("e").fit.change == UpdatedRoute().update
+    assert result.by_letter("e").fit.change == UPDATED.update
     assert not any("soften" in notice for notice in result.notices)
 
 
 def test_mounts_that_changed_alike_keep_their_factor():
     test, _ = sample(1, storage=0.9, loss=1.1, lines=LINES_2, drawn=True)
     result = unbalance(test, softened()[2], OPTIONS_2)
-    assert result.by_letter("e").fit.change == UpdatedRoute().update
+    assert result.by_letter("e").fit.change == UPDATED.update
     assert result.notices == ()
 
 

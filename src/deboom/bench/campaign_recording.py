@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import Any
+
 import numpy as np
 from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
 from deboom.bench.layout import (
     CELL_SHARES,
@@ -42,18 +45,7 @@ EDGE_SAMPLES = 1.5
 """Width of a pulse's edges in samples [1]: the recorder's filter."""
 
 
-@checked(
-    accelerometer_angles="a 3",
-    cell_angles="c 3",
-    true_positions="a 3",
-    true_orientations="a 3 3",
-    sensitivity="a 3 3",
-    cells="mount n 3 load",
-    side_cells="side 3 3",
-    pushes="mount 3 3",
-    drift="mount",
-    moment_pushes="mount push 6",
-)
+@dataclass(frozen=True, eq=False)
 class CampaignSensors:
     """What all sensors of a bench truly do, drawn once for all its runs.
 
@@ -88,59 +80,6 @@ class CampaignSensors:
     def third_cell(self) -> bool:
         """Whether the cells of a mount show moments."""
         return bool(self.cells.shape[-1] == 6)
-
-
-@checked(acceleration="n a", cell_force="n c", static_force="n direction", engine_torque="n")
-class RecordedRun:
-    """Channels of one run as they are recorded over its lines.
-
-    - `acceleration`, `cell_force` (f, n_channel): three channels per accelerometer and per cell, in
-      sensor axes [m/s²], [N].
-    - `static_force` (f, n_direction): quasi-static force of each direction, both wishbone mounts
-      last [N].
-    - `engine_torque` (f,) [N m].
-    """
-
-    acceleration: ComplexArray
-    cell_force: ComplexArray
-    static_force: RealArray
-    engine_torque: RealArray
-
-
-@checked(
-    time="n",
-    tacho="n",
-    engine_torque="n",
-    acceleration="n a",
-    cell_force="n c",
-    static_force="n direction",
-    speed="n",
-    steady_acceleration="f a",
-    steady_cell_force="f c",
-)
-class TimeSignals:
-    """Everything recorded in one run over time, and its truth.
-
-    - `time`, `tacho`, `engine_torque`, `speed` (n_sample,): time [s], pulses from 0 to 1, whose
-      first rising edge is the origin of all phases, engine torque [N m] and true engine speed
-      [rpm].
-    - `acceleration`, `cell_force`, `static_force` (n_sample, n_channel): signals as of a
-      `RecordedRun` [m/s²], [N], [N].
-    - `steady`: True steady states that the run passes through, over the dominant order's frequency.
-    - `steady_acceleration`, `steady_cell_force` (f, n_channel): channels of these states without
-      noise [m/s²], [N].
-    """
-
-    time: RealArray
-    tacho: RealArray
-    engine_torque: RealArray
-    acceleration: RealArray
-    cell_force: RealArray
-    static_force: RealArray
-    speed: RealArray
-    steady: OperatingRun
-    steady_acceleration: ComplexArray
-    steady_cell_force: ComplexArray
 
 
 def draw_campaign_sensors(
@@ -255,18 +194,23 @@ def record(
     static_force: RealArray,
     errors: CampaignErrors,
     generator: np.random.Generator,
-) -> RecordedRun:
-    """Record one run over the lines of its order; its static force is (f, n_direction) [N]."""
+) -> dict[str, RealOrComplexArray]:
+    """Record one run over the lines of its order; its static force is (f, n_direction) [N].
+
+    - returns (f, n_channel): ``acceleration`` [m/s²] and ``cell force`` [N] in sensor axes,
+      quasi-static ``static force`` of each direction, both wishbone mounts last [N], and ``engine
+      torque`` [N m].
+    """
     chain = errors.chain
     acceleration, cell_force = clean_channels(sensors, run, chain)
-    return RecordedRun(
-        acceleration=acceleration
+    torque = run.engine_torque[:, None]
+    return {
+        "acceleration": acceleration
         + order_noise(acceleration, 3, chain.acceleration_noise, generator),
-        cell_force=cell_force + order_noise(cell_force, 3, chain.force_noise, generator),
-        static_force=static_force + generator.normal(0, errors.static_force, static_force.shape),
-        engine_torque=run.engine_torque
-        + generator.normal(0, errors.torque, run.engine_torque.shape),
-    )
+        "cell force": cell_force + order_noise(cell_force, 3, chain.force_noise, generator),
+        "static force": static_force + generator.normal(0, errors.static_force, static_force.shape),
+        "engine torque": torque + generator.normal(0, errors.torque, torque.shape),
+    }
 
 
 def record_over_time(
@@ -275,11 +219,16 @@ def record_over_time(
     plan: TimeRunPlan,
     errors: CampaignErrors,
     generator: np.random.Generator,
-) -> TimeSignals:
+) -> tuple[dict[str, RealArray], dict[str, Any]]:
     """Run up or down and record over time.
 
     The run is so slow that every speed is a steady state of its own; amplitude and phase of each
     channel change smoothly with the speed.
+
+    - returns (n_sample, n_channel): channels as of `record`, and ``tacho`` pulses from 0 to 1 whose
+      first rising edge is the origin of all phases.
+    - returns: truth: ``time`` [s] and ``speed`` [rpm] of every sample; the steady states that it
+      passes through, over their ``frequency`` of the dominant order, channels without noise.
     """
     chain, order = errors.chain, bench.order_torque.order
     low, high = sorted((plan.first_speed, plan.last_speed))
@@ -300,19 +249,29 @@ def record_over_time(
         return over_time((rpm, spectra), speed, turning, floor, plan.sample_rate, generator)
 
     torque = CubicSpline(rpm, steady.engine_torque)(speed)
+    torque = torque + generator.normal(0, errors.torque, time.shape)
     preload = CubicSpline(rpm, static_direction_forces(bench, steady))(speed)
-    return TimeSignals(
-        time=time,
-        tacho=tacho_pulses(angle / period, EDGE_SAMPLES * np.gradient(angle) / period, PULSE_SHARE),
-        engine_torque=torque + generator.normal(0, errors.torque, time.shape),
-        acceleration=channels(acceleration, chain.acceleration_floor),
-        cell_force=channels(cell_force, chain.force_floor),
-        static_force=preload + generator.normal(0, errors.static_force, preload.shape),
-        speed=speed,
-        steady=steady,
-        steady_acceleration=acceleration,
-        steady_cell_force=cell_force,
-    )
+    edge = EDGE_SAMPLES * np.gradient(angle) / period
+    recorded = {
+        "acceleration": channels(acceleration, chain.acceleration_floor),
+        "cell force": channels(cell_force, chain.force_floor),
+        "static force": preload + generator.normal(0, errors.static_force, preload.shape),
+        "engine torque": torque[:, None],
+        "tacho": tacho_pulses(angle / period, edge, PULSE_SHARE)[:, None],
+    }
+    truth = {
+        "frequency": steady.frequency,
+        "acceleration": acceleration,
+        "cell_force": cell_force,
+        "channels": np.array(steady.channels),
+        "displacement": steady.displacement,
+        "force": steady.force,
+        "stiffness": steady.stiffness,
+        "engine_torque": steady.engine_torque,
+        "time": time,
+        "speed": speed,
+    }
+    return recorded, truth
 
 
 def push_answer(
@@ -344,7 +303,7 @@ def _pushed_loads(
     pushes = push_places(bench)
     size = (len(pushes), 3)
     turned = Rotation.from_rotvec(generator.normal(0, chain.shaker_angle, size))
-    directions = turned.apply(np.eye(3)[[push.axis for push in pushes]])
+    directions = turned.apply([push.vector for push in pushes])
     arms = np.array([push.offset for push in pushes]) + generator.normal(0, chain.position, size)
     stated = 1 + generator.normal(0, chain.shaker_gain, (len(pushes), 1))
     loads = np.hstack([directions, np.cross(arms, directions)]) / stated

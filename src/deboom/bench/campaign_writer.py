@@ -51,14 +51,12 @@ from deboom.bench.writing import (
     FRF,
     SPECTRUM,
     TIME_SIGNAL,
+    VEHICLE_AXES,
     Dof,
     Progress,
     check_seed,
     function,
-    node_lines,
-    place_lines,
     sensor_row,
-    silent,
     stacked,
     triple,
     write_readme,
@@ -147,7 +145,8 @@ def write_campaign(
     with complete_or_not_at_all(Path(folder)) as unfinished:
         session = _Session(unfinished, seed, plan, errors, bench, sensors)
         for done, name in enumerate(_write_files(session, sheet, file), 1):
-            (progress or silent)(done, n_file, name)
+            if progress is not None:
+                progress(done, n_file, name)
     return Path(folder)
 
 
@@ -177,9 +176,7 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     """Write every file that ``campaign.toml`` names; give its name as soon as it is there."""
     folder, bench, third_cell = session.folder, session.bench, session.plan.third_cell
     (folder / "truth").mkdir()
-    for shaker_run in file.shaker_runs:
-        yield _write_shaker_run(session, shaker_run)
-    for push in file.pushes:
+    for push in (*file.shaker_runs, *file.pushes):
         yield _write_push(session, push)
     for curve in file.static_curves:
         yield _write_static_curve(session, curve)
@@ -198,37 +195,25 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     yield "campaign.toml"
 
 
-def _write_shaker_run(session: _Session, entry: ShakerEntry) -> str:
-    """Push at a virtual point."""
-    bench, mount = session.bench, session.bench.mount_names.index(entry.mount)
-    point = points(bench)[mount]
-    load = session.sensors.pushes[mount, :, AXES.index(entry.axis)]
-    title = f"shaker at the virtual point, {point.channel(entry.axis)}"
-    return _write_answer(session, entry, mount, load, point.node, title)
-
-
-def _write_push(session: _Session, entry: PushEntry) -> str:
-    """Push beside a virtual point."""
-    bench, mount = session.bench, session.bench.mount_names.index(entry.mount)
-    places = [place for place in push_places(bench) if place.mount == entry.mount]
-    number = [place.name for place in places].index(entry.name)
-    load = session.sensors.moment_pushes[mount, number]
-    title = f"push {entry.name} beside the virtual point of {entry.mount}"
-    return _write_answer(session, entry, mount, load, places[number].node, title)
-
-
-def _write_answer(
-    session: _Session, entry: ShakerEntry, mount: int, load: RealArray, node: int, title: str
-) -> str:
-    """Write the answer of a mount's cells per stated newton of a push at a node, UFF type 4."""
-    frequency, generator = session.plan.frequency, session.generator(entry.file)
-    answer = push_answer(
-        session.sensors, mount, load, entry.repeat, frequency, session.errors, generator
-    )
+def _write_push(session: _Session, entry: ShakerEntry | PushEntry) -> str:
+    """Push at or beside a virtual point: cells of the mount per stated newton, UFF type 4."""
+    bench, sensors, frequency = session.bench, session.sensors, session.plan.frequency
+    mount = bench.mount_names.index(entry.mount)
+    if isinstance(entry, PushEntry):
+        places = [place for place in push_places(bench) if place.point.mount == entry.mount]
+        number = [place.name for place in places].index(entry.name)
+        load, node = sensors.moment_pushes[mount, number], places[number].node
+        title = f"push {entry.name} beside the virtual point of {entry.mount}"
+    else:
+        point = points(bench)[mount]
+        load, node = sensors.pushes[mount, :, AXES.index(entry.axis)], point.node
+        title = f"shaker at the virtual point, {point.channel(entry.axis)}"
+    generator = session.generator(entry.file)
+    answer = push_answer(sensors, mount, load, entry.repeat, frequency, session.errors, generator)
     push = Dof(node, f"+{entry.axis}", entry.mount, "force")
     cells = [
         Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
-        for place in cell_places(session.bench, session.plan.third_cell)
+        for place in cell_places(bench, session.plan.third_cell)
         if place.point.mount == entry.mount
         for axis in AXES
     ]
@@ -260,16 +245,9 @@ def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> I
     for entry, planned in zip(entries, session.plan.runs, strict=True):
         run = true_run(bench, planned, frequency)
         preload = static_direction_forces(bench, run)
-        recorded = record(
-            session.sensors, run, preload, session.errors, session.generator(entry.file)
-        )
-        columns: dict[str, RealOrComplexArray] = {
-            "acceleration": recorded.acceleration,
-            "cell force": recorded.cell_force,
-            "static force": recorded.static_force,
-            "engine torque": recorded.engine_torque[:, None],
-            "engine speed": rpm_of_frequency(frequency, order)[:, None],
-        }
+        generator = session.generator(entry.file)
+        columns = record(session.sensors, run, preload, session.errors, generator)
+        columns["engine speed"] = rpm_of_frequency(frequency, order)[:, None]
         lines = (
             f"order {order:g}",
             f"{planned.name}, mount set {mount_set}",
@@ -298,53 +276,33 @@ def _write_time_run(session: _Session, entry: TimeRunEntry) -> str:
     plan = session.plan.time_run
     assert plan is not None
     bench = with_mount_set(session.bench, plan.mount_set)
-    signals = record_over_time(
-        bench, session.sensors, plan, session.errors, session.generator(entry.file)
-    )
-    columns = {
-        "acceleration": signals.acceleration,
-        "cell force": signals.cell_force,
-        "static force": signals.static_force,
-        "engine torque": signals.engine_torque[:, None],
-        "tacho": signals.tacho[:, None],
-    }
+    generator = session.generator(entry.file)
+    columns, truth = record_over_time(bench, session.sensors, plan, session.errors, generator)
     lines = (f"{plan.run.name} over time, mount set {plan.mount_set}",)
-    functions = _functions(session, TIME_SIGNAL, signals.time, columns, lines)
+    functions = _functions(session, TIME_SIGNAL, truth["time"], columns, lines)
     with warnings.catch_warnings():
         # tacho and channels share the time axis, so orders do not feel its last digit
         warnings.simplefilter("ignore", AxisDriftWarning)
         write_uff(session.path(entry.file), functions, binary=True)
-    np.savez(
-        session.folder / "truth" / f"{entry.name}.npz",
-        frequency=signals.steady.frequency,
-        acceleration=signals.steady_acceleration,
-        cell_force=signals.steady_cell_force,
-        channels=np.array(signals.steady.channels),
-        displacement=signals.steady.displacement,
-        force=signals.steady.force,
-        stiffness=signals.steady.stiffness,
-        engine_torque=signals.steady.engine_torque,
-        time=signals.time,
-        speed=signals.speed,
-    )
+    np.savez(session.folder / "truth" / f"{entry.name}.npz", **truth)
     return entry.file
 
 
 def _write_sensor_truth(session: _Session) -> None:
     """Write what the sensors truly do."""
     sensors = session.sensors
-    optional: dict[str, Any] = {"moment_pushes": sensors.moment_pushes}
-    np.savez(
-        session.folder / "truth" / "sensors.npz",
-        positions=sensors.true_positions,
-        orientations=sensors.true_orientations,
-        sensitivity=sensors.sensitivity,
-        cells=sensors.cells,
-        side_cells=sensors.side_cells,
-        pushes=sensors.pushes,
-        drift=sensors.drift,
-        **(optional if sensors.third_cell else {}),
-    )
+    truth: dict[str, Any] = {
+        "positions": sensors.true_positions,
+        "orientations": sensors.true_orientations,
+        "sensitivity": sensors.sensitivity,
+        "cells": sensors.cells,
+        "side_cells": sensors.side_cells,
+        "pushes": sensors.pushes,
+        "drift": sensors.drift,
+    }
+    if sensors.third_cell:
+        truth["moment_pushes"] = sensors.moment_pushes
+    np.savez(session.folder / "truth" / "sensors.npz", **truth)
 
 
 def _functions(
@@ -468,12 +426,12 @@ def _campaign_file(
         pushes=tuple(
             PushEntry(
                 name=push.name,
-                mount=push.mount,
+                mount=push.point.mount,
                 piece="",
                 position_m=triple(push.position + sheet.centre_error, 4),
-                axis=AXES[push.axis],
+                axis=AXES["xyz".index(push.direction[1])],
                 repeat=n,
-                file=f"shaker/{push.mount}_{push.name}_{n}.uff",
+                file=f"shaker/{push.point.mount}_{push.name}_{n}.uff",
             )
             for push in push_places(bench)
             for n in repeats
@@ -527,54 +485,32 @@ def _tolerances(errors: CampaignErrors) -> ToleranceEntry:
 
 
 def _write_readme(session: _Session) -> None:
-    """Write every file, and the map from nodes to sensors and mounts, to ``README.txt``."""
+    """Write what was measured and every kind of file to ``README.txt``."""
     bench, plan = session.bench, session.plan
     first, last = plan.frequency[[0, -1]]
     each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
-    shares = " and ".join(f"{100 * share:.0f} %" for share in each)
-    carried = f"{'three' if plan.third_cell else 'two'} under a mount carry {shares}"
-    pushes = (
-        "shaker/MOUNT_PUSH_N.uff  the same of pushes beside the virtual point, see campaign.toml"
-    )
+    shares = ", ".join(f"{100 * share:.0f}" for share in each)
+    pushes = {"shaker/MOUNT_PUSH_N.uff": "the same of pushes beside it, see campaign.toml"}
     write_readme(
         session.folder,
         f"Measurement campaign on the virtual bench, seed {session.seed}",
-        f"""\
-Virtual measurements with the errors of real sensors, shaker and order tracking. Nobody
-measured this.
-
-Mount sets: {", ".join(plan.mount_sets)}. M0 is as drawn; M1 and higher are units with
-their manufacturing spread, the same parts in every campaign.
-
-Runs: {plan.frequency.size} lines from {first:g} to {last:g} Hz, \
-engine order {bench.order_torque.order:g},
-SI units, complex peak amplitudes, time factor e^{{+jwt}}, phase to the tacho. x points
-rearward, y to the right, z up; positions count from the powertrain's centre of gravity.
-UFF files: binary, data set 58.
-
-campaign.toml            names every other file; engine, data sheet, tolerances
-{MOUNT_TABLE:<24} virtual point of every mount
-{SENSOR_TABLE:<24} position sheet; angles turn vehicle axes into sensor axes, about the
-                         fixed axes x, then y, then z
-{CHANNEL_TABLE:<24} which node and direction is which channel, and its unit
-runs/SET/RUN.uff         acceleration and cell force in sensor axes (type 0, complex),
-                         static force per direction, engine torque and speed (real)
-shaker/MOUNT_AXIS_N.uff  cells per newton of the shaker at the virtual point, repeat N
-""",
-        [pushes] if plan.third_cell else [],
-        f"""\
-static_curves/           force over deflection of every direction, as suppliers send it
-time/                    a run over time with tacho, where there is one (type 1)
-truth/                   the exact values behind the measurements, for verification only
-
-Accelerometers ({ACCELEROMETER_MODEL}):
-""",
-        place_lines(accelerometer_places(bench)),
-        f"Force cells ({CELL_MODEL}); {carried}, their sum is its force:",
-        place_lines(cell_places(bench, plan.third_cell)),
-        "Static forces:",
-        node_lines(
-            (point.node, point.channel(axis)) for point in points(bench) for axis in point.axes
-        ),
-        f"Engine torque and speed: node {ENGINE_NODE}. Tacho: node {TACHO_NODE}.",
+        f"Mount sets {', '.join(plan.mount_sets)}: M0 is as drawn; M1 and higher are units with "
+        "their manufacturing spread, the same parts in every campaign. Runs: "
+        f"{plan.frequency.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} The force cells under a "
+        f"mount carry {shares} %; their sum is its force.",
+        {
+            "campaign.toml": "names every other file; engine, data sheet, tolerances",
+            MOUNT_TABLE: "virtual point of every mount",
+            SENSOR_TABLE: "position sheet; angles turn vehicle axes into sensor axes, about the "
+            "fixed axes x, then y, then z",
+            CHANNEL_TABLE: "which node and direction is which channel, and its unit",
+            "runs/SET/RUN.uff": "acceleration and cell force in sensor axes (type 0, complex), "
+            "static force per direction, engine torque and speed (real)",
+            "shaker/MOUNT_AXIS_N.uff": "cells per newton of the shaker at the virtual point, "
+            "repeat N",
+            **(pushes if plan.third_cell else {}),
+            "static_curves/": "force over deflection of every direction, as suppliers send it",
+            "time/": "a run over time with tacho, where there is one (type 1)",
+        },
     )

@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_rig import Laboratory, hit_plan, laboratory
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, CompressorPlan, Hose
 from deboom.bench.powertrain import read_data
@@ -208,13 +208,7 @@ def true_source(sense: int = 1) -> Source:
     )
 
 
-@checked(
-    load="f 6",
-    dynamic_stiffness="f 6 6",
-    displacement="f 6",
-    amplitudes="f mount",
-    factors="f mount",
-)
+@dataclass(frozen=True, eq=False)
 class Running:
     """Steady states over speed.
 
@@ -297,7 +291,7 @@ class Sweep:
         return f"{self.state} {self.pressure:g} bar"
 
 
-@checked(frequency="f", acceleration="f c")
+@dataclass(frozen=True, eq=False)
 class TrueSweep(Sweep):
     """One sweep on the rig as it truly is.
 

@@ -7,7 +7,7 @@ from enum import IntEnum
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     Compressor,
@@ -39,9 +39,7 @@ NO_PLACEMENT_ERRORS = PlacementErrors(0.0, 0.0, 0.0, 0.0)
 """Everything as stated, for verification."""
 
 
-@checked(
-    sensor_positions="n 3", sensor_angles="n 3", impact_positions="m 3", impact_directions="m 3"
-)
+@dataclass(frozen=True, eq=False)
 class Sheet:
     """The position sheet of the laboratory.
 
@@ -75,13 +73,7 @@ class Sheet:
         return np.stack([first, np.cross(self.impact_directions, first)], axis=1)
 
 
-@checked(
-    sensor_gain="n 3",
-    sensor_offset="n 3",
-    sensor_turn="n 3",
-    impact_offset="m 3",
-    impact_directions="m 3",
-)
+@dataclass(frozen=True, eq=False)
 class Placed:
     """What the position sheet does not say.
 
@@ -215,9 +207,7 @@ class HitPlan:
         return lines[(lines >= low) & (lines <= high)]
 
 
-@checked(
-    force="m hit sample", response="m hit sample c", factors="m hit mount", amplitudes="m hit mount"
-)
+@dataclass(frozen=True, eq=False)
 class Blows:
     """All hits on all impacts as the recorder holds them, and what the mounts did.
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase, HoseCase
 from deboom.errors import InputError
@@ -76,7 +76,7 @@ class CompressorPlan:
             raise InputError("hoses hang on a rigid body here: leave out hoses or flexible body")
 
 
-@checked(position="3", direction="3")
+@dataclass(frozen=True, eq=False)
 class Hose:
     """A straight viscoelastic beam from its port outwards.
 
@@ -241,14 +241,7 @@ class Joint:
     loss: float = 0.02
 
 
-@checked(
-    centre="3",
-    inertia="3 3",
-    positions="mount 3",
-    rotations="mount 3",
-    stiffness="mount 3",
-    gain="6",
-)
+@dataclass(frozen=True, eq=False)
 class Compressor:
     """A compressor on its mounts, as it truly is; the virtual point is the origin.
 

@@ -53,7 +53,6 @@ from deboom.bench.writing import (
     FRF,
     Dof,
     function,
-    node_lines,
     triple,
     write_json,
     write_readme,
@@ -220,7 +219,7 @@ def write_compressor_test(
         if plan.hits:
             _write_hits(unfinished / HITS, rig.sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
-        _write_test_readme(unfinished, title, plan, hits, rig.sheet)
+        _write_test_readme(unfinished, title, plan, hits)
         _write_test_truth(unfinished / "truth", rig, plan, level, hits, blows)
     return Path(folder)
 
@@ -307,38 +306,25 @@ def _write_test_file(
     dump_inertance_test_file(folder / INERTANCE_TEST_FILE, file)
 
 
-def _write_test_readme(
-    folder: Path, title: str, plan: CompressorPlan, hits: HitPlan, sheet: Sheet
-) -> None:
-    """Write every file, how it was measured, and the map of the nodes, to ``README.txt``."""
+def _write_test_readme(folder: Path, title: str, plan: CompressorPlan, hits: HitPlan) -> None:
+    """Write what was measured and every file to ``README.txt``."""
     lines = hits.lines
-    over_time = "hits/                  every hit over time, one file per impact"
     write_readme(
         folder,
         title,
-        f"""\
-A refrigerant compressor on its rubber mounts, struck with a roving hammer; with the
-errors of real sensors, of a real hammer and of a tape measure. Nobody measured this.
-
-{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {lines[1] - lines[0]:g} Hz apart; \
-SI units; time factor e^{{+jwt}}.
-H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about \
-{hits.impulse:g} N s; blocks of {hits.duration:g} s.
-Positions count from the virtual point. Directions of responses are those of the sensor's
-own axes, directions of forces those of the position sheet. UFF: binary, data set 58.
-
-compressor_test.toml   names every other file; tolerances, weighed mass, drawing
-positions.xlsx         sheets sensors and impacts
-frf.uff                acceleration per force of each impact (type 4)
-coherence.uff          ordinary coherence of the hits (type 6)
-""",
-        [over_time] if plan.hits else [],
-        "truth/                 the exact values behind, for verification only\n\nSensors:",
-        node_lines((row.node, row.sensor) for row in placed_sensors(sheet)),
-        "Impacts:",
-        node_lines(
-            (row.node, f"{row.impact} ({row.uff_direction})") for row in placed_impacts(sheet)
-        ),
+        "A refrigerant compressor on its rubber mounts, struck with a roving hammer: "
+        f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {lines[1] - lines[0]:g} Hz "
+        f"apart; H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about "
+        f"{hits.impulse:g} N s; blocks of {hits.duration:g} s. Positions count from the virtual "
+        "point. Directions of responses are those of the sensor's own axes, directions of forces "
+        "those of the position sheet.",
+        {
+            INERTANCE_TEST_FILE: "names every other file; tolerances, weighed mass, drawing",
+            POSITIONS: "sheets sensors and impacts, with their nodes",
+            FRF_FILE: "acceleration per force of each impact (type 4)",
+            COHERENCE_FILE: "ordinary coherence of the hits (type 6)",
+            **({f"{HITS}/": "every hit over time, one file per impact"} if plan.hits else {}),
+        },
     )
 
 
@@ -556,28 +542,23 @@ def write_operation(
 
 
 def _write_operation_readme(folder: Path, title: str, plan: OperationPlan) -> None:
-    """Write every file of the test on a running compressor to ``README.txt``."""
-    with_hoses = f"{HAMMER_WITH_HOSES + '/':22} the same with the standard hoses"
+    """Write what was measured and every file of a running compressor to ``README.txt``."""
+    with_hoses = {f"{HAMMER_WITH_HOSES}/": "the same with the standard hoses"}
     write_readme(
         folder,
         title,
-        f"""\
-A refrigerant compressor on its rubber mounts, struck with a hammer at rest,
-then run from 1000 to 9000 1/min at two pressures, with the standard hoses and with long
-soft ones that have masses on them. Nobody measured this.
-
-SI units; time factor e^{{+jwt}}; complex peak amplitudes; phase from the tacho's pulse,
-once per revolution, when the rotor's mark is on the y axis. UFF: binary, data set 58;
-order spectra are type 0 over the frequency of rotation, with the tacho's speed; channels
-over time are type 1, with its pulses.
-
-operation.toml         names every other file; hoses as drawn, deviations
-{SENSORS:22} where the accelerometers stood in the sweeps
-{HAMMER + "/":22} hammer test without hoses: see its README.txt
-""",
-        [with_hoses] if plan.hammer_with_hoses else [],
-        "sweeps/                one file per sweep",
-        "truth/                 the exact values behind, for verification only",
+        "A refrigerant compressor on its rubber mounts, struck with a hammer at rest, then run "
+        "from 1000 to 9000 1/min at two pressures, with the standard hoses and with long soft ones "
+        "that have masses on them. Phase from the tacho's pulse, once per revolution, when the "
+        "rotor's mark is on the y axis. Order spectra are type 0 over the frequency of rotation, "
+        "with the tacho's speed; channels over time are type 1, with its pulses.",
+        {
+            OPERATING_TEST_FILE: "names every other file; hoses as drawn, deviations",
+            SENSORS: "where the accelerometers stood in the sweeps",
+            f"{HAMMER}/": "hammer test without hoses: see its README.txt",
+            **(with_hoses if plan.hammer_with_hoses else {}),
+            f"{SWEEPS}/": "one file per sweep",
+        },
     )
 
 

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.fleet import Body, Cabin
 from deboom.bench.interfaces import (
     EARS,
@@ -50,18 +50,7 @@ NO_CAR_ERRORS = CarErrors(1.0, 0.0, 10, 0.0, 0.0)
 """A car that differs from the bench by its flexible body alone."""
 
 
-@checked(
-    frequency="f",
-    engine_torque="f",
-    powertrain="f 6",
-    wheel_ends="f side",
-    modes="f mode",
-    deflection="f c",
-    stiffness="f c",
-    force="f c",
-    body_motion="f i 6",
-    pressure="f ear",
-)
+@dataclass(frozen=True, eq=False)
 class CoupledRun:
     """The truth of one run in the car; channels as in `OperatingRun.channels`.
 

@@ -8,15 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from deboom.arrays import AXES, ComplexArray, RealArray, checked
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench.compressor_operation import Source
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
-from deboom.bench.fleet import Body, Cabin, CavityMode, noise_transfer, receptance
+from deboom.bench.fleet import Body, Cabin, noise_transfer, read_body, read_cabin, receptance
 from deboom.bench.powertrain import read_data
 from deboom.bench.writing import check_seed
 from deboom.errors import InputError
@@ -92,45 +91,19 @@ def columns_of(points: tuple[str, ...], n_motion: int = len(AXES)) -> list[int]:
     ]
 
 
-@dataclass(frozen=True, eq=False)
-class ElectricFleet:
-    """Electric cars that carry the same compressor, by their names, ``EV-1`` first."""
-
-    cars: Mapping[str, ElectricCarBody]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "cars", MappingProxyType(dict(self.cars)))
-
-    def car(self, name: str) -> ElectricCarBody:
-        """Return a car by its name; any other name is refused."""
-        if name not in self.cars:
-            raise InputError(f"there is no car '{name}' in the fleet: use {', '.join(self.cars)}")
-        return self.cars[name]
-
-
-def frozen_fleet() -> ElectricFleet:
+def frozen_fleet() -> dict[str, ElectricCarBody]:
     """Return the five cars of ``data/electric_fleet.json``, an unselected draw of the prior."""
     data = read_data(ELECTRIC_FLEET)
-    cabin = _cabin(data)
-    return ElectricFleet(
-        {
-            name: ElectricCarBody(
-                name,
-                Body(
-                    frequencies=np.array(modes["natural_frequency_Hz"]),
-                    damping_ratios=np.array(modes["damping_ratio"]),
-                    shapes_at_paths=np.array(modes["mode_shape_at_points"]),
-                    shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
-                    local_stiffness=_local_stiffness(data),
-                ),
-                cabin,
-            )
-            for name, modes in data["vehicles"].items()
-        }
-    )
+    cabin, stiffness = read_cabin(data), _local_stiffness(data)
+    return {
+        name: ElectricCarBody(
+            name, read_body(modes, modes["mode_shape_at_points"], stiffness), cabin
+        )
+        for name, modes in data["vehicles"].items()
+    }
 
 
-def draw_fleet(seed: int) -> ElectricFleet:
+def draw_fleet(seed: int) -> dict[str, ElectricCarBody]:
     """Draw a fleet of as many cars from the prior of the frozen one, and select nothing.
 
     - `seed`: seed, from 1. The frozen fleet is the draw of 20261121, rounded to nine digits.
@@ -143,7 +116,7 @@ def draw_fleet(seed: int) -> ElectricFleet:
     """
     check_seed(seed)
     data, generator = read_data(ELECTRIC_FLEET), np.random.default_rng(seed)
-    cabin, n_mode = _cabin(data), NOMINAL_FREQUENCIES.size
+    cabin, n_mode = read_cabin(data), NOMINAL_FREQUENCIES.size
     at_points = _draw_shapes(generator)
     at_panels = PANEL_SHAPE * generator.normal(0, 1, (n_mode, cabin.panel_areas.size))
 
@@ -163,7 +136,7 @@ def draw_fleet(seed: int) -> ElectricFleet:
             scale = LEVEL / float(np.median(np.abs(at_mounts)))
         body = replace(body, shapes_at_paths=scale * own_points)
         cars[name] = ElectricCarBody(name, body, cabin)
-    return ElectricFleet(cars)
+    return cars
 
 
 def point_positions() -> dict[str, RealArray]:
@@ -179,24 +152,6 @@ def point_positions() -> dict[str, RealArray]:
         reach = hose["length_m"] * direction / np.linalg.norm(direction)
         ends.append(np.array(hose["port_position_m"]) + reach)
     return dict(zip(POINTS, [*mounts, *ends], strict=True))
-
-
-def _cabin(data: Mapping[str, Any]) -> Cabin:
-    """Return the air in the cabin of the frozen data."""
-    return Cabin(
-        bulk_modulus=data["rho_c2_Pa"],
-        volume=data["cabin_volume_m3"],
-        panel_areas=np.array(data["panel_net_volume_area_m2"]),
-        modes=tuple(
-            CavityMode(
-                mode["frequency_Hz"],
-                mode["damping_ratio"],
-                np.array(mode["shape_at_panel"]),
-                mode["shape_at_driver_ear"],
-            )
-            for mode in data["cavity_modes"]
-        ),
-    )
 
 
 def _local_stiffness(data: Mapping[str, Any]) -> RealArray:
@@ -224,14 +179,7 @@ def _draw_shapes(generator: np.random.Generator) -> RealArray:
     return np.concatenate(blocks, axis=1)
 
 
-@checked(
-    frequency="f",
-    load="f 6",
-    displacement="f 6",
-    body_motion="f motion",
-    body_load="f motion",
-    pressure="f",
-)
+@dataclass(frozen=True, eq=False)
 class CarRun:
     """Everything that happens in the car while the compressor runs, complex peak amplitudes.
 
@@ -276,11 +224,46 @@ def run_car(
     ``(D + Z_cc) x + Z_cb y = F``.
     """
     _check(compressor, hoses)
-    body = _Side(car, frequency, bool(hoses))
-    free = _free_stiffness(compressor, source, frequency)
+    n_at_mounts = len(columns_of(MOUNTS, 3))
+    columns = columns_of(MOUNTS, 3) + (columns_of(HOSES) if hoses else [])
+    size = 6 + len(columns)
+    stretch = np.zeros((n_at_mounts, size))
+    stretch[:, :6] = forward_matrices(compressor.positions)
+    stretch[:, 6 : 6 + n_at_mounts] = -np.eye(n_at_mounts)
+    by_mounts, by_hoses = np.zeros((2, np.size(frequency), size, size), dtype=complex)
+    stiffness = mount_stiffnesses(compressor, frequency)
+    for number, rows in enumerate(stretch.reshape(-1, 3, size)):
+        by_mounts += rows.T @ stiffness[:, number] @ rows
+    for number, hose in enumerate(hoses):
+        first = 6 + n_at_mounts + 6 * number
+        ends = np.r_[0:6, first : first + 6]
+        by_hoses[:, ends[:, None], ends] += hose.stiffness(frequency)
+    joint = by_mounts + by_hoses
+    squared = ((2 * np.pi * frequency) ** 2)[:, None, None]
+    free = source.gyroscopic(frequency) - squared * compressor.mass_matrix
     load = source.load(frequency, gas_factor)
-    joint = _mounts(compressor, frequency, body) + _hoses(hoses, frequency, body)
-    return _solve(body, free, joint, load, frequency)
+
+    # what is touched moves the rest as well
+    everywhere = car.receptance(frequency)[:, :, columns]
+    touched_only = everywhere[:, columns]
+    across, receiver = joint[:, 6:, :6], joint[:, 6:, 6:]
+    follows = -np.linalg.solve(
+        np.eye(len(columns)) + touched_only @ receiver, touched_only @ across
+    )
+    whole = free + joint[:, :6, :6] + joint[:, :6, 6:] @ follows
+    displacement = np.linalg.solve(whole, load[:, :, None])
+    touched = -(across @ displacement + receiver @ (follows @ displacement))
+    on_body = np.zeros((np.size(frequency), everywhere.shape[1]), dtype=complex)
+    on_body[:, columns] = touched[:, :, 0]
+    transfer = car.noise_transfer(frequency)[:, columns]
+    return CarRun(
+        frequency=np.asarray(frequency, dtype=float),
+        load=load,
+        displacement=np.asarray(displacement[:, :, 0], dtype=np.complex128),
+        body_motion=(everywhere @ touched)[:, :, 0],
+        body_load=on_body,
+        pressure=np.einsum("fj,fj->f", transfer, touched[:, :, 0]),
+    )
 
 
 def design_pressure(
@@ -297,41 +280,12 @@ def design_pressure(
     - `car`, `compressor`, `source`, `frequency`, `hoses`, `gas_factor`: arguments as in `run_car`.
     - `stiffness` (n, n_mount, 3): static stiffness of each mount of each design, axial and two
       radial [N/m].
-    - returns (n, f): [Pa]; refuses what `run_car` refuses, and designs of another number of mounts.
+    - returns (n, f): [Pa].
     """
-    _check(compressor, hoses)
-    designs = np.asarray(stiffness, dtype=float)
-    if designs.ndim != 3 or designs.shape[1:] != compressor.stiffness.shape:
-        raise InputError(
-            f"designs have shape (n, {len(compressor.positions)}, 3), not {designs.shape}"
-        )
-    body = _Side(car, frequency, bool(hoses))
-    free = _free_stiffness(compressor, source, frequency)
-    load = source.load(frequency, gas_factor)
-    hose_joint = _hoses(hoses, frequency, body)
-    pressures = []
-    for design in designs:
-        joint = _mounts(replace(compressor, stiffness=design), frequency, body) + hose_joint
-        pressures.append(_solve(body, free, joint, load, frequency).pressure)
-    return np.array(pressures, dtype=complex).reshape(len(designs), np.size(frequency))
-
-
-class _Side:
-    """The body at those of its motions that mounts and hoses touch."""
-
-    def __init__(self, car: ElectricCarBody, frequency: RealArray, with_hoses: bool) -> None:
-        self.n_at_mounts = len(columns_of(MOUNTS, 3))
-        self.columns = columns_of(MOUNTS, 3) + (columns_of(HOSES) if with_hoses else [])
-        self.transfer = car.noise_transfer(frequency)[:, self.columns]
-        whole = car.receptance(frequency)
-        self.receptance = whole[:, self.columns][:, :, self.columns]
-        # what is touched moves the rest as well
-        self.everywhere = whole[:, :, self.columns]
-
-    @property
-    def n_joint(self) -> int:
-        """Number of the compressor's six motions and the body's touched ones."""
-        return 6 + len(self.columns)
+    designs = (replace(compressor, stiffness=design) for design in stiffness)
+    return np.array(
+        [run_car(car, design, source, frequency, hoses, gas_factor).pressure for design in designs]
+    )
 
 
 def _check(compressor: Compressor, hoses: Sequence[Hose]) -> None:
@@ -354,59 +308,6 @@ def mount_stiffnesses(compressor: Compressor, frequency: RealArray) -> ComplexAr
     return np.asarray(compressor.gain_at(frequency)[:, None, None, None] * static)
 
 
-def _free_stiffness(compressor: Compressor, source: Source, frequency: RealArray) -> ComplexArray:
-    squared = ((2 * np.pi * frequency) ** 2)[:, None, None]
-    return np.asarray(source.gyroscopic(frequency) - squared * compressor.mass_matrix)
-
-
-def _mounts(compressor: Compressor, frequency: RealArray, body: _Side) -> ComplexArray:
-    """Stiffness of the mounts between compressor and body, shape (f, n_joint, n_joint)."""
-    stretch = np.zeros((body.n_at_mounts, body.n_joint))
-    stretch[:, :6] = forward_matrices(compressor.positions)
-    stretch[:, 6 : 6 + body.n_at_mounts] = -np.eye(body.n_at_mounts)
-    by_mount = stretch.reshape(-1, 3, body.n_joint)
-    joint: ComplexArray = np.zeros((np.size(frequency), body.n_joint, body.n_joint), dtype=complex)
-    stiffness = mount_stiffnesses(compressor, frequency)
-    for number, rows in enumerate(by_mount):
-        joint += rows.T @ stiffness[:, number] @ rows
-    return joint
-
-
-def _hoses(hoses: Sequence[Hose], frequency: RealArray, body: _Side) -> ComplexArray:
-    """Stiffness of the hoses between compressor and body, shape (f, n_joint, n_joint)."""
-    joint: ComplexArray = np.zeros((np.size(frequency), body.n_joint, body.n_joint), dtype=complex)
-    for number, hose in enumerate(hoses):
-        first = 6 + body.n_at_mounts + 6 * number
-        ends = np.r_[0:6, first : first + 6]
-        joint[:, ends[:, None], ends] += hose.stiffness(frequency)
-    return joint
-
-
-def _solve(
-    body: _Side,
-    free: ComplexArray,
-    joint: ComplexArray,
-    load: ComplexArray,
-    frequency: RealArray,
-) -> CarRun:
-    across, receiver = joint[:, 6:, :6], joint[:, 6:, 6:]
-    flexible = np.eye(len(body.columns)) + body.receptance @ receiver
-    follows = -np.linalg.solve(flexible, body.receptance @ across)
-    whole = free + joint[:, :6, :6] + joint[:, :6, 6:] @ follows
-    displacement = np.linalg.solve(whole, load[:, :, None])
-    touched = -(across @ displacement + receiver @ (follows @ displacement))
-    on_body = np.zeros((np.size(frequency), body.everywhere.shape[1]), dtype=complex)
-    on_body[:, body.columns] = touched[:, :, 0]
-    return CarRun(
-        frequency=np.asarray(frequency, dtype=float),
-        load=load,
-        displacement=np.asarray(displacement[:, :, 0], dtype=np.complex128),
-        body_motion=(body.everywhere @ touched)[:, :, 0],
-        body_load=on_body,
-        pressure=np.einsum("fj,fj->f", body.transfer, touched[:, :, 0]),
-    )
-
-
 LINES = np.arange(20.0, 140.5, 1.0)
 """Of cabin noise [Hz]."""
 
@@ -414,7 +315,7 @@ HOSE_BAND = (90.0, 140.0)
 """Where the thesis hears its hoses [Hz]."""
 
 
-@checked(frequency="f", soft="car f", standard="car f")
+@dataclass(frozen=True, eq=False)
 class HoseGain:
     """Pressure at the driver's ear of every car, with and without the path through the hoses.
 
@@ -444,7 +345,7 @@ class HoseGain:
 
 
 def hose_gain(
-    fleet: ElectricFleet,
+    fleet: Mapping[str, ElectricCarBody],
     compressor: Compressor,
     source: Source,
     hoses: Sequence[Hose],
@@ -456,9 +357,9 @@ def hose_gain(
         np.array(
             [
                 run_car(car, compressor, source, frequency, used, gas_factor).pressure
-                for car in fleet.cars.values()
+                for car in fleet.values()
             ]
         )
         for used in ((), hoses)
     )
-    return HoseGain(frequency, tuple(fleet.cars), soft, standard)
+    return HoseGain(frequency, tuple(fleet), soft, standard)

@@ -54,7 +54,6 @@ from deboom.bench.writing import (
     FRF,
     Dof,
     function,
-    node_lines,
     triple,
     write_json,
     write_readme,
@@ -128,7 +127,10 @@ def write_electric_car(
             "a car is written with mounts that do not soften and with order spectra only: leave "
             "softening and time record out"
         )
-    body = (frozen_fleet() if fleet is None else draw_fleet(fleet)).car(car)
+    cars = frozen_fleet() if fleet is None else draw_fleet(fleet)
+    if car not in cars:
+        raise InputError(f"there is no car '{car}' in the fleet: use {', '.join(cars)}")
+    body = cars[car]
     running_rig = operation(seed, level, plan, noise_free=noise_free)
     errors = NO_PLACEMENT_ERRORS if noise_free else placement_errors(level)
     compressor = running_rig.laboratory.compressor
@@ -170,7 +172,7 @@ def write_electric_car(
         )
         _write_body(unfinished, setup.points, frfs, car)
         _write_car_file(unfinished, car, title, level, setup.points, names, stated)
-        _write_readme(unfinished, title, setup.points, names, hits, plan)
+        _write_readme(unfinished, title, hits, plan)
         _write_truth(unfinished / "truth", body, setup, sensors.microphone, sweeps)
     return Path(folder)
 
@@ -232,55 +234,30 @@ def _write_car_file(
     dump_electric_car_file(folder / ELECTRIC_CAR_FILE, file)
 
 
-def _write_readme(
-    folder: Path,
-    title: str,
-    points: Sequence[PointSheet],
-    names: Sequence[str],
-    hits: HitPlan,
-    plan: OperationPlan,
-) -> None:
-    """Write every file, how it was measured, and the map of the nodes, to ``README.txt``."""
+def _write_readme(folder: Path, title: str, hits: HitPlan, plan: OperationPlan) -> None:
+    """Write what was measured and every file to ``README.txt``."""
     lines = hits.lines
-    with_hoses = "hammer_with_hoses/      the same with its hoses"
-    nodes = []
-    for number, (point, name) in enumerate(zip(points, names, strict=True)):
-        nodes.append(f"{name}:")
-        if point.name in MOUNTS:
-            nodes += node_lines([(FIRST_HOLDER_NODE + number, "accelerometer of the sweeps")])
-        nodes += node_lines((row.node, row.sensor) for row in point.sensors())
-        nodes += node_lines(
-            (row.node, f"{row.impact} ({row.uff_direction})") for row in point.impacts()
-        )
+    with_hoses = {"hammer_with_hoses/": "the same with its hoses"}
     write_readme(
         folder,
         title,
-        f"""\
-A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run in
-the car with its own and with long soft hoses; and the body of the car, struck with the
-compressor taken out. With the errors of real sensors and hammers. Nobody measured this.
-
-SI units, complex peak amplitudes, time factor e^{{+jwt}}; positions count from the virtual
-point of the compressor, along its axes. UFF: binary, data set 58.
-Body: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, H1 of {hits.hits} hits
-of about {hits.impulse:g} N s. Sweeps: first order, phase to the pulse of the tacho.
-
-car.toml                names the files of the body; points, tolerances
-operation.toml          names those of the compressor
-hammer/                 the compressor under the hammer, see its README.txt
-""",
-        [with_hoses] if plan.hammer_with_hoses else [],
-        """\
-sensors.csv             accelerometers on the compressor while it ran
-sweeps/                 first order over speed: compressor, body side of every mount, ear
-ntf/positions.xlsx      sensors and impacts on the body
-ntf/pressure.uff        pressure at the ear per force (type 4), coherence (type 6)
-ntf/accelerance.uff     acceleration on the body per force (type 4)
-truth/                  the exact values behind, for verification only
-
-""",
-        node_lines([(EAR_NODE, f"{EAR}, {MICROPHONE}")]),
-        nodes,
+        "A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run in "
+        "the car with its own and with long soft hoses; and the body of the car, struck with the "
+        "compressor taken out. Positions count from the virtual point of the compressor, along its "
+        f"axes. Body: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, H1 of {hits.hits} "
+        f"hits of about {hits.impulse:g} N s. Sweeps: first order, phase to the pulse of the "
+        "tacho.",
+        {
+            ELECTRIC_CAR_FILE: "names the files of the body; points, tolerances",
+            "operation.toml": "names those of the compressor",
+            "hammer/": "the compressor under the hammer, see its README.txt",
+            **(with_hoses if plan.hammer_with_hoses else {}),
+            "sensors.csv": "accelerometers on the compressor while it ran",
+            "sweeps/": "first order over speed: compressor, body side of every mount, ear",
+            POSITIONS: "sensors and impacts on the body, with their nodes",
+            PRESSURE: "pressure at the ear per force (type 4), coherence (type 6)",
+            ACCELERANCE: "acceleration on the body per force (type 4)",
+        },
     )
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import AXES, ComplexArray, RealArray, checked
+from deboom.arrays import AXES, ComplexArray, RealArray
 from deboom.bench.compressor_operation import SCATTER, Operation, Sweep, floor, gas_factor
 from deboom.bench.compressor_rig import (
     HitPlan,
@@ -63,7 +63,7 @@ SOUND_FLOOR = 3e-5
 in a closed car in a quiet room."""
 
 
-@checked(position="3")
+@dataclass(frozen=True, eq=False)
 class PointSheet:
     """What is glued on and struck around one point.
 
@@ -159,7 +159,7 @@ def draw_setup(
     return Setup(tuple(points), tuple(replace(point, hammer_gain=gain) for point in placed))
 
 
-@checked(frequency="f", pressure="f m", coherence="f m", acceleration="f c m")
+@dataclass(frozen=True, eq=False)
 class BodyFrfs:
     """FRFs over the hits of every impact on the body.
 
@@ -253,7 +253,7 @@ class CarSensors:
     microphone: float
 
 
-@checked(acceleration="f c", holder="f h", sound="f 1")
+@dataclass(frozen=True, eq=False)
 class CarSweep(Sweep):
     """One run-up in the car: the truth, and its channels without noise [m/s²], [m/s²], [Pa]."""
 

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.powertrain import read_data
 
 FROZEN_SEED = 1
@@ -25,7 +24,7 @@ LOWEST_FREQUENCY = 8.0
 LOWEST_DAMPING = 0.01
 
 
-@checked(panel_shape="panel")
+@dataclass(frozen=True, eq=False)
 class CavityMode:
     """One mode of a cabin: frequency [Hz], damping ratio and shapes at panels and ear [1]."""
 
@@ -35,7 +34,7 @@ class CavityMode:
     ear_shape: float
 
 
-@checked(panel_areas="panel")
+@dataclass(frozen=True, eq=False)
 class Cabin:
     """The air in a cabin: uniform compression and some modes.
 
@@ -66,13 +65,7 @@ class Cabin:
         return np.asarray(self.bulk_modulus * self.panel_areas / self.volume * total)
 
 
-@checked(
-    frequencies="mode",
-    damping_ratios="mode",
-    shapes_at_paths="mode path",
-    shapes_at_panels="mode panel",
-    local_stiffness="path",
-)
+@dataclass(frozen=True, eq=False)
 class Body:
     """Mass-normalised modes of a trimmed body.
 
@@ -119,9 +112,6 @@ class BenchFleet:
     cabin: Cabin
     bodies: Mapping[str, Body]
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "bodies", MappingProxyType(dict(self.bodies)))
-
 
 @dataclass(frozen=True)
 class BodySpread:
@@ -155,31 +145,43 @@ def load_fleet(seed: int) -> BenchFleet:
     draw of the prior as it comes.
     """
     data = read_data("fleet.json")
-    first_mode = CavityMode(
-        frequency=data["cabin_mode_Hz"],
-        damping_ratio=data["cabin_mode_damping_ratio"],
-        panel_shape=np.array(data["cabin_mode_shape_at_panel"]),
-        ear_shape=data["cabin_mode_shape_at_driver_ear"],
-    )
-    cabin = Cabin(
+    frozen = {
+        name: read_body(modes, modes["mode_shape_at_paths"], modes["local_stiffness_N_per_m"])
+        for name, modes in data["vehicles"].items()
+    }
+    bodies = frozen if seed == FROZEN_SEED else draw_fleet(seed)
+    return BenchFleet(tuple(data["paths"]), read_cabin(data), bodies)
+
+
+def read_cabin(data: Mapping[str, Any]) -> Cabin:
+    """Read the air in the cabin of a fleet's frozen data."""
+    return Cabin(
         bulk_modulus=data["rho_c2_Pa"],
         volume=data["cabin_volume_m3"],
         panel_areas=np.array(data["panel_net_volume_area_m2"]),
-        modes=(first_mode,),
+        modes=tuple(
+            CavityMode(
+                mode["frequency_Hz"],
+                mode["damping_ratio"],
+                np.array(mode["shape_at_panel"]),
+                mode["shape_at_driver_ear"],
+            )
+            for mode in data["cavity_modes"]
+        ),
     )
-    if seed != FROZEN_SEED:
-        return BenchFleet(tuple(data["paths"]), cabin, draw_fleet(seed))
-    bodies = {
-        name: Body(
-            frequencies=np.array(modes["natural_frequency_Hz"]),
-            damping_ratios=np.array(modes["damping_ratio"]),
-            shapes_at_paths=np.array(modes["mode_shape_at_paths"]),
-            shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
-            local_stiffness=np.array(modes["local_stiffness_N_per_m"]),
-        )
-        for name, modes in data["vehicles"].items()
-    }
-    return BenchFleet(tuple(data["paths"]), cabin, bodies)
+
+
+def read_body(
+    modes: Mapping[str, Any], at_paths: npt.ArrayLike, local_stiffness: npt.ArrayLike
+) -> Body:
+    """Read the modes of one vehicle in a fleet's frozen data, or in its prior."""
+    return Body(
+        frequencies=np.array(modes["natural_frequency_Hz"]),
+        damping_ratios=np.array(modes["damping_ratio"]),
+        shapes_at_paths=np.array(at_paths),
+        shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
+        local_stiffness=np.array(local_stiffness),
+    )
 
 
 def draw_fleet(seed: int) -> dict[str, Body]:

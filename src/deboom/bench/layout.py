@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import RealArray, checked
+from deboom.arrays import RealArray
 from deboom.bench.operating_run import SIDES, PlannedRun
 from deboom.bench.powertrain import AXES, VirtualBench
 
@@ -64,7 +65,7 @@ PUSH_ARM = 0.05
 """How far beside the virtual point the shaker pushes [m]."""
 
 
-@checked(position="3")
+@dataclass(frozen=True, eq=False)
 class Point:
     """A virtual point: where a mount, or one piece of it, meets the body.
 
@@ -90,43 +91,42 @@ class Point:
         return f"{self.name} {axis}"
 
 
-@checked(position="3")
+@dataclass(frozen=True, eq=False)
 class Place:
-    """The place of one triaxial sensor.
+    """Where a triaxial sensor sits near a virtual point, or where a push or blow acts.
 
-    - `name`: name, such as ``A1`` on the powertrain, ``C1`` of a cell or ``B4`` on the body.
+    - `name`: name, such as ``A1`` on the powertrain, ``C1`` of a cell, ``B4`` on the body, ``P2``
+      of a push or ``I3 y`` of a blow.
     - `point`: virtual point that it belongs to.
     - `node`: node in the UFF files.
-    - `position` (3,): position from the true centre of gravity of the powertrain [m].
-    - `angles` (rx, ry, rz): angles that turn vehicle axes into its own, about the fixed axes x,
-      then y, then z [deg].
+    - `offset` (3,): from the virtual point [m].
+    - `angles` (rx, ry, rz): angles that turn vehicle axes into a sensor's own, about the fixed axes
+      x, then y, then z [deg].
+    - `direction`: direction of a positive force, such as ``-y``; none of a sensor.
     """
 
     name: str
     point: Point
     node: int
-    position: RealArray
+    offset: RealArray
     angles: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    direction: str = ""
+
+    @property
+    def position(self) -> RealArray:
+        """Position from the true centre of gravity of the powertrain, shape (3,) [m]."""
+        return self.point.position + self.offset
 
     @property
     def channels(self) -> tuple[str, ...]:
-        """Names of its channels, such as ``B4 x``."""
+        """Names of a sensor's channels, such as ``B4 x``."""
         return tuple(f"{self.name} {axis}" for axis in AXES)
 
-
-@checked(position="3", offset="3")
-class PushPlace:
-    """A push of the shaker along an axis beside the virtual point of a mount.
-
-    Position from the true centre of gravity, and offset from the virtual point, shape (3,) [m].
-    """
-
-    name: str
-    mount: str
-    node: int
-    position: RealArray
-    offset: RealArray
-    axis: int
+    @property
+    def vector(self) -> RealArray:
+        """Unit vector along `direction`."""
+        sign = -1.0 if self.direction.startswith("-") else 1.0
+        return np.array([sign * (axis == self.direction[1:]) for axis in AXES])
 
 
 def points(bench: VirtualBench) -> tuple[Point, ...]:
@@ -154,18 +154,18 @@ def paths(bench: VirtualBench) -> tuple[tuple[str, str, int], ...]:
     return (*powertrain, ("Du", "x", BOTH_WISHBONES_NODE))
 
 
-def push_places(bench: VirtualBench) -> tuple[PushPlace, ...]:
+def push_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return the pushes across the ends of three arms, mount by mount: moments about all axes."""
     where = [
-        (mount, position, PUSH_ARM * np.eye(3)[arm], axis)
-        for mount, position in zip(bench.mount_names, bench.positions, strict=True)
+        (point, PUSH_ARM * np.eye(3)[arm], f"+{axis}")
+        for point in points(bench)[: len(bench.mount_names)]
         for arm in range(3)
-        for axis in range(3)
-        if axis != arm
+        for axis in AXES
+        if axis != AXES[arm]
     ]
     return tuple(
-        PushPlace(f"P{n}", mount, FIRST_PUSH_NODE + n - 1, position + offset, offset, axis)
-        for n, (mount, position, offset, axis) in enumerate(where, 1)
+        Place(f"P{n}", point, FIRST_PUSH_NODE + n - 1, offset, direction=direction)
+        for n, (point, offset, direction) in enumerate(where, 1)
     )
 
 
@@ -195,14 +195,13 @@ def _places(
     side_offset: tuple[float, ...],
 ) -> tuple[Place, ...]:
     """Return the numbered sensors at their offsets from the virtual points."""
+    around = (*offsets, *[(side_offset,)] * len(SIDES))
     where = [
-        (point, point.position + np.array(offset))
-        for point, around in zip(
-            points(bench), (*offsets, *[(side_offset,)] * len(SIDES)), strict=True
-        )
-        for offset in around
+        (point, np.array(offset))
+        for point, of_point in zip(points(bench), around, strict=True)
+        for offset in of_point
     ]
     return tuple(
-        Place(f"{letter}{number}", point, first_node + number - 1, position)
-        for number, (point, position) in enumerate(where, 1)
+        Place(f"{letter}{number}", point, first_node + number - 1, offset)
+        for number, (point, offset) in enumerate(where, 1)
     )

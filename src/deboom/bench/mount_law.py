@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import expit
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 
 CROSS_WIDTH = 1.0e-3
 """Deflection over which the transverse directions stiffen [m]; an engineering judgement."""
@@ -140,7 +140,7 @@ class DirectionLaw:
         )
 
 
-@checked(forward="axis dof")
+@dataclass(frozen=True, eq=False)
 class BenchMount:
     """One mount of the bench.
 
@@ -157,7 +157,7 @@ class BenchMount:
     cross_deflection: float
 
 
-@checked(mass_matrix="dof dof")
+@dataclass(frozen=True, eq=False)
 class SuspendedBody:
     """A rigid body (powertrain, wheel end) on its mounts.
 

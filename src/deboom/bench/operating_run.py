@@ -6,7 +6,7 @@ from dataclasses import dataclass, fields, replace
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.mount_law import (
     SuspendedBody,
     operating_stiffness,
@@ -68,12 +68,7 @@ class PlannedRun:
         return f"{ordinal} gear, full load, {self.torque:.0f} Nm"
 
 
-@checked(
-    motion="f dof",
-    displacement="f direction",
-    stiffness="f direction",
-    static_deflection="f direction",
-)
+@dataclass(frozen=True, eq=False)
 class BodyState:
     """Steady state of one suspended body over the lines of a run.
 
@@ -92,7 +87,7 @@ class BodyState:
         return self.stiffness * self.displacement
 
 
-@checked(frequency="f", engine_torque="f")
+@dataclass(frozen=True, eq=False)
 class OperatingRun:
     """The truth of one run; `channels` names the columns of displacement, stiffness and force.
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -37,11 +37,11 @@ from deboom.bench.sensors import (
 from deboom.bench.writing import (
     FRF,
     SPECTRUM,
+    VEHICLE_AXES,
     Dof,
     Progress,
     check_seed,
     function,
-    silent,
     stacked,
     triple,
     write_json,
@@ -100,8 +100,12 @@ def write_platform(folder: Path, seed: int, progress: Progress | None = None) ->
         Seed below 1; a folder that is not empty or cannot be written.
     """
     check_seed(seed)
+    fleet = load_fleet(seed)
+    n_file = len(LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        _write_files(unfinished, seed, progress or silent)
+        for done, name in enumerate(_write_files(unfinished, seed, fleet), 1):
+            if progress is not None:
+                progress(done, n_file, name)
     return Path(folder)
 
 
@@ -166,16 +170,15 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench, sheet: DataSheet) 
     write_json(folder / "powertrain.json", powertrain)
 
 
-def _write_files(folder: Path, seed: int, progress: Progress) -> None:
-    """Draw everything, and write every file."""
-    bench, fleet, budget = load_bench(), load_fleet(seed), ErrorBudget()
+def _write_files(folder: Path, seed: int, fleet: BenchFleet) -> Iterator[str]:
+    """Draw everything, and write every file; give the name of the larger ones."""
+    bench, budget = load_bench(), ErrorBudget()
     # one child per purpose, so that a change of one draw leaves the others as they are
     children = np.random.SeedSequence(seed).spawn(6)
     for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end, for_torque = children
     sheet = draw_data_sheet(bench, np.random.default_rng(for_sheet))
     wheel_end_mass = draw_wheel_end_mass(bench, np.random.default_rng(for_wheel_end))
     instrumentation = draw_instrumentation(bench, budget, np.random.default_rng(for_sensors))
-    total = len(LOAD_CASES) + len(fleet.bodies) + 1
     for name in ("operating", "noise_transfer", "truth"):
         (folder / name).mkdir()
 
@@ -184,50 +187,34 @@ def _write_files(folder: Path, seed: int, progress: Progress) -> None:
     for case, child in zip(LOAD_CASES, for_runs.spawn(len(LOAD_CASES)), strict=True):
         run = true_run(bench, case, FREQUENCY)
         measured = measured_run(instrumentation, run, budget, np.random.default_rng(child))
-        write_uff(folder / _operating_file(case), _operating_functions(bench, measured, case))
+        name = f"operating/{case.name}.uff"
+        write_uff(folder / name, _operating_functions(bench, measured, case))
         torque = run.engine_torque + torque_noise.normal(0, TORQUE_NOISE, FREQUENCY.size)
-        write_torque_table(folder / _torque_file(case), FREQUENCY, np.round(torque, TORQUE_DIGITS))
+        table = folder / f"operating/{case.name}_torque.csv"
+        write_torque_table(table, FREQUENCY, np.round(torque, TORQUE_DIGITS))
         runs[case.name] = run
-        progress(len(runs), total, _operating_file(case))
+        yield name
 
     transfers = {}
     children = for_vehicles.spawn(len(fleet.bodies))
-    for (vehicle, node), child in zip(_ear_nodes(fleet).items(), children, strict=True):
+    for node, (vehicle, child) in enumerate(
+        zip(fleet.bodies, children, strict=True), FIRST_EAR_NODE
+    ):
         true = noise_transfer(fleet.bodies[vehicle], fleet.cabin, FREQUENCY)
         heard = measured_noise_transfer(true, TransferErrors(), np.random.default_rng(child))
-        name = _noise_transfer_file(vehicle)
+        name = f"noise_transfer/{vehicle}.uff"
         write_uff(folder / name, _noise_transfer_functions(bench, heard, vehicle, node))
         transfers[vehicle] = true
-        progress(len(runs) + len(transfers), total, name)
+        yield name
 
     _write_truth(folder / "truth", fleet, runs, transfers)
     write_powertrain_truth(folder / "truth", bench, sheet)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench))
-    _write_readme(folder, bench, fleet, seed)
+    _write_readme(folder, bench, seed)
     file = _platform_file(bench, sheet, wheel_end_mass, fleet)
     dump_platform_file(folder / "platform.toml", file)
-    progress(total, total, "platform.toml")
-
-
-def _noise_transfer_file(vehicle: str) -> str:
-    """Return the file of a vehicle's noise transfer functions."""
-    return f"noise_transfer/{vehicle}.uff"
-
-
-def _operating_file(case: PlannedRun) -> str:
-    """Return the file of a load case's operating spectra."""
-    return f"operating/{case.name}.uff"
-
-
-def _torque_file(case: PlannedRun) -> str:
-    """Return the file of a load case's engine torque."""
-    return f"operating/{case.name}_torque.csv"
-
-
-def _ear_nodes(fleet: BenchFleet) -> dict[str, int]:
-    """Assign each vehicle the node of its driver's ear."""
-    return {vehicle: FIRST_EAR_NODE + k for k, vehicle in enumerate(fleet.bodies)}
+    yield "platform.toml"
 
 
 def _operating_functions(
@@ -316,10 +303,10 @@ def _platform_file(
             VehicleEntry(
                 name=vehicle,
                 group=vehicle.rpartition("-")[0],
-                noise_transfer=_noise_transfer_file(vehicle),
+                noise_transfer=f"noise_transfer/{vehicle}.uff",
                 ear_node=node,
             )
-            for vehicle, node in _ear_nodes(fleet).items()
+            for node, vehicle in enumerate(fleet.bodies, FIRST_EAR_NODE)
         ),
         load_cases=tuple(
             LoadCaseEntry(
@@ -327,56 +314,35 @@ def _platform_file(
                 title=case.title,
                 gear=case.gear,
                 torque_limit_nm=case.torque,
-                operating=_operating_file(case),
-                torque_table=_torque_file(case),
+                operating=f"operating/{case.name}.uff",
+                torque_table=f"operating/{case.name}_torque.csv",
             )
             for case in LOAD_CASES
         ),
     )
 
 
-def _write_readme(folder: Path, bench: VirtualBench, fleet: BenchFleet, seed: int) -> None:
-    """Write every file, and the map from nodes and directions to channels, to ``README.txt``."""
+def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
+    """Write what was measured and every kind of file to ``README.txt``."""
     origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
     first, last = FREQUENCY[[0, -1]]
     write_readme(
         folder,
         TITLE,
-        f"""\
-Virtual measurements of the deboom bench, with the errors of real sensors. Written by
-    deboom bench write FOLDER --seed {seed}
-({origin}). Nobody measured this in a car.
-
-All spectra: {FREQUENCY.size} lines from {first:g} to {last:g} Hz, \
-engine order {bench.order_torque.order:g}, SI units,
-complex peak amplitudes, time factor e^{{+jwt}}. x points rearward, y to the right, z up;
-positions count from the powertrain's centre of gravity. UFF files: ASCII, data set 58.
-
-platform.toml      names every other file; engine, gear ratios, data sheet
-{MOUNT_TABLE:<18} position of the virtual point of every mount
-{CHANNEL_TABLE:<18} which node and direction is which channel, and its unit
-truth/             the exact values behind the measurements, for verification only;
-                   no study reads it, and deleting it changes no result
-
-Operating displacement [m] and force on the body [N] at the virtual points, type 0:
-""",
-        (f"    {_operating_file(case):<28} {case.title}" for case in LOAD_CASES),
-        "    node direction   channel",
-        (
-            f"    {point.node}  +{axis}          {point.channel(axis)}"
-            for point in points(bench)
-            for axis in point.axes
-        ),
-        "\nEngine torque at every line [N m]:",
-        (f"    {_torque_file(case)}" for case in LOAD_CASES),
-        "\nNoise transfer functions [Pa/N], type 4; response = ear node, reference = path:",
-        (
-            f"    {_noise_transfer_file(vehicle):<28} driver's ear of {vehicle}: node {node}"
-            for vehicle, node in _ear_nodes(fleet).items()
-        ),
-        "    node direction   path",
-        (f"    {node}  +{axis}          {mount} {axis}" for mount, axis, node in paths(bench)),
-        "    Du x: the same force on both wishbone mounts in phase, per newton of their sum.",
+        f"Written by deboom bench write FOLDER --seed {seed} ({origin}). All spectra: "
+        f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{bench.order_torque.order:g}. {VEHICLE_AXES} No study reads truth/, and deleting it "
+        "changes no result.",
+        {
+            "platform.toml": "names every other file; engine, gear ratios, data sheet",
+            MOUNT_TABLE: "position of the virtual point of every mount",
+            CHANNEL_TABLE: "which node and direction is which channel, and its unit",
+            "operating/CASE.uff": "displacement [m] and force on the body [N] at the virtual "
+            "points, type 0",
+            "operating/CASE_torque.csv": "engine torque at every line [N m]",
+            "noise_transfer/VEHICLE.uff": "pressure at the driver's ear per force [Pa/N], type 4; "
+            "Du x: the same force on both wishbone mounts in phase, per newton of their sum",
+        },
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.mount_law import BenchMount, DirectionLaw, FluidBranch, Stage, SuspendedBody
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrix, mass_matrix
@@ -71,7 +71,7 @@ class OrderTorque:
     low_speed_phase: float
     low_speed: float
     speed_scale: float
-    inertia: float = 0.0
+    inertia: float
 
     def torque(self, engine_torque: RealArray, rpm: RealArray) -> ComplexArray:
         """Return the complex peak amplitude [N m] at engine torque [N m] and speed [rpm]."""
@@ -107,19 +107,6 @@ class FullLoadRamp:
         return limit * reached
 
 
-THREE_CYLINDER_TORQUE = OrderTorque(
-    order=1.5,
-    at_no_load=38.0,
-    per_torque=1.92,
-    phase=np.deg2rad(-80.0),
-    low_speed_phase=np.deg2rad(-5.0),
-    low_speed=800.0,
-    speed_scale=700.0,
-)
-
-FULL_LOAD_RAMP = FullLoadRamp(start=790.0, scale=260.0, natural_torque=235.0, exponent=1.15)
-
-
 @dataclass(frozen=True)
 class Driveline:
     """From engine torque to the load on one wheel end along x.
@@ -153,7 +140,7 @@ class Driveline:
         return at_wheels / (2 * self.wheel_radius)
 
 
-@checked(inertia="3 3", positions="mount 3")
+@dataclass(frozen=True, eq=False)
 class VirtualBench:
     """Powertrain and wheel ends on their true mounts, with what excites them.
 
@@ -200,11 +187,27 @@ def read_data(name: str) -> dict[str, Any]:
 
 def load_bench() -> VirtualBench:
     """Build the bench with the frozen truth of ``data/powertrain.json``."""
-    data = read_data("powertrain.json")
+    return _bench(read_data("powertrain.json"))
+
+
+def load_second_engine() -> VirtualBench:
+    """Put a second engine on the bench: four cylinders, order 2, with inertia.
+
+    Mass, mount positions, gears and excitation are those of ``data/second_engine.json``; mounts and
+    wheel ends are as drawn for the virtual platform. Whoever knows the mounts, and measures the
+    motion of this powertrain, must find its forces: the mounts do not know what they carry.
+    """
+    return _bench(read_data("powertrain.json") | read_data("second_engine.json"))
+
+
+def _bench(data: Mapping[str, Any]) -> VirtualBench:
+    """Build the bench of one engine."""
     laws = {name: _direction_law(law) for name, law in data["directions"].items()}
-    positions = {name: np.array(r) for name, r in data["mount_position_m"].items()}
+    positions = {name: np.array(place) for name, place in data["mount_position_m"].items()}
+    inertia, wishbone = np.array(data["inertia_kg_m2"]), data["wishbone"]
+    torque, ramp = data["order_torque"], data["ramp"]
     powertrain = SuspendedBody(
-        mass_matrix=mass_matrix(data["mass_kg"], data["inertia_kg_m2"]),
+        mass_matrix=mass_matrix(data["mass_kg"], inertia),
         mounts=tuple(
             BenchMount(
                 name=name,
@@ -217,7 +220,6 @@ def load_bench() -> VirtualBench:
         amplitude_coupling=AMPLITUDE_COUPLING,
         play=PLAY,
     )
-    wishbone = data["wishbone"]
     wheel_end = SuspendedBody(
         mass_matrix=np.array([[wishbone["wheel_end_mass_kg"]]]),
         mounts=(BenchMount("Du", np.eye(1), (laws["Du x"],), cross_deflection=np.inf),),
@@ -226,7 +228,7 @@ def load_bench() -> VirtualBench:
     )
     return VirtualBench(
         mass=data["mass_kg"],
-        inertia=np.array(data["inertia_kg_m2"]),
+        inertia=inertia,
         positions=np.array(list(positions.values())),
         powertrain=powertrain,
         wheel_end=wheel_end,
@@ -238,51 +240,18 @@ def load_bench() -> VirtualBench:
             traction_share=TRACTION_SHARE,
         ),
         total_ratios=tuple(data["total_gear_ratio"]),
-        order_torque=THREE_CYLINDER_TORQUE,
-        ramp=FULL_LOAD_RAMP,
-        cylinders=3,
-    )
-
-
-def load_second_engine() -> VirtualBench:
-    """Put a second engine on the bench: four cylinders, order 2, with inertia.
-
-    Mass, mount positions, gears and excitation are those of ``data/second_engine.json``; mounts and
-    wheel ends are as drawn for the virtual platform. Whoever knows the mounts, and measures the
-    motion of this powertrain, must find its forces: the mounts do not know what they carry.
-    """
-    data, bench = read_data("second_engine.json"), load_bench()
-    positions = np.array([data["mount_position_m"][name] for name in bench.mount_names])
-    inertia = np.array(data["inertia_kg_m2"])
-    torque, ramp = data["order_torque"], data["ramp"]
-    mounts = tuple(
-        replace(mount, forward=forward_matrix(position))
-        for mount, position in zip(bench.powertrain.mounts, positions, strict=True)
-    )
-    return replace(
-        bench,
-        mass=data["mass_kg"],
-        inertia=inertia,
-        positions=positions,
-        powertrain=replace(
-            bench.powertrain, mass_matrix=mass_matrix(data["mass_kg"], inertia), mounts=mounts
-        ),
-        total_ratios=tuple(data["total_gear_ratio"]),
         order_torque=OrderTorque(
             order=torque["order"],
             at_no_load=torque["at_no_load_Nm"],
             per_torque=torque["per_torque"],
             phase=np.deg2rad(torque["phase_deg"]),
-            low_speed_phase=0.0,
-            low_speed=ramp["start_rpm"],
-            speed_scale=ramp["scale_rpm"],
+            low_speed_phase=np.deg2rad(torque["low_speed_phase_deg"]),
+            low_speed=torque["low_speed_rpm"],
+            speed_scale=torque["speed_scale_rpm"],
             inertia=torque["inertia_kg_m2"],
         ),
         ramp=FullLoadRamp(
-            start=ramp["start_rpm"],
-            scale=ramp["scale_rpm"],
-            natural_torque=ramp["natural_torque_Nm"],
-            exponent=ramp["exponent"],
+            ramp["start_rpm"], ramp["scale_rpm"], ramp["natural_torque_Nm"], ramp["exponent"]
         ),
         cylinders=data["cylinders"],
     )

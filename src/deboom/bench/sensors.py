@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.spatial.transform import Rotation
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.layout import accelerometer_places
 from deboom.bench.operating_run import SIDES, OperatingRun
 from deboom.bench.powertrain import VirtualBench
@@ -88,15 +88,7 @@ class ErrorBudget:
         return np.asarray(1 + self.bench_flexibility * (frequency / self.bench_frequency) ** 2)
 
 
-@checked(
-    sensing="c 6",
-    cell_transfer="mount 3 3",
-    side_acceleration_gain="side",
-    side_cell_gain="side",
-    sensor_forward="c 6",
-    point_forward="p 6",
-    force_transfer="mount 3 3",
-)
+@dataclass(frozen=True, eq=False)
 class Instrumentation:
     """What the sensors truly do, and what the laboratory believes of them.
 
@@ -119,7 +111,7 @@ class Instrumentation:
     force_transfer: RealArray
 
 
-@checked(displacement="f c", force="f c")
+@dataclass(frozen=True, eq=False)
 class MeasuredRun:
     """Measured displacement [m] and force [N] at the virtual points, in the true channels."""
 
@@ -232,7 +224,7 @@ def measured_noise_transfer(
     return measured
 
 
-@checked(inertia="3 3", centre_error="3")
+@dataclass(frozen=True, eq=False)
 class DataSheet:
     """What a data sheet states: mass [kg], and inertia about the centre of gravity [kg m²].
 

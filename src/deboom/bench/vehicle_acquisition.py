@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.fleet import Body, Cabin
 from deboom.bench.interfaces import (
     EARS,
@@ -16,14 +15,9 @@ from deboom.bench.interfaces import (
     point_shapes,
     source_motion,
 )
-from deboom.bench.layout import FIRST_EAR_NODE, Place, Point, points
+from deboom.bench.layout import FIRST_EAR_NODE, Place, points
 from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.bench.signals import complex_normal
-from deboom.bench.writing import triple
-from deboom.errors import InputError
-from deboom.files.hammer_test import HammerSheet, write_hammer_test
-from deboom.files.rows import HammerChannel, HammerPoint
-from deboom.files.tables import parse_unit
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_IMPACT_NODE, FIRST_BODY_SENSOR_NODE = 301, 401
@@ -46,41 +40,20 @@ BODY_SENSOR_ANGLES = ((0.0, 0.0, 0.0), (0.0, 0.0, 90.0), (180.0, 0.0, 0.0))
 """How they are glued on, known: about the fixed axes x, then y, then z [deg]."""
 
 
-@checked(position="3")
-class ImpactPlace:
-    """One blow of the hammer, such as ``I3 y``, around a virtual point.
-
-    A positive force has a direction, such as ``-y``; the position (3,) counts from the powertrain's
-    centre of gravity [m].
-    """
-
-    name: str
-    point: Point
-    node: int
-    direction: str
-    position: RealArray
-
-    @property
-    def vector(self) -> RealArray:
-        """Unit vector along `direction`."""
-        sign = -1.0 if self.direction.startswith("-") else 1.0
-        return np.array([sign * (axis == self.direction[1:]) for axis in AXES])
-
-
-def impact_places(bench: VirtualBench) -> tuple[ImpactPlace, ...]:
+def impact_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return nine blows per interface: three points, three directions."""
     struck = [
-        (point, offset, pushes)
+        (point, np.array(offset), pushes)
         for point in points(bench)
         for offset, pushes in zip(IMPACT_OFFSETS, PUSHES, strict=True)
     ]
     return tuple(
-        ImpactPlace(
-            name=f"I{number + 1} {axis}",
-            point=point,
-            node=FIRST_IMPACT_NODE + number,
+        Place(
+            f"I{number + 1} {axis}",
+            point,
+            FIRST_IMPACT_NODE + number,
+            offset,
             direction=f"{'+' if push > 0 else '-'}{axis}",
-            position=point.position + np.array(offset),
         )
         for number, (point, offset, pushes) in enumerate(struck)
         for axis, push in zip(AXES, pushes, strict=True)
@@ -90,49 +63,14 @@ def impact_places(bench: VirtualBench) -> tuple[ImpactPlace, ...]:
 def body_sensor_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return three triaxial accelerometers per interface, on the body."""
     glued = [
-        (point, offset, angles)
+        (point, np.array(offset), angles)
         for point in points(bench)
         for offset, angles in zip(BODY_SENSOR_OFFSETS, BODY_SENSOR_ANGLES, strict=True)
     ]
     return tuple(
-        Place(
-            f"B{number + 1}",
-            point,
-            FIRST_BODY_SENSOR_NODE + number,
-            point.position + np.array(offset),
-            angles,
-        )
+        Place(f"B{number + 1}", point, FIRST_BODY_SENSOR_NODE + number, offset, angles)
         for number, (point, offset, angles) in enumerate(glued)
     )
-
-
-def impact_rows(
-    bench: VirtualBench, positions: RealArray, directions: RealArray
-) -> tuple[RealArray, ...]:
-    """Return per interface what the given blows push: rows ``dᵀ V``, shape (9, 6) each."""
-    forward = forward_matrices(_levers(bench, positions)).reshape(-1, 3, 6)
-    rows = np.einsum("ca,cab->cb", directions, forward)
-    return tuple(rows.reshape(len(points(bench)), -1, 6))
-
-
-def sensor_rows(
-    bench: VirtualBench, positions: RealArray, orientations: RealArray
-) -> tuple[RealArray, ...]:
-    """Return per interface what the given accelerometers see: rows ``Rᵀ V``, shape (9, 6) each."""
-    rows = forward_matrices(_levers(bench, positions), orientations)
-    return tuple(rows.reshape(len(points(bench)), -1, 6))
-
-
-def _levers(bench: VirtualBench, positions: RealArray) -> RealArray:
-    """Return positions from the virtual point of their interface, shape (n, 3) [m]."""
-    virtual_points = np.array([point.position for point in points(bench)])
-    levers = positions.reshape(len(virtual_points), -1, 3) - virtual_points[:, None]
-    return np.asarray(levers.reshape(-1, 3))
-
-
-def orientations(places: tuple[Place, ...]) -> RealArray:
-    """Return the rotation of each sensor, columns are its axes, shape (n, 3, 3)."""
-    return rotation_matrix(np.deg2rad([place.angles for place in places]))
 
 
 @dataclass(frozen=True)
@@ -171,7 +109,7 @@ NO_ACQUISITION_ERRORS = AcquisitionErrors(*[0.0] * 12)
 """Everything exact, for verification."""
 
 
-@checked(microphone="ear", source="ear")
+@dataclass(frozen=True, eq=False)
 class Setup:
     """How the vehicle is truly instrumented, and how its hammer and loudspeaker err.
 
@@ -194,37 +132,25 @@ def draw_setup(
 ) -> Setup:
     """Instrument a vehicle: nominal places, with the errors of those who put the sensors there."""
     impacts, sensors = impact_places(bench), body_sensor_places(bench)
-    nominal = orientations(sensors)
-    blows = np.array([place.position for place in impacts])
+    n_interface = len(points(bench))
+    blows = np.array([place.offset for place in impacts])
     blows = blows + generator.normal(0, errors.impact_position, blows.shape)
     tilt = rotation_matrix(generator.normal(0, errors.impact_angle, blows.shape))
     pushes = np.einsum("cab,cb->ca", tilt, np.array([place.vector for place in impacts]))
-    seats = np.array([place.position for place in sensors])
+    pushed = np.einsum("ca,cab->cb", pushes, forward_matrices(blows).reshape(-1, 3, 6))
+    seats = np.array([place.offset for place in sensors])
     seats = seats + generator.normal(0, errors.sensor_position, seats.shape)
+    nominal = rotation_matrix(np.deg2rad([place.angles for place in sensors]))
     turn = rotation_matrix(generator.normal(0, errors.sensor_angle, seats.shape))
-    gains = 1 + generator.normal(0, errors.accelerometer_gain, (len(sensors), 3))
-    seen = sensor_rows(bench, seats, turn @ nominal)
-    by_interface = gains.reshape(len(seen), -1)
+    gains = 1 + generator.normal(0, errors.accelerometer_gain, (3 * len(sensors), 1))
+    seen = gains * forward_matrices(seats, turn @ nominal)
     return Setup(
-        impact_rows=impact_rows(bench, blows, pushes),
-        sensor_rows=tuple(
-            gain[:, None] * rows for gain, rows in zip(by_interface, seen, strict=True)
-        ),
+        impact_rows=tuple(pushed.reshape(n_interface, -1, 6)),
+        sensor_rows=tuple(seen.reshape(n_interface, -1, 6)),
         microphone=10 ** (generator.normal(0, errors.microphone_db, len(EARS)) / 20),
         source=10 ** (generator.normal(0, errors.source_db, len(EARS)) / 20),
         hammer=1 + float(generator.normal(0, errors.hammer_gain)),
     )
-
-
-def struck_pressure(setup: Setup, body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
-    """Return the pressure at the ears per stated force of every blow, without noise.
-
-    With the gains of microphones and hammer, shape (f, n_ear, n_impact) [Pa/N].
-    """
-    per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
-    modal = per_mode * body.modal_receptance(frequency)[:, None, :]
-    pressure = modal @ point_shapes(body, setup.impact_rows)
-    return np.asarray(setup.microphone[:, None] * pressure / setup.hammer)
 
 
 def strike(
@@ -242,7 +168,10 @@ def strike(
     """
     receptance = point_receptance(body, frequency, setup.sensor_rows, setup.impact_rows)
     acceleration = -((2 * np.pi * frequency) ** 2)[:, None, None] * receptance / setup.hammer
-    pressure = struck_pressure(setup, body, cabin, frequency)
+    per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
+    modal = per_mode * body.modal_receptance(frequency)[:, None, :]
+    pressure = modal @ point_shapes(body, setup.impact_rows)
+    pressure = np.asarray(setup.microphone[:, None] * pressure / setup.hammer)
     return (
         _noisy(pressure, errors.relative, errors.pressure_floor, generator),
         _noisy(acceleration, errors.relative, errors.accelerance_floor, generator),
@@ -311,101 +240,3 @@ def _noisy(
     """Add noise that is relative to the function, and a floor."""
     scaled, flat = (complex_normal(exact.shape, generator) for _ in range(2))
     return np.asarray(exact * (1 + relative * scaled / np.sqrt(2)) + floor * flat)
-
-
-@dataclass(frozen=True)
-class BlowPlan:
-    """How the hammer strikes and how it is recorded.
-
-    - `hits`: hits per blow of the position sheet.
-    - `rate`, `duration`, `pretrigger`: rate [Hz] and duration of a block, whose inverse is the
-      spacing of the lines, pretrigger [s].
-    - `contact`, `lightest`, `hardest`: half sine of the tip [s], with peak forces even between the
-      last two [N].
-    - `force_noise`, `pressure_noise`: standard deviation per sample [N], [Pa].
-    """
-
-    hits: int = 5
-    rate: float = 512.0
-    duration: float = 4.0
-    pretrigger: float = 0.25
-    contact: float = 8e-3
-    lightest: float = 150.0
-    hardest: float = 400.0
-    force_noise: float = 0.05
-    pressure_noise: float = 2e-3
-
-
-def blows(
-    setup: Setup,
-    body: Body,
-    cabin: Cabin,
-    columns: list[int],
-    plan: BlowPlan,
-    generator: np.random.Generator,
-) -> tuple[RealArray, RealArray]:
-    """Record the blows of some columns of `impact_places` over time.
-
-    Force that the hammer states (n_blow, n_hit, n_sample) [N], and pressure that the microphones
-    state (n_blow, n_hit, n_sample, n_ear) [Pa].
-
-    The answer is the inverse Fourier transform of function times spectrum of the push: exact for
-    the sampled push, since a block of some seconds outlasts every mode.
-    """
-    n_sample = round(plan.rate * plan.duration)
-    time = np.arange(n_sample) / plan.rate
-    shape = (len(columns), plan.hits)
-    begin = plan.pretrigger + generator.uniform(0, 1 / plan.rate, shape)
-    peak = generator.uniform(plan.lightest, plan.hardest, shape)
-    since = (time - begin[..., None]) / plan.contact
-    push = peak[..., None] * np.sin(np.pi * since) * ((since >= 0) & (since <= 1))
-    frequency = np.asarray(np.fft.rfftfreq(n_sample, 1 / plan.rate), dtype=np.float64)
-    function = struck_pressure(setup, body, cabin, frequency)[:, :, columns]
-    spectrum = np.fft.rfft(push)
-    answer = np.fft.irfft(np.einsum("fec,chf->chfe", function, spectrum), n_sample, axis=2)
-    answer = answer * setup.hammer  # the function is per stated force, the push is the true one
-    force = setup.hammer * push + generator.normal(0, plan.force_noise, push.shape)
-    return force, answer + generator.normal(0, plan.pressure_noise, answer.shape)
-
-
-def write_blows(
-    folder: Path,
-    bench: VirtualBench,
-    setup: Setup,
-    body: Body,
-    cabin: Cabin,
-    point: str,
-    generator: np.random.Generator,
-    plan: BlowPlan,
-) -> None:
-    """Write the blows around one mount or piece, such as ``Du left``, as a hammer test.
-
-    A point that does not exist is refused.
-    """
-    columns = [k for k, place in enumerate(impact_places(bench)) if place.point.name == point]
-    if not columns:
-        known = ", ".join(place.name for place in points(bench))
-        raise InputError(f"no mount or piece '{point}' to strike: use {known}")
-    force, pressure = blows(setup, body, cabin, columns, plan, generator)
-    struck = [impact_places(bench)[column] for column in columns]
-    sheet = HammerSheet(
-        title=f"hammer around {point}, pressure at the ears",
-        rate=plan.rate,
-        pretrigger=plan.pretrigger,
-        points=tuple(
-            HammerPoint(
-                impact=place.name,
-                node=place.node,
-                file=f"hits/{place.name.replace(' ', '')}.uff",
-                position=triple(place.position, 4),
-                direction=triple(place.vector, 4),
-            )
-            for place in struck
-        ),
-        channels=tuple(
-            HammerChannel(ear, "pressure", EAR_NODES[ear], "scalar", parse_unit("Pa"))
-            for ear in EARS
-        ),
-    )
-    hits = {place.name: (force[k], pressure[k]) for k, place in enumerate(struck)}
-    write_hammer_test(folder, sheet, hits)

@@ -30,8 +30,6 @@ from deboom.bench.vehicle_acquisition import (
     MICROPHONES,
     NO_ACQUISITION_ERRORS,
     AcquisitionErrors,
-    BlowPlan,
-    ImpactPlace,
     Setup,
     body_sensor_places,
     breathe,
@@ -39,19 +37,16 @@ from deboom.bench.vehicle_acquisition import (
     impact_places,
     listen_at_panels,
     strike,
-    write_blows,
 )
 from deboom.bench.writing import (
     FRF,
     SPECTRUM,
+    VEHICLE_AXES,
     Dof,
     Progress,
     check_seed,
     function,
-    node_lines,
-    place_lines,
     sensor_row,
-    silent,
     triple,
     write_readme,
 )
@@ -95,28 +90,22 @@ PANEL_PLACES = {
 _SETUP, _HAMMER, _LOUDSPEAKER, _SHEET, _ROAD = range(5)
 """Purposes with random numbers of their own."""
 
-_README = """\
-vehicle.toml                    names every other file; ears, mounts, runs
-mounts.csv                      virtual point of every mount
-sensors.csv, channels.csv       accelerometers: position sheet, nodes
-impacts.csv                     blows of the hammer: position sheet, nodes, directions
-noise_transfer/direct.uff       pressure at the ears per force of each blow [Pa/N]
-noise_transfer/reciprocal.uff   acceleration on the body per volume acceleration of a
-                                loudspeaker at each ear [m/s^2 per m^3/s^2], out of it
-                                positive; pressure per force is its negative
-noise_transfer/accelerance.uff  acceleration on the body per force of each blow
-panels.csv                      panels of the cabin: node, place, inward normal, area
-noise_transfer/panel_*.uff      acceleration of the panels inwards, and pressure at them,
-                                per volume acceleration at the ears
-operating/RUN.uff               the driven car: pressure at the ears, acceleration on
-                                both sides of every mount (type 0)
-hammer/                         blows around one mount over time, where asked for
-truth/                          the exact values behind, for verification only
-
-Hammer and loudspeaker found the trimmed body without its powertrain, on different days;
-the runs are those of the complete car on its flexible body, mounts warmer than on the
-bench, with other paths.
-"""
+_FILES = {
+    "vehicle.toml": "names every other file; ears, mounts, runs",
+    "mounts.csv": "virtual point of every mount",
+    "sensors.csv, channels.csv": "accelerometers: position sheet, nodes",
+    "impacts.csv": "blows of the hammer: position sheet, nodes, directions",
+    "panels.csv": "panels of the cabin: node, place, inward normal, area",
+    "noise_transfer/direct.uff": "pressure at the ears per force of each blow [Pa/N]",
+    "noise_transfer/reciprocal.uff": "acceleration on the body per volume acceleration of a "
+    "loudspeaker at each ear [m/s^2 per m^3/s^2], out of it positive; pressure per force is its "
+    "negative",
+    "noise_transfer/accelerance.uff": "acceleration on the body per force of each blow",
+    "noise_transfer/panel_*.uff": "acceleration of the panels inwards, and pressure at them, per "
+    "volume acceleration at the ears",
+    "operating/RUN.uff": "the driven car: pressure at the ears, acceleration on both sides of "
+    "every mount (type 0)",
+}
 
 
 @dataclass(frozen=True)
@@ -127,22 +116,16 @@ class VehicleErrors:
     - `car`: what makes the driven car another one than bench and transfer functions say.
     - `state`: differences of the body between hammer, loudspeaker and road.
     - `order_tracking`: noise of the order spectra; None for none.
-    - `blows`: blows over time, with their noise.
     """
 
     acquisition: AcquisitionErrors = field(default_factory=AcquisitionErrors)
     car: CarErrors = field(default_factory=CarErrors)
     state: BodySpread = field(default_factory=BodySpread)
     order_tracking: ErrorBudget | None = field(default_factory=ErrorBudget)
-    blows: BlowPlan = field(default_factory=BlowPlan)
 
 
 NO_VEHICLE_ERRORS = VehicleErrors(
-    NO_ACQUISITION_ERRORS,
-    NO_CAR_ERRORS,
-    NO_SPREAD,
-    order_tracking=None,
-    blows=BlowPlan(force_noise=0.0, pressure_noise=0.0),
+    NO_ACQUISITION_ERRORS, NO_CAR_ERRORS, NO_SPREAD, order_tracking=None
 )
 """Everything as stated, for verification."""
 
@@ -154,7 +137,6 @@ def write_vehicle(
     parts: str = "M1",
     errors: VehicleErrors | None = None,
     load_cases: tuple[PlannedRun, ...] = LOAD_CASES,
-    blows_at: str = "",
     accelerance: bool = True,
     progress: Progress | None = None,
 ) -> Path:
@@ -174,9 +156,6 @@ def write_vehicle(
         Sizes of the errors; by default those of a good laboratory.
     load_cases : tuple of PlannedRun
         Full-load runs on the road.
-    blows_at : str
-        Mount around which the hammer's blocks over time are written as well, such as ``TSM``, to
-        ``hammer/``; none if empty.
     accelerance : bool
         Write the acceleration on the body per blow too: 2025 functions, 8 MB.
     progress : callable, optional
@@ -201,9 +180,10 @@ def write_vehicle(
         )
     with complete_or_not_at_all(Path(folder)) as unfinished:
         session = _Session(unfinished, seed, vehicle, bench, fleet, errors or VehicleErrors())
-        files = _write_files(session, parts, load_cases, blows_at, accelerance)
+        files = _write_files(session, parts, load_cases, accelerance)
         for done, name in enumerate(files, 1):
-            (progress or silent)(done, len(load_cases) + 4, name)
+            if progress is not None:
+                progress(done, len(load_cases) + 4, name)
     return Path(folder)
 
 
@@ -235,11 +215,7 @@ class _Session:
 
 
 def _write_files(
-    session: _Session,
-    parts: str,
-    load_cases: tuple[PlannedRun, ...],
-    blows_at: str,
-    accelerance: bool,
+    session: _Session, parts: str, load_cases: tuple[PlannedRun, ...], accelerance: bool
 ) -> Iterable[str]:
     """Write every file; give the name of the larger ones as soon as they are there."""
     folder, bench, errors = session.folder, session.bench, session.errors
@@ -251,13 +227,13 @@ def _write_files(
     generator = session.generator(_HAMMER)
     struck = scattered_body(session.body, errors.state, generator)
     pressure, per_blow = strike(setup, struck, cabin, FREQUENCY, errors.acquisition, generator)
-    blow_dofs = [(_blow(place), place.name) for place in impact_places(bench)]
+    blows = [
+        (Dof(place.node, place.direction, place.point.mount, "force"), place.name)
+        for place in impact_places(bench)
+    ]
     ears = [(_ear(ear), ear) for ear in EARS]
     title = f"noise transfer function, {session.vehicle}, {{}}, hammer at {{}}"
-    _write_frfs(folder / DIRECT, pressure, ears, blow_dofs, title)
-    if blows_at:
-        hammer = folder / "hammer"
-        write_blows(hammer, bench, setup, struck, cabin, blows_at, generator, errors.blows)
+    _write_frfs(folder / DIRECT, pressure, ears, blows, title)
     yield DIRECT
     channels = [
         (Dof(place.node, f"+{axis}", place.name, "acceleration"), f"{place.name} {axis}")
@@ -266,7 +242,7 @@ def _write_files(
     ]
     if accelerance:
         title = f"accelerance, {session.vehicle}, hammer at {{1}}, {{0}}"
-        _write_frfs(folder / ACCELERANCE, per_blow, channels, blow_dofs, title)
+        _write_frfs(folder / ACCELERANCE, per_blow, channels, blows, title)
     yield ACCELERANCE
 
     generator = session.generator(_LOUDSPEAKER)
@@ -277,17 +253,10 @@ def _write_files(
     ]
     title = f"reciprocal measurement, {session.vehicle}, loudspeaker at {{1}}, {{0}}"
     _write_frfs(folder / RECIPROCAL, answer, channels, speakers, title)
+    names = zip(read_data("body_prior.json")["panels"], cabin.panel_areas, strict=True)
     panels = [
-        PanelRow(
-            panel=name,
-            node=FIRST_PANEL_NODE + number,
-            normal=PANEL_PLACES[name][1],
-            position=PANEL_PLACES[name][0],
-            area=float(area),
-        )
-        for number, (name, area) in enumerate(
-            zip(read_data("body_prior.json")["panels"], cabin.panel_areas, strict=True)
-        )
+        PanelRow(name, FIRST_PANEL_NODE + number, *PANEL_PLACES[name][::-1], float(area))
+        for number, (name, area) in enumerate(names)
     ]
     heard = listen_at_panels(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
     for file, values, quantity in zip(
@@ -313,11 +282,6 @@ def _write_files(
 def _ear(ear: str) -> Dof:
     """Return the degree of freedom of a microphone."""
     return Dof(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure")
-
-
-def _blow(place: ImpactPlace) -> Dof:
-    """Return the degree of freedom of a blow."""
-    return Dof(place.node, place.direction, place.point.mount, "force")
 
 
 def _write_frfs(
@@ -453,8 +417,7 @@ def _write_tables(session: _Session, parts: str) -> None:
         for axis in AXES
     ]
     write_table(folder / CHANNEL_TABLE, CampaignChannel, channels)
-    impacts = impact_places(bench)
-    impact_rows = [
+    impacts = [
         ImpactRow(
             place.name,
             place.point.mount,
@@ -463,41 +426,18 @@ def _write_tables(session: _Session, parts: str) -> None:
             place.direction,
             triple(place.position, 4),
         )
-        for place in impacts
+        for place in impact_places(bench)
     ]
-    write_table(folder / IMPACT_TABLE, ImpactRow, impact_rows)
-    struck: dict[int, list[ImpactPlace]] = {}
-    for blow in impacts:
-        struck.setdefault(blow.node, []).append(blow)
+    write_table(folder / IMPACT_TABLE, ImpactRow, impacts)
     first, last = FREQUENCY[[0, -1]]
     write_readme(
         folder,
         f"Virtual vehicle {session.vehicle} with mount set {parts}, seed {session.seed}",
-        f"""\
-Virtual measurements with the errors of real sensors, hammer and loudspeaker. Nobody
-measured this.
-
-{FREQUENCY.size} lines from {first:g} to {last:g} Hz, SI units, complex
-peak amplitudes, time factor e^{{+jwt}}; runs along the engine order {bench.order_torque.order:g},
-phase to the tacho. x points rearward, y to the right, z up; positions count from the
-powertrain's centre of gravity. UFF files: binary, data set 58.
-
-{_README}
-""",
-        node_lines((node, f"{ear}, {MICROPHONES[ear]}") for ear, node in EAR_NODES.items()),
-        "Blows:",
-        node_lines(
-            (
-                node,
-                f"{blows[0].point.name:<9} "
-                + ", ".join(f"{blow.name} ({blow.direction})" for blow in blows),
-            )
-            for node, blows in struck.items()
-        ),
-        "Accelerometers on powertrain and wheel ends:",
-        place_lines(accelerometer_places(bench)),
-        "Accelerometers on the body:",
-        place_lines(body_sensor_places(bench)),
+        f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz; runs along the engine order "
+        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} Hammer and loudspeaker "
+        "found the trimmed body without its powertrain, on different days; the runs are those of "
+        "the complete car on its flexible body, mounts warmer than on the bench, with other paths.",
+        _FILES,
     )
 
 

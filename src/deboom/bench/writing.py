@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Iterable, Sequence
+import textwrap
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -33,6 +34,18 @@ UNIT = {
 """Words of the UFF ordinates and their units, where nothing else is said."""
 
 
+ABOUT = "Virtual measurements with the errors of real sensors. Nobody measured this."
+CONVENTIONS = (
+    "SI units, complex peak amplitudes, time factor e^{+jwt}; UFF files are data set 58. Tables "
+    "say where every node is and what it measures; truth/ holds the exact values behind, for "
+    "verification only."
+)
+VEHICLE_AXES = (
+    "x points rearward, y to the right, z up; positions count from the powertrain's centre of "
+    "gravity."
+)
+
+
 class Dof(NamedTuple):
     """A degree of freedom in the files: node, direction, entity name, quantity and its unit."""
 
@@ -47,10 +60,6 @@ def check_seed(seed: int) -> None:
     """Refuse a seed below 1."""
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-
-
-def silent(done: int, total: int, text: str) -> None:
-    """Report progress to nobody."""
 
 
 def function(
@@ -106,21 +115,14 @@ def sensor_row(
     )
 
 
-def node_lines(rows: Iterable[tuple[int, str]]) -> list[str]:
-    """Return the lines of a README that say what each node is."""
-    return [f"    node {node:<4} {text}" for node, text in rows]
-
-
-def place_lines(places: Sequence[Place]) -> list[str]:
-    """Return the lines of a README that say where each sensor is."""
-    return node_lines((place.node, f"{place.name:<4} {place.point.name}") for place in places)
-
-
-def write_readme(folder: Path, title: str, *blocks: str | Iterable[str]) -> None:
-    """Write ``README.txt``: the underlined title, texts, and lists of lines."""
+def write_readme(folder: Path, title: str, about: str, files: Mapping[str, str]) -> None:
+    """Write ``README.txt``: title, what was measured and how, and what each file is."""
+    width = max(map(len, files)) + 2
     lines = [title, "=" * len(title), ""]
-    for block in blocks:
-        lines += block.splitlines() if isinstance(block, str) else block
+    for text in (ABOUT, about, CONVENTIONS):
+        lines += [*textwrap.wrap(text, 88), ""]
+    for name, text in files.items():
+        lines += textwrap.wrap(f"{name:<{width}}{text}", 100, subsequent_indent=" " * width)
     replace_text(folder / "README.txt", "\n".join(lines) + "\n")
 
 

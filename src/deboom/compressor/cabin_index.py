@@ -87,7 +87,6 @@ class BodySide:
 
     `frequency` (f,): lines [Hz]; `receptance` (f, 6 p, 6 p): six motions per six loads of every
     point [m/N, 1/N, 1/(N m)]; `transfer` (f, 6 p): pressure at the ear per load [Pa/N, Pa/(N m)].
-    InputError: shapes that do not fit together.
     """
 
     name: str
@@ -95,14 +94,6 @@ class BodySide:
     points: tuple[str, ...]
     receptance: ComplexArray
     transfer: ComplexArray
-
-    def __post_init__(self) -> None:
-        lines, size = np.size(self.frequency), 6 * len(self.points)
-        if self.receptance.shape != (lines, size, size) or self.transfer.shape != (lines, size):
-            raise InputError(
-                f"car {self.name}: {len(self.points)} points at {lines} lines need {size} loads "
-                f"each, not {self.receptance.shape} and {self.transfer.shape}"
-            )
 
     def rigid(self) -> BodySide:
         """Return the same body with holders that do not move; the ear still hears them."""
@@ -171,7 +162,6 @@ def car_seam(
     - `positions` (m, 3): places of the mounts, from the virtual point [m].
     - `body`: body at the m mounts and the ends of the hoses, in their order, same lines.
     - `hoses`, optional: None where nothing but the mounts joins both.
-    - raises InputError: other lines or points.
 
     Primal for compressor x and hose ends h, with receptances Y of the body::
 
@@ -180,12 +170,6 @@ def car_seam(
     """
     lines, size = running.frequency.size, 6 * len(positions)
     n_ends = body.transfer.shape[1] - size
-    wanted = 0 if hoses is None else 6 * len(hoses.names)
-    if not np.array_equal(body.frequency, running.frequency) or n_ends != wanted:
-        raise InputError(
-            f"car {body.name}: compressor and body have different lines, or {n_ends // 6} hose "
-            f"ends for {wanted // 6} hoses"
-        )
     rigid = np.concatenate([shift_matrix(-place) for place in positions])
     stiffness = running.dynamic_stiffness
     mounts, ends = slice(0, size), slice(size, size + n_ends)
@@ -230,29 +214,13 @@ class MountVariables:
 
     `names`, `units`: name and unit of each variable; `scaled` (k, 3 m): stiffnesses (axial and two
     radial of each mount) that each variable multiplies; `moved` (k, 3 m): coordinates (x, y, z of
-    each mount) that each variable is; at most one of each. InputError: not one row per variable,
-    doubled names, a variable of no or of both kinds, a coordinate with two variables.
+    each mount) that each variable is; at most one of each.
     """
 
     names: tuple[str, ...]
     units: tuple[str, ...]
     scaled: BoolArray
     moved: BoolArray
-
-    def __post_init__(self) -> None:
-        count = len(self.names)
-        if len(set(self.names)) < count or len(self.units) != count:
-            raise InputError(f"the variables {list(self.names)} need a name and a unit each")
-        if len(self.scaled) != count or self.scaled.shape[1] % 3:
-            raise InputError(
-                f"the masks of {count} variables have shape {self.scaled.shape}: give one row per "
-                "variable and three columns per mount"
-            )
-        kinds = np.stack([self.scaled.any(axis=1), self.moved.any(axis=1)])
-        if not np.all(kinds.sum(axis=0) == 1):
-            raise InputError("a variable either multiplies stiffnesses or is a coordinate")
-        if np.any(self.moved.sum(axis=0) > 1) or np.any(self.moved.sum(axis=1) > 1):
-            raise InputError("a coordinate has one variable, and a variable one coordinate")
 
     @property
     def places(self) -> npt.NDArray[np.intp]:
@@ -404,12 +372,6 @@ class CabinIndex:
     weights : tuple of float
         Weights of the cases, not negative; kept normalised to a sum of 1 [1].
 
-    Raises
-    ------
-    InputError
-        Seams that differ in lines or cases, no car, other mounts than variables, weights that are
-        negative or all zero.
-
     Notes
     -----
     With the loads q of the mounts along their own axes, ``(diag(1/(v k)) + P C Pᵀ) q = P r₀`` and
@@ -435,7 +397,6 @@ class CabinIndex:
     """Per case, car and line, (c, v f)."""
 
     def __post_init__(self) -> None:
-        self._check()
         total = float(sum(self.weights))
         weights = tuple(float(weight / total) for weight in self.weights)
         object.__setattr__(self, "weights", weights)
@@ -461,36 +422,6 @@ class CabinIndex:
         }
         for name, array in prepared.items():
             object.__setattr__(self, name, frozen_copy(array))
-
-    def _check(self) -> None:
-        """Refuse weights, seams, mounts and a gain that do not fit together."""
-        weights = self.weights
-        if not (all(np.isfinite(w) and w >= 0 for w in weights) and sum(weights) > 0):
-            raise InputError(f"weights {list(weights)}: give numbers of at least 0, one above 0")
-        if not self.seams:
-            raise InputError("a cabin index needs at least one car")
-        first = self.seams[0]
-        for seam in self.seams:
-            same = np.array_equal(seam.frequency, first.frequency)
-            if not same or seam.case_names != first.case_names:
-                raise InputError(
-                    f"cars {first.car} and {seam.car} have different lines or cases: join both to "
-                    "the same running compressor"
-                )
-        if len({seam.car for seam in self.seams}) < len(self.seams):
-            raise InputError(f"two cars have one name: {list(self.response_names)}")
-        if len(weights) != len(first.case_names):
-            raise InputError(
-                f"{len(weights)} weights for the cases {list(first.case_names)}: one each"
-            )
-        size = 3 * len(self.mounts)
-        if self.variables.scaled.shape[1] != size or first.transfer.shape[1] != 2 * size:
-            raise InputError(
-                f"{len(self.mounts)} mounts, but variables of {self.variables.scaled.shape[1] // 3}"
-                f" and a seam of {first.transfer.shape[1] // 6}"
-            )
-        if np.shape(self.gain) != first.frequency.shape:
-            raise InputError("the gain of the mounts needs one number per line")
 
     def _basis(self) -> RealArray:
         """P at the drawn places, then its derivative by every offset, (n_offset, 3 m, 6 m)."""

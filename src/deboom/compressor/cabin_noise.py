@@ -22,7 +22,7 @@ from deboom.compressor.body_loads import (
     on_rigid_foundation,
 )
 from deboom.compressor.gain import GainFactor
-from deboom.compressor.hose_identification import HoseIdentification, HoseOptions, identify_hoses
+from deboom.compressor.hose_identification import HoseIdentification, identify_hoses
 from deboom.compressor.identify import Identification
 from deboom.compressor.mount_shares import (
     STIFFNESS_NUMBERS,
@@ -30,7 +30,7 @@ from deboom.compressor.mount_shares import (
     MountShares,
     mount_shares,
 )
-from deboom.compressor.routes import UpdatedRoute
+from deboom.compressor.routes import UPDATED
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions, unbalance
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
@@ -152,7 +152,7 @@ def running_in_car(
     shares = mount_shares(found, _placed_mounts(car), prior)
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
-    options = UnbalanceOptions(routes=(UpdatedRoute(),), chosen=UpdatedRoute())
+    options = UnbalanceOptions(routes=(UPDATED,), chosen=UPDATED)
     test = on_rigid_foundation(car.operation, found, shares.mounts)
     source = unbalance(test, found, options)
     if source.state.changed:
@@ -162,7 +162,6 @@ def running_in_car(
         source = unbalance(test, found, options)
     hoses: HoseIdentification | None = None
     if known:
-        seen = HoseOptions(sense=source.sense.sense)
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
             still = on_rigid_foundation(
@@ -172,7 +171,7 @@ def running_in_car(
                 Neighbours(known, accelerance),
                 partial(_significant_change, source),
             )
-            hoses = identify_hoses(still, found, seen)
+            hoses = identify_hoses(still, found, source.sense.sense)
             known = hoses.hoses
     return RunningInCar(car, found, shares, accelerance, source, hoses)
 

@@ -16,6 +16,8 @@ from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.sensors import PlacementTolerances
 
+LARGEST_EVALUATIONS = 60
+
 
 @dataclass(frozen=True, eq=False)
 class Prior:
@@ -27,20 +29,6 @@ class Prior:
 
     values: RealArray
     deviations: RealArray
-
-
-@dataclass(frozen=True)
-class WeighedMass:
-    """Mass of the compressor from a pair of scales and its standard deviation [kg]."""
-
-    mass: float
-    deviation: float
-
-    @classmethod
-    def of(cls, test: InertanceTest) -> WeighedMass | None:
-        """Return the weighed mass of a hammer test; None where nothing was weighed."""
-        mass = test.weighed_mass
-        return None if mass is None else cls(mass, test.weighed_mass_deviation)
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,16 +84,14 @@ class SelfCalibration:
 def self_calibrate(
     parametrisation: Parametrisation,
     raw: RawInertance,
-    tolerances: PlacementTolerances,
+    test: InertanceTest,
     start: RealArray,
-    *,
-    weighed: WeighedMass | None = None,
     prior: Prior | None = None,
-    largest_evaluations: int = 60,
 ) -> SelfCalibration:
     """Find the most probable parameters and placement errors.
 
-    `start` (n_parameters,): values to begin with, such as a fit at the virtual point.
+    `test`: tolerances and weighed mass of the hammer test; `start` (n_parameters,): values to begin
+    with, such as a fit at the virtual point.
 
     Model ``Y = V(q) H(θ) U(q)ᵀ`` for a rigid, reciprocal body. Maximum of the posterior by
     `scipy.optimize.least_squares` on the compressed problem: ``R`` with ``Rᵀ R = Jᵀ J`` and
@@ -114,7 +100,7 @@ def self_calibrate(
     """
     from scipy.optimize import least_squares
 
-    problem = _Problem(parametrisation, raw, tolerances, weighed, prior)
+    problem = _Problem(parametrisation, raw, test, prior)
     first = np.concatenate([start, np.zeros(problem.errors_deviation.size)])
     residuals_at, jacobian_at = evaluated_together(problem.compressed)
     scale = np.concatenate([problem.parameter_scale(first), problem.errors_deviation])
@@ -124,7 +110,7 @@ def self_calibrate(
         jac=jacobian_at,
         method="trf",
         x_scale=scale,
-        max_nfev=largest_evaluations,
+        max_nfev=LARGEST_EVALUATIONS,
         xtol=1e-9,
         ftol=1e-9,
         gtol=1e-6,
@@ -172,15 +158,14 @@ class _Problem:
         self,
         parametrisation: Parametrisation,
         raw: RawInertance,
-        tolerances: PlacementTolerances,
-        weighed: WeighedMass | None,
+        test: InertanceTest,
         prior: Prior | None,
     ) -> None:
         self.parametrisation = parametrisation
         self.raw = raw
         self.placement = Placement(raw.sensors, raw.impacts)
-        self.errors_deviation = self.placement.deviations(tolerances)
-        self.weighed = weighed
+        self.errors_deviation = self.placement.deviations(test.tolerances)
+        self.test = test
         self.prior = prior
         self.n = len(parametrisation.names)
         # noise of the hammer's signal is common to a column: whitened by a rank-one change
@@ -264,12 +249,13 @@ class _Problem:
             slopes = np.zeros((n, unknowns.size))
             slopes[:, :n] = np.diag(1 / self.prior.deviations)
             rows.append(((values - self.prior.values) / self.prior.deviations, slopes))
-        if self.weighed is not None:
+        if self.test.weighed_mass is not None:
             slope = np.zeros((1, unknowns.size))
             slope[0, :n] = self.parametrisation.mass_sensitivities(values)[:, 0, 0]
             mass = self.parametrisation.model(values).mass
-            off = np.array([(mass - self.weighed.mass) / self.weighed.deviation])
-            rows.append((off, slope / self.weighed.deviation))
+            deviation = self.test.weighed_mass_deviation
+            off = np.array([(mass - self.test.weighed_mass) / deviation])
+            rows.append((off, slope / deviation))
         return rows
 
 

@@ -5,11 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import (
@@ -206,43 +207,24 @@ def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
     )
 
 
-@dataclass(frozen=True)
-class AmplitudeFactor:
-    """Softening of real and imaginary part of one mount's stiffness."""
-
-    real: AmplitudeGain
-    imaginary: AmplitudeGain
-
-    def on(self, gain: ComplexArray, amplitude: RealArray) -> ComplexArray:
-        """Scale a gain [1] by the mount's amplitudes [m], shape (n_frequency,)."""
-        return np.asarray(
-            gain.real * self.real.at(amplitude) + 1j * gain.imag * self.imaginary.at(amplitude)
-        )
+AmplitudeFactor: TypeAlias = tuple[AmplitudeGain, AmplitudeGain]
+"""Softening of real and imaginary part of one mount's stiffness."""
 
 
-@checked(frequency="f", displacement="f 6", amplitude="f m", gain="f m", stiffness="f 6 6")
-class AmplitudeResponse:
+class AmplitudeResponse(NamedTuple):
     """Motion in which every mount is as stiff as its own amplitude makes it.
 
-    `frequency` (n_frequency,): lines [Hz]; `displacement` (n_frequency, 6): motion of the virtual
-    point, complex peak [m, rad]; `amplitude` (n_frequency, n_mount): displacement of each mount
-    [m]; `gain` (n_frequency, n_mount): complex gain of each mount [1]; `stiffness` (n_frequency, 6,
-    6): stiffness at the virtual point in this motion [N/m, N/rad, N m/rad]; `iterations`: steps of
-    the slowest line.
+    `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad]; `amplitude`
+    (n_frequency, n_mount): displacement of each mount [m]; `gain` (n_frequency, n_mount): complex
+    gain of each mount [1]; `stiffness` (n_frequency, 6, 6): stiffness at the virtual point in this
+    motion [N/m, N/rad, N m/rad]; `iterations`: steps of the slowest line.
     """
 
-    frequency: RealArray
     displacement: ComplexArray
     amplitude: RealArray
     gain: ComplexArray
     stiffness: ComplexArray
     iterations: int
-
-    @property
-    def acceleration(self) -> ComplexArray:
-        """Acceleration of the virtual point, shape (n_frequency, 6) [m/s², rad/s²]."""
-        omega = 2 * np.pi * self.frequency[:, np.newaxis]
-        return np.asarray(-(omega**2) * self.displacement)
 
 
 def amplitude_response(
@@ -303,7 +285,11 @@ def amplitude_response(
 
     def gains(strokes: RealArray) -> ComplexArray:
         amplitude = _amplitudes(strokes)
-        parts = [factor.on(over_frequency, amplitude[:, i]) for i, factor in enumerate(softening)]
+        parts = [
+            over_frequency.real * real.at(amplitude[:, i])
+            + 1j * over_frequency.imag * imaginary.at(amplitude[:, i])
+            for i, (real, imaginary) in enumerate(softening)
+        ]
         return np.stack(parts, axis=1)
 
     def stiffness(strokes: RealArray) -> ComplexArray:
@@ -332,7 +318,6 @@ def amplitude_response(
     else:
         state = steady(RELAXATIONS[-1])
     return AmplitudeResponse(
-        lines,
         state.displacement,
         _amplitudes(state.amplitude),
         gains(state.amplitude),

@@ -90,13 +90,11 @@ def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> Hos
 
     - `hoses`: at least one hose; as drawn, or as identified.
     - `frequency` (n_frequency,): lines above 0 [Hz].
-    - raises InputError: no hose, doubled names, or a line at 0 Hz.
+    - raises InputError: no hose, or a line at 0 Hz.
     """
     names = [hose.name for hose in hoses]
     if not names:
         raise InputError("there is no drawing of a hose: state port, direction, length and beam")
-    if len(set(names)) < len(names):
-        raise InputError(f"two hoses have one name: {names}")
     lines = np.asarray(frequency, dtype=float)
     n = len(hoses)
     point = np.zeros((lines.size, 6, 6), dtype=complex)
@@ -182,22 +180,11 @@ def _congruence(hose: HoseDrawing) -> RealArray:
     return beam_congruence(frame_along(hose.direction), hose.position)
 
 
-@dataclass(frozen=True, eq=False)
-class PortForces:
-    """Which forces at the ports one wrench at the virtual point determines.
-
-    `rank`: number of the 3 n forces that the wrench determines; `n_forces`: three per port;
-    `hidden` (3 n - rank, 3 n): sets of forces at the ports, one per row, that have no wrench:
-    nothing at the virtual point shows them [1].
-    """
-
-    rank: int
-    n_forces: int
-    hidden: RealArray
-
-
-def port_forces(hoses: Sequence[HoseDrawing]) -> PortForces:
+def port_forces(hoses: Sequence[HoseDrawing]) -> tuple[int, RealArray]:
     """Find the forces at the ports that a wrench at the virtual point leaves open.
+
+    Returns the number of the 3 n forces that the wrench determines, and sets of forces at the ports
+    that have no wrench, (3 n - rank, 3 n): nothing at the virtual point shows them [1].
 
     ``w = Σ V_iᵀ f_i``. Two ports have six forces and the wrench has six entries, yet the rank is 5:
     forces that push the ports apart along the line between them have no wrench.
@@ -207,13 +194,13 @@ def port_forces(hoses: Sequence[HoseDrawing]) -> PortForces:
     wrench = np.hstack([forward_matrix(place / spread).T for place in positions])
     _, values, right = np.linalg.svd(wrench)
     rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
-    return PortForces(rank, 3 * len(hoses), right[rank:])
+    return rank, right[rank:]
 
 
 def separation_statement(hoses: Sequence[HoseDrawing]) -> str:
     """Say in words which forces at the ports of at least one hose are not separable."""
-    seen = port_forces(hoses)
-    if seen.rank == seen.n_forces:
+    (rank, _), n_forces = port_forces(hoses), 3 * len(hoses)
+    if rank == n_forces:
         return "The motion of the compressor determines the force at the port of the hose."
     along = ""
     if len(hoses) == 2:
@@ -224,7 +211,7 @@ def separation_statement(hoses: Sequence[HoseDrawing]) -> str:
             f"({apart[0]:.2f}, {apart[1]:.2f}, {apart[2]:.2f}), leave the compressor at rest."
         )
     return (
-        f"The motion of the compressor determines {seen.rank} of the {seen.n_forces} forces at the "
+        f"The motion of the compressor determines {rank} of the {n_forces} forces at the "
         f"ports of {len(hoses)} hoses.{along} Each hose's own force follows from the beams that "
         "were fitted, not from the measurement alone."
     )

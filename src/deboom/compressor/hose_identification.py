@@ -9,7 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from enum import Enum
 from typing import TYPE_CHECKING
 
@@ -66,57 +66,12 @@ class HoseSource(Enum):
     BOTH = "both"
 
 
-@dataclass(frozen=True)
-class HosePrior:
-    """How well hoses are known from their drawing, 1 σ.
-
-    `beam`: of the logarithms of EA, GJ, EI, mass per length and loss factor [1]; `position`: of the
-    port, per axis [m]; `angle`: of the direction, each way [rad]; `length`: of the logarithm of the
-    length [1]. InputError: a deviation that is not positive.
-    """
-
-    beam: float = 0.4
-    position: float = 2e-3
-    angle: float = math.radians(3.0)
-    length: float = 0.02
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"the deviation of a hose's {field.name} must be positive")
-
-    @property
-    def deviations(self) -> RealArray:
-        """1 σ in the order of `NUMBERS`, shape (11,)."""
-        beam = np.full(len(BEAM_NUMBERS), self.beam)
-        place = [*[self.position] * 3, *[self.angle] * 2, self.length]
-        return np.concatenate([beam, place])
-
-
-@dataclass(frozen=True)
-class HoseOptions:
-    """What the identification of hoses looks at.
-
-    `band`: lines of the hammer tests that are used [Hz]; `sweep_band`: lines of the sweeps that are
-    used: below 50 Hz mounts that soften with their motion, which the hoses change, look like hoses
-    [Hz]; `largest_lines`: number of lines of the hammer tests. InputError: a band without width or
-    fewer than 20 lines.
-    """
-
-    source: HoseSource | None = None
-    band: tuple[float, float] = (20.0, 150.0)
-    sweep_band: tuple[float, float] = (50.0, 150.0)
-    largest_lines: int = 120
-    prior: HosePrior = HosePrior()
-    sense: RotationSense = RotationSense.POSITIVE
-
-    def __post_init__(self) -> None:
-        for low, high in (self.band, self.sweep_band):
-            if not 0 < low < high:
-                raise InputError(f"hoses: from {low:g} to {high:g} Hz is no band")
-        if self.largest_lines < 20:
-            raise InputError("hoses need at least 20 lines")
+DRAWN = np.array([*[0.4] * len(BEAM_NUMBERS), *[2e-3] * 3, *[math.radians(3.0)] * 2, 0.02])
+"""How well hoses are known from their drawing, 1 σ of `NUMBERS`: logarithms of what makes a beam,
+port [m], direction [rad] and logarithm of the length."""
+BAND, SWEEP_BAND, LARGEST_LINES = (20.0, 150.0), (50.0, 150.0), 120
+"""Lines of the hammer tests and of the sweeps that are used [Hz], and how many of the former: below
+50 Hz mounts that soften with their motion, which the hoses change, look like hoses in a sweep."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -204,7 +159,11 @@ class HoseIdentification(Tabled):
 
 
 def identify_hoses(
-    test: OperatingTest, found: Identification, options: HoseOptions | None = None
+    test: OperatingTest,
+    found: Identification,
+    sense: RotationSense = RotationSense.POSITIVE,
+    source: HoseSource | None = None,
+    prior: RealArray = DRAWN,
 ) -> HoseIdentification:
     """Identify the standard hoses of an operating test.
 
@@ -214,8 +173,12 @@ def identify_hoses(
         Hammer tests and sweeps with and without hoses, and the hoses as drawn.
     found : Identification
         Identification of the hammer test without hoses.
-    options : HoseOptions, optional
-        Lines [Hz], source of the evidence, and prior of the drawing.
+    sense : RotationSense
+        Sense of the rotor in the sweeps.
+    source : HoseSource, optional
+        What they are identified from; all that was measured by default.
+    prior : array, shape (11,)
+        1 σ of `NUMBERS` before [1, m, rad].
 
     Returns
     -------
@@ -243,8 +206,7 @@ def identify_hoses(
     >>> test = deboom.read_operating_test("running")  # doctest: +SKIP
     >>> deboom.identify_hoses(test, deboom.identify(test.hammer)).table  # doctest: +SKIP
     """
-    options = options or HoseOptions()
-    wanted = options.source or _available(test)
+    wanted = source or _available(test)
     evidence: list[HoseEvidence] = []
     if wanted is not HoseSource.SWEEPS:
         if test.hammer_with_hoses is None:
@@ -252,23 +214,16 @@ def identify_hoses(
                 f"{test.name} has no hammer test with hoses: identify them from sweeps, or strike "
                 "the compressor with its hoses"
             )
-        evidence.append(
-            hammer_evidence(
-                test.hammer,
-                test.hammer_with_hoses,
-                found,
-                band=options.band,
-                largest_lines=options.largest_lines,
-            )
-        )
+        struck = (test.hammer, test.hammer_with_hoses)
+        evidence.append(hammer_evidence(*struck, found, band=BAND, largest_lines=LARGEST_LINES))
     if wanted is not HoseSource.HAMMER:
-        evidence += sweep_evidence(test, found, band=options.sweep_band, sense=options.sense)
+        evidence += sweep_evidence(test, found, band=SWEEP_BAND, sense=sense)
     zero = np.zeros((len(test.hoses), len(NUMBERS)))
-    best = _fit(test.hoses, evidence, options.prior, found, zero)
+    best = _fit(test.hoses, evidence, prior, found, zero)
     if best.worst_chi > ALARM:
         # one resonance may have been taken for another: look from stiffer and from softer hoses
         for signs in itertools.product((-1.0, 1.0), repeat=len(test.hoses)):
-            other = _fit(test.hoses, evidence, options.prior, found, np.outer(signs, OTHER_START))
+            other = _fit(test.hoses, evidence, prior, found, np.outer(signs, OTHER_START))
             best = min(best, other, key=lambda fit: fit.worst_chi)
     return best
 
@@ -276,17 +231,17 @@ def identify_hoses(
 def _fit(
     drawn: tuple[HoseDrawing, ...],
     evidence: Sequence[HoseEvidence],
-    prior: HosePrior,
+    prior: RealArray,
     found: Identification,
     start: RealArray,
 ) -> HoseIdentification:
     """Most probable hoses, searched from the numbers `start`, shape (n, 11)."""
     from scipy.optimize import least_squares
 
-    hose_matrices(drawn, [1.0])  # refuses hoses that are not drawn, or drawn twice
+    hose_matrices(drawn, [1.0])  # refuses hoses that are not drawn
     n = len(drawn) * len(NUMBERS)
     sizes = [part.nuisance_deviations.size for part in evidence]
-    hose_deviations = np.tile(prior.deviations, len(drawn))
+    hose_deviations = np.tile(prior, len(drawn))
     deviations = np.concatenate([hose_deviations, *(part.nuisance_deviations for part in evidence)])
 
     def split(unknowns: RealArray) -> tuple[RealArray, list[RealArray]]:

@@ -18,7 +18,7 @@ from deboom.compressor.hose_evidence import (
     running_mass,
     sweep_pairs,
 )
-from deboom.compressor.hose_identification import HosePrior
+from deboom.compressor.hose_identification import DRAWN
 from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns
@@ -340,8 +340,7 @@ def _presence(
 
     (left,) = beside(_real(target[np.newaxis]))
     size = left.size - known.size
-    prior = HosePrior().deviations
-    numbers = np.zeros((len(hoses), prior.size))
+    numbers = np.zeros((len(hoses), DRAWN.size))
     squares = float(left @ left)
     best = squares
     misfit = float(np.sqrt(squares / size))
@@ -349,7 +348,7 @@ def _presence(
         now = [changed_hose(hose, row) for hose, row in zip(hoses, numbers, strict=True)]
         whole = columns_of(hose_matrices(now, lines).point[np.newaxis])
         slopes = point_derivatives(hoses, numbers, lines).reshape(-1, lines.size, 6, 6)
-        missed, share, step = _step(np.vstack([whole, columns_of(slopes)]), left, numbers, prior)
+        missed, share, step = _step(np.vstack([whole, columns_of(slopes)]), left, numbers)
         best = min(best, missed)
         if share <= 0:
             # hoses that are not there have no numbers
@@ -360,10 +359,10 @@ def _presence(
 
 
 def _step(
-    columns: RealArray, left: RealArray, numbers: RealArray, prior: RealArray
+    columns: RealArray, left: RealArray, numbers: RealArray
 ) -> tuple[float, float, RealArray]:
     """Squares missed, share of the hoses and step of their numbers, shape (n_hose, 11)."""
-    deviations = np.tile(prior, len(numbers))
+    deviations = np.tile(DRAWN, len(numbers))
     near_drawing = np.hstack([np.zeros((deviations.size, 1)), np.diag(1 / deviations)])
     matrix = np.vstack([columns.T, near_drawing])
     right = np.concatenate([left, -numbers.reshape(-1) / deviations])
@@ -373,7 +372,7 @@ def _step(
     share = float(values[0])
     # far from the true numbers the share comes out too small; hoses are whole or not there
     step = values[1:].reshape(numbers.shape) / max(share, SMALLEST_SHARE)
-    return missed, share, np.asarray(np.clip(step, -prior, prior))
+    return missed, share, np.asarray(np.clip(step, -DRAWN, DRAWN))
 
 
 def _real(columns: ComplexArray) -> RealArray:

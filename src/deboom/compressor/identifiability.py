@@ -75,11 +75,8 @@ def identifiability(
 
     `jacobian` (n_residuals, n_parameters): derivatives of weighted residuals; `tolerances`
     (n_parameters,): step by which each parameter may change, such as its bound or its 1 σ; makes
-    metres and newtons comparable. InputError: shapes that do not fit, or fewer residuals than
-    parameters.
+    metres and newtons comparable. InputError: fewer residuals than parameters.
     """
-    if jacobian.ndim != 2 or jacobian.shape[1] != len(names) or tolerances.shape != (len(names),):
-        raise InputError("identifiability needs one column, one name and one tolerance each")
     if jacobian.shape[0] < len(names):
         raise InputError(
             f"{jacobian.shape[0]} measured numbers cannot fix {len(names)} parameters: measure "

@@ -15,7 +15,6 @@ from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
     SelfCalibration,
-    WeighedMass,
     hold_out_impacts,
     hold_out_lines,
     self_calibrate,
@@ -267,18 +266,7 @@ def identify(
     point = fit_at_virtual_point(parametrisation, objective, start, _sane_bounds(prior, start))
     _refuse_wrong_scale(test, point.model)
     say("self-calibration")
-
-    def calibrate(measured: RawInertance, values: RealArray) -> SelfCalibration:
-        return self_calibrate(
-            parametrisation,
-            measured,
-            test.tolerances,
-            values,
-            weighed=WeighedMass.of(test),
-            prior=prior,
-        )
-
-    calibrated = calibrate(part, point.values)
+    calibrated = self_calibrate(parametrisation, part, test, point.values, prior)
     held_out: list[HoldOut] = []
     lowest, highest = min(b[0] for b in options.bands), max(b[1] for b in options.bands)
     between = (test.frf.frequency >= lowest) & (test.frf.frequency <= highest) & ~fitted
@@ -287,7 +275,7 @@ def identify(
     if options.held_out:
         say("prediction of held-out impacts")
         out = [impact.name for impact in test.impacts[:: options.held_out]]
-        without = calibrate(part.without(out), calibrated.values)
+        without = self_calibrate(parametrisation, part.without(out), test, calibrated.values, prior)
         held_out.append(hold_out_impacts(without, part, test.tolerances))
     # by the sheet: the calibration explains part of a flexible body by placement
     by_sheet = np.linalg.inv(inertance.values)
@@ -342,14 +330,8 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
         np.concatenate([start[:free], START_GAIN]),
         np.concatenate([np.full(N_MASS, np.inf), stiffness, GAIN_DEVIATION]),
     )
-    return self_calibrate(
-        found.calibrated.parametrisation,
-        found.raw.select(marked),
-        found.test.tolerances,
-        start,
-        weighed=WeighedMass.of(found.test),
-        prior=prior,
-    )
+    raw = found.raw.select(marked)
+    return self_calibrate(found.calibrated.parametrisation, raw, found.test, start, prior)
 
 
 def _lines_of_fit(test: InertanceTest, options: IdentifyOptions) -> BoolArray:

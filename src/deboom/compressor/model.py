@@ -92,19 +92,6 @@ class CompressorModel:
                 + " kg m²: each must be positive and at most the sum of the other two"
             )
 
-    @classmethod
-    def on_mounts(
-        cls,
-        mass: float,
-        centre: npt.ArrayLike,
-        inertia: npt.ArrayLike,
-        mounts: Sequence[CompressorMount],
-        gain: GainFactor,
-    ) -> CompressorModel:
-        """Make a compressor whose stiffness is that of its mounts."""
-        stiffness = mounts_at_virtual_point(mounts)
-        return cls(mass, np.asarray(centre), np.asarray(inertia), stiffness, gain)
-
     @property
     def mass_matrix(self) -> RealArray:
         """Mass matrix at the virtual point, shape (6, 6) [kg, kg m, kg m²]."""

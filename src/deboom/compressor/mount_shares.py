@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +19,6 @@ from deboom.compressor.parameters import (
     MinimalParameters,
     mount_stiffness_derivatives,
 )
-from deboom.compressor.routes import StiffnessChange
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import forward_matrices
@@ -47,19 +46,13 @@ class MountPrior:
     `position`: of each coordinate [m]; `angle`: about each axis [rad]; `stiffness`: of the
     logarithm of each of the three stiffnesses of each mount [1]; `scale`: of the logarithm of what
     is common to all: a drawing states static stiffness, the test sees that of its reference line
-    [1]. InputError: a deviation that is not positive.
+    [1].
     """
 
     position: float = 6.3e-3
     angle: float = math.radians(2.5)
     stiffness: float = 0.175
     scale: float = 0.5
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(f"the deviation of a mount's {field.name} must be positive")
 
 
 @checked(values="n", by_test="n 20", by_drawing="n k", covariance="n n", prior_deviations="n")
@@ -281,7 +274,7 @@ def stiffness_of_mounts(mounts: tuple[CompressorMount, ...]) -> RealArray:
 
 
 @checked(positions="n 3", stiffness="n 6 6")
-class SofteningMounts(StiffnessChange):
+class SofteningMounts:
     """Factor ``1 + δ(s_i)`` on each mount, a parabola over the logarithm of its own stroke s_i.
 
     `positions` (n, 3): places of the mounts, from the virtual point [m]; `stiffness` (n, 6, 6):

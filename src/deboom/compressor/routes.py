@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
@@ -15,7 +14,6 @@ from deboom.compressor.calibrate import SelfCalibration
 from deboom.compressor.model import applied
 from deboom.compressor.placement import Placement
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
-from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import OperatingSweep
 from deboom.measurement.quality import RigidConsistency, response_consistency
@@ -27,18 +25,19 @@ if TYPE_CHECKING:
 ROUNDING = 1e-13
 """Relative to the largest, of eigenvalues of a covariance [1]."""
 
+COMMON, AT_KNOT = 0.3, 0.1
+"""1 σ of both parts of a change of the mounts, and of what each knot adds to it [1]."""
+
 _Array = TypeVar("_Array", bound=np.ndarray[Any, Any])
 
 
-class StiffnessChange(ABC):
+class StiffnessChange(Protocol):
     """How the mounts in operation may differ from those struck: linear in unknowns, 0 for none."""
 
     @property
-    @abstractmethod
     def deviations(self) -> RealArray:
         """1 σ of each unknown before the sweep, shape (n_unknown,) [1]."""
 
-    @abstractmethod
     def matrices(
         self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
     ) -> ComplexArray:
@@ -51,12 +50,21 @@ class StiffnessChange(ABC):
         """
 
 
-class _CommonFactor(StiffnessChange):
-    """One complex factor ``1 + δ`` on all mounts, however they move."""
+@dataclass(frozen=True)
+class FactorOverFrequency:
+    """A complex factor ``1 + δ`` on all mounts, and one more at each knot, linear between them.
 
-    @abstractmethod
+    `knots`: rising; dense where the motion changes quickly, around the rigid-body modes; none for
+    one factor at every speed, such as of another temperature or preload [Hz].
+    """
+
+    knots: tuple[float, ...] = (17.0, 22.0, 28.0, 36.0, 50.0, 150.0)
+
     def basis(self, frequency: RealArray) -> ComplexArray:
-        """Compute δ per unknown, shape (n_unknown, n_frequency) [1]."""
+        """Compute δ per unknown, a hat around each knot, shape (2 + 2 n_knot, n_frequency)."""
+        hats = [np.interp(frequency, self.knots, row) for row in np.eye(len(self.knots))]
+        rows = np.vstack([np.ones(frequency.size), *hats])
+        return np.asarray(np.stack([rows, 1j * rows], axis=1).reshape(-1, frequency.size))
 
     def matrices(
         self,
@@ -67,69 +75,13 @@ class _CommonFactor(StiffnessChange):
         """Scale the mounts by each unknown."""
         return np.asarray(self.basis(frequency)[..., np.newaxis, np.newaxis] * mounts)
 
-
-@dataclass(frozen=True)
-class OneFactor(_CommonFactor):
-    """One complex factor ``1 + δ`` at every speed: another temperature or preload.
-
-    `deviation`: 1 σ of real and imaginary part of δ, before the sweep [1]. InputError: a deviation
-    that is not positive.
-    """
-
-    deviation: float = 0.3
-
-    def __post_init__(self) -> None:
-        _refuse_certainty(self.deviation)
-
-    def basis(self, frequency: RealArray) -> ComplexArray:
-        """Return one and the imaginary unit, shape (2, n_frequency)."""
-        return _real_and_imaginary(np.ones((1, frequency.size)))
-
-    @property
-    def deviations(self) -> RealArray:
-        """1 σ of both parts of δ, shape (2,) [1]."""
-        return np.full(2, self.deviation)
-
-
-@dataclass(frozen=True)
-class FactorOverFrequency(_CommonFactor):
-    """A complex factor common to all speeds, and one more at each knot, linear between them.
-
-    `knots`: rising; dense where the motion changes quickly, around the rigid-body modes [Hz];
-    `common`, `at_knot`: 1 σ of real and imaginary part of the common δ, and of what each knot adds
-    to it [1]. InputError: fewer than two knots, knots that do not rise, a deviation that is not
-    positive.
-    """
-
-    knots: tuple[float, ...] = (17.0, 22.0, 28.0, 36.0, 50.0, 150.0)
-    common: float = 0.3
-    at_knot: float = 0.1
-
-    def __post_init__(self) -> None:
-        if len(self.knots) < 2 or np.any(np.diff(self.knots) <= 0):
-            raise InputError("a stiffness factor over frequency needs two rising knots at least")
-        _refuse_certainty(self.common, self.at_knot)
-
-    def basis(self, frequency: RealArray) -> ComplexArray:
-        """Compute δ per unknown, a hat around each knot, shape (2 + 2 n_knot, n_frequency)."""
-        hats = [np.interp(frequency, self.knots, row) for row in np.eye(len(self.knots))]
-        return _real_and_imaginary(np.vstack([np.ones(frequency.size), *hats]))
-
     @property
     def deviations(self) -> RealArray:
         """1 σ of both parts of the common δ, then of those of each knot [1]."""
-        return np.repeat([self.common, *(self.at_knot for _ in self.knots)], 2)
+        return np.repeat([COMMON, *(AT_KNOT for _ in self.knots)], 2)
 
 
-def _real_and_imaginary(basis: RealArray) -> ComplexArray:
-    """Double each row: once for the real, once for the imaginary part of its factor."""
-    return np.asarray(np.stack([basis, 1j * basis], axis=1).reshape(-1, basis.shape[-1]))
-
-
-def _refuse_certainty(*deviations: float) -> None:
-    """Refuse a deviation that is not positive."""
-    if not min(deviations) > 0:
-        raise InputError("a change of the mounts that is to be found needs a deviation above 0")
+ONE_FACTOR = FactorOverFrequency(())
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,184 +149,139 @@ class RouteModel:
         return replace(self, apparent_mass=self.apparent_mass + gyroscopic_mass(inertia, sense))
 
 
-@dataclass(frozen=True, eq=False)
-class RouteBasis:
-    """What routes are made of."""
+@dataclass(frozen=True)
+class Route:
+    """One way to the load inside.
 
-    identification: Identification
-    calibration: SelfCalibration
-
-    def mounts(self, frequency: RealArray) -> ComplexArray:
-        """Compute the mounts' part of the apparent mass, ``v K/ω²``, (n_frequency, 6, 6)."""
-        return self.identification.calibrated.model.mount_part(frequency)
-
-
-class Route(ABC):
-    """One way to the load inside."""
+    `letter`: under which tables and figures list it; `title`: what it does, in words; `model`:
+    apparent mass and sensors at lines [Hz], with what is uncertain in them; `needs_model`: whether
+    it rests on a model of mounts and foundation; `update`: change of the mounts that is fitted to
+    the sweep and taken into the load, if any.
+    """
 
     letter: str
-    """Under which tables and figures list it."""
-    update: StiffnessChange | None
-    """Change of the mounts that is fitted to the sweep and taken into the load, if any."""
-    needs_model: ClassVar[bool] = True
-    """Whether it rests on a model of mounts and foundation."""
-
-    @property
-    @abstractmethod
-    def title(self) -> str:
-        """What it does, in words."""
-
-    @abstractmethod
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return apparent mass and sensors at these lines [Hz], with what is uncertain in them."""
+    title: str
+    model: Callable[[Identification, SelfCalibration, RealArray], RouteModel]
+    needs_model: bool = True
+    update: StiffnessChange | None = None
 
 
-@dataclass(frozen=True)
-class MeasuredRoute(Route):
-    """Measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
+def _by_sheet(found: Identification, calibration: SelfCalibration, lines: RealArray) -> RouteModel:
+    """Take the measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
 
     Errors of the accelerometers cancel, since test and sweep share them; those of the hammer and
     its places stay. The band takes them as large as the tolerances.
     """
-
-    letter: str = "a"
-    title: str = "measured apparent mass (thesis)"
-    update: None = field(default=None, init=False)
-    needs_model: ClassVar[bool] = False
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return the measured matrix by the sheet's places."""
-        placement = basis.calibration.placement
-        zero = np.zeros(len(placement.names))
-        tolerances = placement.deviations(basis.identification.test.tolerances)
-        return _measured(basis, frequency, placement, zero, np.diag(tolerances**2))
+    placement = calibration.placement
+    zero = np.zeros(len(placement.names))
+    tolerances = placement.deviations(found.test.tolerances)
+    return _measured(found, lines, placement, zero, np.diag(tolerances**2))
 
 
-@dataclass(frozen=True)
-class PointModelRoute(Route):
-    """Model fitted at the virtual point, everything as the position sheet has it.
+def _point_model(
+    found: Identification, calibration: SelfCalibration, lines: RealArray
+) -> RouteModel:
+    """Take the model of the fit at the virtual point, everything as the position sheet has it.
 
     Nothing cancels: the sensors' errors enter twice. Its band takes the errors of sensors and
     impacts as independent of the fit, which is what a fit that cannot absorb them would leave.
     """
-
-    letter: str = "b"
-    title: str = "model at the virtual point"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return the model of the fit at the virtual point."""
-        found, placement = basis.identification, basis.calibration.placement
-        zero = np.zeros(len(placement.names))
-        inverse = _pseudo_inverse(placement.response_matrix(zero))
-        mass = found.point.model.apparent_mass(frequency)
-        slopes = np.concatenate(
-            [
-                -mass @ (inverse @ placement.response_derivatives(zero))[:, np.newaxis],
-                _by_impact(placement, zero) @ mass,
-            ]
-        )
-        scale = placement.deviations(found.test.tolerances)
-        by_error = np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex)
-        return RouteModel(frequency, inverse, mass, by_error, basis.mounts(frequency), None)
+    placement = calibration.placement
+    zero = np.zeros(len(placement.names))
+    inverse = _pseudo_inverse(placement.response_matrix(zero))
+    mass = found.point.model.apparent_mass(lines)
+    seen = inverse @ placement.response_derivatives(zero)
+    slopes = np.concatenate([-mass @ seen[:, np.newaxis], _by_impact(placement, zero) @ mass])
+    scale = placement.deviations(found.test.tolerances)
+    by_error = np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex)
+    mounts = found.calibrated.model.mount_part(lines)
+    return RouteModel(lines, inverse, mass, by_error, mounts, None)
 
 
-@dataclass(frozen=True)
-class CalibratedModelRoute(Route):
-    """Self-calibrated model and sensors with their joint posterior."""
-
-    letter: str = "c"
-    title: str = "self-calibrated model"
-    update: None = field(default=None, init=False)
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return the calibrated model and sensors."""
-        calibration = basis.identification.calibrated
-        placement, errors = calibration.placement, calibration.errors
-        inverse = _pseudo_inverse(calibration.response_matrix)
-        mass = calibration.model.apparent_mass(frequency)
-        seen = inverse @ placement.response_derivatives(errors)
-        slopes = np.concatenate(
-            [
-                calibration.parametrisation.sensitivities(calibration.values, frequency),
-                -mass @ seen[:, np.newaxis],
-            ]
-        )
-        n = slopes.shape[0]
-        by_error = _standardised(slopes, calibration.covariance[:n, :n])
-        return RouteModel(frequency, inverse, mass, by_error, basis.mounts(frequency), None)
+def _calibrated_model(
+    found: Identification,
+    calibration: SelfCalibration,  # noqa: ARG001  the model goes with its own sensors
+    lines: RealArray,
+) -> RouteModel:
+    """Take the self-calibrated model and sensors with their joint posterior."""
+    calibrated = found.calibrated
+    inverse = _pseudo_inverse(calibrated.response_matrix)
+    mass = calibrated.model.apparent_mass(lines)
+    seen = inverse @ calibrated.placement.response_derivatives(calibrated.errors)
+    by_parameter = calibrated.parametrisation.sensitivities(calibrated.values, lines)
+    slopes = np.concatenate([by_parameter, -mass @ seen[:, np.newaxis]])
+    by_error = _standardised(slopes, calibrated.covariance[: len(slopes), : len(slopes)])
+    return RouteModel(lines, inverse, mass, by_error, calibrated.model.mount_part(lines), None)
 
 
-@dataclass(frozen=True)
-class CalibratedMeasurementRoute(Route):
-    """Measured apparent mass by self-calibrated sensors and impacts: the default.
+def _calibrated_measurement(
+    found: Identification, calibration: SelfCalibration, lines: RealArray
+) -> RouteModel:
+    """Take the measured apparent mass by self-calibrated sensors and impacts: the default.
 
     Needs no model of mounts or foundation, only a rigid body: the accelerometers' errors cancel and
     those of the hammer were found.
     """
-
-    letter: str = "d"
-    title: str = "measured apparent mass, self-calibrated"
-    update: None = field(default=None, init=False)
-    needs_model: ClassVar[bool] = False
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return the measured matrix with the posterior of the placement."""
-        calibration = basis.calibration
-        n = calibration.values.size
-        covariance = calibration.covariance[n:, n:]
-        return _measured(basis, frequency, calibration.placement, calibration.errors, covariance)
-
-
-@dataclass(frozen=True)
-class UpdatedRoute(Route):
-    """Another route, with the stiffness of the mounts brought up to date by the sweep itself."""
-
-    base: Route = field(default_factory=CalibratedModelRoute)
-    update: StiffnessChange = field(default_factory=FactorOverFrequency)
-    letter: str = "e"
-
-    @property
-    def title(self) -> str:
-        """Title of the base, with its update."""
-        return f"{self.base.title}, mounts updated"
-
-    def model(self, basis: RouteBasis, frequency: RealArray) -> RouteModel:
-        """Return the model of the base: the update comes with the sweep."""
-        return self.base.model(basis, frequency)
+    n = calibration.values.size
+    covariance = calibration.covariance[n:, n:]
+    return _measured(found, lines, calibration.placement, calibration.errors, covariance)
 
 
 def _measured(
-    basis: RouteBasis,
-    frequency: RealArray,
+    found: Identification,
+    lines: RealArray,
     placement: Placement,
     errors: RealArray,
     covariance: RealArray,
 ) -> RouteModel:
     """Measured apparent mass by the placement with these errors, known to this covariance."""
-    raw = basis.identification.raw
+    raw = found.raw
     inverse = _pseudo_inverse(placement.response_matrix(errors))
     of_impacts = _pseudo_inverse(placement.excitation_matrix(errors))
     hammer_lines = raw.frf.frequency
     measured = inverse @ raw.frf.values @ of_impacts.T
     mass: ComplexArray = np.asarray(np.linalg.inv(measured), dtype=complex)
-    at = between_lines(hammer_lines, frequency)
+
+    after = np.clip(np.searchsorted(hammer_lines, lines), 1, hammer_lines.size - 1)
+    share = (lines - hammer_lines[after - 1]) / (hammer_lines[after] - hammer_lines[after - 1])
+
+    def at_lines(values: _Array) -> _Array:
+        """Interpolate linearly; the sweeps were cut to the lines of the hammer test."""
+        part = share.reshape(-1, *(1,) * (values.ndim - 1))
+        return cast("_Array", (1 - part) * values[after - 1] + part * values[after])
+
     # the dynamic stiffness ω² AM runs smoothly through resonances, the inertance does not
-    square = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2
-    mass_at_lines: ComplexArray = (
-        at(square * mass) / (2 * np.pi * frequency)[:, np.newaxis, np.newaxis] ** 2
-    )
+    stiffness = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2 * mass
+    mass_at_lines = at_lines(stiffness) / (2 * np.pi * lines)[:, np.newaxis, np.newaxis] ** 2
     slopes = _by_impact(placement, errors) @ mass_at_lines
     n = 9 * len(placement.sensors)
     noise = HammerNoise(
         seen=mass_at_lines @ inverse,
         inverse=of_impacts,
-        deviation=at(raw.deviation),
-        columns=at(mass @ (inverse @ raw.frf.values)),
+        deviation=at_lines(raw.deviation),
+        columns=at_lines(mass @ (inverse @ raw.frf.values)),
         force_deviation=raw.force_deviation,
     )
     by_error = _standardised(slopes, covariance[n:, n:])
-    return RouteModel(frequency, inverse, mass_at_lines, by_error, basis.mounts(frequency), noise)
+    mounts = found.calibrated.model.mount_part(lines)
+    return RouteModel(lines, inverse, mass_at_lines, by_error, mounts, noise)
+
+
+MEASURED = Route("a", "measured apparent mass (thesis)", _by_sheet, needs_model=False)
+POINT_MODEL = Route("b", "model at the virtual point", _point_model)
+CALIBRATED_MODEL = Route("c", "self-calibrated model", _calibrated_model)
+CALIBRATED_MEASUREMENT = Route(
+    "d", "measured apparent mass, self-calibrated", _calibrated_measurement, needs_model=False
+)
+
+
+def updated(base: Route, update: StiffnessChange | None = None) -> Route:
+    """Return another route, with the mounts brought up to date by the sweep itself."""
+    title = f"{base.title}, mounts updated"
+    return Route("e", title, base.model, update=update or FactorOverFrequency())
+
+
+UPDATED = updated(CALIBRATED_MODEL)
 
 
 def _pseudo_inverse(matrix: RealArray) -> RealArray:
@@ -396,28 +303,6 @@ def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
     kept = values > ROUNDING * values[-1]
     factor = scale[:, np.newaxis] * vectors[:, kept] * np.sqrt(values[kept])
     return np.asarray(np.tensordot(factor, slopes, axes=(0, 0)))
-
-
-def between_lines(measured: RealArray, wanted: RealArray) -> Callable[[_Array], _Array]:
-    """Prepare linear interpolation along the first axis.
-
-    `measured` (n,): rising lines [Hz]; `wanted` (m,): lines within them [Hz]. Returns array of
-    shape (n, …) → array of shape (m, …). InputError: a line outside: nothing is extrapolated.
-    """
-    if wanted.min() < measured[0] or wanted.max() > measured[-1]:
-        raise InputError(
-            f"lines from {wanted.min():g} to {wanted.max():g} Hz are wanted of a hammer test from "
-            f"{measured[0]:g} to {measured[-1]:g} Hz: nothing is extrapolated"
-        )
-    after = np.clip(np.searchsorted(measured, wanted), 1, measured.size - 1)
-    share = (wanted - measured[after - 1]) / (measured[after] - measured[after - 1])
-
-    def interpolated(values: _Array) -> _Array:
-        part = share.reshape(-1, *(1,) * (values.ndim - 1))
-        between = (1 - part) * values[after - 1] + part * values[after]
-        return cast("_Array", between)
-
-    return interpolated
 
 
 @dataclass(frozen=True, eq=False)

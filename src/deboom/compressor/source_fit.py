@@ -14,8 +14,8 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.gain import GainFactor
 from deboom.compressor.model import applied
 from deboom.compressor.routes import (
+    ONE_FACTOR,
     FactorOverFrequency,
-    OneFactor,
     OperatingLoad,
     RouteModel,
     StiffnessChange,
@@ -561,7 +561,7 @@ def mount_state(
     """
     line = np.array([STATED_AT])
     struck = complex(gain.at(line)[0])
-    basis = OneFactor().basis(line)[:, 0]
+    basis = ONE_FACTOR.basis(line)[:, 0]
     slopes = struck * basis
     covariance = common.covariance[common.change_slice, common.change_slice]
     values = common.values[common.change_slice]

@@ -29,6 +29,8 @@ from deboom.compressor.unbalance_load import (
 
 RESIDUAL_BANDS = ((20.0, 40.0), (40.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.0, 150.0))
 """In which the rest is looked at [Hz]."""
+LARGEST_UNCERTAINTY = 0.05
+"""Half band over amplitude above which a line is not trusted [1]."""
 NEIGHBOURS = 5
 """Lines over which residuals are averaged: one line alone says little."""
 PASCAL_PER_BAR = 1e5
@@ -340,22 +342,19 @@ def unbalance_curve(
     frequency: RealArray,
     from_y: RealOrComplexArray,
     from_z: RealOrComplexArray,
-    *,
-    largest_uncertainty: float,
     unexplained: BoolArray,
 ) -> UnbalanceCurve:
     """Make the curve of one unbalance and mark what cannot be trusted.
 
     `frequency` (n_frequency,): lines [Hz]; `from_y`, `from_z` (n_frequency, 6): weights of the
-    loads, in y and in z; `largest_uncertainty`: half band over amplitude above which a line is not
-    trusted [1]; `unexplained` (n_frequency,): lines whose load is not that of a rotor, gas and
-    mounts.
+    loads, in y and in z; `unexplained` (n_frequency,): lines whose load is not that of a rotor, gas
+    and mounts.
     """
     bands = [uncertainty.band(weights) for weights in (from_y, from_z)]
     widths = np.array([band.half for band in bands])
     share = widths[1] ** 2 / np.sum(widths**2, axis=0)
     both = uncertainty.band(share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z)
-    wide = (both.relative > largest_uncertainty) & ~unexplained
+    wide = (both.relative > LARGEST_UNCERTAINTY) & ~unexplained
     cause = np.argmax([both.mounts, both.placement, both.noise], axis=0)
     reasons = []
     for number, words in enumerate(_CAUSES):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.compressor.calibrate import Prior, SelfCalibration, WeighedMass, self_calibrate
+from deboom.compressor.calibrate import Prior, SelfCalibration, self_calibrate
 from deboom.compressor.gain import GAIN_SHAPE_NAMES, gain_from_parameters
 from deboom.compressor.identifiability import (
     Identifiability,
@@ -18,7 +18,7 @@ from deboom.compressor.identifiability import (
     knowledge,
 )
 from deboom.compressor.identify import Identification
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
 from deboom.compressor.parameters import (
     N_MASS,
     IdenticalMountParameters,
@@ -82,9 +82,9 @@ def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
     """Start from the drawing with the gain of a medium rubber; 44 values for three mounts."""
     mounts = drawing.mounts
     parametrisation = ThesisParameters(tuple(mount.name for mount in mounts))
-    drawn = CompressorModel.on_mounts(
-        drawing.mass, drawing.centre, drawing.inertia, mounts, gain_from_parameters(START_GAIN, 0.0)
-    )
+    stiffness = mounts_at_virtual_point(mounts)
+    gain = gain_from_parameters(START_GAIN, 0.0)
+    drawn = CompressorModel(drawing.mass, drawing.centre, drawing.inertia, stiffness, gain)
     return parametrisation, parametrisation.values_of(drawn, mounts)
 
 
@@ -220,12 +220,6 @@ def fit_identical_mounts(found: Identification, drawing: Drawing) -> IdenticalFi
         np.concatenate([np.zeros(N_MASS + 5 * n + 2), START_GAIN]),
         deviations(found.known.prior[-gain.size :]),
     )
-    calibrated = self_calibrate(
-        parametrisation,
-        found.raw.select(found.fitted),
-        found.test.tolerances,
-        point.values,
-        weighed=WeighedMass.of(found.test),
-        prior=prior,
-    )
+    raw = found.raw.select(found.fitted)
+    calibrated = self_calibrate(parametrisation, raw, found.test, point.values, prior)
     return IdenticalFit(drawn, calibrated, calibrated.reduced_chi / found.calibrated.reduced_chi)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -15,18 +15,17 @@ from deboom.compressor.identify import ALARM, Identification, calibration_of
 from deboom.compressor.model import ModalTable
 from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
 from deboom.compressor.routes import (
-    CalibratedMeasurementRoute,
-    CalibratedModelRoute,
+    CALIBRATED_MEASUREMENT,
+    CALIBRATED_MODEL,
+    MEASURED,
+    ONE_FACTOR,
+    POINT_MODEL,
+    UPDATED,
     FactorOverFrequency,
-    MeasuredRoute,
-    OneFactor,
     OperatingLoad,
     OperatingMotion,
-    PointModelRoute,
     Route,
-    RouteBasis,
     RouteModel,
-    UpdatedRoute,
     operating_load,
     operating_motion,
 )
@@ -73,42 +72,31 @@ class UnbalanceOptions:
 
     - `routes`: routes that are compared.
     - `chosen`: the one that results are taken from; among `routes`.
-    - `state`: what the mounts may have done between hammer test and operation; routes without
-      update take it as uncertainty.
     - `hoses`: sweeps to be used; by default those with soft hoses, or, where there are none, the
       others.
     - `expected_sense`: sense of rotation on the data sheet.
     - `band` (float, float): lines of the global fit [Hz].
     - `confidence`: confidence of all bands and intervals [1].
-    - `largest_uncertainty`: half band over amplitude above which a line is not trusted [1].
     - `by_stroke`: whether a route with update may let each mount soften with its own stroke; see
       `unbalance`.
-    - raises InputError: a chosen route that is not among the routes, two routes of one letter, a
-      confidence outside 0 to 1.
+    - raises InputError: a confidence outside 0 to 1.
     """
 
     routes: tuple[Route, ...] = (
-        MeasuredRoute(),
-        PointModelRoute(),
-        CalibratedModelRoute(),
-        CalibratedMeasurementRoute(),
-        UpdatedRoute(),
+        MEASURED,
+        POINT_MODEL,
+        CALIBRATED_MODEL,
+        CALIBRATED_MEASUREMENT,
+        UPDATED,
     )
-    chosen: Route = field(default_factory=CalibratedMeasurementRoute)
-    state: FactorOverFrequency = field(default_factory=FactorOverFrequency)
+    chosen: Route = CALIBRATED_MEASUREMENT
     hoses: HoseState | None = None
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
     confidence: float = 0.95
-    largest_uncertainty: float = 0.05
     by_stroke: bool = True
 
     def __post_init__(self) -> None:
-        letters = [route.letter for route in self.routes]
-        if len(set(letters)) < len(letters):
-            raise InputError(f"two routes have one letter: {', '.join(letters)}")
-        if self.chosen not in self.routes:
-            raise InputError(f"route {self.chosen.letter} is chosen but not among the routes")
         if not 0 < self.confidence < 1:
             raise InputError(f"a confidence lies between 0 and 1, not at {self.confidence:g}")
 
@@ -300,27 +288,27 @@ def unbalance(
         for sweep in used
     )
     say("calibration")
-    basis = RouteBasis(identification, calibration_of(identification))
-    if basis.calibration is not identification.calibrated:
+    calibration = calibration_of(identification)
+    if calibration is not identification.calibrated:
         notices.append(
             "The foundation is not rigid: sensors and impacts are calibrated by the mass line "
-            f"alone, which has a reduced χ of {basis.calibration.reduced_chi:.2f}."
+            f"alone, which has a reduced χ of {calibration.reduced_chi:.2f}."
         )
     frequency = np.unique(np.concatenate([sweep.frequency for sweep in used]))
     say("sense of rotation")
-    chosen = options.chosen.model(basis, frequency)
+    chosen = options.chosen.model(identification, calibration, frequency)
     sense = sense_of_rotation(
         chosen, [operating_load(chosen, sweep) for sweep in used], options.expected_sense
     )
-    results = []
+    results, state_law = [], FactorOverFrequency()
     for route in options.routes:
         say(f"route {route.letter}: {route.title}")
-        model = route.model(basis, frequency)
+        model = route.model(identification, calibration, frequency)
         if test.rotor_inertia is not None:
             model = model.with_rotor(test.rotor_inertia, sense.sense)
         loads = [operating_load(model, sweep) for sweep in used]
         solve = partial(fit_source, model, loads, sense.sense, band=options.band)
-        factor = solve(route.update or options.state)
+        factor = solve(route.update or state_law)
         fit = factor
         if route.update is not None and options.by_stroke and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
@@ -342,10 +330,10 @@ def unbalance(
             )
         )
         if route == options.chosen:
-            common = solve(OneFactor())
-            resolved = factor if factor.change == options.state else solve(options.state)
+            common = solve(ONE_FACTOR)
+            resolved = factor if factor.change == state_law else solve(state_law)
     state = mount_state(
-        common, resolved, options.state, identification.calibrated.model.gain, frequency
+        common, resolved, state_law, identification.calibrated.model.gain, frequency
     )
     result = next(result for result in results if result.route == options.chosen)
     hoses = _hoses_in_sweeps(used, test, identification, sense.sense)
@@ -433,7 +421,6 @@ def _line_by_line(
         unbalance_curve,
         errors,
         load.frequency,
-        largest_uncertainty=options.largest_uncertainty,
         unexplained=unexplained_lines(whitened),
     )
     ones = np.ones((load.frequency.size, 1))

@@ -118,7 +118,7 @@ def virtual_fleet(seed: int, level: CalibrationLevel, fleet: int | None = None) 
     - `seed`: of the laboratory, from 1.
     - `fleet`: seed of a drawn fleet; the frozen one if left out.
     """
-    bodies = (frozen_fleet() if fleet is None else draw_fleet(fleet)).cars
+    bodies = frozen_fleet() if fleet is None else draw_fleet(fleet)
     names = list(bodies)
     with tempfile.TemporaryDirectory() as folder:
         written = write_electric_car(Path(folder) / "car", seed, names[0], fleet, level)

@@ -146,7 +146,7 @@ def virtual_cars(
     - returns the first car of the first laboratory in detail, and all cars of all laboratories.
     - raises InputError: more cars than the fleet has, or none; no laboratory.
     """
-    names = tuple(frozen_fleet().cars)
+    names = tuple(frozen_fleet())
     if not 1 <= cars <= len(names):
         raise InputError(f"the frozen fleet has {len(names)} cars: ask for 1 to {len(names)}")
     if not seeds:

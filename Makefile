@@ -56,6 +56,7 @@ pictures: $(READY)
 docs: export OPENBLAS_NUM_THREADS := 1
 docs: $(SITE)
 	$(BIN)/python -m sphinx -W --keep-going -q docs build/docs
+	$(BIN)/python benchmarks/site_links.py build/docs
 
 constraints: $(READY)
 	$(BIN)/uv pip compile pyproject.toml --all-extras --universal --python-version 3.11 \

@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import re
+from pathlib import Path
+from typing import Any
+
 import deboom
 
 project = "deboom"
@@ -54,3 +58,55 @@ sphinx_gallery_conf = {
     "min_reported_time": 1000,
     "plot_gallery": True,
 }
+
+ENTRIES = dict(
+    (name, label)
+    for label, name in re.findall(
+        r"^\((\S+)\)=\n\*\*(.+?)\*\*",
+        Path(__file__).with_name("bibliography.md").read_text(encoding="utf-8"),
+        flags=re.MULTILINE,
+    )
+)
+"""Label of each entry of the bibliography by the words that cite it."""
+KEPT = (
+    r"^```.*?^```|^#.*?$|^\| (?:eq\.|place) .*?$"  # code, headings, heads of tables
+    r"|``.*?``|`[^`]*`|\[[^\]]*\]\([^)]*\)"  # literals and links
+)
+CITED = re.compile(
+    rf"{KEPT}|\b(?P<name>{'|'.join(map(re.escape, ENTRIES))})(?!\w)", re.MULTILINE | re.DOTALL
+)
+
+
+def linked(text: str, link: str) -> str:
+    """Make the first mention of every entry a link, outside of code, headings and links."""
+    seen = set()
+
+    def replaced(match: re.Match[str]) -> str:
+        name = match["name"]
+        if name is None or name in seen:
+            return match[0]
+        seen.add(name)
+        return link.format(name=name, label=ENTRIES[name])
+
+    return CITED.sub(replaced, text)
+
+
+def link_page(app: Any, name: str, source: list[str]) -> None:
+    """Link the citations of a page in Markdown, and of an example."""
+    if name.startswith("gallery/plot") or name.count("/") > 1:
+        source[0] = linked(source[0], ":ref:`{name} <{label}>`")
+    elif app.env.doc2path(name).suffix == ".md" and name != "bibliography":
+        source[0] = linked(source[0], "[{name}](#{label})")
+
+
+def link_docstring(
+    _app: Any, _what: str, _name: str, _value: Any, _options: Any, lines: list[str]
+) -> None:
+    """Link the citations of a docstring."""
+    lines[:] = linked("\n".join(lines), ":ref:`{name} <{label}>`").split("\n")
+
+
+def setup(app: Any) -> None:
+    """Link what is cited."""
+    app.connect("source-read", link_page)
+    app.connect("autodoc-process-docstring", link_docstring)

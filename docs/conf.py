@@ -26,10 +26,13 @@ templates_path = ["_templates"]
 
 html_theme = "pydata_sphinx_theme"
 html_title = "deboom"
+html_static_path = ["_static"]
+html_css_files = ["site.css"]
 html_show_sourcelink = False
 html_theme_options = {
     "navbar_end": ["theme-switcher"],
     "show_prev_next": False,
+    "header_links_before_dropdown": 6,
     "secondary_sidebar_items": ["page-toc"],
     "footer_start": ["copyright"],
     "footer_end": [],
@@ -93,7 +96,7 @@ def linked(text: str, link: str) -> str:
 
 def link_page(app: Any, name: str, source: list[str]) -> None:
     """Link the citations of a page in Markdown, and of an example."""
-    if name.startswith("gallery/plot") or name.count("/") > 1:
+    if name.startswith("gallery/"):
         source[0] = linked(source[0], ":ref:`{name} <{label}>`")
     elif app.env.doc2path(name).suffix == ".md" and name != "bibliography":
         source[0] = linked(source[0], "[{name}](#{label})")

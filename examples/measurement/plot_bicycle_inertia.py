@@ -46,8 +46,9 @@ for place, name in enumerate(("Browser", "Pista")):
         for _ in range(400)
     ]
     published, deviation = np.transpose([printed["IFxx"], printed["IFyy"]])
-    axes.errorbar([place - 0.1, place + 0.1], found, 2 * np.std(drawn, axis=0), fmt="o")
-    axes.plot([place - 0.1, place + 0.1], published, "kx")
+    at = [place - 0.2, place + 0.2]
+    axes.bar(at, found, 0.35, yerr=2 * np.std(drawn, axis=0), color=["C0", "C1"])
+    axes.plot(at, published, "kx")
     assert np.allclose(found, published, rtol=1e-9)
     assert np.allclose(np.std(drawn, axis=0), deviation, rtol=0.15)
 axes.set(

@@ -34,6 +34,7 @@ X = GENERATOR.uniform(-1, 1, (400, 2))
 Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 
 
+@pytest.mark.filterwarnings("ignore:.* distinct rows do not determine a cubic:UserWarning")
 @parametrize_with_checks(
     [
         PiecewiseCubicRegressor(),
@@ -126,8 +127,28 @@ def test_rows_and_groups_that_cannot_be_fitted_are_refused():
     gap = X[np.abs(X[:, 0]) > 0.4]
     with pytest.raises(InputError, match="no rows between the split points"):
         PiecewiseCubicRegressor(split=[-0.2, 0.2]).fit(gap, gap[:, 0])
-    with pytest.raises(InputError, match="needs more rows"):
-        PiecewiseCubicRegressor().fit(X[:10], Y[:10]).predict_interval(X[:2])
+
+
+def test_an_underdetermined_piece_gets_a_lower_degree_and_is_named():
+    """Nine rows of a parabola in the upper piece, each twice: no cubic, and no wild values."""
+    rows = np.vstack([X[X[:, 0] < 0], np.repeat(X[X[:, 0] > 0.1][:9], 2, axis=0)])
+    parabola = rows[:, 0] ** 2 - rows[:, 0] * rows[:, 1]
+    with pytest.warns(UserWarning, match=r"piece from 0.1.* to 0.*: 9 distinct .* of degree 2"):
+        model = PiecewiseCubicRegressor(split=[0.05], overlap=0.0).fit(rows, parabola)
+    everywhere = np.column_stack([np.linspace(0.06, 10, 50), np.linspace(-10, 10, 50)])
+    expected = everywhere[:, 0] ** 2 - everywhere[:, 0] * everywhere[:, 1]
+    np.testing.assert_allclose(model.predict(everywhere), expected, rtol=1e-9, atol=1e-9)
+    assert model.supported(rows).all()
+
+
+def test_a_variable_that_only_rounding_moves_is_constant_in_its_piece():
+    """Two slices at constant torque: scaled to its rounding, a cubic would err by 1e40."""
+    torque = np.repeat([100.0, 300.0], 100) + 1e-13 * GENERATOR.normal(size=200)
+    rows = np.column_stack([torque, GENERATOR.uniform(-1, 1, 200)])
+    model = PiecewiseCubicRegressor(split=[200.0]).fit(rows, 1 + rows[:, 1] ** 3)
+    between = np.column_stack([np.linspace(100, 300, 30), np.linspace(-1, 1, 30)])
+    np.testing.assert_allclose(model.predict(between), 1 + between[:, 1] ** 3, atol=1e-6)
+    assert not model.supported(between[5:25]).any()
 
 
 @pytest.mark.parametrize("coverage", [0.0, 1.0, 95.0])

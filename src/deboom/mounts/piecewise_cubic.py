@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Mapping
 from functools import cache, cached_property
 from itertools import pairwise
@@ -46,6 +47,12 @@ RIDGE = 1e-10
 
 EXACT = 1e-18
 """Squares left over squares of the observations, below which more pieces describe only rounding."""
+
+ROUNDING = 1e-13
+"""Distance of scaled terms from those of the fit that is rounding [1]."""
+
+NARROW = 1e-9
+"""Range of a piece over that of all rows, below which a variable counts as constant there [1]."""
 
 _Chooser = Callable[[IntArray, RealArray], IntArray | None]
 
@@ -131,7 +138,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
     Least squares by orthogonal triangularisation and a singular value decomposition of the
     triangle, no normal equations. Terms that the rows cannot tell apart get the shortest
-    coefficients, and their directions a very large leverage.
+    coefficients, and their directions a very large leverage. A piece with fewer distinct rows than
+    terms gets a polynomial of the degree that they determine, and a warning that names it.
 
     Examples
     --------
@@ -449,14 +457,15 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         blend_width: float,
     ) -> Self:
         """Fit a cubic on both sides of each split point."""
-        position = X[:, 0]
+        position, half_range = X[:, 0], np.ptp(X, axis=0) / 2
         pieces = []
         for low, high in pairwise([-np.inf, *split_points, np.inf]):
             # a piece owns its upper end, as the shares do when nothing is blended
             rows = (position > low - blend_width / 2) & (position <= high + blend_width / 2)
             if not rows.any():
                 raise InputError(f"no rows between the split points {low:g} and {high:g}")
-            pieces.append(_fitted_cubic(X[rows], y[rows], weight[rows]))
+            name = f"piece from {position[rows].min():g} to {position[rows].max():g}"
+            pieces.append(_fitted_cubic(X[rows], y[rows], weight[rows], half_range, name))
         rank = max(piece["inverse_singular"].size for piece in pieces)
         for piece in pieces:
             missing = rank - piece["inverse_singular"].size
@@ -544,20 +553,34 @@ def _derivatives(n_features: int) -> RealArray:
     return np.asarray(same_term * powers.T[:, np.newaxis], dtype=float)
 
 
-def _scaling(X: RealArray) -> tuple[RealArray, RealArray]:
-    """Centre and half range of each column; a constant column gets the half range 1."""
+def _scaling(X: RealArray, whole: RealArray | None = None) -> tuple[RealArray, RealArray]:
+    """Centre and half range of each column; that of all rows where only rounding moves it, or 1."""
     low, high = X.min(axis=0), X.max(axis=0)
     half_range = (high - low) / 2
+    instead = half_range if whole is None else whole
+    half_range = np.where(half_range > NARROW * instead, half_range, instead)
     return (low + high) / 2, np.where(half_range > 0, half_range, 1.0)
 
 
-def _fitted_cubic(X: RealArray, y: RealArray, weight: RealArray) -> dict[str, RealArray]:
+def _fitted_cubic(
+    X: RealArray, y: RealArray, weight: RealArray, whole: RealArray, name: str
+) -> dict[str, RealArray]:
     """Arrays of one piece, by the names of the regressor's attributes."""
-    centre, half_range = _scaling(X)
+    centre, half_range = _scaling(X, whole)
     terms = _cubic_terms((X - centre) / half_range)
-    root = np.sqrt(weight)[:, np.newaxis]
     n_rows, n_terms = terms.shape
-    triangle = np.asarray(np.linalg.qr(np.hstack([root * terms, root * y]), mode="r"))
+    n_distinct = len(np.unique(X, axis=0))
+    degree = max(d for d in range(4) if comb(X.shape[1] + d, d) <= n_distinct)
+    n_used = comb(X.shape[1] + degree, degree)
+    if n_used < n_terms:
+        warnings.warn(
+            f"{name}: {n_distinct} distinct rows do not determine a cubic of {n_terms} terms, it "
+            f"is a polynomial of degree {degree}: measure more, or ask for fewer pieces",
+            stacklevel=4,
+        )
+    root = np.sqrt(weight)[:, np.newaxis]
+    weighted = root * terms * (np.arange(n_terms) < n_used)
+    triangle = np.asarray(np.linalg.qr(np.hstack([weighted, root * y]), mode="r"))
     left, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
     smallest = float(singular[0]) * max(n_rows, n_terms) * np.finfo(float).eps
     rank = int(np.sum(singular > smallest))
@@ -566,7 +589,8 @@ def _fitted_cubic(X: RealArray, y: RealArray, weight: RealArray) -> dict[str, Re
     coefficients = directions @ (inverse_singular[:, np.newaxis] * on_directions)
     squares = np.sum((root * (y - terms @ coefficients)) ** 2, axis=0)
     freedom = n_rows - rank
-    unseen = smallest**-2
+    # terms left out are no terms that the rows have never seen
+    unseen = 0.0 if rank == n_used < n_terms else smallest**-2
     return {
         "centre": centre,
         "half_range": half_range,
@@ -587,7 +611,8 @@ def _leverage(
     along = terms @ directions
     leverage = np.sum((along * inverse_singular) ** 2, axis=1)
     if np.count_nonzero(inverse_singular) < len(directions):
-        leverage += unseen * np.sum((terms - along @ directions.T) ** 2, axis=1)
+        beside = np.sum((terms - along @ directions.T) ** 2, axis=1)
+        leverage += unseen * np.where(beside > ROUNDING**2, beside, 0.0)
     return np.asarray(leverage)
 
 

@@ -30,7 +30,7 @@ from deboom.bench.powertrain import AXES, load_bench, with_mount_set
 from deboom.bench.sensors import CENTRE_TOLERANCE, INERTIA_TOLERANCE, MASS_TOLERANCE
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import SENSOR_CATALOGUE, Sensor, SensorKind, Tolerances
+from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -82,7 +82,6 @@ def virtual_campaign(
         centre_of_gravity_tolerance=CENTRE_TOLERANCE,
         total_ratios=BENCH.total_ratios,
         order=BENCH.order_torque.order,
-        sensor_catalogue=SENSOR_CATALOGUE,
         tolerances=_tolerances(errors),
         input_files=(),
     )

@@ -7,7 +7,6 @@ import numpy as np
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import (
-    SENSOR_CATALOGUE,
     Sensor,
     SensorKind,
     Tolerances,
@@ -150,7 +149,6 @@ def campaign_of(rig=RIG):
         centre_of_gravity_tolerance=0.002,
         total_ratios=(16.0, 9.0, 6.0, 5.0, RATIO),
         order=1.5,
-        sensor_catalogue=SENSOR_CATALOGUE,
         tolerances=rig.tolerances,
         input_files=(),
     )

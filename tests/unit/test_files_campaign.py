@@ -85,7 +85,6 @@ def test_everything_is_there_in_si(written):
     assert campaign.order == 1.5
     assert campaign.tolerances.sensor_position == 0.002
     assert campaign.tolerances.shaker_angle == pytest.approx(np.deg2rad(0.5))
-    assert campaign.sensor_catalogue["B&K 4321"].quantity_unit == "m/s^2"
     assert all(path.is_file() for path in campaign.input_files)
     powertrain = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
     assert [sensor.name for sensor in powertrain] == ["A1", "A2", "A3", "A4", "A5", "A6"]
@@ -166,20 +165,6 @@ def test_switched_off_channels_may_be_dead_or_missing(copy):
     channels = campaign.runs[0].acceleration.channels
     assert "A3 y" not in channels
     assert "A4 z" in channels
-
-
-def test_a_model_of_ones_own_stands_beside_the_catalogue(copy):
-    replace_text(copy, "sensors.csv", "B&K 4321", "Acme 7")
-    with pytest.raises(InputError, match="sensor 'A1' is of model 'Acme 7', which is not in"):
-        read_campaign(copy)
-    text = (copy / "campaign.toml").read_text(encoding="utf-8")
-    (copy / "campaign.toml").write_text(
-        text + '\n[[sensor_models]]\nname = "Acme 7"\nquantity_unit = "m/s^2"\nsignal_unit = "V"\n'
-        "sensitivity = [0.01, 0.01, 0.01]\ngain_tolerance = 0.05\ncross_axis = [0.03, 0.03, 0.03]\n"
-        'noise_floor = 0.003\nfrequency_range_hz = [1.0, 3000.0]\nsource = "calibration sheet"\n',
-        encoding="utf-8",
-    )
-    assert read_campaign(copy).sensor_catalogue["Acme 7"].noise_floor == 0.003
 
 
 def test_a_time_run_is_read_by_name(written):

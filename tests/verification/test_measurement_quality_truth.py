@@ -18,7 +18,7 @@ from deboom.measurement.culprit import (
 )
 from deboom.measurement.quality import (
     CHANCE,
-    QualityLimits,
+    HALFWAY,
     excitation_consistency,
     geometric_consistency,
     likeness,
@@ -529,9 +529,9 @@ def test_measured_virtual_points_are_far_from_perfect():
     assert pairs.min() > CHANCE
     assert np.count_nonzero(pairs > 0.95) == 3
     assert np.count_nonzero(pairs < CHANCE + 0.1) == 4
-    kept = np.count_nonzero(pairs >= QualityLimits().reciprocity)
+    kept = np.count_nonzero(pairs >= HALFWAY)
     assert kept == 7
     consistency = np.loadtxt(DATA / "lab_AB_measurement_consistency_15x15.csv", delimiter=",")
     assert consistency.min() > CHANCE
     assert np.mean(consistency > 0.95) < 0.3
-    assert np.mean(consistency >= QualityLimits().specific_consistency) > 0.7
+    assert np.mean(consistency >= HALFWAY) > 0.7

@@ -37,11 +37,9 @@ from deboom.measurement.campaign import (
 )
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import (
-    SENSOR_CATALOGUE,
     Impact,
     Sensor,
     SensorKind,
-    SensorModel,
     Tolerances,
 )
 from deboom.mounts.mount import Mount
@@ -92,29 +90,6 @@ class ToleranceEntry(StrictModel):
     """Of the engine torque, per line [N m]."""
     static_force_n: NotNegative
     """Of the quasi-static cell force, per line [N]."""
-
-
-class SensorModelEntry(StrictModel):
-    """A sensor model that is not in the catalogue, or stands here instead of it."""
-
-    name: str
-    """As in the position sheet."""
-    quantity_unit: Literal["m/s^2", "N"]
-    """What it measures."""
-    signal_unit: str
-    """What it delivers: ``C`` or ``V``."""
-    sensitivity: Annotated[tuple[float, ...], Field(strict=False, min_length=1)]
-    """Nominal, per axis [signal_unit/quantity_unit]."""
-    gain_tolerance: NotNegative
-    """Half width before the single sensor is calibrated [1]."""
-    cross_axis: Annotated[tuple[NotNegative, ...], Field(strict=False, min_length=1)]
-    """Limit per axis [1]."""
-    noise_floor: NotNegative
-    """Threshold [quantity_unit]."""
-    frequency_range_hz: Annotated[tuple[NotNegative, Positive], Field(strict=False)]
-    """Lowest and highest [Hz]."""
-    source: str
-    """Where the figures stand."""
 
 
 class RunEntry(StrictModel):
@@ -209,8 +184,6 @@ class CampaignFile(StrictModel):
     """Of this bench."""
     mounts: Annotated[tuple[CampaignMount, ...], Field(strict=False, min_length=1)]
     """In the order of the platform."""
-    sensor_models: Annotated[tuple[SensorModelEntry, ...], Field(strict=False)] = ()
-    """Beyond the catalogue."""
     runs: Annotated[tuple[RunEntry, ...], Field(strict=False)] = ()
     """Operating runs."""
     shaker_runs: Annotated[tuple[ShakerEntry, ...], Field(strict=False)] = ()
@@ -254,7 +227,6 @@ def _check(path: Path, campaign: CampaignFile) -> None:
     pieces = {(mount.name, piece) for mount in campaign.mounts for piece in mount.piece_names}
     unique: list[tuple[str, Sequence[Hashable]]] = [
         ("[[mounts]] are named", [mount.name for mount in campaign.mounts]),
-        ("[[sensor_models]] are named", [model.name for model in campaign.sensor_models]),
         ("[[runs]] of one mount set are named", [(r.mount_set, r.name) for r in campaign.runs]),
         (
             "[[shaker_runs]] are of",
@@ -528,7 +500,6 @@ class _Tables:
     sensors: tuple[Sensor, ...]
     channels: tuple[CampaignChannel, ...]
     switched_off: tuple[str, ...]
-    models: dict[str, SensorModel]
 
     @property
     def paths(self) -> list[Path]:
@@ -631,7 +602,6 @@ def read_campaign(
         centre_of_gravity_tolerance=file.powertrain.centre_of_gravity_tolerance_m,
         total_ratios=file.engine.total_ratios,
         order=file.engine.dominant_order,
-        sensor_catalogue=tables.models,
         tolerances=_tolerances(file.tolerances),
         input_files=(*tables.paths, *(tables.folder / name for name in read)),
     )
@@ -708,29 +678,7 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     channels = read_table(table, CampaignChannel)
     check_sensors(sheet, file, sensors, off)
     check_channels(table, file, sensors, channels, off)
-    models = dict(SENSOR_CATALOGUE) | {entry.name: _model(entry) for entry in file.sensor_models}
-    for sensor in sensors:
-        if sensor.model not in models:
-            raise InputError(
-                f"{sheet}: sensor '{sensor.name}' is of model '{sensor.model}', which is not in "
-                f"the catalogue ({', '.join(models)}): correct it, or add [[sensor_models]] to "
-                f"{CAMPAIGN_FILE}"
-            )
-    return _Tables(folder, file, _mounts(folder, file), sensors, channels, off, models)
-
-
-def _model(entry: SensorModelEntry) -> SensorModel:
-    return SensorModel(
-        name=entry.name,
-        quantity_unit=entry.quantity_unit,
-        signal_unit=entry.signal_unit,
-        sensitivity=entry.sensitivity,
-        gain_tolerance=entry.gain_tolerance,
-        cross_axis=entry.cross_axis,
-        noise_floor=entry.noise_floor,
-        frequency_range=entry.frequency_range_hz,
-        source=entry.source,
-    )
+    return _Tables(folder, file, _mounts(folder, file), sensors, channels, off)
 
 
 def _tolerances(entry: ToleranceEntry) -> Tolerances:

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
-from types import MappingProxyType
 from typing import Protocol
 
 import numpy as np
@@ -14,7 +13,7 @@ import numpy as np
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import Impact, Sensor, SensorKind, SensorModel, Tolerances
+from deboom.measurement.sensors import Impact, Sensor, SensorKind, Tolerances
 
 AXES = ("x", "y", "z")
 
@@ -285,7 +284,6 @@ class Campaign:
       entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
     - `total_ratios`.
     - `order`.
-    - `sensor_catalogue`.
     - `tolerances`.
     - `input_files`.
     """
@@ -305,13 +303,9 @@ class Campaign:
     centre_of_gravity_tolerance: float
     total_ratios: tuple[float, ...]
     order: float
-    sensor_catalogue: Mapping[str, SensorModel]
     tolerances: Tolerances
     input_files: tuple[Path, ...]
     pushes: tuple[PushRun, ...] = ()
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "sensor_catalogue", MappingProxyType(dict(self.sensor_catalogue)))
 
     def runs_of(self, mount_set: str) -> tuple[OperatingRun, ...]:
         """Return the runs with one mount set on the bench; an unknown one raises InputError."""

@@ -41,7 +41,7 @@ CHANCE = 0.5
 """Mean of `likeness` for two numbers that have nothing to do with each other."""
 
 HALFWAY = (1.0 + CHANCE) / 2.0
-"""Likeness halfway between equal functions and two that have nothing to do with each other."""
+"""Halfway between equal functions and unrelated ones: 60°, or a factor of 3.7 [1]."""
 
 SLACK = 0.05
 """Power given, relative to the largest mobility, that noise on a weakly damped body explains."""
@@ -49,31 +49,17 @@ SLACK = 0.05
 ROTATIONS = (*RIGID_MOTIONS[3:], *RIGID_LOADS[3:])
 
 
-@dataclass(frozen=True)
-class QualityLimits:
-    """Limits from which a quality report asks for a look; measured data are never near perfect.
+LARGEST_CONDITION_NUMBER = 10.0
+"""Scaled: the worst-seen motion has this much more noise than the best-seen one [1]."""
+LEAST_REDUNDANCY = 0.05
+"""Share of a channel that the others must be able to tell [1]."""
+LEAST_REPEAT_COHERENCE = 0.8
+LARGEST_INCONSISTENCY = 0.02
+"""Mean error of a channel from which the thesis's metric safely flags inverted channels (0.09) and
+swapped axes (0.27) [1]."""
+LARGEST_ACTIVE_SHARE = 0.05
+"""Share of the lines at which power may come out of a driving point [1]."""
 
-    - `condition_number`: largest scaled condition number: the worst-seen motion has this much more
-      noise than the best-seen one [1].
-    - `redundancy`.
-    - `repeat_coherence`.
-    - `geometric_consistency`: largest mean error of a channel [1]; the thesis's metric flags
-      inverted channels (0.09) and swapped axes (0.27) safely from 0.02.
-    - `specific_consistency`, `reciprocity`: smallest coherence criterion, mean over the lines [1].
-      Chance gives 0.5: the default lies halfway to 1 and means 60° or a factor of 3.7.
-    - `active_share`: largest share of the lines at which power comes out of a driving point [1].
-    """
-
-    condition_number: float = 10.0
-    redundancy: float = 0.05
-    repeat_coherence: float = 0.8
-    geometric_consistency: float = 0.02
-    specific_consistency: float = HALFWAY
-    reciprocity: float = HALFWAY
-    active_share: float = 0.05
-
-
-DEFAULT_LIMITS = QualityLimits()
 DEFAULT_TOLERANCES = Tolerances()
 
 
@@ -132,9 +118,7 @@ def quality_table(checks: Sequence[QualityCheck]) -> list[dict[str, object]]:
     ]
 
 
-def quality_of_sheet(
-    geometry: ChannelGeometry, what: str = "sensors", limits: QualityLimits = DEFAULT_LIMITS
-) -> tuple[QualityCheck, ...]:
+def quality_of_sheet(geometry: ChannelGeometry, what: str = "sensors") -> tuple[QualityCheck, ...]:
     """Judge a position sheet before anything is measured, by scaled conditioning and redundancy.
 
     A sheet that misses a motion is reported, not refused. Checks are named after `what`, sensors or
@@ -145,12 +129,12 @@ def quality_of_sheet(
         _at_most(
             f"conditioning of {what}, length {1e3 * state.length:.0f} mm",
             {state.worst_seen: state.condition_number},
-            limits.condition_number,
+            LARGEST_CONDITION_NUMBER,
         ),
         _at_least(
             f"redundancy of {what}",
             dict(zip(geometry.channels, state.redundancy, strict=True)),
-            limits.redundancy,
+            LEAST_REDUNDANCY,
         ),
     )
 
@@ -161,7 +145,6 @@ def quality_in_operation(
     *,
     repeats: Sequence[Spectrum] = (),
     tolerances: Tolerances = DEFAULT_TOLERANCES,
-    limits: QualityLimits = DEFAULT_LIMITS,
 ) -> tuple[QualityCheck, ...]:
     """Judge the virtual point of a body in operation.
 
@@ -172,13 +155,12 @@ def quality_in_operation(
     - `measured`.
     - `repeats`: the same run again, phase referred to the same event; may be empty.
     - `tolerances`.
-    - `limits`.
     """
     missing = "needs frequency response functions"
     return (
-        *quality_of_sheet(point.geometry, "sensors", limits),
-        _coherence(point, (measured, *repeats), limits),
-        *_consistency_checks(point, measured, limits),
+        *quality_of_sheet(point.geometry, "sensors"),
+        _coherence(point, (measured, *repeats)),
+        *_consistency_checks(point, measured),
         _not_checked("reciprocity", missing),
         _not_checked("passivity", missing),
         _leave_one_out("sensors", culprit_of_responses(point, measured, tolerances)),
@@ -193,7 +175,6 @@ def quality_of_frf(
     *,
     repeats: Sequence[Frf] = (),
     tolerances: Tolerances = DEFAULT_TOLERANCES,
-    limits: QualityLimits = DEFAULT_LIMITS,
 ) -> tuple[QualityCheck, ...]:
     """Judge a virtual point that was hit and watched.
 
@@ -204,48 +185,42 @@ def quality_of_frf(
     used = measured.select(response.channels, excitation.channels)
     again = [repeat.select(used.outputs, used.inputs) for repeat in repeats]
     return (
-        *quality_of_sheet(response.geometry, "sensors", limits),
-        *quality_of_sheet(excitation.geometry, "impacts", limits),
-        _coherence(response, (used, *again), limits),
-        *_consistency_checks(response, used, limits),
-        *_rigid_checks("impacts", excitation_consistency(excitation, used), limits),
-        *_driving_point_checks(response, excitation, used, form, limits),
+        *quality_of_sheet(response.geometry, "sensors"),
+        *quality_of_sheet(excitation.geometry, "impacts"),
+        _coherence(response, (used, *again)),
+        *_consistency_checks(response, used),
+        *_rigid_checks("impacts", excitation_consistency(excitation, used)),
+        *_driving_point_checks(response, excitation, used, form),
         _leave_one_out("sensors", culprit_of_responses(response, used, tolerances)),
         _leave_one_out("impacts", culprit_of_excitation(excitation, used, tolerances)),
     )
 
 
-def _coherence(
-    point: VirtualPoint, runs: Sequence[Spectrum | Frf], limits: QualityLimits
-) -> QualityCheck:
+def _coherence(point: VirtualPoint, runs: Sequence[Spectrum | Frf]) -> QualityCheck:
     name = "coherence of repeats"
     if len(runs) < 2:
         return _not_checked(name, "needs the same measurement twice")
     values = repeat_coherence([channel_values(point, run) for run in runs])
     means = values.mean(axis=(0, 1))
-    return _at_least(name, dict(zip(point.channels, means, strict=True)), limits.repeat_coherence)
+    return _at_least(name, dict(zip(point.channels, means, strict=True)), LEAST_REPEAT_COHERENCE)
 
 
-def _consistency_checks(
-    point: VirtualPoint, measured: Spectrum | Frf, limits: QualityLimits
-) -> tuple[QualityCheck, ...]:
+def _consistency_checks(point: VirtualPoint, measured: Spectrum | Frf) -> tuple[QualityCheck, ...]:
     figures = geometric_consistency(point, measured)
     return (
-        _at_most("geometric consistency (error)", figures, limits.geometric_consistency),
-        *_rigid_checks("sensors", response_consistency(point, measured), limits),
+        _at_most("geometric consistency (error)", figures, LARGEST_INCONSISTENCY),
+        *_rigid_checks("sensors", response_consistency(point, measured)),
     )
 
 
-def _rigid_checks(
-    what: str, consistency: RigidConsistency, limits: QualityLimits
-) -> tuple[QualityCheck, ...]:
+def _rigid_checks(what: str, consistency: RigidConsistency) -> tuple[QualityCheck, ...]:
     means = consistency.specific.mean(axis=0)
     specific = dict(zip(consistency.channels, means, strict=True))
     worst_line = consistency.frequency[int(np.argmin(consistency.overall))]
     # of unrelated channels the projection keeps n_motion / n_channel of the energy
     by_chance = np.sqrt(len(RIGID_MOTIONS) / len(specific))
     return (
-        _at_least(f"specific consistency of {what}", specific, limits.specific_consistency),
+        _at_least(f"specific consistency of {what}", specific, HALFWAY),
         _at_least(
             f"overall consistency of {what}, mean",
             {f"least at {worst_line:g} Hz": float(consistency.overall.mean())},
@@ -259,7 +234,6 @@ def _driving_point_checks(
     excitation: VirtualPoint,
     measured: Frf,
     form: FrfForm,
-    limits: QualityLimits,
 ) -> tuple[QualityCheck, ...]:
     if not np.allclose(response.geometry.position, excitation.geometry.position):
         missing = "needs responses and excitation at one virtual point"
@@ -268,11 +242,11 @@ def _driving_point_checks(
     pair, value = reciprocity(at_point).worst()
     power = passivity(at_point, form, response.conditioning.length)
     return (
-        _at_least("reciprocity", {pair: value}, limits.reciprocity),
+        _at_least("reciprocity", {pair: value}, HALFWAY),
         _at_most(
             "passivity (share of active lines)",
             {power.worst: power.active_share},
-            limits.active_share,
+            LARGEST_ACTIVE_SHARE,
         ),
     )
 

@@ -8,7 +8,6 @@ a gap in the numbers, which the shaft angle bridges.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
@@ -21,7 +20,7 @@ from deboom.errors import InputError
 LEAST_PULSES = 10
 """Fewest pulses that say enough about a speed that changes."""
 HYSTERESIS = 0.2
-"""Share of the swing, where none is given, by which the voltage must fall back to count anew."""
+"""Share of the swing by which the voltage must fall back to count anew."""
 TAIL = 0.001
 """Share of the samples beyond which low and high voltage are read, so that a spike sets neither."""
 WINDOW = 9
@@ -50,37 +49,22 @@ LARGEST_DIP = 0.02
 _DEGREE = 3
 
 
-class Edge(Enum):
-    """Edge of a pulse that marks the angle."""
-
-    RISING = 1
-    FALLING = -1
-
-
 def pulse_times(
     voltage: npt.ArrayLike,
     rate: float,
     *,
     name: str = "tacho",
-    start: float = 0.0,
-    edge: Edge = Edge.RISING,
-    level: float | None = None,
-    hysteresis: float | None = None,
 ) -> RealArray:
     """Return the times at which a tacho signal crosses its trigger level, increasing [s].
 
     Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
 
     - `voltage` (n_sample,).
-    - `rate`, `start`.
+    - `rate`.
     - `name`.
-    - `edge`.
-    - `level`, optional: trigger level [V]; half-way between low and high voltage where it is not
-      given.
-    - `hysteresis`, optional: voltage by which the signal must leave the level backwards, once
-      triggered, before it counts again [V]; a fifth of the swing where it is not given.
 
-    Low and high voltage are the quantiles at 0.1 % and 99.9 % of the samples. A straight line
+    A pulse is the rise through half-way between low and high voltage, the quantiles at 0.1 % and
+    99.9 % of the samples, after a fall of `HYSTERESIS` below it. A straight line
     between the two samples about each crossing gives the time to a small part of a sample where the
     edge is as slow as the recorder's anti-aliasing filter makes it; a perfect step is known to ±
     half a sample.
@@ -98,11 +82,10 @@ def pulse_times(
             f"{name} carries no pulses, it stays at {low:g} V: check the cable, or the name of the "
             "tacho channel"
         )
-    trigger = (low + high) / 2 if level is None else level
-    band = HYSTERESIS * (high - low) if hysteresis is None else hysteresis
-    above = edge.value * (signal - trigger)
+    trigger = (low + high) / 2
+    above = signal - trigger
     # a comparator with hysteresis forgets what lies between; low then high is a pulse
-    is_low, is_high = above < -abs(band), above >= 0
+    is_low, is_high = above < -HYSTERESIS * (high - low), above >= 0
     event = np.flatnonzero(is_low | is_high)
     first = event[1:][is_low[event[:-1]] & is_high[event[1:]]] - 1
     if first.size < LEAST_PULSES:
@@ -111,7 +94,7 @@ def pulse_times(
             "the trigger level, or measure for longer"
         )
     part = above[first] / (above[first] - above[first + 1])
-    return np.asarray(start + (first + part) / rate)
+    return np.asarray((first + part) / rate)
 
 
 @checked(times="n", number="n", dropped="d", missing="m")

@@ -19,7 +19,7 @@ from deboom.measurement.campaign import (
     rising_runs,
 )
 from deboom.measurement.culprit import culprit_of_responses
-from deboom.measurement.quality import geometric_consistency
+from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.characterised_mount import (
     CampaignRecord,
@@ -41,7 +41,7 @@ from deboom.mounts.measuring_chain import (
     stated_alignment,
 )
 from deboom.mounts.mount import AXES, Mount
-from deboom.mounts.operating_map import Estimate, OperatingMap, Preload, operating_maps
+from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
 from deboom.mounts.response_surface import (
     Agreement,
@@ -54,9 +54,6 @@ from deboom.tabled import Tabled
 
 Progress = Callable[[int, int, str], None]
 """Called with the steps done, their total, and a short text."""
-
-LARGEST_INCONSISTENCY = 0.02
-"""Geometric consistency that careful sensors stay below; an inverted channel gives 0.09 [1]."""
 
 STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")
 
@@ -78,7 +75,6 @@ class CharacteriseOptions:
 
     - `gears`: gears whose runs the surfaces are fitted to; None takes all.
     - `preload`: variable of the surfaces.
-    - `estimate`: estimator over repeated runs.
     - `regressor`: pieces of the surfaces.
     - `self_calibration`: whether rigid motion and Newton's law improve the stated alignment.
     - `excited`: loads ``fx`` … ``mz`` that excite the powertrain at this order; about the
@@ -92,7 +88,6 @@ class CharacteriseOptions:
 
     gears: tuple[int, ...] | None = (5, 6, 7)
     preload: Preload = Preload.WHEEL_TORQUE
-    estimate: Estimate = Estimate.BY_NOISE_RATIO
     regressor: PiecewiseCubicRegressor = field(default_factory=PiecewiseCubicRegressor)
     self_calibration: bool = True
     excited: tuple[str, ...] = ("my",)
@@ -208,7 +203,7 @@ class Characterisation(Tabled):
             settings = {
                 "preload": options.preload.value,
                 "gears": "all" if options.gears is None else ", ".join(map(str, options.gears)),
-                "estimate": options.estimate.value,
+                "estimate": "Hv",
                 "pieces": options.regressor.pieces,
                 "self-calibration": options.self_calibration,
             }
@@ -317,7 +312,7 @@ def characterise(
     with threadpool_limits(1):  # its matrices are too small to share
         bodies = [chain.alignment.body for chain in known]
         records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-        maps = operating_maps(known, records, options.estimate)
+        maps = operating_maps(known, records)
         step(2)
         directions = {name: _direction(measured, options) for name, measured in maps.items()}
         step(3)

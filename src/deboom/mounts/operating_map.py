@@ -20,7 +20,6 @@ from deboom.physics.dynamic_stiffness import (
     displacement_from_acceleration,
     loss_factor,
     stiffness_h1,
-    stiffness_h2,
     stiffness_hv,
 )
 
@@ -52,14 +51,6 @@ class Preload(Enum):
     def unit(self) -> str:
         """SI unit."""
         return "N m" if self is Preload.WHEEL_TORQUE else "N"
-
-
-class Estimate(Enum):
-    """How force and displacement of repeated runs become one stiffness."""
-
-    BY_NOISE_RATIO = "Hv"
-    NOISE_IN_FORCE = "H1"
-    NOISE_IN_DISPLACEMENT = "H2"
 
 
 @checked(**_COLUMNS)
@@ -158,7 +149,6 @@ class OperatingMap:
 def operating_maps(
     chains: Sequence[AlignmentEstimate],
     records: Sequence[BodyRecord],
-    estimate: Estimate = Estimate.BY_NOISE_RATIO,
 ) -> dict[str, OperatingMap]:
     """Refer the recordings of the bodies' channels to the mounts: displacement, force, stiffness.
 
@@ -168,8 +158,6 @@ def operating_maps(
         Measuring chains of the bodies.
     records : sequence of BodyRecord
         Recordings of each body, in the same order.
-    estimate : Estimate
-        Estimator over repeated runs.
 
     Returns
     -------
@@ -188,7 +176,7 @@ def operating_maps(
     """
     pieces: dict[str, list[OperatingMap]] = {}
     for chain, record in zip(chains, records, strict=True):
-        for part in _body_maps(chain, record, estimate):
+        for part in _body_maps(chain, record):
             pieces.setdefault(part.name, []).append(part)
     maps = {}
     for name, parts in pieces.items():
@@ -239,9 +227,7 @@ def bench_load_case(
     )
 
 
-def _body_maps(
-    chain: AlignmentEstimate, record: BodyRecord, estimate: Estimate
-) -> list[OperatingMap]:
+def _body_maps(chain: AlignmentEstimate, record: BodyRecord) -> list[OperatingMap]:
     """Build the maps of one body: per number of repeats, point and axis."""
     motion, force_matrix = chain.motion_matrix, chain.force_matrix
     displacement = displacement_from_acceleration(record.acceleration @ motion.T, record.frequency)
@@ -268,7 +254,7 @@ def _body_maps(
                     force=f.mean(axis=1),
                     displacement_noise=s_error,
                     force_noise=f_noise / np.sqrt(n_repeats),
-                    stiffness=_stiffness(f, s, f_noise, s_noise, estimate),
+                    stiffness=_stiffness(f, s, f_noise, s_noise),
                     confidence=_confidence(f, s, f_noise, s_noise),
                     near_floor=np.abs(mean) < FLOOR_FACTOR * s_error,
                 )
@@ -281,13 +267,9 @@ def _stiffness(
     displacement: ComplexArray,
     force_noise: RealArray,
     displacement_noise: RealArray,
-    estimate: Estimate,
 ) -> ComplexArray:
-    """Stiffness over the repeats (n, n_repeat) by the chosen estimator."""
-    if estimate is Estimate.NOISE_IN_DISPLACEMENT:
-        return stiffness_h2(force, displacement)
-    noisy = np.all((force_noise > 0) & (displacement_noise > 0))
-    if estimate is Estimate.BY_NOISE_RATIO and noisy:
+    """Stiffness over the repeats (n, n_repeat), by the stated noise of both."""
+    if np.all((force_noise > 0) & (displacement_noise > 0)):
         return stiffness_hv(force, displacement, force_noise / displacement_noise)
     return stiffness_h1(force, displacement)
 

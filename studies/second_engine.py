@@ -396,7 +396,7 @@ def _second_engine(
         chains = measuring_chains(campaign, how)
         bodies = [chain.alignment.body for chain in chains]
         records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-        maps = operating_maps(chains, records, how.estimate)
+        maps = operating_maps(chains, records)
         static_force = _static_prediction(carried, campaign, maps)
         for mount in carried:
             for axis in (one.axis for one in mount.directions if one.surface is not None):

@@ -235,7 +235,7 @@ class CharacterisedBench:
     ) -> dict[str, OperatingMap]:
         tolerances = self.result.campaign.tolerances
         records = [body_record(chain.alignment.body, runs, tolerances) for chain in chains]
-        return operating_maps(chains, records, self.result.options.estimate)
+        return operating_maps(chains, records)
 
     def modelled(self, surface: DynamicStiffnessSurface, measured: OperatingMap) -> ComplexArray:
         """Stiffness of a surface at every line of a map, shape (n,) [N/m]."""

@@ -49,21 +49,13 @@ class MeasuredMount(Protocol):
 class OperatingRun:
     """One ramp or load slice along one engine order, as the sensors deliver it.
 
-    - `name`.
-    - `mount_set`.
-    - `gear`.
-    - `total_ratio`.
     - `full_load`: True for a ramp with wide open throttle; False for a slice at constant engine
       torque.
-    - `torque_limit`.
-    - `rising`.
-    - `order`.
     - `engine_torque` (n_frequency,).
     - `acceleration`, `cell_force`: channels ``<sensor> <axis>`` in sensor axes, phase to the tacho
       [m/s^2], [N].
     - `static_force` (n_frequency, n): quasi-static force of each mount direction, all cells of a
       mount together [N].
-    - `static_force_names`.
     """
 
     name: str
@@ -111,15 +103,11 @@ class TimeRun:
 
     - `name`, `mount_set`, `gear`, `total_ratio`, `full_load`, `torque_limit`, `rising`, `order`:
       fields as of `OperatingRun`.
-    - `sample_rate`.
     - `tacho` (n_sample,).
-    - `pulses_per_revolution`.
     - `engine_torque` (n_sample,).
     - `acceleration`, `cell_force` (n_sample, n_channel): channels in sensor axes [m/s²], [N].
-    - `acceleration_channels`, `cell_force_channels`.
     - `static_force` (n_sample, n): quasi-static force of each mount direction, all cells of a mount
       together [N].
-    - `static_force_names`.
     """
 
     name: str
@@ -164,8 +152,6 @@ class RunDirection(Enum):
 def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> BoolArray:
     """Mark the lines of the runs with rising torque: a falling run is on another branch.
 
-    - `run`.
-    - `direction`.
     - returns (n,).
     """
     unknown = sorted(set(run) - set(direction))
@@ -183,9 +169,6 @@ def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> Bo
 class ShakerRun:
     """The cells' answer to a shaker at the virtual point of one mount, along one axis.
 
-    - `mount`, `piece`.
-    - `axis`.
-    - `repeat`.
     - `response`: outputs: channels of the cells below this mount, in sensor axes; one input
       ``<mount> [<piece>] <axis>``; unit ``N/N``.
     """
@@ -209,9 +192,6 @@ class ShakerRun:
 class PushRun:
     """The cells' answer to a push beside the virtual point of one mount.
 
-    - `mount`, `piece`.
-    - `push`.
-    - `repeat`.
     - `response`: outputs: channels of the cells below this mount, in sensor axes; one input, named
       as the push; unit ``N/N``.
     """
@@ -238,8 +218,6 @@ def _check_input(response: Frf, pushed: str, owner: str) -> None:
 class StaticCurve:
     """Quasi-static force over deflection of one mount direction, as the supplier sends it.
 
-    - `mount`, `axis`.
-    - `mount_set`.
     - `deflection` (n,).
     - `force` (n,).
     - `force_uncertainty`: standard deviation relative to the force: one scale error of the whole
@@ -267,25 +245,14 @@ class StaticCurve:
 class Campaign:
     """Everything measured on one bench, in SI; positions are what the laboratory believes.
 
-    - `name`.
-    - `mounts`.
     - `powertrain_mounts`: mounts that carry the powertrain. Each piece of every other mount carries
       a body of its own with its own sensor, and needs no virtual point of the powertrain.
-    - `sensors`.
-    - `switched_off`.
-    - `mount_sets`.
-    - `runs`.
     - `shaker_runs`, `pushes`: shaker runs at the virtual points, three axes for each mount (piece)
       that occurs, and beside them.
-    - `static_curves`.
     - `mass_matrix` (6, 6): mass matrix of the powertrain at its centre of gravity, from the data
       sheet [kg, kg m²].
     - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of
       entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
-    - `total_ratios`.
-    - `order`.
-    - `tolerances`.
-    - `input_files`.
     """
 
     name: str

@@ -183,10 +183,6 @@ class TimeRecord:
     """Channels of one unit, sampled together.
 
     - `values` (n_sample, n_channel).
-    - `rate`.
-    - `channels`.
-    - `unit`.
-    - `start`.
     """
 
     values: RealArray
@@ -207,14 +203,7 @@ class TimeRecord:
 class LoadCase:
     """Operating displacement and force spectra of one run, along one engine order.
 
-    - `name`.
-    - `title`.
-    - `gear`.
-    - `total_ratio`.
-    - `torque_limit`.
-    - `order`.
     - `displacement`: displacement at the virtual points, columns ``<mount> [<piece>] <axis>`` [m].
-    - `force`.
     - `engine_torque` (n_frequency,), optional: quasi-static engine torque at every line [N m]; None
       where it was not recorded.
     """

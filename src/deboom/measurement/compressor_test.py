@@ -26,7 +26,6 @@ SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 class CompressorMount:
     """One rubber mount: its place, its direction, its three static stiffnesses.
 
-    - `name`.
     - `position` (3,): elastic centre, from the virtual point, the origin of the position sheet [m].
     - `rotation` (3,): rotation of the mount's axes about the fixed axes x, then y, then z [rad];
       local x is axial.
@@ -52,11 +51,9 @@ class CompressorMount:
 class Drawing:
     """The body as drawn: where an identification may start.
 
-    - `mass`.
     - `centre` (3,).
     - `inertia` (3, 3): inertia about the centre of gravity, products with their sign as matrix
       elements; symmetric, positive definite [kg m²].
-    - `mounts`.
     """
 
     mass: float
@@ -85,19 +82,11 @@ class InertanceTest:
     that do not fit together, a line at 0 Hz, a coherence outside 0 to 1, a mass without its
     deviation.
 
-    - `name`.
-    - `sensors`.
-    - `impacts`.
     - `frf`: outputs are the channels of the sensors in their order, inputs the impacts
       [`ACCELERATION_PER_FORCE`]; no line at 0 Hz.
     - `coherence` (n_frequency, n_channel, n_impact): ordinary coherence of the hits of an impact, 0
       … 1 [1].
-    - `n_averages`.
-    - `tolerances`.
     - `weighed_mass`: mass of the body from a pair of scales; None if it was not weighed [kg].
-    - `weighed_mass_deviation`.
-    - `drawing`.
-    - `input_files`.
     """
 
     name: str
@@ -177,9 +166,6 @@ class HoseState(Enum):
 class OperatingSweep:
     """First order of one run-up of a running compressor at one pressure.
 
-    - `name`.
-    - `hoses`.
-    - `pressure`.
     - `acceleration`: one line per rotational frequency, channels of the accelerometers on the
       compressor; complex peak, the phase from the pulse of the tacho, which stands at the rotor's y
       axis [m/s^2].
@@ -187,7 +173,6 @@ class OperatingSweep:
       of `acceleration`, above 0 [m/s^2].
     - `holder`: the same of triaxial accelerometers on the body side of the mounts, ``<mount> x`` …
       [m/s^2]; None where there were none.
-    - `sound`.
     """
 
     name: str
@@ -230,14 +215,10 @@ class OperatingSweep:
 class HoseDrawing:
     """A hose as drawn and catalogued: a straight uniform beam from the compressor to the body.
 
-    - `name`.
     - `position` (3,).
     - `direction` (3,).
-    - `length`, `line_mass`.
     - `tension`, `torsion`, `bending`: EA [N], GJ and EI [N m²], as a supplier may state them: start
       values.
-    - `loss_factor`.
-    - `torsion_radius`.
     """
 
     name: str
@@ -264,13 +245,9 @@ class HoseDrawing:
 class OperatingTest:
     """One compressor: struck without hoses, perhaps with them, and run.
 
-    - `name`.
-    - `hammer`.
     - `hammer_with_hoses`: test with the standard hoses, compressor off; same sensors and impacts.
     - `sweeps`: at least one sweep, with the accelerometers of the hammer test.
     - `rotor_inertia`: polar moment of the rotor, from its data sheet [kg m²]; None where not known.
-    - `hoses`.
-    - `input_files`.
     """
 
     name: str

@@ -70,10 +70,6 @@ class Fault(Enum):
 class Suspect:
     """The item without which the rest agrees best.
 
-    - `name`.
-    - `fault`.
-    - `channels`.
-    - `detail`.
     - `significance`: contradiction to the rest over what the tolerances of all sensors let expect,
       rms [1].
     - `residual_undone`: rms disagreement of all channels with the fault undone, relative to the rms
@@ -97,8 +93,6 @@ class Diagnosis:
     - `residual_without`: the same of the rest when one sensor or impact is left out (one channel,
       where the rest cannot do without its sensor) [1].
     - `suspect`: first suspect; None where the data agree to rounding or nothing can be left out.
-    - `named`.
-    - `verdict`.
     """
 
     residual_of_all: float
@@ -443,7 +437,6 @@ def _tilt(
 class Exchange:
     """Two items that agree with all others once they are exchanged.
 
-    - `first`, `second`.
     - `disagreement`, `left`: rms of what no rigid motion explains, relative to the rms signal, as
       measured and with the exchange undone [1].
     """

@@ -51,11 +51,8 @@ class PointKind(Enum):
 class TransferPoint:
     """One place where the compressor or a hose meets the body.
 
-    - `name`.
-    - `kind`.
     - `position` (3,): elastic centre of the mount, or end of the hose, from the compressor's
       virtual point [m].
-    - `sensors`.
     - `impacts`: impacts of the hammer on the body around it, at least six, more to be
       overdetermined.
     """
@@ -101,17 +98,9 @@ class ElectricCar:
     functions, or the other way round; a sweep without the ear; names, units or lines that do not
     fit together.
 
-    - `name`.
-    - `operation`.
-    - `points`.
-    - `ear`.
     - `pressure`: output is the ear, inputs are the impacts of all points, in their order; struck
       with the compressor taken out [Pa/N].
     - `coherence` (n_frequency, 1, n_impact).
-    - `n_averages`.
-    - `accelerance`.
-    - `tolerances`.
-    - `input_files`.
     """
 
     name: str
@@ -207,7 +196,6 @@ class ElectricCar:
 class WrenchNoiseTransfer:
     """Pressure at the ear per force and moment at every point.
 
-    - `transfer`.
     - `deviation` (n_frequency, n_input): root of the mean square modulus of the error, in the unit
       of each column.
     - `consistency`: point to the consistency of its impacts, by the accelerations around it: how

@@ -39,8 +39,6 @@ NO_LENGTH = 1.0
 class ForceTransferMatrix:
     """Load on the cells per load at the virtual point, and how constant it is.
 
-    - `mount`, `piece`.
-    - `cells`.
     - `position` (3,): virtual point about which moments are taken; without moments the middle of
       the cells [m].
     - `length`: characteristic length that makes moments comparable with forces [m]; 1 without
@@ -53,10 +51,8 @@ class ForceTransferMatrix:
       relative to the norm of the matrix's column [1].
     - `drift` (n, n): largest deviation of one repeat's mean over the lines from `matrix`, relative
       to the same norm [1]; 0 for a single repeat, which cannot show any.
-    - `repeats`.
     - `residual`: rms deviation of all lines and repeats from `matrix`, relative to its rms column
       norm [1].
-    - `condition_number`.
     """
 
     mount: str
@@ -151,8 +147,6 @@ def force_transfer_matrix_with_moments(
     repeat, a missing channel, runs on different lines, no line in the band, or a matrix without an
     inverse.
 
-    - `pushes`.
-    - `repeats`.
     - `cells`: all force cells below the mount; three or more that are not on one line.
     - `mount`, `piece`, `band`: arguments as for `force_transfer_matrix`.
     - `position` (3,).

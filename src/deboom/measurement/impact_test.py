@@ -98,10 +98,7 @@ class HammerTest:
     Raises InputError: another impact than measured, doubled names, or a sensor whose channels are
     not measured.
 
-    - `title`.
-    - `impacts`.
     - `sensors`: sensors with a position; responses without one, such as ears, have no entry.
-    - `measurements`.
     """
 
     title: str
@@ -132,12 +129,7 @@ class HammerTest:
 
 @dataclass(frozen=True)
 class HitRecord:
-    """What became of one hit.
-
-    - `number`.
-    - `peak`.
-    - `reasons`.
-    """
+    """What became of one hit."""
 
     number: int
     peak: float
@@ -230,11 +222,7 @@ def _summary(records: Sequence[HitRecord]) -> str:
 
 @dataclass(frozen=True)
 class ForceWindow:
-    """Part of the block in which the hammer may touch; the force outside is taken for noise.
-
-    - `before`, `after`.
-    - `taper`.
-    """
+    """Part of the block in which the hammer may touch; the force outside is taken for noise."""
 
     before: float
     after: float
@@ -245,7 +233,6 @@ class ForceWindow:
 class HammerOptions:
     """How hits become an FRF.
 
-    - `force_window`, optional.
     - `time_constant`, optional: τ of an exponential window on force and response; by default none
       [s]. It moves every pole by 1/τ; the result states it as `added_decay_rate`, and the values
       are left as measured.
@@ -271,15 +258,11 @@ class FrfEstimate:
 
     - `frequency` (n_frequency,).
     - `values` (n_frequency, n_output, n_input).
-    - `outputs`, `inputs`.
-    - `units`.
     - `coherence`, `random_error` (n_frequency, n_output, n_input): ordinary coherence, and relative
       standard deviation of |H| by chance [1]. NaN is not known: one hit only. Bias is not in the
       error.
-    - `n_averages`.
     - `added_decay_rate`: 1/τ of an exponential window: the values are those of a body whose poles
       lie this much further left, and stay so until poles are corrected [1/s].
-    - `records`.
     """
 
     frequency: RealArray
@@ -329,9 +312,6 @@ def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = N
 
     Raises InputError: too few good hits, one hit without having allowed it, a push outside the
     force window, no line in the band.
-
-    - `measurement`.
-    - `options`, optional.
 
     The mean of each channel before the push is taken out of the block first; a window would make a
     step of it. Spectra are energy densities: an impact has energy, no power.

@@ -41,11 +41,6 @@ class Method(Enum):
 class VehicleRun:
     """One run of a vehicle: spectra over its engine order.
 
-    - `name`.
-    - `gear`.
-    - `total_ratio`.
-    - `torque_limit`.
-    - `order`.
     - `pressure`, `acceleration`: pressure at the ears [Pa], and all accelerometers in sensor axes
       [m/s²], complex peak.
     """
@@ -63,19 +58,11 @@ class VehicleRun:
 class MeasuredVehicle:
     """Everything measured on one vehicle.
 
-    - `name`, `group`.
-    - `ears`.
-    - `mounts`.
     - `body_sensors`, `impacts`: point (``TSM``, ``Du left``) to the accelerometers and the blows on
       the body around it.
     - `source_sensors`: sensors on the other side of the mounts: powertrain, wheel ends.
     - `powertrain_mounts`: mounts whose source side is the one rigid powertrain; every other piece
       has a source sensor of its own.
-    - `direct`.
-    - `reciprocal`.
-    - `accelerance`.
-    - `runs`.
-    - `panels`.
     """
 
     name: str

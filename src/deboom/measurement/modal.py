@@ -48,8 +48,6 @@ class StabilisationChart(Tabled):
     - `order` (n_pole,).
     - `pole` (n_pole,).
     - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
-    - `orders`.
-    - `band`.
     """
 
     order: IntArray
@@ -89,7 +87,6 @@ class PoleCluster:
       deviation [Hz].
     - `damping`, `damping_spread`: median damping ratio over the orders and its standard deviation
       [1].
-    - `share`.
     """
 
     frequency: float
@@ -229,9 +226,6 @@ def _one_pole_per_order(
 class ModalModel(Tabled):
     """Modes of a structure and how well they rebuild what was measured.
 
-    - `clusters`.
-    - `form`.
-    - `outputs`, `inputs`.
     - `residues` (n_mode, n_output, n_input): complex modal constants of the receptance-like form.
     - `shapes` (n_mode, n_output): complex, largest entry 1: the residues' part that all inputs
       share.
@@ -239,10 +233,8 @@ class ModalModel(Tabled):
       and above it, U, of the receptance-like form.
     - `rank_one` (n_mode,): share of the residues' energy that is one shape times one participation;
       far below 1 two modes share a pole [1].
-    - `rebuilt`.
     - `error` (n_output, n_input): rms deviation of the rebuilt FRF from the measured one over the
       rms of the latter; near 1 where a channel shows noise only [1].
-    - `total_error`.
     """
 
     clusters: tuple[PoleCluster, ...]
@@ -308,7 +300,6 @@ def require_coherence(
     Raises InputError: the worst output and input and its coherence, or which of them have none; a
     coherence of another shape or outside 0 … 1; no line in the band.
 
-    - `frf`.
     - `coherence` (n_frequency, n_output, n_input): ordinary coherence, multiple where several
       inputs acted; NaN is not known [1].
     - `band` (float, float) — first and last frequency that the identification uses [Hz].
@@ -630,7 +621,6 @@ def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
 class PanelMeasurement:
     """Panels of the trimmed body, with the loudspeaker at each ear in turn.
 
-    - `names`.
     - `positions` (n_panel, 3).
     - `normals` (n_panel, 3).
     - `areas` (n_panel,): areas with which the motion of each accelerometer changes the volume of
@@ -651,8 +641,6 @@ class PanelMeasurement:
 class PanelContributions:
     """Pressure at one ear from each panel, mode by mode.
 
-    - `ear`.
-    - `panels`.
     - `frequency` (n_mode,).
     - `values` (n_mode, n_panel): complex pressure at the ear, with the modes moving as the
       loudspeaker at this ear moves them: modal constants [Pa/(m³/s²) · 1/s].
@@ -687,8 +675,6 @@ def panel_contributions(
 
     - `model`: model of accelerations per volume acceleration; outputs hold the panels, inputs the
       ear.
-    - `panels`.
-    - `ear`.
 
     A still panel that a loudspeaker at the ear meets with ``p_k/Q̇`` raises, when it moves inwards
     with ``a_k``, at the ear ``p = (p_k/Q̇) A_k a_k`` by reciprocity. Of mode n that is

@@ -48,7 +48,6 @@ pumps have whole orders and all that shows is noise."""
 class OrderSpectrum:
     """One order over engine speed, with what it can resolve.
 
-    - `order`.
     - `rpm` (n_line,).
     - `time` (n_line,).
     - `spectrum`: complex peak amplitudes, phase to the tacho's zero mark, over
@@ -87,11 +86,7 @@ def computed_order_spectrum(
     Raises InputError: a speed that the run does not pass, a window that leaves the record, or a
     sampling rate too low for the order.
 
-    - `record`.
-    - `shaft`.
-    - `order`.
     - `rpm` (n_line,): speeds of the lines, increasing [1/min]; the run itself may rise or fall.
-    - `revolutions`.
 
     A force that rises with the torque would leak into the windows, so the quasi-static part is
     taken out first; 4e-5 of the order goes with it.
@@ -142,7 +137,6 @@ def vold_kalman_spectra(
     - `orders`: cycles per revolution, each positive [1]; name every strong order, not only the
       wanted one.
     - `bandwidth` (n_order,).
-    - `poles`.
     """
     if len(orders) == 0 or min(orders) <= 0:
         raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
@@ -252,14 +246,10 @@ class OrderTracking(Enum):
 class TrackingOptions:
     """How a run over time is tracked; widths, window, step and orders are positive.
 
-    - `method`.
-    - `bandwidth`.
-    - `revolutions`.
     - `other_orders`: strong orders that the filter solves together with the dominant one [1]; by
       default 0.5, twice and four times the dominant order.
     - `lowest_rpm`, `highest_rpm`: range of the lines [1/min]; by default all that the record holds
       with a settled filter.
-    - `rpm_step`.
     """
 
     method: OrderTracking = OrderTracking.VOLD_KALMAN
@@ -292,8 +282,6 @@ class TrackedRun(Tabled):
     """An operating run that was a run over time, and how far its spectra may be believed.
 
     - `run`: spectra of the dominant order, engine torque and static force over its lines.
-    - `order`.
-    - `shaft`.
     - `acceleration_beside`, `force_beside`: amplitude that shows a quarter order beside the
       dominant one, where a four-stroke engine has none, relative to the dominant one (rms over
       lines, median over channels) [1]: what noise and neighbours pretend.

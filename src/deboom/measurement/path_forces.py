@@ -50,7 +50,6 @@ class Receiver(Enum):
 class PathForces(Tabled):
     """Forces into a receiver, and where they come from.
 
-    - `force`.
     - `receiver`: state in which transfer functions are exact with these forces. The other state is
       an approximation.
     - `indicators`: responses they were computed from by inversion; empty for the other ways.
@@ -273,7 +272,6 @@ def _refuse_other_unit(unit: str, wanted: str, what: str) -> None:
 class OnBoardValidation:
     """Predicted and measured response of sensors kept out of the inversion.
 
-    - `predicted`, `measured`.
     - `relative_error` (n_channel,): norm of the difference over that of the measured response, over
       all lines [1].
     - `corr_f`, `corr_s` (n_channel,): difference in shape and in scale of the complex responses
@@ -298,8 +296,6 @@ def validate_on_board(transfer: Frf, forces: PathForces, measured: Spectrum) -> 
 
     - `transfer`: validation sensors per force, one input per path; of the receiver in the state
       that goes with the forces.
-    - `forces`.
-    - `measured`.
     """
     used = [name for name in transfer.outputs if name in forces.indicators]
     if used:

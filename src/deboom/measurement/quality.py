@@ -67,10 +67,7 @@ DEFAULT_TOLERANCES = Tolerances()
 class QualityCheck:
     """One check: a number, its limit, and who is to blame.
 
-    - `name`.
     - `number`, `limit`: figure and its limit [1]; None where the data do not allow the check.
-    - `at_most`.
-    - `passed`.
     - `culprit`: channel, sensor, pair or motion with the worst figure; without a number, what is
       missing.
     """
@@ -151,10 +148,7 @@ def quality_in_operation(
     All checks are listed in their order; those that need a known force as not checked. Raises
     InputError: a missing channel, repeats of other lines, or lines without signal.
 
-    - `point`.
-    - `measured`.
     - `repeats`: the same run again, phase referred to the same event; may be empty.
-    - `tolerances`.
     """
     missing = "needs frequency response functions"
     return (
@@ -378,7 +372,6 @@ def _consistency(
 class Reciprocity:
     """How symmetric a matrix of frequency response functions is.
 
-    - `names`.
     - `likeness`, `likeness_by_energy` (n, n): coherence criterion of each entry and its mirror
       image, mean over the lines, and with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that
       lines of nothing but noise do not count: 1 is perfect, 0.5 what two unrelated functions have,
@@ -446,7 +439,6 @@ class Passivity:
     """Power that a driving point takes.
 
     - `frequency` (n_frequency,).
-    - `names`.
     - `margin` (n_frequency,): least power over all forces of one size, −1 … 1; negative where power
       comes out [1].
     - `driving_point` (n_frequency, n): share of its apparent power that each degree of freedom

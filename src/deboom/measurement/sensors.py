@@ -28,10 +28,6 @@ class SensorKind(Enum):
 class Sensor:
     """One triaxial sensor; its channels are ``<name> x``, ``<name> y`` and ``<name> z``.
 
-    - `name`.
-    - `kind`.
-    - `model`.
-    - `mount`, `piece`.
     - `position` (3,): position in vehicle axes, from the powertrain's centre of gravity [m].
     - `orientation` (3, 3): right-handed rotation; columns are the sensor's axes in vehicle axes
       [1].
@@ -63,7 +59,6 @@ class Sensor:
 class Impact:
     """One point of excitation by hammer or shaker; its channel has the same name.
 
-    - `name`.
     - `position` (3,): position in vehicle axes, from the origin of the position sheet [m].
     - `direction` (3,): unit vector along which a positive force pushes [1]; another length raises
       InputError.
@@ -88,23 +83,14 @@ class Impact:
 class Tolerances:
     """Standard deviations (1 σ) of everything that a bench states only approximately.
 
-    - `sensor_position`.
     - `sensor_angle`: orientation of an accelerometer against the position sheet, per axis [rad].
-    - `sensor_gain`.
     - `sensor_cross_axis`: sensitivity of an accelerometer channel to each of the other two axes
       [1]. A limit ± c of a data sheet has the standard deviation c/√3 where any value within is as
       likely.
     - `acceleration_own`, `acceleration_norm`: order-tracking noise per amplitude of the channel
       itself and per norm of its triaxial sensor, complex amplitude [1].
-    - `acceleration_floor`.
-    - `cell_gain`.
     - `force_own`, `force_norm`: order-tracking noise of a cell channel, as for the acceleration
       [1].
-    - `force_floor`.
-    - `shaker_angle`.
-    - `shaker_gain`.
-    - `torque`.
-    - `static_force`.
 
     None is negative. Position to cross-axis and shaker are drawn once per bench and stay the same
     in all its runs; noise, torque and static force differ from line to line.
@@ -133,13 +119,7 @@ class Tolerances:
 
 @dataclass(frozen=True)
 class PlacementTolerances:
-    """Standard deviations (1 σ) of what a hammer test states only approximately; none is 0.
-
-    - `sensor_gain`.
-    - `sensor_position`, `impact_position`.
-    - `sensor_angle`, `impact_angle`.
-    - `hammer_gain`.
-    """
+    """Standard deviations (1 σ) of what a hammer test states only approximately; none is 0."""
 
     sensor_gain: float = 0.02
     sensor_position: float = 0.0015

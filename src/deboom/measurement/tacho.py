@@ -60,8 +60,6 @@ def pulse_times(
     Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
 
     - `voltage` (n_sample,).
-    - `rate`.
-    - `name`.
 
     A pulse is the rise through half-way between low and high voltage, the quantiles at 0.1 % and
     99.9 % of the samples, after a fall of `HYSTERESIS` below it. A straight line
@@ -101,11 +99,9 @@ def pulse_times(
 class PulseTrain:
     """The pulses of a tacho that can be trusted, and what was done to get there.
 
-    - `name`.
     - `times` (n_pulse,).
     - `number` (n_pulse,): count of each pulse from the one nearest to the first that was triggered;
       a step above 1 bridges missing pulses.
-    - `pulses_per_revolution`.
     - `dropped` (n_dropped,).
     - `missing` (n_missing,): times at which a pulse was due and none was trusted [s]. A displaced
       pulse counts here and among the dropped.
@@ -138,8 +134,6 @@ def repair_pulses(
     turns back.
 
     - `times` (n,).
-    - `pulses_per_revolution`.
-    - `name`.
 
     Intervals are compared with their running median over nine. Out of all chains of pulses that are
     about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
@@ -326,10 +320,8 @@ class ShaftAngle:
     Made by `shaft_angle`; it holds from its first to its last pulse and is not continued beyond:
     other times raise InputError.
 
-    - `begin`, `end`.
     - `jitter`: root mean square distance of the pulses from the smooth course [rad]; it contains
       what the shaft itself turns unevenly within a few revolutions.
-    - `pulses`.
     """
 
     begin: float
@@ -403,7 +395,6 @@ def shaft_angle(
     Raises InputError: a knot spacing that is negative, a zero time outside the pulses, or pulses
     whose course stands still or turns back.
 
-    - `pulses`.
     - `knot_spacing`: revolutions between the knots of the spline; 0 puts the course through every
       pulse.
     - `zero_time`, optional: time whose nearest pulse is the zero mark [s]; the first pulse where it

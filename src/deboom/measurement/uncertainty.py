@@ -41,7 +41,6 @@ class Interval:
     - `value` (...).
     - `lower`, `upper` (...): ends of the interval [unit]. The value need not lie in the middle, and
       in data whose errors push to one side not even inside.
-    - `coverage`.
     """
 
     value: RealArray
@@ -76,7 +75,6 @@ def pivotal_interval(
 
     - `value` (...).
     - `again` (n_draws, ...).
-    - `coverage`.
 
     ``[2 v - q_(1-α/2), 2 v - q_(α/2)]`` with the quantiles q of the values measured again, which
     lie about the measured value as it lies about the truth (basic bootstrap interval, Davison and
@@ -114,8 +112,6 @@ def probability_below(value: npt.ArrayLike, again: npt.ArrayLike, bound: float =
 class VariancePart:
     """Variance of a number by one cause.
 
-    - `name`.
-    - `variance`.
     - `degrees_of_freedom`: degrees of freedom behind that variance, from 1; infinite where it is
       stated.
     """
@@ -137,7 +133,6 @@ class VariancePart:
 class NextMeasurement:
     """What would be measured next, and what it would leave of each variance.
 
-    - `name`.
     - `remaining`: cause → share of its variance that would remain, 0 to 1; causes that are not
       named stay [1].
     - `more_degrees_of_freedom`: cause → degrees of freedom that it would gain.
@@ -201,7 +196,6 @@ class CrossedSpread:
 
     - `rows`, `columns`, `rest` (...): variance between rows, between columns, and what neither
       explains; not below 0 [unit²].
-    - `n_row`, `n_column`.
     """
 
     rows: RealArray
@@ -242,8 +236,6 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
 class VarianceSplit:
     """Components of variance of a balanced nested design, level by level from the outside.
 
-    - `levels`.
-    - `degrees_of_freedom`.
     - `mean_square` (n_level, ...): mean square between the means of each level, inside the one
       above [unit²].
     - `estimate` (n_level, ...): unbiased components; one that is truly small may come out below 0
@@ -275,7 +267,6 @@ def variance_split(values: npt.ArrayLike, levels: tuple[str, ...] = LEVELS) -> V
     - `values` (n_vehicle, n_state, n_repeat, ...): one leading axis per level, the outermost first;
       at least two of each, finite, else InputError. Levels [dB], or complex values, whose variance
       is that of real and imaginary part together.
-    - `levels`.
 
     Random effects, ``y = µ + v_i + s_ij + e_ijk``, balanced nested analysis of variance (Searle,
     Casella and McCulloch 1992, ch. 3). With the mean squares MS between the means of a level, times
@@ -354,17 +345,7 @@ def level_spread(levels: npt.ArrayLike) -> LevelSpread:
 
 @dataclass(frozen=True)
 class MethodDifference:
-    """Errors of the mean of two methods, such as hammer and loudspeaker.
-
-    - `calibration_db`.
-    - `calibration_degrees_of_freedom`.
-    - `body`.
-    - `body_length`.
-    - `path`.
-    - `path_degrees_of_freedom`.
-    - `length`.
-    - `floor`.
-    """
+    """Errors of the mean of two methods, such as hammer and loudspeaker."""
 
     calibration_db: float
     calibration_degrees_of_freedom: float

@@ -31,8 +31,6 @@ class ChannelGeometry:
     """Channels on one body, seen from a virtual point.
 
     - `position` (3,).
-    - `channels`.
-    - `owners`.
     - `levers` (n, 3).
     - `directions` (n, 3).
     """
@@ -160,11 +158,8 @@ def _point(position: npt.ArrayLike) -> RealArray:
 class Conditioning:
     """What a position sheet promises.
 
-    - `rank`.
     - `condition_number`: condition number of the forward matrix with rotations counted as motion at
       `length`; infinite where the rank is short [1].
-    - `length`.
-    - `worst_seen`.
     - `noise_gain` (6,): standard deviation of each motion per that of a channel [1, 1/m]; infinite
       where the rank is short.
     - `redundancy` (n_channel,): share of an error in one channel that shows in its own residual, 0
@@ -230,8 +225,6 @@ def _vector(values: RealArray) -> str:
 class VirtualPoint:
     """A point whose motion the channels determine; made by `virtual_point`.
 
-    - `geometry`.
-    - `conditioning`.
     - `forward` (n_channel, 6).
     - `inverse` (6, n_channel).
     """

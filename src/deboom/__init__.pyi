@@ -21,6 +21,9 @@ from .files.operating_test import read_operating_test as read_operating_test
 from .files.uff import read_uff as read_uff
 from .measurement.channels import Frf as Frf
 from .measurement.channels import Spectrum as Spectrum
+from .measurement.free_body import free_body as free_body
+from .measurement.free_body import pendulum_inertia as pendulum_inertia
+from .measurement.free_body import torsion_inertia as torsion_inertia
 from .measurement.modal import modal_model as modal_model
 from .measurement.modal import pole_clusters as pole_clusters
 from .measurement.modal import poles_over_orders as poles_over_orders

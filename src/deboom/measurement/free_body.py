@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
+import pandas as pd
 from scipy import stats
 from scipy.optimize import OptimizeResult, brentq, least_squares
 
@@ -17,6 +18,7 @@ from deboom.physics.rigid_body import (
     mass_matrix,
     mass_properties,
 )
+from deboom.tabled import Tabled
 
 GRAVITY = 9.80665
 """Standard acceleration of a fall [m/s²]."""
@@ -34,7 +36,7 @@ _PAIRS = ((0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2))
 
 
 @dataclass(frozen=True, eq=False)
-class FreeBody:
+class FreeBody(Tabled):
     """Identified mass properties of a free body.
 
     - `body`: mass, centre of gravity from the virtual point, inertia about it.
@@ -49,6 +51,19 @@ class FreeBody:
     band: tuple[float, float]
     gain: float
     misfit: float
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row per number: value, standard deviation, unit."""
+        inertia = [self.body.inertia[i, j] for i, j in _PAIRS]
+        return pd.DataFrame(
+            {
+                "quantity": PARAMETERS,
+                "value": [self.body.mass, *self.body.centre, *inertia],
+                "standard deviation": self.deviation,
+                "unit": UNITS,
+            }
+        )
 
 
 def free_body(
@@ -99,6 +114,15 @@ def free_body(
     and its bias, from what the constant changes by in the lower part of the band. Where entries
     still disagree with any rigid body, all get a common further error. A gain that all channels
     share does not show in that: weigh the body.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> lines = np.arange(20.0, 80.0)
+    >>> accelerance = np.broadcast_to(np.diag([0.2, 0.2, 0.2, 50.0, 50.0, 40.0]), (60, 6, 6))
+    >>> found = free_body(lines, accelerance)
+    >>> print(f"{found.body.mass:.3f} kg, Jzz {found.body.inertia[2, 2]:.4f} kg m²")
+    5.000 kg, Jzz 0.0250 kg m²
     """
     values = np.asarray(accelerance, dtype=complex)
     if sensors is not None and impacts is not None:
@@ -258,6 +282,12 @@ def pendulum_inertia(
     Notes
     -----
     ``J = m g l (T/2π)² − m l²``, deviations to first order. The short arm has the small deviation.
+
+    Examples
+    --------
+    >>> inertia, deviation = pendulum_inertia((2.02, 0.02), (0.293, 0.001), (1.33, 0.01))
+    >>> print(f"{inertia:.4f} ± {deviation:.4f} kg m²")
+    0.0867 ± 0.0040 kg m²
     """
     (m, dm), (length, dl), (t, dt), (g, dg) = mass, arm, period, gravity
     if min(m, length, t) <= 0:
@@ -283,11 +313,32 @@ def pendulum_inertia(
 def torsion_inertia(
     period: tuple[float, float], reference: tuple[float, float], inertia: tuple[float, float]
 ) -> tuple[float, float]:
-    """Return the inertia of a body on a torsion wire, ``J = J_r (T/T_r)²`` [kg m²].
+    """Return the inertia of a body on a torsion wire, from a reference body on it [kg m²].
 
-    `period` and `reference`: full swing of the body and of a reference body on the same wire [s];
-    `inertia`: of the reference body about the wire [kg m²]; each with its standard deviation.
-    Returns value and standard deviation, to first order. Raises InputError: values not above 0.
+    Parameters
+    ----------
+    period, reference : (float, float)
+        Full swing of the body and of the reference body, and standard deviations [s].
+    inertia : (float, float)
+        Of the reference body about the wire, and its standard deviation [kg m²].
+
+    Returns
+    -------
+    float, float — inertia about the wire, and its standard deviation to first order
+
+    Raises
+    ------
+    InputError
+        Values not above 0.
+
+    Notes
+    -----
+    ``J = J_r (T/T_r)²``.
+
+    Examples
+    --------
+    >>> print("%.3f ± %.3f" % torsion_inertia((2.0, 0.01), (1.0, 0.01), (0.1, 0.0)))
+    0.400 ± 0.009
     """
     if min(period[0], reference[0], inertia[0]) <= 0:
         raise InputError("periods and inertia of a torsion pendulum are above 0")

@@ -60,6 +60,7 @@ sphinx_gallery_conf = {
     "show_memory": False,
     "min_reported_time": 1000,
     "plot_gallery": True,
+    "capture_repr": ("_repr_html_",),
 }
 
 ENTRIES = dict(

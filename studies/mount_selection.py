@@ -330,20 +330,11 @@ def platform_catalogue(
 ) -> Catalogue:
     """Read the parts that may stand at a platform's mounts.
 
-    Parameters
-    ----------
-    platform : Platform
-        Its mount library has today's parts.
-    path : Path or None
-        Library with further parts, exported as JSON or a database; None: `CATALOGUE_FILE`.
-    mounts : sequence of str, optional
-        Mounts whose part may change; all by default.
-
-    Raises
-    ------
-    InputError
-        No catalogue, an unknown mount, a part with other pieces than today's, parts that share a
-        name, or no further part at all.
+    - `platform`: its mount library has today's parts.
+    - `path`: library with further parts, exported as JSON or a database; None: `CATALOGUE_FILE`.
+    - `mounts`, optional: mounts whose part may change; all by default.
+    - raises InputError: no catalogue, an unknown mount, a part with other pieces than today's,
+      parts that share a name, or no further part at all.
     """
     own = platform.folder / LIBRARY_FILE
     further = path or platform.folder / CATALOGUE_FILE
@@ -390,10 +381,7 @@ def catalogue_index(
 ) -> CatalogueModel:
     """Build the booming index of all parts of a catalogue.
 
-    Raises
-    ------
-    InputError
-        A motion that parts cannot be combined under; see also `surface_forces`.
+    - raises InputError: a motion that parts cannot be combined under; see also `surface_forces`.
     """
     if motion is Motion.amplitude:
         raise InputError(

@@ -212,10 +212,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 def pareto_point(model: Model, options: Options, progress: Progress) -> RealArray:
     """Return the design that the box lies about, shape (k,) [1]: of a run, or of a quick search.
 
-    Raises
-    ------
-    InputError
-        A run that cannot be read, or has other variables.
+    - raises InputError: a run that cannot be read, or has other variables.
     """
     space = model.space
     if options.front is not None:
@@ -265,23 +262,13 @@ def question(model: Model, options: Options, point: RealArray) -> BoxQuestion:
 class BoxStudy:
     """An acceptance box with what it is compared with.
 
-    Parameters
-    ----------
-    runs : Operation
-        Platform, vehicles and load cases.
-    index : BoomingModel
-        The model.
-    space : DesignSpace
-        Designs and their tolerance.
-    point : array, shape (k,)
-        The Pareto point [1].
-    found : FoundBox
-        The largest box, verified.
-    bisection : BisectionBox
-        About the Pareto point.
-    curve : sequence of (float, FoundBox or UnreachableLimit)
-        What the limits were lowered by [dB], and the box there.
-    seed : int
+    - `runs`: platform, vehicles and load cases.
+    - `index`: the model.
+    - `space`: designs and their tolerance.
+    - `point` (k,): the Pareto point [1].
+    - `found`: the largest box, verified.
+    - `bisection`: about the Pareto point.
+    - `curve`: what the limits were lowered by [dB], and the box there.
     """
 
     runs: Operation
@@ -449,10 +436,8 @@ def box_study(
 ) -> BoxStudy:
     """Find the box of a question, those at other limits, and what they are compared with.
 
-    Raises
-    ------
-    InputError
-        Variables that are not the mounts' stiffness factors, a share or limit that no box keeps.
+    - raises InputError: variables that are not the mounts' stiffness factors, a share or limit that
+      no box keeps.
     """
     variables = tuple(name for mount in model.runs.platform.mounts for name in mount.variables)
     if question.names != variables:
@@ -476,22 +461,9 @@ def box_study(
 def share_measured_again(study: BoxStudy) -> Interval:
     """Return the share of the box with the interval that the measurements leave open.
 
-    Parameters
-    ----------
-    study : BoxStudy
+    - returns of parts and vehicles, or parts, that keep the limit, 90 % [1].
+    - raises InputError: measurements without a stated uncertainty, see `uncertain_index`.
 
-    Returns
-    -------
-    Interval
-        Of parts and vehicles, or parts, that keep the limit, 90 % [1].
-
-    Raises
-    ------
-    InputError
-        Measurements without a stated uncertainty, see `uncertain_index`.
-
-    Notes
-    -----
     Noise transfer functions, stiffnesses, motions and forces are drawn again with their errors and
     the box stays as it is. The interval is pivotal, then cut to 0 and 1.
     """

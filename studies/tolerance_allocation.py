@@ -534,10 +534,7 @@ def target_limits(
 
     ``52.5`` is a limit for all, ``U06-1=52.5`` for one [dB(A)], ``+0.5`` above the own level [dB].
 
-    Raises
-    ------
-    InputError
-        An unknown vehicle, one without a limit or with two, or no number.
+    - raises InputError: an unknown vehicle, one without a limit or with two, or no number.
     """
     if not wanted:
         return None
@@ -570,20 +567,13 @@ def cost_curves(
 ) -> tuple[CostCurves, tuple[Path, ...]]:
     """Return the prices of tolerances, and the files they were read from.
 
-    Parameters
-    ----------
-    table : Path or None
-        As for `deboom.study.made_parts.tolerance_cost`: a reciprocal law per variable.
-    points : Path or None
-        Table with the columns ``variable, tolerance, cost``, at least two rows for each of some
-        variables, whose law these points replace.
-    variables : sequence of str
-        All that scatter.
-
-    Raises
-    ------
-    InputError
-        A table that cannot be read, an unknown variable, a price that rises with the width.
+    - `table` or None: as for `deboom.study.made_parts.tolerance_cost`: a reciprocal law per
+      variable.
+    - `points` or None: table with the columns ``variable, tolerance, cost``, at least two rows for
+      each of some variables, whose law these points replace.
+    - `variables`: all that scatter.
+    - raises InputError: a table that cannot be read, an unknown variable, a price that rises with
+      the width.
     """
     curves: dict[str, CostCurve] = {
         curve.name: curve

@@ -61,31 +61,14 @@ def characterise_into_library(
 ) -> tuple[Characterisation, ...]:
     """Characterise mount sets of a campaign and keep their mounts: all of them, or none.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``campaign.toml``.
-    library : str
-        SQLite file, made where it is missing, or database URL.
-    options : CharacteriseOptions
-        How. Chosen gears that the campaign does not have are an error.
-    progress : callable
-        ``progress(done, total, text)``.
-    mount_sets : sequence of str
-        By default all of the campaign.
-    overwrite : bool
-        Whether mounts that are in the library already are exchanged.
-
-    Returns
-    -------
-    tuple of Characterisation
-        One per mount set.
-
-    Raises
-    ------
-    InputError
-        A campaign that cannot be read or characterised, a library that cannot be written, or
-        mounts that are there already; the latter before any work.
+    - `folder`: holds ``campaign.toml``.
+    - `library`: SQLite file, made where it is missing, or database URL.
+    - `options`: how. Chosen gears that the campaign does not have are an error.
+    - `mount_sets`: by default all of the campaign.
+    - `overwrite`: whether mounts that are in the library already are exchanged.
+    - returns one per mount set.
+    - raises InputError: a campaign that cannot be read or characterised, a library that cannot be
+      written, or mounts that are there already; the latter before any work.
     """
     # the whole campaign, so that its record does not depend on the sets asked for
     campaign = read_campaign(folder)
@@ -140,26 +123,12 @@ LIBRARY_STEPS = 2 + len(STEPS)
 def write_platform_library(path: Path, seed: int, progress: Progress) -> Path:
     """Measure the parts of a virtual platform on its bench, characterise and export them.
 
-    Parameters
-    ----------
-    path : Path
-        JSON, for a platform `deboom.study.platform_model.LIBRARY_FILE` in its folder;
-        replaced if it is there.
-    seed : int
-        Of the platform, from 1.
-    progress : callable
-        ``progress(done, total, text)``.
-
-    Returns
-    -------
-    Path
-        The file. Surfaces, static curves and qualities; map points stay out: they are a hundred
-        times as long, and a platform's forces come from the surfaces.
-
-    Raises
-    ------
-    InputError
-        Seed below 1, or a file that cannot be written.
+    - `path`: JSON, for a platform `deboom.study.platform_model.LIBRARY_FILE` in its folder;
+      replaced if it is there.
+    - `seed`: of the platform, from 1.
+    - returns the file. Surfaces, static curves and qualities; map points stay out: they are a
+      hundred times as long, and a platform's forces come from the surfaces.
+    - raises InputError: seed below 1, or a file that cannot be written.
     """
     progress(0, LIBRARY_STEPS, "measuring the mounts")
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
@@ -191,29 +160,13 @@ def orders_into_campaign(
 ) -> tuple[TrackedRun, Path]:
     """Track the order of a run over time and add it to the campaign's operating runs.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``campaign.toml``.
-    time_run : str
-        One of its ``[[time_runs]]``.
-    options : TrackingOptions
-        How.
-    name : str, optional
-        Of the operating run; that of the time run if left out.
-
-    Returns
-    -------
-    tracked : TrackedRun
-        What was added, and how far it may be believed.
-    path : Path
-        Its file.
-
-    Raises
-    ------
-    InputError
-        No such time run; an operating run of that name, before any work; a tacho or a range of
-        speeds that cannot be tracked; a campaign that cannot be written.
+    - `folder`: holds ``campaign.toml``.
+    - `time_run`: one of its ``[[time_runs]]``.
+    - `options`: how.
+    - `name`, optional: of the operating run; that of the time run if left out.
+    - returns `tracked`: what was added, and how far it may be believed; `path`: its file.
+    - raises InputError: no such time run; an operating run of that name, before any work; a tacho
+      or a range of speeds that cannot be tracked; a campaign that cannot be written.
     """
     recorded = read_time_run(folder, time_run)
     new_run_file(folder, recorded.mount_set, name or recorded.name)
@@ -230,17 +183,9 @@ def orders_into_campaign(
 def track_untracked(folder: Path, say: Callable[[str], None]) -> None:
     """Track every run over time that is not yet an operating run of the same name and mount set.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``campaign.toml``.
-    say : callable
-        Called with each line of the reports.
-
-    Raises
-    ------
-    InputError
-        As `orders_into_campaign`; runs that were tracked before stay.
+    - `folder`: holds ``campaign.toml``.
+    - `say`: called with each line of the reports.
+    - raises InputError: as `orders_into_campaign`; runs that were tracked before stay.
     """
     file = load_campaign_file(Path(folder) / CAMPAIGN_FILE)
     there = [(run.mount_set, run.name) for run in file.runs]
@@ -269,23 +214,12 @@ def given_vehicles(
 ) -> DrivenVehicles:
     """Take a user's own campaign, and vehicles that were driven with one of its mount sets.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign; it has a full-load run of the same gear and torque limit.
-    folders : sequence of Path
-        Of the vehicles, at least one; of one drawing.
-    mount_set : str
-        Under their powertrains.
-    run : str
-        Name of the vehicles' run.
-    progress : callable
-        ``progress(done, total, text)``.
-
-    Raises
-    ------
-    InputError
-        Folders that cannot be read or do not fit together, no vehicle, no such run or set.
+    - `folder`: of the campaign; it has a full-load run of the same gear and torque limit.
+    - `folders`: of the vehicles, at least one; of one drawing.
+    - `mount_set`: under their powertrains.
+    - `run`: name of the vehicles' run.
+    - raises InputError: folders that cannot be read or do not fit together, no vehicle, no such run
+      or set.
     """
     if not folders:
         raise InputError("there is no vehicle to listen in: name at least one with --vehicle")
@@ -311,22 +245,12 @@ def virtual_vehicles(
 ) -> DrivenVehicles:
     """Measure mount sets on the virtual bench, drive them in virtual cars, and keep no files.
 
-    Parameters
-    ----------
-    seed : int
-        Of all errors, from 1; seed 1 takes the frozen fleet.
-    n_vehicles, n_sets : int
-        Vehicles of one group, and mount sets ``M1``, ``M2``, …; every vehicle drives with every
-        set. The bench measures a mix of the sets as well.
-    run : str
-        Such as ``g5_wot220``.
-    progress : callable
-        ``progress(done, total, text)``.
-
-    Raises
-    ------
-    InputError
-        More vehicles than the group has, fewer than two mount sets, an unknown run, a seed below 1.
+    - `seed`: of all errors, from 1; seed 1 takes the frozen fleet.
+    - `n_vehicles`, `n_sets`: vehicles of one group, and mount sets ``M1``, ``M2``, …; every vehicle
+      drives with every set. The bench measures a mix of the sets as well.
+    - `run`: such as ``g5_wot220``.
+    - raises InputError: more vehicles than the group has, fewer than two mount sets, an unknown
+      run, a seed below 1.
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")

@@ -82,16 +82,13 @@ class CompressorTruth:
 class IdentificationErrors:
     """How far an identification is from the truth.
 
-    Parameters
-    ----------
-    mass, inertia, stiffness, gain_real, gain_imaginary : float
-        Relative [1]: inertia, the worst moment; stiffness, the Frobenius norm of K_VP with
-        rotations scaled by the characteristic length; gain, the largest in 10-30 Hz, both with
-        a real part of 1 at `REFERENCE_FREQUENCY`.
-    centre : float
-        Distance of the centre of gravity [m].
-    scores : array, shape (n_parameters,)
-        Errors of the parameters in units of their stated standard deviation [1].
+    - `mass`, `inertia`, `stiffness`, `gain_real`, `gain_imaginary`: relative [1]: inertia, the
+      worst moment; stiffness, the Frobenius norm of K_VP with rotations scaled by the
+      characteristic length; gain, the largest in 10-30 Hz, both with a real part of 1 at
+      `REFERENCE_FREQUENCY`.
+    - `centre`: distance of the centre of gravity [m].
+    - `scores` (n_parameters,): errors of the parameters in units of their stated standard deviation
+      [1].
     """
 
     mass: float
@@ -106,10 +103,7 @@ class IdentificationErrors:
 def read_compressor_truth(folder: Path) -> CompressorTruth | None:
     """Read the truth beside a virtual test; None where there is none.
 
-    Raises
-    ------
-    InputError
-        A truth file that cannot be read.
+    - raises InputError: a truth file that cannot be read.
     """
     path = folder / TRUTH_FILE
     if not path.is_file():
@@ -203,21 +197,12 @@ class Beside:
 class IdentifiedTest:
     """One test, identified.
 
-    Parameters
-    ----------
-    found : Identification
-    options : IdentifyOptions
-        How.
-    thesis : ThesisFit or None
-        None without a drawing, or where it was not asked for.
-    identical : IdenticalFit or None
-        None where it was not asked for.
-    truth : CompressorTruth or None
-        None where it is not known.
-    seconds : float
-        Of the identification alone [s].
-    kept : IdentifiedCompressor
-        What other studies load.
+    - `options`: how.
+    - `thesis`: none without a drawing, or where it was not asked for.
+    - `identical`: none where it was not asked for.
+    - `truth`: none where it is not known.
+    - `seconds`: of the identification alone [s].
+    - `kept`: what other studies load.
     """
 
     found: Identification
@@ -240,10 +225,7 @@ def read_test(
 ) -> tuple[InertanceTest, CompressorTruth | None]:
     """Read a test and, where it is virtual, its truth.
 
-    Raises
-    ------
-    InputError
-        A folder that holds no test that can be read.
+    - raises InputError: a folder that holds no test that can be read.
     """
     if not folder.is_dir():
         raise InputError(
@@ -263,27 +245,10 @@ def identified_test(
 ) -> IdentifiedTest:
     """Identify a test and fit what was asked for beside.
 
-    Parameters
-    ----------
-    test : InertanceTest
-    truth : CompressorTruth or None
-        Kept for comparison.
-    options : IdentifyOptions
-    beside : Beside
-    step : callable of str
-        Told what is being done.
-    relative_to : Path, optional
-        Folder from which input files are named in the saved compressor; without it they leave no
-        hashes, since they do not stay.
-
-    Returns
-    -------
-    IdentifiedTest
-
-    Raises
-    ------
-    InputError
-        As `identify`; identical mounts without a drawing.
+    - `truth` or None: kept for comparison.
+    - `relative_to`, optional: folder from which input files are named in the saved compressor;
+      without it they leave no hashes, since they do not stay.
+    - raises InputError: as `identify`; identical mounts without a drawing.
     """
     if beside.identical_mounts and test.drawing is None:
         raise InputError(
@@ -315,20 +280,10 @@ def identified_virtual(
 ) -> list[IdentifiedTest]:
     """Measure virtual compressors and identify each.
 
-    Parameters
-    ----------
-    seeds : sequence of int
-        One compressor each; seed 1 has the mounts of the thesis's table 11, others are random.
-    level : CalibrationLevel
-        Of sensors and impacts.
-    options : IdentifyOptions
-    beside : Beside
-        For the first one; the others are identified only.
-    progress : callable
-
-    Returns
-    -------
-    list of IdentifiedTest
+    - `seeds`: one compressor each; seed 1 has the mounts of the thesis's table 11, others are
+      random.
+    - `level`: of sensors and impacts.
+    - `beside`: for the first one; the others are identified only.
     """
     total = len(seeds) * STEPS
     done = []

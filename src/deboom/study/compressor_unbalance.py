@@ -60,17 +60,11 @@ STORAGE, LOSS = 0.9, 1.1
 class UnbalanceTruth:
     """What truly turns and pushes.
 
-    Parameters
-    ----------
-    path : Path
-        Where it was read.
-    static, dynamic : complex
-        Of all sources together [kg m, kg m²].
-    loads : mapping of str to array, shape (n_frequency, 6)
-        Sweep → load at the virtual point at its lines, gas included [N, N m]; sweeps over time
-        have none.
-    lines : mapping of str to array, shape (n_frequency,)
-        Sweep → its lines [Hz].
+    - `path`: where it was read.
+    - `static`, `dynamic`: of all sources together [kg m, kg m²].
+    - `loads` (n_frequency, 6): sweep → load at the virtual point at its lines, gas included [N, N
+      m]; sweeps over time have none.
+    - `lines` (n_frequency,): sweep → its lines [Hz].
     """
 
     path: Path
@@ -93,10 +87,7 @@ class UnbalanceTruth:
 def read_unbalance_truth(folder: Path) -> UnbalanceTruth | None:
     """Read the truth beside a virtual operating test; None where there is none.
 
-    Raises
-    ------
-    InputError
-        A truth file that cannot be read.
+    - raises InputError: a truth file that cannot be read.
     """
     path = folder / TRUTH_FILE
     if not path.is_file():
@@ -119,13 +110,10 @@ def read_unbalance_truth(folder: Path) -> UnbalanceTruth | None:
 class RouteErrors:
     """How far a route is from the truth, and y from z, rms over lines, sweeps and both directions.
 
-    Parameters
-    ----------
-    static, dynamic : tuple of float
-        One per band of `BANDS`, relative to the true unbalance [1]; the truth includes the rotating
-        gas force, which passes as unbalance. Not a number where no line lies in the band.
-    static_mismatch, dynamic_mismatch : tuple of float
-        Of y and z, relative to the true unbalance [1].
+    - `static`, `dynamic`: one per band of `BANDS`, relative to the true unbalance [1]; the truth
+      includes the rotating gas force, which passes as unbalance. Not a number where no line lies in
+      the band.
+    - `static_mismatch`, `dynamic_mismatch`: of y and z, relative to the true unbalance [1].
     """
 
     static: tuple[float, ...]
@@ -171,19 +159,12 @@ def _rms(parts: list[ComplexArray]) -> float:
 class UnbalancePlan:
     """What is asked of an operating test.
 
-    Parameters
-    ----------
-    route : str
-        Letter of the route whose results are headline and verdict, or `AUTOMATIC`.
-    identify : IdentifyOptions
-        Of the hammer test.
-    unbalance : UnbalanceOptions
-        Of the sweeps.
-    limits : ComponentLimits or None
-        To be judged; None where there are none.
-    identified : Path or None
-        Run of ``deboom identify``, or its compressor_model.json: its lines are fitted again, and
-        the hammer test must be the one that it was made from.
+    - `route`: letter of the route whose results are headline and verdict, or `AUTOMATIC`.
+    - `identify`: of the hammer test.
+    - `unbalance`: of the sweeps.
+    - `limits`: to be judged; None where there are none.
+    - `identified` or None: run of ``deboom identify``, or its compressor_model.json: its lines are
+      fitted again, and the hammer test must be the one that it was made from.
     """
 
     route: str = AUTOMATIC
@@ -197,23 +178,13 @@ class UnbalancePlan:
 class MeasuredUnbalance:
     """One running compressor, evaluated.
 
-    Parameters
-    ----------
-    evaluation : Unbalance
-    compressor : IdentifiedCompressor
-        Of its hammer test.
-    with_hoses : RouteResult or None
-        The chosen route on the sweeps with the hoses of the vehicle (thesis, figure 62); None where
-        there are none besides those of `evaluation`.
-    reactions : tuple of HoseReaction
-        Of the hoses, one per pressure with both kinds of hoses.
-    limits : ComponentLimits or None
-    verdicts : tuple of Verdict
-        One per limit.
-    truth : UnbalanceTruth or None
-        None where it is not known.
-    seconds : float
-        From the files to the verdicts [s].
+    - `compressor`: of its hammer test.
+    - `with_hoses`: the chosen route on the sweeps with the hoses of the vehicle (thesis, figure
+      62); None where there are none besides those of `evaluation`.
+    - `reactions`: of the hoses, one per pressure with both kinds of hoses.
+    - `verdicts`: one per limit.
+    - `truth`: none where it is not known.
+    - `seconds`: from the files to the verdicts [s].
     """
 
     evaluation: Unbalance
@@ -259,18 +230,9 @@ def measured_unbalance(
 ) -> MeasuredUnbalance:
     """Evaluate the operating test of a folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``operation.toml``.
-    plan : UnbalancePlan
-    step : callable of str
-        Told what is being done.
-
-    Raises
-    ------
-    InputError
-        A test that cannot be read, identified or evaluated, a route that was not computed.
+    - `folder`: holds ``operation.toml``.
+    - raises InputError: a test that cannot be read, identified or evaluated, a route that was not
+      computed.
     """
     begin = time.perf_counter()
     with threadpool_limits(1):  # its matrices are too small to share
@@ -317,10 +279,7 @@ def _identify_options(plan: UnbalancePlan, hashes: Mapping[str, str]) -> Identif
 def with_route(evaluation: Unbalance, wanted: str) -> Unbalance:
     """Choose the route that counts: a letter, or `AUTOMATIC`.
 
-    Raises
-    ------
-    InputError
-        A letter that no route has.
+    - raises InputError: a letter that no route has.
     """
     letters = [result.route.letter for result in evaluation.routes]
     if wanted == AUTOMATIC:

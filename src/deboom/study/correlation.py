@@ -71,20 +71,15 @@ class Plan(Enum):
 class DoeRequest:
     """What a study was asked to evaluate.
 
-    Parameters
-    ----------
-    plan : Plan
-        Of the new designs.
-    n_designs : int
-        Of a space-filling plan; the classical ones have their own number.
-    seed : int
-        Of a space-filling plan, from 1.
-    generators : str, optional
-        Of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
-    table : Path, optional
-        A user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
-    append_to : Path, optional
-        ``doe.csv`` of an earlier run; its designs come first and are not evaluated again.
+    - `plan`: of the new designs.
+    - `n_designs`: of a space-filling plan; the classical ones have their own number.
+    - `seed`: of a space-filling plan, from 1.
+    - `generators`, optional: of a fractional factorial, see
+      `deboom.explore.doe.fractional_factorial`.
+    - `table`, optional: a user's own designs instead of a plan, see
+      `deboom.files.doe_table.read_designs`.
+    - `append_to`, optional: ``doe.csv`` of an earlier run; its designs come first and are not
+      evaluated again.
     """
 
     plan: Plan
@@ -123,11 +118,8 @@ class DoeRequest:
     def designs(self, space: DesignSpace) -> RealArray:
         """Return the asked designs, shape (n, k) [units of the space].
 
-        Raises
-        ------
-        InputError
-            See the plans and `deboom.files.doe_table.read_designs`; a fractional factorial without
-            generators.
+        - raises InputError: see the plans and `deboom.files.doe_table.read_designs`; a fractional
+          factorial without generators.
         """
         if self.table is not None:
             return read_designs(self.table, space)
@@ -152,14 +144,9 @@ class DoeRequest:
 def doe_name(runs: Operation, motion: str, space: DesignSpace) -> str:
     """Return the name under which a study's DOE may be continued: all that its values follow from.
 
-    Parameters
-    ----------
-    runs : Operation
-        Platform, load cases and band.
-    motion : str
-        Of the powertrain.
-    space : DesignSpace
-        Its bounds.
+    - `runs`: platform, load cases and band.
+    - `motion`: of the powertrain.
+    - `space`: its bounds.
     """
     cases = " ".join(f"{case.name}={weight:g}" for case, weight in runs.cases)
     forces = "spectra" if runs.check is None else "library"
@@ -174,28 +161,14 @@ def study_doe(
 ) -> tuple[Doe, int]:
     """Evaluate what was asked, or add it to an earlier DOE.
 
-    Parameters
-    ----------
-    evaluate : Evaluate
-        The model.
-    space : DesignSpace
-        Its bounds.
-    request : DoeRequest
-        Which designs.
-    name : str
-        See `doe_name`.
-
-    Returns
-    -------
-    doe : Doe
-        All designs with their responses.
-    n_known : int
-        Asked designs that were known already.
-
-    Raises
-    ------
-    InputError
-        See `deboom.explore.doe.continue_doe` and `deboom.files.doe_table.read_doe`.
+    - `evaluate`: the model.
+    - `space`: its bounds.
+    - `request`: which designs.
+    - `name`: see `doe_name`.
+    - returns `doe`: all designs with their responses; `n_known`: asked designs that were known
+      already.
+    - raises InputError: see `deboom.explore.doe.continue_doe` and
+      `deboom.files.doe_table.read_doe`.
     """
     designs = request.designs(space)
     if request.append_to is None:
@@ -214,14 +187,9 @@ def study_doe(
 class CorrelationSet:
     """The same responses correlated in three ways.
 
-    Parameters
-    ----------
-    designs : Correlations
-        Of the designs as they are: the thesis.
-    means : Correlations
-        Of the designs' means over their manufacturing scatter.
-    scatter : Correlations
-        Of the scatter alone: each draw less its design's mean, all designs pooled.
+    - `designs`: of the designs as they are: the thesis.
+    - `means`: of the designs' means over their manufacturing scatter.
+    - `scatter`: of the scatter alone: each draw less its design's mean, all designs pooled.
     """
 
     designs: Correlations
@@ -242,16 +210,11 @@ class CorrelationSet:
 class Levels:
     """Mean level of the lines of several listeners, for designs and for their scatter.
 
-    Parameters
-    ----------
-    names : tuple of str
-        Vehicles, or sums of vehicles.
-    designs : array, shape (n, r)
-        Of the designs as they are [dB(A)].
-    means : array, shape (n_toleranced, r)
-        Of the designs whose draws could all be computed, mean over the draws [dB(A)].
-    scatter : array, shape (n_toleranced, m, r)
-        Draws less those means [dB].
+    - `names`: vehicles, or sums of vehicles.
+    - `designs` (n, r): of the designs as they are [dB(A)].
+    - `means` (n_toleranced, r): of the designs whose draws could all be computed, mean over the
+      draws [dB(A)].
+    - `scatter` (n_toleranced, m, r): draws less those means [dB].
     """
 
     names: tuple[str, ...]
@@ -271,10 +234,7 @@ class Levels:
     def correlated(self, seed: int, resamples: int) -> CorrelationSet:
         """Correlate all pairs of names in all three ways.
 
-        Raises
-        ------
-        InputError
-            See `deboom.explore.correlation.correlations`.
+        - raises InputError: see `deboom.explore.correlation.correlations`.
         """
         return CorrelationSet(
             *(
@@ -288,26 +248,15 @@ class Levels:
 class CorrelationStudy:
     """A DOE over a platform's mounts, and who goes with whom in it.
 
-    Parameters
-    ----------
-    runs : Operation
-        Vehicles, load cases and band.
-    index : BoomingModel
-        What was evaluated.
-    doe : Doe
-        All designs with their responses.
-    plan : str
-        Of the designs, in words.
-    n_known : int
-        Asked designs that were known already.
-    vehicles : Levels
-        Vehicle by vehicle.
-    seed, resamples : int
-        Of the bootstrap.
-    cut : float
-        Least correlation within a family [1].
-    inputs : tuple of Path
-        Files that the designs came from.
+    - `runs`: vehicles, load cases and band.
+    - `index`: what was evaluated.
+    - `doe`: all designs with their responses.
+    - `plan`: of the designs, in words.
+    - `n_known`: asked designs that were known already.
+    - `vehicles`: vehicle by vehicle.
+    - `seed`, `resamples`: of the bootstrap.
+    - `cut`: least correlation within a family [1].
+    - `inputs`: files that the designs came from.
     """
 
     runs: Operation
@@ -390,27 +339,14 @@ def correlation_study(
 ) -> CorrelationStudy:
     """Evaluate a DOE, let its designs scatter, and prepare their correlation.
 
-    Parameters
-    ----------
-    runs : Operation
-        Vehicles, load cases and band.
-    index : BoomingModel
-        Of these runs.
-    request : DoeRequest
-        Which designs, with the seed of everything that is drawn.
-    half_width, tolerance : float
-        Of the designs' bounds and of their scatter [1].
-    draws : int
-        Of the scatter per design, a power of two.
-    resamples : int
-        Of the bootstrap.
-    cut : float
-        Least correlation within a family [1].
-
-    Raises
-    ------
-    InputError
-        Fewer than two vehicles; see also `deboom.study.correlation.study_doe`.
+    - `runs`: vehicles, load cases and band.
+    - `index`: of these runs.
+    - `request`: which designs, with the seed of everything that is drawn.
+    - `half_width`, `tolerance`: of the designs' bounds and of their scatter [1].
+    - `draws`: of the scatter per design, a power of two.
+    - `resamples`: of the bootstrap.
+    - `cut`: least correlation within a family [1].
+    - raises InputError: fewer than two vehicles; see also `deboom.study.correlation.study_doe`.
     """
     names = index.response_names
     if len(names) < 2:
@@ -448,17 +384,10 @@ def key_of(names: Sequence[str]) -> str:
 def correlation_report(study: CorrelationStudy, apart: str | None = None) -> Report:
     """Report who goes with whom: groups where there are several, else one vehicle held apart.
 
-    Parameters
-    ----------
-    study : CorrelationStudy
-        All vehicles of a platform, or those of one group.
-    apart : str, optional
-        Vehicle of a single group that is held against the others; by default the least alike one.
-
-    Raises
-    ------
-    InputError
-        An unknown vehicle.
+    - `study`: all vehicles of a platform, or those of one group.
+    - `apart`, optional: vehicle of a single group that is held against the others; by default the
+      least alike one.
+    - raises InputError: an unknown vehicle.
     """
     if study.by_group is None:
         return _vehicle_report(study, apart)

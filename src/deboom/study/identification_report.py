@@ -77,14 +77,9 @@ def identification_report(
 ) -> Report:
     """Report identified compressors: the first in detail, errors of all.
 
-    Parameters
-    ----------
-    tests : sequence of IdentifiedTest
-        At least one.
-    inputs : sequence of Path
-        Files that were read.
-    figures : bool
-        Whether to draw.
+    - `tests`: at least one.
+    - `inputs`: files that were read.
+    - `figures`: whether to draw.
     """
     first = tests[0]
     found, model = first.found, first.found.calibrated.model
@@ -652,29 +647,12 @@ def identify_into_run(
 ) -> Path:
     """Identify the compressor of a hammer test and write a run folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``compressor_test.toml``.
-    out : Path
-        Folder that gets ``identify/<run>/``.
-    options : IdentifyOptions
-    beside : Beside
-    progress : callable
-    from_hits : bool
-        Start from the blocks over time instead of the FRFs.
-    with_figures : bool
-
-    Returns
-    -------
-    Path
-        The finished run folder.
-
-    Raises
-    ------
-    InputError
-        A test that cannot be read or identified, an output folder that cannot be written; nothing
-        is left behind.
+    - `folder`: holds ``compressor_test.toml``.
+    - `out`: folder that gets ``identify/<run>/``.
+    - `from_hits`: start from the blocks over time instead of the FRFs.
+    - returns the finished run folder.
+    - raises InputError: a test that cannot be read or identified, an output folder that cannot be
+      written; nothing is left behind.
     """
     begin = time.perf_counter()
     progress(0, STEPS + 2, "reading")

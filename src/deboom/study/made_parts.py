@@ -37,16 +37,10 @@ NOTHING_SHARED = (
 class MadeParts:
     """How the parts of a study scatter.
 
-    Parameters
-    ----------
-    space : DesignSpace
-        With their tolerances.
-    structure : ToleranceStructure or None
-        What their scatter has in common; None without a file: nothing.
-    scatter : LibraryScatter or None
-        What was measured.
-    inputs : tuple of Path
-        Files read.
+    - `space`: with their tolerances.
+    - `structure`: what their scatter has in common; None without a file: nothing.
+    - `scatter` or None: what was measured.
+    - `inputs`: files read.
     """
 
     space: DesignSpace
@@ -136,17 +130,9 @@ class ScatterOptions:
     def made(self, variables: Sequence[str], half_width: float = 0.20) -> MadeParts:
         """Return the space of a study's factors, ``1 ± half_width``, with this scatter.
 
-        Parameters
-        ----------
-        variables : sequence of str
-            Names of the factors; loss factors do not scatter.
-        half_width : float
-            Bounds of the designs about today's [1].
-
-        Raises
-        ------
-        InputError
-            See `made_parts`.
+        - `variables`: names of the factors; loss factors do not scatter.
+        - `half_width`: bounds of the designs about today's [1].
+        - raises InputError: see `made_parts`.
         """
         return made_parts(self.parts, factor_space(variables, half_width, self.tolerance))
 
@@ -154,19 +140,11 @@ class ScatterOptions:
 def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
     """Read how parts scatter.
 
-    Parameters
-    ----------
-    path : Path or None
-        See `deboom.files.limits`; None: variables scatter independently, with the
-        tolerances of the space.
-    space : DesignSpace
-        Variables ``<mount> <axis>``. What is exactly made stays so.
-
-    Raises
-    ------
-    InputError
-        A file or library that cannot be read, a variable or place that there is not, or a place
-        with two part numbers.
+    - `path`: see `deboom.files.limits`; None: variables scatter independently, with the tolerances
+      of the space.
+    - `space`: variables ``<mount> <axis>``. What is exactly made stays so.
+    - raises InputError: a file or library that cannot be read, a variable or place that there is
+      not, or a place with two part numbers.
     """
     if path is None:
         return MadeParts(space)
@@ -253,18 +231,11 @@ def _tolerance(
 def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost:
     """Return the price of tolerances, by default 1 per direction and `REFERENCE`.
 
-    Parameters
-    ----------
-    path : Path or None
-        Table with the columns ``variable, weight, reference tolerance``, one row per variable, in
-        any order; the weight is in any unit of money, the tolerance a plain number such as 0.15.
-    variables : sequence of str
-        Of the stiffness factors.
-
-    Raises
-    ------
-    InputError
-        A table that cannot be read, lacks a variable or names it twice.
+    - `path` or None: table with the columns ``variable, weight, reference tolerance``, one row per
+      variable, in any order; the weight is in any unit of money, the tolerance a plain number such
+      as 0.15.
+    - `variables`: of the stiffness factors.
+    - raises InputError: a table that cannot be read, lacks a variable or names it twice.
     """
     if path is None:
         one = np.ones(len(variables))

@@ -23,16 +23,11 @@ N_REBUILT = 4
 def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehicle: str) -> None:
     """Add a section on the modes, with tables ``modes`` and ``panel_contributions``.
 
-    Parameters
-    ----------
-    report : Report
-        Gets the section.
-    modes : BodyModes
-        Of the vehicle.
-    truth : array, shape (n_true, n_output), or None
-        True shapes in increasing frequency; columns as ``modes.model.outputs``.
-    vehicle : str
-        Its name.
+    - `report`: gets the section.
+    - `modes`: of the vehicle.
+    - `truth` (n_true, n_output) or None: true shapes in increasing frequency; columns as
+      ``modes.model.outputs``.
+    - `vehicle`: its name.
     """
     report.section(
         "Modes of the body",

@@ -72,16 +72,10 @@ from deboom.vehicles.fleet import Band
 class SetTruth:
     """True stiffness of all mounts of one set, run by run.
 
-    Parameters
-    ----------
-    path : Path
-        Where it was read.
-    runs, channels : tuple of str
-        Names along the first and the last axis.
-    frequency : array, shape (n_frequency,)
-        [Hz].
-    stiffness : array, shape (n_run, n_frequency, n_channel)
-        Complex dynamic stiffness [N/m].
+    - `path`: where it was read.
+    - `runs`, `channels`: names along the first and the last axis.
+    - `frequency` (n_frequency,): [Hz].
+    - `stiffness` (n_run, n_frequency, n_channel): complex dynamic stiffness [N/m].
     """
 
     path: Path
@@ -93,10 +87,7 @@ class SetTruth:
     def at(self, measured: OperatingMap) -> ComplexArray:
         """Return the true stiffness at every line of a map, shape (n,) [N/m].
 
-        Raises
-        ------
-        InputError
-            A line that the truth does not know.
+        - raises InputError: a line that the truth does not know.
         """
         labels, inverse = np.unique(measured.run, return_inverse=True)
         places = []
@@ -117,17 +108,9 @@ class SetTruth:
 def read_set_truth(campaign_folder: Path, mount_set: str) -> SetTruth | None:
     """Read the truth of a virtual campaign.
 
-    Parameters
-    ----------
-    campaign_folder : Path
-        Folder of ``campaign.toml``.
-    mount_set : str
-        Parts on the bench.
-
-    Returns
-    -------
-    SetTruth or None
-        None for a campaign that nobody knows the truth of.
+    - `campaign_folder`: folder of ``campaign.toml``.
+    - `mount_set`: parts on the bench.
+    - returns none for a campaign that nobody knows the truth of.
     """
     path = Path(campaign_folder) / "truth" / f"{mount_set}.npz"
     if not path.is_file():
@@ -153,15 +136,11 @@ STEPS_PER_BENCH = 2 + len(STEPS)
 class MeasuredSo:
     """What virtual benches measure beside the training runs, and how well.
 
-    Parameters
-    ----------
-    low_gears : bool
-        Full load in gears 3 and 4 as well.
-    noise_free : bool
-        Without noise and with every sensor as stated: what is left is the error of the method.
-    third_cell : bool
-        Three cells below each powertrain mount, and pushes beside its virtual point: force transfer
-        matrices with moments.
+    - `low_gears`: full load in gears 3 and 4 as well.
+    - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
+      method.
+    - `third_cell`: three cells below each powertrain mount, and pushes beside its virtual point:
+      force transfer matrices with moments.
     """
 
     low_gears: bool = False
@@ -176,16 +155,10 @@ TRAINING = MeasuredSo()
 class CharacterisedBench:
     """One bench whose mounts were characterised.
 
-    Parameters
-    ----------
-    title : str
-        Such as ``bench 1``.
-    result : Characterisation
-        Of one mount set.
-    truth : SetTruth or None
-        None where nobody knows it.
-    seconds : float
-        That the characterisation took, with its error budget [s].
+    - `title`: such as ``bench 1``.
+    - `result`: of one mount set.
+    - `truth`: none where nobody knows it.
+    - `seconds`: that the characterisation took, with its error budget [s].
     """
 
     title: str
@@ -263,23 +236,11 @@ def characterise_folder(
 ) -> CharacterisedBench:
     """Characterise one mount set of a campaign and find the truth, if there is any.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign.
-    mount_set : str
-        Parts on the bench.
-    options : CharacteriseOptions
-        How.
-    title : str
-        Of the bench.
-    progress : callable
-        Called with steps done out of `STEPS_PER_BENCH`, and what comes next.
-
-    Raises
-    ------
-    InputError
-        A campaign that cannot be read or characterised.
+    - `folder`: of the campaign.
+    - `mount_set`: parts on the bench.
+    - `options`: how.
+    - `title`: of the bench.
+    - raises InputError: a campaign that cannot be read or characterised.
     """
     progress(1, f"{title}: reading")
     campaign = read_campaign(folder, (mount_set,))
@@ -299,10 +260,7 @@ def characterise_given(
 ) -> CharacterisedBench:
     """Characterise one mount set of a campaign that is there, under its own name.
 
-    Raises
-    ------
-    InputError
-        As `characterise_folder`.
+    - raises InputError: as `characterise_folder`.
     """
 
     def step(done: int, text: str) -> None:
@@ -320,23 +278,11 @@ def characterise_benches(
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
 
-    Parameters
-    ----------
-    seeds : sequence of int
-        One bench each, from 1.
-    mount_set : str
-        Parts on all benches.
-    options : CharacteriseOptions
-        How they are characterised.
-    progress : callable
-        ``progress(done, total, text)``.
-    measured : MeasuredSo
-        What the benches measure.
-
-    Raises
-    ------
-    InputError
-        No seed, a seed below 1, or an unknown mount set.
+    - `seeds`: one bench each, from 1.
+    - `mount_set`: parts on all benches.
+    - `options`: how they are characterised.
+    - `measured`: what the benches measure.
+    - raises InputError: no seed, a seed below 1, or an unknown mount set.
     """
     if not seeds:
         raise InputError("there is no bench to characterise: ask for at least one")
@@ -363,12 +309,8 @@ def characterise_benches(
 class Reprojection:
     """One accelerometer, and what the motion of the whole body makes of it.
 
-    Parameters
-    ----------
-    sensor : Sensor
-        Beside one mount.
-    measured, reprojected : array, shape (n_frequency, 3)
-        In sensor axes [m/s²].
+    - `sensor`: beside one mount.
+    - `measured`, `reprojected` (n_frequency, 3): in sensor axes [m/s²].
     """
 
     sensor: Sensor
@@ -380,12 +322,9 @@ class Reprojection:
 class Neighbour:
     """A sensor in the place of the virtual point beside it, along one axis.
 
-    Parameters
-    ----------
-    mount, axis, sensor : str
-        Direction, and the sensor beside it.
-    at_point, at_sensor : array, shape (n_frequency,)
-        Acceleration at the virtual point and of the sensor, in vehicle axes [m/s²].
+    - `mount`, `axis`, `sensor`: direction, and the sensor beside it.
+    - `at_point`, `at_sensor` (n_frequency,): acceleration at the virtual point and of the sensor,
+      in vehicle axes [m/s²].
     """
 
     mount: str
@@ -523,22 +462,10 @@ def model_table(
 ) -> pd.DataFrame:
     """Compare models of the stiffness, fitted without the check runs, on those of one bench.
 
-    Parameters
-    ----------
-    bench : CharacterisedBench
-        With its surfaces.
-    models : mapping of str to StiffnessModel, optional
-        Models by name; default are those of `standard_models`.
-
-    Returns
-    -------
-    pandas.DataFrame
-        One row per direction and model, see `compare_models`.
-
-    Raises
-    ------
-    InputError
-        No direction has lines in check runs and in others.
+    - `bench`: with its surfaces.
+    - `models`, optional: models by name; default are those of `standard_models`.
+    - returns one row per direction and model, see `compare_models`.
+    - raises InputError: no direction has lines in check runs and in others.
     """
     preload = bench.result.options.preload
     parts = []
@@ -800,26 +727,12 @@ def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFram
 def moment_cost_table(bench: CharacterisedBench, platform: Platform) -> pd.DataFrame:
     """Compare the sound at the ears with and without moments, check run by check run.
 
-    Parameters
-    ----------
-    bench : CharacterisedBench
-        Whose campaign has pushes beside the virtual points.
-    platform : Platform
-        Its vehicles listen.
+    - `bench`: whose campaign has pushes beside the virtual points.
+    - `platform`: its vehicles listen.
+    - returns see `deboom.study.platform_model.level_differences`: forces out of the 6×6 matrices
+      against those out of their 3×3 blocks.
+    - raises InputError: vehicles without a noise transfer function for one of the forces.
 
-    Returns
-    -------
-    DataFrame
-        See `deboom.study.platform_model.level_differences`: forces out of the 6×6 matrices against
-        those out of their 3×3 blocks.
-
-    Raises
-    ------
-    InputError
-        Vehicles without a noise transfer function for one of the forces.
-
-    Notes
-    -----
     Vehicles have noise transfer functions for forces alone. What is stated is what moments of the
     mounts change at the cells and so in the forces, not what the moments themselves radiate.
     """

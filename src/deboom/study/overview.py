@@ -35,12 +35,8 @@ _WHAT = {
 def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
     """Return what an overview of a results folder says of its runs.
 
-    Parameters
-    ----------
-    entries : sequence of RunEntry
-        The runs.
-    results : Path
-        Folder that links start from.
+    - `entries`: the runs.
+    - `results`: folder that links start from.
     """
     asked: dict[str, list[dict[str, Any]]] = {}
     for entry in entries:
@@ -105,16 +101,9 @@ def options(record: Mapping[str, Any]) -> dict[str, Any]:
 def refresh_overview(results: Path) -> Path | None:
     """Write the page of all runs anew, in one step.
 
-    Parameters
-    ----------
-    results : Path
-        Folder of all results; gets ``index.html``.
-
-    Returns
-    -------
-    Path or None
-        The page; None, with a line on standard error, where it cannot be written: a run that has
-        ended well must not fail for it.
+    - `results`: folder of all results; gets ``index.html``.
+    - returns the page; None, with a line on standard error, where it cannot be written: a run that
+      has ended well must not fail for it.
     """
     try:
         entries, damaged = readable_runs(results)
@@ -129,10 +118,7 @@ def refresh_overview(results: Path) -> Path | None:
 def list_lines(results: Path) -> Iterator[str]:
     """Yield the runs of a results folder as text, by study and time, and what is damaged.
 
-    Raises
-    ------
-    InputError
-        There is no such folder.
+    - raises InputError: there is no such folder.
     """
     entries, damaged = readable_runs(results)
     study = None

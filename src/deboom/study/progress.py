@@ -26,16 +26,9 @@ _Result = TypeVar("_Result")
 def progress_bar(title: str) -> Iterator[Progress]:
     """Show progress under a title on standard error.
 
-    Parameters
-    ----------
-    title : str
-        What is being done.
-
-    Yields
-    ------
-    callable
-        ``progress(done, total, text)``. On a terminal it moves a bar; elsewhere it writes about
-        four lines in all, so that logs stay readable.
+    - `title`: what is being done.
+    - returns ``progress(done, total, text)``. On a terminal it moves a bar; elsewhere it writes
+      about four lines in all, so that logs stay readable.
     """
     bar = tqdm(desc=title, disable=None, file=sys.stderr, unit="step", leave=True)
     logged = 0
@@ -63,20 +56,10 @@ def counted(
 ) -> Callable[[str], None]:
     """Turn named steps into counted ones.
 
-    Parameters
-    ----------
-    progress : callable
-    total : int
-        Steps in all.
-    first : int
-        Done before.
-    prefix : str
-        Before every text.
-
-    Returns
-    -------
-    callable of str
-        To be called at the beginning of each step.
+    - `total`: steps in all.
+    - `first`: done before.
+    - `prefix`: before every text.
+    - returns to be called at the beginning of each step.
     """
     done = first
 

@@ -23,18 +23,10 @@ from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, st
 def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
     """Build the model of a run again, with the draws of its search.
 
-    Parameters
-    ----------
-    entry : RunEntry
-        The run.
-    study : Study
-        Its study as it is today.
-
-    Raises
-    ------
-    InputError
-        An input file that has changed or is gone, options that the study does not take, or a
-        study that does not search for a front.
+    - `entry`: the run.
+    - `study`: its study as it is today.
+    - raises InputError: an input file that has changed or is gone, options that the study does not
+      take, or a study that does not search for a front.
     """
     home = study.path.resolve().parent
     for name, wanted in entry.record.get("inputs_sha256", {}).items():
@@ -57,17 +49,9 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
 def study_of(entry: RunEntry, folder: Path | None) -> Study:
     """Return the study of a run.
 
-    Parameters
-    ----------
-    entry : RunEntry
-        The run.
-    folder : Path or None
-        Folder with the studies; see `deboom.study.runner.study_files`.
-
-    Raises
-    ------
-    InputError
-        There is none of this name in the folder.
+    - `entry`: the run.
+    - `folder` or None: folder with the studies; see `deboom.study.runner.study_files`.
+    - raises InputError: there is none of this name in the folder.
     """
     for path in study_files(folder):
         if path.stem == entry.study:
@@ -92,18 +76,12 @@ PLATFORM_FILE = "platform.toml"
 class ComparedRun:
     """A finished front study.
 
-    Parameters
-    ----------
-    entry : RunEntry
-        Its folder and record.
-    model : RobustResponse
-        Built again from the run's options, with the draws of its search.
-    designs : array, shape (n, k)
-        Of the front [units of the space].
-    convergence : array, shape (n_generations,)
-        Hypervolume of the search [product of the objectives' units]; empty if not kept.
-    text_changed : bool
-        Whether the study's script is another one today.
+    - `entry`: its folder and record.
+    - `model`: built again from the run's options, with the draws of its search.
+    - `designs` (n, k): of the front [units of the space].
+    - `convergence` (n_generations,): hypervolume of the search [product of the objectives' units];
+      empty if not kept.
+    - `text_changed`: whether the study's script is another one today.
     """
 
     entry: RunEntry
@@ -137,18 +115,11 @@ class ComparedRun:
 def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
     """Read a run and build its model again.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the run.
-    studies : Path or None
-        Folder with the studies; see `study_of`.
-
-    Raises
-    ------
-    InputError
-        A folder that is no finished run of a front study, a file of it that is missing or edited,
-        an input file that has changed, or a model that does not give the run's own figures again.
+    - `folder`: of the run.
+    - `studies` or None: folder with the studies; see `study_of`.
+    - raises InputError: a folder that is no finished run of a front study, a file of it that is
+      missing or edited, an input file that has changed, or a model that does not give the run's own
+      figures again.
     """
     entry = read_run(folder)
     check_files(entry)
@@ -197,10 +168,7 @@ def _check_reproduced(run: ComparedRun) -> None:
 def check_same_platform(runs: Sequence[ComparedRun]) -> None:
     """Refuse runs whose common input files differ, or that have none in common.
 
-    Raises
-    ------
-    InputError
-        Names the first file that differs.
+    - raises InputError: names the first file that differs.
     """
     first = _inputs(runs[0].entry)
     for run in runs[1:]:
@@ -218,10 +186,7 @@ def check_same_platform(runs: Sequence[ComparedRun]) -> None:
 def check_same_question(runs: Sequence[ComparedRun]) -> None:
     """Refuse runs of other variables, responses or objectives.
 
-    Raises
-    ------
-    InputError
-        Names what differs.
+    - raises InputError: names what differs.
     """
     first = runs[0]
     for run in runs[1:]:
@@ -258,12 +223,8 @@ def other_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
 def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
     """Return what the runs do not have in common, one row per item and a column per name.
 
-    Parameters
-    ----------
-    runs : sequence of ComparedRun
-        All of them.
-    names : sequence of str
-        Of the configuration of each run; runs of one name share a column.
+    - `runs`: all of them.
+    - `names`: of the configuration of each run; runs of one name share a column.
     """
     facts = [dict(_facts(run)) for run in runs]
     rows = []

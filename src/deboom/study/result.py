@@ -16,12 +16,8 @@ class RunContext:
 
     The runner gives it to ``run(model, options, context)``; without a runner it is None.
 
-    Parameters
-    ----------
-    run : Run
-        Its folder.
-    relative_to : Path
-        Input files are named by their path from here.
+    - `run`: its folder.
+    - `relative_to`: input files are named by their path from here.
     """
 
     run: Run
@@ -30,17 +26,9 @@ class RunContext:
     def checkpoint(self, inputs: Iterable[Path], name: str = "search") -> CheckpointFolder:
         """Return where a search of this run is kept.
 
-        Parameters
-        ----------
-        inputs : iterable of Path
-            Every file that the search depends on.
-        name : str
-            Folder within the run; each search of a run has its own.
-
-        Raises
-        ------
-        InputError
-            An input file that has changed since the run began, or cannot be read.
+        - `inputs`: every file that the search depends on.
+        - `name`: folder within the run; each search of a run has its own.
+        - raises InputError: an input file that has changed since the run began, or cannot be read.
         """
         hashes = hash_files(inputs, relative_to=self.relative_to)
         return CheckpointFolder(self.run.folder / name, hashes)

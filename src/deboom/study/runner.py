@@ -96,17 +96,9 @@ def study_files(folder: Path | None = None) -> list[Path]:
 def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
     """Return the file of a study that is given as a path or by its bare name.
 
-    Parameters
-    ----------
-    wanted : str or Path
-        ``studies/u06_robust_front.py`` or ``u06_robust_front``.
-    folder : Path, optional
-        Folder where a bare name is looked up; see `study_files`.
-
-    Raises
-    ------
-    InputError
-        There is no such study; the nearest name is given.
+    - `wanted`: ``studies/u06_robust_front.py`` or ``u06_robust_front``.
+    - `folder`, optional: folder where a bare name is looked up; see `study_files`.
+    - raises InputError: there is no such study; the nearest name is given.
     """
     path = Path(wanted)
     if path.is_file():
@@ -125,10 +117,7 @@ def question_of(path: Path) -> str:
 
     The file is parsed, not run.
 
-    Raises
-    ------
-    InputError
-        The file is missing, is not Python, or has no docstring.
+    - raises InputError: the file is missing, is not Python, or has no docstring.
     """
     path = find_study(path)
     try:
@@ -144,14 +133,9 @@ def question_of(path: Path) -> str:
 class Study:
     """A study, imported.
 
-    Parameters
-    ----------
-    path : Path
-        Its file.
-    question : str
-        What it asks.
-    module : module
-        With ``Options``, ``prepare`` and ``run``.
+    - `path`: its file.
+    - `question`: what it asks.
+    - `module`: with ``Options``, ``prepare`` and ``run``.
     """
 
     path: Path
@@ -187,10 +171,8 @@ class Study:
 def load_study(study: str | Path) -> Study:
     """Import a study by its path or name.
 
-    Raises
-    ------
-    InputError
-        The file is missing, has no docstring, or lacks ``Options``, ``prepare`` or ``run``.
+    - raises InputError: the file is missing, has no docstring, or lacks ``Options``, ``prepare`` or
+      ``run``.
     """
     path = find_study(study)
     question = question_of(path)
@@ -238,25 +220,12 @@ def _plain(value: Any) -> Any:
 def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     """Run one study and write its run folder.
 
-    Parameters
-    ----------
-    study : Study
-        From `load_study`.
-    out : Path
-        Folder that gets ``<study>/<run>/``.
-    arguments : mapping
-        Options by name; the study's defaults complete them.
-
-    Returns
-    -------
-    Path
-        The finished run folder.
-
-    Raises
-    ------
-    InputError
-        Bad input, with nothing left in ``out`` unless there are evaluations to keep. These, and
-        any other failure, leave ``<run>.unfinished`` for `resume_study`.
+    - `study`: from `load_study`.
+    - `out`: folder that gets ``<study>/<run>/``.
+    - `arguments`: options by name; the study's defaults complete them.
+    - returns the finished run folder.
+    - raises InputError: bad input, with nothing left in ``out`` unless there are evaluations to
+      keep. These, and any other failure, leave ``<run>.unfinished`` for `resume_study`.
     """
     bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
     bound.apply_defaults()
@@ -274,30 +243,15 @@ def resume_study(
 ) -> Path:
     """Go on with a run that was interrupted.
 
-    Parameters
-    ----------
-    study : Study
-        From `load_study`.
-    out : Path
-        Folder of all results.
-    wanted : str
-        Name of the run, or its folder.
-    given : mapping
-        Options that must be those of the run; the run's own complete them.
-    other_code : bool
-        Go on although the study, deboom or a package has changed; the record then names what
-        the run began with.
-
-    Returns
-    -------
-    Path
-        The finished run folder; of a run that was finished already, at once.
-
-    Raises
-    ------
-    InputError
-        No such run, or a run of another option, text, version or input file, each by its name.
-        The run stays as it is.
+    - `study`: from `load_study`.
+    - `out`: folder of all results.
+    - `wanted`: name of the run, or its folder.
+    - `given`: options that must be those of the run; the run's own complete them.
+    - `other_code`: go on although the study, deboom or a package has changed; the record then names
+      what the run began with.
+    - returns the finished run folder; of a run that was finished already, at once.
+    - raises InputError: no such run, or a run of another option, text, version or input file, each
+      by its name. The run stays as it is.
     """
     entry = find_run(out, study.name, wanted)
     if entry.finished:
@@ -320,19 +274,11 @@ def arguments_of(
 ) -> dict[str, Any]:
     """Return the options of a run of a study.
 
-    Parameters
-    ----------
-    entry : RunEntry
-        The run.
-    study : Study
-        Its study as it is today.
-    given : mapping, optional
-        Options that a user gives with ``--resume``.
-
-    Raises
-    ------
-    InputError
-        An option that is not the run's, or one that the study does not take any more.
+    - `entry`: the run.
+    - `study`: its study as it is today.
+    - `given`, optional: options that a user gives with ``--resume``.
+    - raises InputError: an option that is not the run's, or one that the study does not take any
+      more.
     """
     recorded = dict(entry.record["arguments"])
     for name, value in (given or {}).items():
@@ -441,24 +387,13 @@ def run_command(
 ) -> Path:
     """Carry out a command that is no study and keep its report in ``<out>/<command>/<run>/``.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of all results.
-    record : mapping
-        ``study`` (name of the command), ``command`` (as typed), ``question``, ``seed`` and
-        ``arguments`` of the run.
-    work : callable
-        Returns the report.
-    relative_to : Path, optional
-        Folder that names input files; by default each file's own.
-    begin : float, optional
-        Time at which the command began, from `time.perf_counter`.
-
-    Returns
-    -------
-    Path
-        The finished run folder; after a failure nothing is left behind.
+    - `out`: folder of all results.
+    - `record`: ``study`` (name of the command), ``command`` (as typed), ``question``, ``seed`` and
+      ``arguments`` of the run.
+    - `work`: returns the report.
+    - `relative_to`, optional: folder that names input files; by default each file's own.
+    - `begin`, optional: time at which the command began, from `time.perf_counter`.
+    - returns the finished run folder; after a failure nothing is left behind.
     """
     begin = time.perf_counter() if begin is None else begin
     record = {**record, "environment": environment_record(PACKAGES)}

@@ -75,10 +75,7 @@ class LevelOutputs:
 
     All are means over the load cases with their weights.
 
-    Parameters
-    ----------
-    index : BoomingModel
-        v vehicles, f lines.
+    - `index`: v vehicles, f lines.
     """
 
     index: BoomingModel
@@ -142,24 +139,14 @@ class Analysis(Enum):
 class SensitivityPlan:
     """What is asked, and with which budget.
 
-    Parameters
-    ----------
-    analysis : Analysis
-        Whose indices are ranked; the other one stands beside it.
-    ranked : Ranked
-        What of the levels is ranked; the other one stands beside it.
-    half_width : float
-        Stiffness factors of the design analysis run within ``1 ± half_width`` [1].
-    beside : float
-        The same for the design analysis that stands beside it [1].
-    tolerance : float
-        Half width of the scatter, three standard deviations [1].
-    n_base : int
-        Base points, a power of two.
-    n_resamples : int
-        Behind every interval.
-    seed : int
-        From 1 upwards.
+    - `analysis`: whose indices are ranked; the other one stands beside it.
+    - `ranked`: what of the levels is ranked; the other one stands beside it.
+    - `half_width`: stiffness factors of the design analysis run within ``1 ± half_width`` [1].
+    - `beside`: the same for the design analysis that stands beside it [1].
+    - `tolerance`: half width of the scatter, three standard deviations [1].
+    - `n_base`: base points, a power of two.
+    - `n_resamples`: behind every interval.
+    - `seed`: from 1 upwards.
     """
 
     analysis: Analysis
@@ -191,34 +178,19 @@ class SensitivityPlan:
 class Sensitivity:
     """Indices of a fleet, with all that its report needs.
 
-    Parameters
-    ----------
-    platform : Platform
-        As measured.
-    index : BoomingModel
-        What was evaluated.
-    plan : SensitivityPlan
-        What was asked.
-    label : str
-        Of the ranked analysis.
-    inputs : SensitivityInputs
-        Its variables.
-    indices : SobolIndices
-        Of every vehicle, by SALib.
-    by_mount : SobolIndices or None
-        With the variables of each mount as one; None for a single mount.
-    beside : mapping of str to SobolIndices
-        Of the same vehicles, first and total, by label of what differs.
-    lines : SobolIndices
-        Of every vehicle and line, vehicle by vehicle, first and total.
-    convergence : tuple of SobolIndices
-        Of the first base points, more and more; first and total.
-    morris : MorrisEffects
-        Elementary effects in the same variables.
-    pawn : PawnIndices
-        Of the base points.
-    n_runs : int
-        Designs that were evaluated.
+    - `platform`: as measured.
+    - `index`: what was evaluated.
+    - `plan`: what was asked.
+    - `label`: of the ranked analysis.
+    - `inputs`: its variables.
+    - `indices`: of every vehicle, by SALib.
+    - `by_mount`: with the variables of each mount as one; None for a single mount.
+    - `beside`: of the same vehicles, first and total, by label of what differs.
+    - `lines`: of every vehicle and line, vehicle by vehicle, first and total.
+    - `convergence`: of the first base points, more and more; first and total.
+    - `morris`: elementary effects in the same variables.
+    - `pawn`: of the base points.
+    - `n_runs`: designs that were evaluated.
     """
 
     platform: Platform
@@ -274,21 +246,10 @@ def sensitivity(
 ) -> Sensitivity:
     """Run the designs and return all indices.
 
-    Parameters
-    ----------
-    platform : Platform
-        Its mounts are the groups.
-    index : BoomingModel
-        To be evaluated.
-    plan : SensitivityPlan
-        What is asked.
-    progress : callable, optional
-        Called with the designs done, their number, and a text.
-
-    Raises
-    ------
-    InputError
-        A range, count or seed that cannot be used; a design without finite levels.
+    - `platform`: its mounts are the groups.
+    - `index`: to be evaluated.
+    - `plan`: what is asked.
+    - raises InputError: a range, count or seed that cannot be used; a design without finite levels.
     """
     (label, inputs), *others = plan.inputs(index.variable_names).items()
     d, names = inputs.n_variables, index.response_names
@@ -380,12 +341,8 @@ NEGLIGIBLE = 0.005
 def index_table(found: SobolIndices, factor: str) -> pd.DataFrame:
     """One row per vehicle and factor: first, total and interaction share with their intervals.
 
-    Parameters
-    ----------
-    found : SobolIndices
-        Of the vehicles.
-    factor : str
-        Heading of the column of factors, such as ``variable``.
+    - `found`: of the vehicles.
+    - `factor`: heading of the column of factors, such as ``variable``.
     """
     rank = 1 + np.argsort(np.argsort(-found.total, axis=0, kind="stable"), axis=0, kind="stable")
     return pd.DataFrame(

@@ -56,15 +56,10 @@ def unbalance_report(
 ) -> Report:
     """Report one running compressor.
 
-    Parameters
-    ----------
-    measured : MeasuredUnbalance
-    inputs : sequence of Path
-        Files that stay; a test that was measured for the study leaves none.
-    command : str
-        Among the conditions of the supplier's sheet, which is written where there are limits.
-    figures : bool
-        Whether to draw.
+    - `inputs`: files that stay; a test that was measured for the study leaves none.
+    - `command`: among the conditions of the supplier's sheet, which is written where there are
+      limits.
+    - `figures`: whether to draw.
     """
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
     sources, state = chosen.sources, evaluation.state
@@ -621,28 +616,12 @@ def unbalance_into_run(
 ) -> tuple[Path, str]:
     """Evaluate the test of a running compressor and write a run folder.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``operation.toml``.
-    out : Path
-        Folder that gets ``unbalance/<run>/``.
-    plan : UnbalancePlan
-    progress : callable
-    with_figures : bool
-
-    Returns
-    -------
-    run : Path
-        The finished run folder.
-    decision : str
-        ``pass``, ``fail`` or ``undecided``; empty without limits.
-
-    Raises
-    ------
-    InputError
-        A test that cannot be read or evaluated, an output folder that cannot be written; nothing
-        is left behind.
+    - `folder`: holds ``operation.toml``.
+    - `out`: folder that gets ``unbalance/<run>/``.
+    - returns `run`: the finished run folder; `decision`: ``pass``, ``fail`` or ``undecided``; empty
+      without limits.
+    - raises InputError: a test that cannot be read or evaluated, an output folder that cannot be
+      written; nothing is left behind.
     """
     begin = time.perf_counter()
     options, sense = plan.unbalance, plan.unbalance.expected_sense

@@ -26,14 +26,9 @@ from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
 class UncertainIndex:
     """A booming index that can be measured again.
 
-    Parameters
-    ----------
-    index : BoomingModel
-        From the data as measured.
-    data : UncertainData
-        These data, and what may be wrong with them.
-    platform : Platform
-        Mounts and powertrain.
+    - `index`: from the data as measured.
+    - `data`: these data, and what may be wrong with them.
+    - `platform`: mounts and powertrain.
     """
 
     index: Any
@@ -60,22 +55,13 @@ def uncertain_index(
 ) -> UncertainIndex:
     """Put a study's index together with what may be wrong with its data.
 
-    Parameters
-    ----------
-    index : BoomingModel
-        Of the study.
-    platform : Platform
-        With the load cases that the index was made of, and its vehicles.
-    parts : sequence of CharacterisedMount
-        The forces come from; empty if they are the measured ones.
-    transfer : sequence of UncertaintySource, optional
-        Of the noise transfer functions; by default the stated priors. The measuring chains have the
-        tolerances in the record of the mount library, or stated priors where there is none.
-
-    Raises
-    ------
-    InputError
-        See `UncertainData`.
+    - `index`: of the study.
+    - `platform`: with the load cases that the index was made of, and its vehicles.
+    - `parts`: the forces come from; empty if they are the measured ones.
+    - `transfer`, optional: of the noise transfer functions; by default the stated priors. The
+      measuring chains have the tolerances in the record of the mount library, or stated priors
+      where there is none.
+    - raises InputError: see `UncertainData`.
     """
     by_name = {vehicle.name: vehicle for vehicle in platform.fleet.vehicles}
     fleet = Fleet(tuple(by_name[name] for name in index.response_names))

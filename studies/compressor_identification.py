@@ -43,9 +43,6 @@ from deboom.study.options import Seed
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
 
-FIGURES = True
-"""Whether the report has pictures."""
-
 
 @dataclass(frozen=True)
 class Options:
@@ -81,7 +78,7 @@ def run(
         if given is not None:
             step = counted(progress, STEPS)
             test = identified_test(*given, IdentifyOptions(), beside, step, options.test)
-            return identification_report([test], test.input_files, figures=FIGURES)
+            return identification_report([test], test.input_files)
         seeds = range(options.seed, options.seed + options.cases)
         tests = identified_virtual(seeds, options.level, IdentifyOptions(), beside, progress)
-    return identification_report(tests, figures=FIGURES)
+    return identification_report(tests)

@@ -72,8 +72,6 @@ from deboom.study.progress import Progress, counted, progress_bar
 from deboom.study.result import RunContext
 from deboom.study.unbalance_report import ROTOR, TRUTH, unbalance_panel, unbalance_report
 
-FIGURES = True
-"""Whether the report has pictures."""
 ROUTES = UnbalanceOptions(routes=(MEASURED, CALIBRATED_MEASUREMENT, UPDATED))
 """Routes a, d and e, by which all compressors are evaluated; the first one by all five."""
 SPECIAL_ROUTES = replace(ROUTES, routes=(*ROUTES.routes, CALIBRATED_MODEL))
@@ -113,9 +111,9 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
     with progress_bar("compressor unbalance") as progress:
         if options.test is not None:
             measured = measured_unbalance(options.test, plan, counted(progress, STEPS))
-            return unbalance_report(measured, measured.input_files, figures=FIGURES)
+            return unbalance_report(measured, measured.input_files)
         virtual = _measured(plan, options, progress)
-    report = unbalance_report(virtual.first, figures=FIGURES)
+    report = unbalance_report(virtual.first)
     report.section(
         "All virtual compressors, against their truth",
         "Every compressor was measured twice: mounts in operation as struck, and with real part "
@@ -125,27 +123,26 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
         "relative to the true unbalance; the truth includes the rotating gas force. Global: error "
         "of the fit over all lines and both pressures. Medians over the compressors.",
     )
-    if FIGURES:
-        panels = []
-        for letter in "ae":
-            result = virtual.changed.by_letter(letter)
-            sweep = result.sweeps[0]
-            title = f"Route {letter}: {result.route.title}"
-            truth = virtual.changed_truth
-            panels.append(unbalance_panel(sweep, STATIC, truth, title=title, note=sweep.sweep))
-        report.figure(
-            "changed_state",
-            plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
-            "The same compressor with mounts that changed between hammer and operation. "
-            "Route a, as in the thesis's figure 61, goes wrong around the rigid-body modes; route "
-            "e finds the change in the sweep and follows.",
-        )
-        report.figure(
-            "errors",
-            _error_figure(virtual.errors),
-            "Errors of static and dynamic unbalance, line by line, of every virtual compressor; "
-            "the bar is the median.",
-        )
+    panels = []
+    for letter in "ae":
+        result = virtual.changed.by_letter(letter)
+        sweep = result.sweeps[0]
+        title = f"Route {letter}: {result.route.title}"
+        truth = virtual.changed_truth
+        panels.append(unbalance_panel(sweep, STATIC, truth, title=title, note=sweep.sweep))
+    report.figure(
+        "changed_state",
+        lambda: plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
+        "The same compressor with mounts that changed between hammer and operation. "
+        "Route a, as in the thesis's figure 61, goes wrong around the rigid-body modes; route "
+        "e finds the change in the sweep and follows.",
+    )
+    report.figure(
+        "errors",
+        lambda: _error_figure(virtual.errors),
+        "Errors of static and dynamic unbalance, line by line, of every virtual compressor; "
+        "the bar is the median.",
+    )
     medians = _medians(virtual.errors)
     mismatches = [f"y/z {band} [%]" for band in (LOW, HIGH)]
     shown = medians.drop(columns=mismatches)

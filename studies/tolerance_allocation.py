@@ -2,51 +2,62 @@
 
 For one design of a front (of a finished run with --from-run, else of a quick search): the cheapest
 tolerances that keep sigma of the mean level at --sigma (default: today's), or --share of all parts
-x vehicles within --limit. A direction costs 1 at +-15 %, and its reciprocal, or see --cost-table.
+x vehicles within --limit, exactly. A direction costs 1 at +-15 %, and its reciprocal, or see
+--cost-table. With --stiffness the premise is wider: stiffnesses are chosen together with the
+tolerances, by NSGA-II over three objectives (mean, sigma, cost; give it --generations 200
+--population 100), so that its designs are near the best, not the exact ones of one design.
+
+What it showed with --stiffness, seed 1, prescribed motion on the virtual platform: for today's
+money the scatter halves while the mean falls by 2.1 dB per line; x of all four mounts deserves the
+precision, TSM x first, and y of none.
 
 Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance everywhere for the
 same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
 direction has an effect, else free); sigma_today_db, sigma_cheapest_db (mean level, mean over
 vehicles), sigma_verified_db, sigma_uniform_verified_db (new draws); optimality_percent (spread of
 the target's price over directions, 0: optimal); share_stated, share_verified, share_lower_bound.
+With --stiffness instead, of designs no louder than the quietest one by more than the margin,
+verified with 1024 draws: sigma_change_percent_at_todays_cost (against today's design),
+sigma_change_percent_by_allocation (against one tolerance everywhere at that cost and stiffness),
+mean_change_db_per_line_at_todays_cost; cost_for_todays_sigma, cost_most_precise,
+sigma_change_percent_most_precise; n_front, n_evaluated, n_failed, seconds_search.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.front import verification_response
+from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import (
-    Allocation,
     Allocator,
-    CostCurve,
-    CostCurves,
-    ShareTarget,
-    SigmaTarget,
-    Target,
     ToleranceEffect,
-    reciprocal_curves,
-    tabulated_curve,
+    ToleranceResponse,
 )
 from deboom.files.platform import Platform
-from deboom.files.tables import read_rows
-from deboom.plot.style import mount_colours, mount_of
+from deboom.plot.style import mount_colours, mount_of, signed
 from deboom.report import Report
-from deboom.study.made_parts import MadeParts, ScatterOptions, tolerance_cost
+from deboom.study.made_parts import (
+    MadeParts,
+    ScatterOptions,
+    ToleranceTask,
+    cost_curves,
+    target_limits,
+    tolerance_cost,
+    with_draws,
+)
 from deboom.study.options import Seed
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.result import RunContext
@@ -57,12 +68,10 @@ SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
-ROUNDS = 5
-"""How often a share that new draws do not confirm is asked for again, a little higher or lower."""
-CLOSE = 0.002
-"""How much more than the wanted share is not worth another round [1]."""
-ONE_SIDED_95 = 1.644854
-"""Lower 95 % bound in standard errors [1]."""
+CHECKED = 1024
+"""Draws behind every verified number of a search for stiffnesses."""
+SHOWN = 12
+"""Designs that a table or a curve shows."""
 ON_CURVE = 8
 """Targets on the curve of cost over target."""
 ALONG_FRONT = 12
@@ -85,6 +94,8 @@ class Options:
     widest: Annotated[float, Option(help="Largest tolerance, half width [1].")] = 0.30
     cost_table: Annotated[Path | None, Option(help="variable, weight, reference tolerance")] = None
     cost_points: Annotated[Path | None, Option(help="variable, tolerance, cost")] = None
+    stiffness: Annotated[bool, Option(help="Choose stiffnesses, too, by search.")] = False
+    mean_margin: Annotated[float, Option(help="Then above the quietest design [dB].")] = 0.5
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=256)
     platform: PlatformOptions = PlatformOptions()
@@ -93,6 +104,11 @@ class Options:
     def __post_init__(self) -> None:
         if self.sigma is not None and self.limit:
             raise InputError("give either --sigma or --limit, not both")
+        if self.stiffness and (self.from_run or self.sigma or self.limit or self.cost_points):
+            raise InputError(
+                "--stiffness searches designs of its own: leave out --from-run, --sigma, --limit "
+                "and --cost-points"
+            )
 
     @property
     def design_name(self) -> str:
@@ -129,15 +145,16 @@ def prepare(options: Options) -> Model:
     runs = options.platform.operation()
     index = options.motion.index(runs)
     made = scatter.made(index.variable_names)
-    robust = made.response(index, sobol_sample(made.n_draws, SEARCH_DRAWS, seed=options.seed))
+    draws = scatter.samples if options.stiffness else SEARCH_DRAWS
+    robust = made.response(index, sobol_sample(made.n_draws, draws, seed=options.seed))
     return Model(runs.platform, robust, runs.platform.input_files, runs, made)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Choose the design, allocate its tolerances, verify and report."""
-    designs, design = _chosen(model, options, context)
-    with threadpool_limits(1):  # threads may change the last bit of an optimum
-        return _allocated(model, options, designs, design)
+    if options.stiffness:
+        return _searched(model, options, context)
+    return _allocated(model, options, *_chosen(model, options, context))
 
 
 def _chosen(
@@ -175,12 +192,22 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
     space = model.robust.space
     scatters = [n for n, t in zip(space.names, space.tolerance, strict=True) if t > 0.0]
     curves, price_files = cost_curves(options.cost_table, options.cost_points, scatters)
-    effect = ToleranceEffect(_with_draws(model, options, "allocation sample"), design)
+    effect = ToleranceEffect(
+        with_draws(model.robust, "allocation sample", options.scatter.samples, options.seed), design
+    )
     lower, upper = np.asarray(options.tightest), np.asarray(options.widest)
     allocator = Allocator(effect, curves, lower, upper)
     levels = index(design[np.newaxis])[0] / index.n_lines
     limits = target_limits(options.limit, index.response_names, levels)
-    task = _Task(model, options, allocator, None if limits is None else limits * index.n_lines)
+    task = ToleranceTask(
+        robust=model.robust,
+        allocator=allocator,
+        limits=None if limits is None else limits * index.n_lines,
+        sigma=options.sigma,
+        share=options.share,
+        draws=DRAWS,
+        seed=options.seed,
+    )
 
     today = allocator.at(allocator.today)
     target, cheapest = task.reached(allocator.cheapest)
@@ -335,7 +362,7 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
     report.table("front_marginal_values", _along_front(allocator, designs, scale))
 
     report.section("What other targets cost", "The same design with more or less scatter.")
-    curve = task.cost_of_targets()
+    curve = task.cost_of_targets(ON_CURVE)
     label = "σ of the mean level [dB]" if by_sigma else "parts × vehicles within limits [%]"
     column = curve.columns[0]
     report.figure(
@@ -393,123 +420,6 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
     return report
 
 
-@dataclass(frozen=True, eq=False)
-class _Verified:
-    """σ of the mean level [dB], share within the limits and its lower 95 % bound, nan without."""
-
-    sigma: float
-    share: float
-    share_lower: float
-
-
-@dataclass(frozen=True, eq=False)
-class _Task:
-    """One design whose tolerances shall reach a σ, or a share within limits (v,) of SPLV."""
-
-    model: Model
-    options: Options
-    allocator: Allocator
-    limits: RealArray | None
-
-    @property
-    def per_line(self) -> float:
-        """Factor from a sum over vehicles and lines to the mean over both [1]."""
-        index: Any = self.model.robust.evaluate
-        return float(1.0 / (index.n_lines * len(index.response_names)))
-
-    def reached(self, find: Callable[[Target], Allocation]) -> tuple[Target, Allocation]:
-        """Return a target and what is found for it.
-
-        A share is asked for a little higher, or lower, until new draws show the wanted share with
-        95 % confidence and hardly more: what is chosen by few draws suits these draws best.
-        """
-        if self.limits is None:
-            wanted = self.options.sigma
-            today = self.allocator.at(self.allocator.today).sigma_sum
-            target = self._sigma(today if wanted is None else wanted / self.per_line)
-            return target, find(target)
-        tried: list[tuple[float, ShareTarget, Allocation]] = []
-        share = self._share(self.options.share)
-        for _ in range(ROUNDS):
-            try:
-                found = find(share)
-            except InputError:
-                if not tried:
-                    raise
-                break
-            lower = self.verified(found.tolerance, "allocation check").share_lower
-            over = lower - self.options.share
-            tried.append((over, share, found))
-            if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
-                break
-            share = replace(share, share=share.share - over + 0.5 * CLOSE)
-        confirmed = [row for row in tried if row[0] >= 0.0]
-        if confirmed:
-            return min(confirmed, key=lambda row: row[2].total_cost)[1:]
-        return max(tried, key=lambda row: row[0])[1:]
-
-    def verified(self, tolerance: RealArray, purpose: str) -> _Verified:
-        """Evaluate tolerances, shape (k,), with draws that nothing was chosen by."""
-        robust = _with_draws(self.model, self.options, purpose, DRAWS)
-        effect = self.allocator.effect.with_draws(robust)
-        whole = effect.today.copy()
-        whole[[effect.names.index(name) for name in self.allocator.names]] = tolerance
-        values = effect.values(whole)
-        sigma = float(values.std(axis=0, ddof=1).sum() * self.per_line)
-        if self.limits is None:
-            return _Verified(sigma, np.nan, np.nan)
-        good = (values <= self.limits).mean(axis=1)
-        error = float(good.std(ddof=1) / np.sqrt(DRAWS))
-        share = float(good.mean())
-        return _Verified(sigma, share, share - ONE_SIDED_95 * error)
-
-    def cost_of_targets(self) -> pd.DataFrame:
-        """Tabulate the cost of targets between those of the tightest and the widest tolerances."""
-        bounds = (self.allocator.lower, self.allocator.upper)
-        tightest, widest = (self.allocator.at(np.asarray(bound)) for bound in bounds)
-        targets: Sequence[SigmaTarget | ShareTarget]
-        if self.limits is None:
-            label = "sigma of the level [dB]"
-            steps = np.linspace(1.02 * tightest.sigma_sum, 0.98 * widest.sigma_sum, ON_CURVE)
-            targets = [self._sigma(float(step)) for step in steps]
-            asked = steps * self.per_line
-        else:
-            label = "share within limits [1]"
-            low, high = (
-                float(found.scattered.soft_share(self.limits)[0].mean())
-                for found in (widest, tightest)
-            )
-            margin = 0.02 * np.ptp([low, high])
-            asked = np.linspace(low + margin, high - margin, ON_CURVE)
-            targets = [self._share(float(step)) for step in asked]
-        cheapest = np.array([self.allocator.cheapest(target).total_cost for target in targets])
-        uniform = np.array([self.allocator.uniform(target).total_cost for target in targets])
-        return pd.DataFrame(
-            {
-                label: asked,
-                "cost cheapest [1]": cheapest,
-                "cost uniform [1]": uniform,
-                "ratio [1]": cheapest / uniform,
-            }
-        )
-
-    def _sigma(self, total: float) -> SigmaTarget:
-        return SigmaTarget(total, self.per_line, "σ of the mean level [dB]")
-
-    def _share(self, share: float) -> ShareTarget:
-        index: Any = self.model.robust.evaluate
-        return ShareTarget(np.asarray(self.limits), share, scale=1.0 / index.n_lines, unit="dB")
-
-
-def _with_draws(
-    model: Model, options: Options, purpose: str, n_samples: int | None = None
-) -> RobustResponse:
-    """Return the model with other draws, for choosing tolerances or for checking them."""
-    count = n_samples or options.scatter.samples
-    sample = sobol_sample(model.robust.n_draws, count, seed=options.seed, purpose=purpose)
-    return replace(model.robust, sample=sample)
-
-
 def _along_front(allocator: Allocator, designs: RealArray, scale: float) -> pd.DataFrame:
     """Tabulate what a little tolerance is worth today, by design of the front and direction."""
     count = len(designs)
@@ -527,69 +437,219 @@ def _along_front(allocator: Allocator, designs: RealArray, scale: float) -> pd.D
     return pd.concat(tables, ignore_index=True)
 
 
-def target_limits(
-    wanted: Sequence[str] | None, vehicles: Sequence[str], levels: RealArray
-) -> RealArray | None:
-    """Return the limit of each vehicle, shape (v,) [dB(A)], from its own level; None if none.
+def _searched(model: Model, options: Options, context: RunContext | None) -> Report:
+    """Search stiffnesses and tolerances together, verify and report."""
+    robust = model.robust
+    index: Any = robust.evaluate
+    assert model.made is not None
+    assert model.runs is not None
+    price = tolerance_cost(options.cost_table, robust.space.names)
+    priced = ToleranceResponse(robust, options.tightest, options.widest, price)
+    base = float(price.weight.sum())  # the response counts from today's, the page from nothing
+    tables = (*((options.cost_table,) if options.cost_table else ()), *model.made.inputs)
+    files = (*model.inputs, *tables)
+    search = options.search.front(priced, options.seed, context, files)
+    front = search.front
+    per_line = float(1.0 / (index.n_lines * len(index.response_names)))
+    costs = np.asarray(front.objectives[:, -1]) + base
+    rows = _cheapest_quiet(front, costs, per_line, options.mean_margin)
+    cost = costs[rows]
 
-    ``52.5`` is a limit for all, ``U06-1=52.5`` for one [dB(A)], ``+0.5`` above the own level [dB].
+    checked = replace(priced, robust=verification_response(robust, CHECKED, seed=options.seed))
+    chosen = checked(front.designs[rows])
+    same = checked(_uniform(priced, front.designs[rows], cost))
+    today = checked(priced.space.nominal[np.newaxis, :])
+    today_cost = float(priced.cost(robust.space.tolerance)) + base
+    affordable = np.flatnonzero(cost <= today_cost)
+    place = int(affordable[-1]) if affordable.size else 0
+    today_sigma = float(today.sigma_sum[0])
+    enough = np.flatnonzero(chosen.sigma_sum <= today_sigma)
 
-    - raises InputError: an unknown vehicle, one without a limit or with two, or no number.
-    """
-    if not wanted:
-        return None
-    limits: dict[str, float] = {}
-    for text in wanted:
-        name, has_name, number = text.rpartition("=")
-        try:
-            value = float(number)
-        except ValueError:
-            value = np.nan
-        if not np.isfinite(value) or (has_name and name not in vehicles):
-            raise InputError(
-                f"limit '{text}': write a level in dB(A), +dB above the design's own, or "
-                f"vehicle=level with one of {', '.join(vehicles)}"
-            )
-        for vehicle, level in zip(vehicles, levels, strict=True):
-            if has_name and vehicle != name:
-                continue
-            if vehicle in limits:
-                raise InputError(f"limit '{text}': {vehicle} has one already, give it one")
-            limits[vehicle] = value + float(level) * number.startswith("+")
-    missing = [vehicle for vehicle in vehicles if vehicle not in limits]
-    if missing:
-        raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
-    return np.array([limits[vehicle] for vehicle in vehicles])
+    def change(sigma: float, against: float) -> float:
+        return float(PERCENT * (sigma / against - 1.0))
 
-
-def cost_curves(
-    table: Path | None, points: Path | None, variables: Sequence[str]
-) -> tuple[CostCurves, tuple[Path, ...]]:
-    """Return the prices of tolerances, and the files they were read from.
-
-    - `table` or None: as for `deboom.study.made_parts.tolerance_cost`: a reciprocal law per
-      variable.
-    - `points` or None: table with the columns ``variable, tolerance, cost``, at least two rows for
-      each of some variables, whose law these points replace.
-    - `variables`: all that scatter.
-    - raises InputError: a table that cannot be read, an unknown variable, a price that rises with
-      the width.
-    """
-    curves: dict[str, CostCurve] = {
-        curve.name: curve
-        for curve in reciprocal_curves(variables, tolerance_cost(table, variables)).curves
+    at_today = change(chosen.sigma_sum[place], today_sigma)
+    allocated = change(chosen.sigma_sum[place], same.sigma_sum[place])
+    louder = float((chosen.mean_sum[place] - today.mean_sum[0]) * per_line)
+    report = Report(
+        "What tighter tolerances buy",
+        "Which directions of the mounts deserve tight tolerances, and what does less scatter "
+        f"of the noise in {', '.join(index.response_names)} cost?",
+    )
+    report.explain("booming noise", "SPLV", "stiffness factor", "tolerance", "σ", "Pareto front")
+    report.tile(f"{signed(at_today, 0)} %", "σ at today's cost")
+    report.tile(f"{signed(allocated, 0)} %", "σ against one tolerance everywhere")
+    report.tile(f"{signed(louder, 2)} dB", "mean level of that design")
+    report.warn(
+        "The price of a tolerance is an assumption: weight × reference / tolerance per "
+        f"direction, weights {_span(priced.cost.weight)}, references "
+        f"{_span(priced.cost.reference)}. Give your own with --cost-table.",
+        *motion_report(index, robust.space.nominal[np.newaxis]).warnings,
+    )
+    report.summary |= {
+        "sigma_change_percent_at_todays_cost": at_today,
+        "sigma_change_percent_by_allocation": allocated,
+        "mean_change_db_per_line_at_todays_cost": louder,
+        "sigma_change_percent_most_precise": change(chosen.sigma_sum[-1], today_sigma),
+        "cost_most_precise": float(cost[-1]),
+        "cost_for_todays_sigma": float(cost[enough[0]]) if enough.size else float("nan"),
+        "n_front": len(front),
+        "n_evaluated": search.n_evaluated,
+        "n_failed": search.n_failed,
+        "seconds_search": round(search.seconds, 3),
     }
-    known: dict[str, list[tuple[float, float]]] = {}
-    if points is not None:
-        for row in read_rows(points, ("variable", "tolerance", "cost"), {}):
-            name = row.filled("variable")
-            if name not in curves:
-                raise row.error(f"'{name}' is none of {list(variables)}")
-            known.setdefault(name, []).append((row.number("tolerance"), row.number("cost")))
-    for name, pairs in known.items():
-        try:
-            curves[name] = tabulated_curve(name, *np.array(pairs).T)
-        except InputError as error:
-            raise InputError(f"{points}: {error}") from None
-    files = tuple(path for path in (table, points) if path is not None)
-    return CostCurves(tuple(curves.values())), files
+    report.facts["kernel"] = index.kernel
+    report.inputs += [*model.inputs, *tables]
+
+    report.section(
+        "What scatter costs",
+        f"Of all designs within {options.mean_margin:g} dB of the quietest one, those with "
+        f"the least scatter for their cost; evaluated with {CHECKED} independent draws. "
+        "Beside them the same stiffnesses at the same cost, with one tolerance "
+        "everywhere.",
+    )
+    report.figure(
+        "cost_of_scatter",
+        lambda: plot.fronts(
+            {
+                "tolerances chosen": (cost, chosen.sigma_sum * per_line),
+                "one tolerance everywhere": (cost, same.sigma_sum * per_line),
+            },
+            {},
+            {"today's": (today_cost, today_sigma * per_line)},
+            mean_label="cost of the tolerances [1]",
+            sigma_label="σ of the mean level [dB]",
+        ),
+        "Scatter over cost.",
+    )
+    sigma = np.concatenate([today.sigma_sum, chosen.sigma_sum]) * per_line
+    budgets = pd.DataFrame(
+        {
+            "design": ["today's", *(f"point {row + 1}" for row in rows)],
+            "cost [1]": np.concatenate([[today_cost], cost]),
+            "mean level [dB(A)]": np.concatenate([today.mean_sum, chosen.mean_sum]) * per_line,
+            "sigma of the level [dB]": sigma,
+            "change of sigma [%]": PERCENT * (sigma / sigma[0] - 1.0),
+            "sigma, one tolerance everywhere [dB]": np.concatenate(
+                [sigma[:1], same.sigma_sum * per_line]
+            ),
+        }
+    )
+    report.table(
+        "budgets",
+        budgets,
+        "Today's design and designs of the chosen tolerances, per line.",
+        {
+            "mean level [dB(A)]": 2,
+            "sigma of the level [dB]": 3,
+            "cost [1]": 2,
+            "sigma, one tolerance everywhere [dB]": 3,
+        },
+        shown=budgets.iloc[_few(len(budgets))],
+    )
+
+    report.section(
+        "Where to be precise",
+        "A direction at the widest tolerance needs none; one that goes down first is what "
+        "scatter comes from.",
+    )
+    tolerances = PERCENT * priced.split(chosen.designs)[1]
+    report.figure(
+        "tolerances",
+        lambda: plot.curve_panels(
+            _panels(robust.space.names, cost, tolerances),
+            x_label="cost [1]",
+            y_label="tolerance ± [%]",
+            columns=2,
+            share_y=True,
+        ),
+        "Tolerance of each direction.",
+    )
+    places = {"cheapest": 0, "at today's cost": place, "most precise": len(rows) - 1}
+    listed = {f"{name} [%]": tolerances[at] for name, at in places.items()}
+    table = pd.DataFrame({"variable": list(robust.space.names), **listed})
+    report.table("tolerances", table, "Half widths, three standard deviations.")
+
+    report.section(
+        "The front",
+        f"NSGA-II over {priced.space.n_variables} variables and three objectives: "
+        f"{search.n_evaluated} designs were evaluated, {search.n_failed} failed, "
+        f"{len(front)} are on the front, {search.seconds:.1f} s.",
+    )
+    report.figure(
+        "front",
+        lambda: plot.map_panels(
+            [
+                plot.MapPanel(
+                    "every design of the front",
+                    costs,
+                    front.sigma_sum * per_line,
+                    front.mean_sum * per_line,
+                )
+            ],
+            x_label="cost of the tolerances [1]",
+            y_label="σ of the mean level [dB]",
+            value_label="mean level over vehicles and lines [dB(A)]",
+            columns=1,
+        ),
+        "Cost, scatter and mean level.",
+    )
+    point = np.arange(1, len(front) + 1)
+    objectives = {
+        "SPLV mean sum [dB(A)]": front.mean_sum,
+        "SPLV sigma sum [dB]": front.sigma_sum,
+        "cost [1]": costs,
+    }
+    report.table("front", pd.DataFrame({"point": point, **objectives}))
+    designs = dict(zip(priced.space.labels, front.designs.T, strict=True))
+    report.table("designs", pd.DataFrame({"point": point, **designs}))
+    model.made.append_to(report)
+    model.runs.append_to(report)
+    return report
+
+
+def _cheapest_quiet(
+    front: RobustValues, costs: RealArray, per_line: float, margin: float
+) -> list[int]:
+    """Return rows near the quietest, within the margin [dB], that scatter least for their cost."""
+    mean = front.mean_sum * per_line
+    quiet = np.flatnonzero(mean <= mean.min() + margin)
+    order = quiet[np.argsort(costs[quiet], kind="stable")]
+    sigma = front.sigma_sum[order]
+    best = np.concatenate([[True], sigma[1:] < np.minimum.accumulate(sigma)[:-1]])
+    return [int(row) for row in order[best]]
+
+
+def _uniform(priced: ToleranceResponse, designs: RealArray, costs: RealArray) -> RealArray:
+    """Return the same stiffnesses, each with one tolerance everywhere at the same cost."""
+    inner, tolerances = priced.split(designs.copy())
+    weight, reference = priced.cost.weight, priced.cost.reference
+    same = (weight * reference).sum() / costs
+    return np.hstack([inner, np.broadcast_to(same[:, np.newaxis], tolerances.shape)])
+
+
+def _panels(
+    variables: tuple[str, ...], cost: RealArray, tolerances: RealArray
+) -> list[plot.CurvePanel]:
+    """Return a panel per mount with the tolerances (n, k) of its directions over the cost [%]."""
+    few = _few(len(cost))
+    panels = []
+    for mount in dict.fromkeys(mount_of(name) for name in variables):
+        curves = {
+            name.removeprefix(f"{mount} "): tolerances[few, place]
+            for place, name in enumerate(variables)
+            if mount_of(name) == mount
+        }
+        panels.append(plot.CurvePanel(mount, cost[few], curves))
+    return panels
+
+
+def _few(count: int) -> list[int]:
+    """Return about `SHOWN` rows, evenly over all, first and last among them."""
+    return sorted({int(row) for row in np.linspace(0, count - 1, min(SHOWN, count))})
+
+
+def _span(values: RealArray) -> str:
+    """Write the range of some values."""
+    low, high = values.min(), values.max()
+    return f"{low:g}" if low == high else f"{low:g} to {high:g}"

@@ -1,8 +1,8 @@
 """Limits, loss factors and tolerances as variables.
 
 The front study within the shipped limits file, searches for the least scatter at a price against
-the closed form of a linear response, `studies/cost_of_tolerance.py` with its default budget, and
-what loss factors as variables cost in time.
+the closed form of a linear response, `tolerance_allocation --stiffness` with 200 generations of
+100, and what loss factors as variables cost in time.
 """
 
 import json
@@ -53,9 +53,12 @@ def _limits() -> list[Claim]:
     ]
 
 
+SEARCHED = {"stiffness": True, "generations": 200, "population": 100, "samples": 128}
+
+
 def _cost_study() -> list[Claim]:
     with tempfile.TemporaryDirectory() as folder:
-        run = run_study(load_study(STUDIES / "cost_of_tolerance.py"), Path(folder), {})
+        run = run_study(load_study(STUDIES / "tolerance_allocation.py"), Path(folder), SEARCHED)
         summary = json.loads((run / "summary.json").read_text())
     sigma = summary["sigma_change_percent_at_todays_cost"]
     allocated = summary["sigma_change_percent_by_allocation"]

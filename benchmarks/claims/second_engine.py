@@ -26,7 +26,12 @@ from claims import Claim
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.surface_forces import MountState
-from deboom.study.runner import load_study
+from deboom.study.second_engine import (
+    BY_KINEMATICS,
+    engine_numbers,
+    preload_numbers,
+    second_engines,
+)
 
 SEEDS = range(1, 7)
 SETS = ("M1", "M2", "M3", "M4", "M5")
@@ -50,9 +55,8 @@ def claims() -> list[Claim]:
 def _bench(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     with threadpool_limits(1):
         options = CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0)
-        study = load_study("second_engine").module
-        done = study.second_engines((seed,), SETS[seed % len(SETS)], options, lambda *_: None)
-        return study.direction_numbers(done), study.preload_numbers(done)
+        done = second_engines((seed,), SETS[seed % len(SETS)], options, lambda *_: None)
+        return engine_numbers(done), preload_numbers(done)
 
 
 def _along(numbers: pd.DataFrame, axis: str) -> pd.DataFrame:
@@ -139,9 +143,7 @@ def _preload(preload: pd.DataFrame) -> list[Claim]:
                 main < by_state[other.value],
             )
         )
-    by_kinematics = identified[
-        identified["preload"] == load_study("second_engine").module.BY_KINEMATICS
-    ]
+    by_kinematics = identified[identified["preload"] == BY_KINEMATICS]
     rows.append(
         Claim(
             "rms error of the force with the static force of the kinematic model, "

@@ -51,7 +51,6 @@ def identify(
             "drawing; the report says whether the test agrees.",
         ),
     ] = False,
-    figures: Annotated[bool, typer.Option(help="Draw figures; without, tables alone.")] = True,
 ) -> None:
     """Identify a mounted compressor from its roving-hammer test.
 
@@ -94,7 +93,6 @@ def identify(
                 beside,
                 progress,
                 from_hits=from_hits,
-                with_figures=figures,
             )
     typer.echo(run.as_posix())
 
@@ -167,7 +165,6 @@ def unbalance(
     out: Annotated[
         Path, typer.Option(help="Folder that gets unbalance/<run>/ with all results.")
     ] = Path("results"),
-    figures: Annotated[bool, typer.Option(help="Draw figures; without, tables alone.")] = True,
 ) -> None:
     """Find the unbalance of a running compressor, and judge it against limits.
 
@@ -232,7 +229,7 @@ def unbalance(
             identified=identified,
         )
         with progress_bar("unbalance") as progress:
-            run, decision = unbalance_into_run(folder, out, plan, progress, with_figures=figures)
+            run, decision = unbalance_into_run(folder, out, plan, progress)
     if decision:
         typer.echo(decision)
     typer.echo(run.as_posix())

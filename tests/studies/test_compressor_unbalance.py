@@ -95,7 +95,7 @@ def test_a_part_is_judged(part, tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
     limits = tmp_path / "limits.toml"
     limits.write_text(LIMITS, encoding="utf-8")
-    call = ["unbalance", part, "--limits", limits, "--out", tmp_path, "--no-figures"]
+    call = ["unbalance", part, "--limits", limits, "--out", tmp_path]
     call += ["--band", "18-150", "--sense", "positive"]
     done = CliRunner().invoke(app, [str(argument) for argument in call])
     assert done.exit_code == 0, done.output

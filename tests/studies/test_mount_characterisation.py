@@ -16,7 +16,7 @@ from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
-from deboom.report.report import Picture
+from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import (
     STEPS_PER_BENCH,
@@ -26,6 +26,7 @@ from deboom.study.mount_characterisation import (
 )
 from deboom.study.runner import load_study, run_study
 
+DRAWN = Report.figure
 STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
 RUNS = tuple(
     PlannedRun(gear, torque, full_load)
@@ -109,7 +110,7 @@ def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
 def test_every_figure_of_the_thesis_is_drawn_and_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))
-    monkeypatch.setattr(STUDY.module, "FIGURES", True)
+    monkeypatch.setattr(Report, "figure", DRAWN)
     done = STUDY.module.reported([bench], STUDY.module.Options())
     assert {
         *("map_magnitude", "map_phase", "map_amplitude", "static_x", "stiffness_TSM", "force_TSM"),

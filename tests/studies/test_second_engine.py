@@ -1,4 +1,4 @@
-"""The second engine's study at a tiny budget, through the same door as a user."""
+"""A second engine in the study of mounts at a tiny budget, through the same door as a user."""
 
 import json
 from dataclasses import replace
@@ -15,10 +15,11 @@ from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
 from deboom.mounts.surface_forces import MountState, main_axis, surface_over
+from deboom.study import second_engine
 from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
 
-STUDY = load_study(Path(__file__).parents[2] / "studies" / "second_engine.py")
+STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
 OPTIONS = CharacteriseOptions(folds=0)
 FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
 SECOND = replace(
@@ -59,20 +60,22 @@ def finished(second, library, tmp_path_factory):
 
 def test_forces_of_the_second_engine_are_predicted(finished):
     summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-    assert 0.0 < summary["rms_force_percent_TSM_x"] < 4.0
-    assert summary["r2_force_imag_TSM_x"] > 99.0
-    assert 0.0 < summary["truth_error_percent_TSM_x"] < 5.0
-    assert 60 < summary["inside_percent_TSM_x"] <= 100
-    assert 0 < summary["static_difference_n_TSM_x"] < 30
+    assert 0.0 < summary["second_rms_force_percent_TSM_x"] < 4.0
+    assert summary["second_r2_force_imag_TSM_x"] > 99.0
+    assert 0.0 < summary["second_truth_error_percent_TSM_x"] < 5.0
+    assert 60 < summary["second_inside_percent_TSM_x"] <= 100
+    assert 0 < summary["second_static_difference_n_TSM_x"] < 30
 
 
 def test_stiffness_across_follows_the_force_along_the_main_axis(finished, library):
-    preload = pd.read_csv(finished / "preload.csv").set_index("direction")
+    preload = pd.read_csv(finished / "second_preload.csv").set_index("direction")
     main, own, _, kinematic = preload.loc["TSM z"]
     assert main < own / 2
     assert kinematic < own / 2
     strut = next(
-        one for one in STUDY.module.mounts_of_library(str(library), "M1") if one.mount.name == "TSM"
+        one
+        for one in second_engine.mounts_of_library(str(library), "M1")
+        if one.mount.name == "TSM"
     )
     assert main_axis(strut) == "x"
     units = [surface_over(strut, "z", state).preload_unit for state in MountState]
@@ -81,8 +84,16 @@ def test_stiffness_across_follows_the_force_along_the_main_axis(finished, librar
 
 def test_every_table_and_figure_is_there_and_every_file_is_named(finished, second, library):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
-    pictures = {f"figures/{stem}.png" for stem in ("force_TSM", "force_Du", "preload_x")}
-    assert {"forces.csv", "preload.csv", "directions.csv", "report.html"} | pictures <= names
+    pictures = {
+        f"figures/{stem}.png"
+        for stem in ("second_force_TSM", "second_force_Du", "second_preload_x")
+    }
+    assert {
+        "second_forces.csv",
+        "second_preload.csv",
+        "second_directions.csv",
+        "report.html",
+    } | pictures <= names
     record = json.loads((finished / "run.json").read_text(encoding="utf-8"))
     read = list(record["inputs_sha256"])
     assert any(name.endswith("mounts.db") for name in read)
@@ -92,22 +103,22 @@ def test_every_table_and_figure_is_there_and_every_file_is_named(finished, secon
 def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     plans = (replace(FIRST, runs=FIRST.runs[::5]), replace(SECOND, runs=SECOND.runs[:1]))
     said = []
-    (done,) = STUDY.module.second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
+    (done,) = second_engine.second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
     assert (done.title, done.campaign.name) == ("bench 2", "virtual_bench_502")
     assert done.campaign.order == 2.0
     assert not any(path.exists() for path in done.input_files)
-    steps = STUDY.module.STEPS_PER_BENCH
+    steps = second_engine.STEPS_PER_ENGINE
     assert said[-1][:2] == (steps, steps)
     with pytest.raises(InputError, match="no bench to measure on"):
-        STUDY.module.second_engines((), "M1", OPTIONS, lambda *_: None)
+        second_engine.second_engines((), "M1", OPTIONS, lambda *_: None)
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"second": None}, "with --second"),
+        ({"second": None}, "name another engine with --second"),
         ({"library": None}, "give one of both"),
-        ({"benches": 2}, "leave out --second"),
+        ({"benches": 2}, "leave them out, or"),
         ({"mount_set": "M7"}, "no mount fits"),
     ],
 )

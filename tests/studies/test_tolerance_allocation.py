@@ -9,6 +9,7 @@ import pytest
 
 from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.study.made_parts import cost_curves, target_limits
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -106,19 +107,18 @@ def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
 def test_bad_targets_are_refused(given, words):
     def limits():
         options = STUDY.module.Options(**given)
-        return STUDY.module.target_limits(options.limit, ("a", "b"), np.zeros(2))
+        return target_limits(options.limit, ("a", "b"), np.zeros(2))
 
     with pytest.raises(InputError, match=words):
         limits()
 
 
 def test_limits_may_be_relative_to_the_design():
-    limits = STUDY.module.target_limits(["a=52", "b=+0.5"], ("a", "b"), np.array([50.0, 48.0]))
+    limits = target_limits(["a=52", "b=+0.5"], ("a", "b"), np.array([50.0, 48.0]))
     assert limits.tolist() == [52.0, 48.5]
 
 
 def test_prices_are_read_from_points(tmp_path):
-    cost_curves = STUDY.module.cost_curves
     path = tmp_path / "points.csv"
     path.write_text("variable,tolerance,cost\nEnM x,0.2,1\nEnM x,0.1,3\n")
     curves, files = cost_curves(None, path, NAMES)

@@ -45,7 +45,6 @@ def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):
         "--held-out",
         0,
         "--no-thesis",
-        "--no-figures",
     )
     assert done.exit_code == 0, done.output
     folder = Path(done.output.splitlines()[-1])

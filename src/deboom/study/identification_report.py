@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -72,14 +73,11 @@ SEED = 1
 """Identification draws nothing; a run folder states a seed all the same."""
 
 
-def identification_report(
-    tests: Sequence[IdentifiedTest], inputs: Sequence[Path] = (), *, figures: bool = True
-) -> Report:
+def identification_report(tests: Sequence[IdentifiedTest], inputs: Sequence[Path] = ()) -> Report:
     """Report identified compressors: the first in detail, errors of all.
 
     - `tests`: at least one.
     - `inputs`: files that were read.
-    - `figures`: whether to draw.
     """
     first = tests[0]
     found, model = first.found, first.found.calibrated.model
@@ -126,10 +124,10 @@ def identification_report(
     report.document(MODEL_FILE, compressor_document(first.kept))
 
     _asked(report, tests)
-    _sound(report, first, condition, figures)
-    _identified(report, first, figures)
-    _compared(report, first, figures)
-    _limits(report, first, figures)
+    _sound(report, first, condition)
+    _identified(report, first)
+    _compared(report, first)
+    _limits(report, first)
     if first.identical is not None:
         _identical(report, first.identical)
     _placement(report, first)
@@ -166,7 +164,7 @@ def _asked(report: Report, tests: Sequence[IdentifiedTest]) -> None:
         )
 
 
-def _sound(report: Report, test: IdentifiedTest, condition: float, figures: bool) -> None:
+def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
     """Say whether the test is sound."""
     found, lines, length = test.found, test.found.inertance.frequency, test.found.length
     report.section(
@@ -180,44 +178,43 @@ def _sound(report: Report, test: IdentifiedTest, condition: float, figures: bool
         "measurement or of its inversion. Near a rigid-body mode the scaled number is larger: "
         "there the response is one shape, and noise in the others grows.",
     )
-    if figures:
-        sheet = found.inertance.values
-        report.figure(
-            "figure_53_inertance",
-            plot.curve_matrix(
-                MOTIONS,
-                lines,
-                {SHEET: np.abs(sheet), MODEL: np.abs(found.calibrated.model.inertance(lines))},
-                units=INERTANCE_UNITS,
-                what="|inertance|",
-                dashed=(MODEL,),
-                fitted=test.options.bands,
-                logarithmic=True,
-            ),
-            "Inertance at the virtual point (thesis, figure 53): response in rows, "
-            "excitation in columns. Where the dashed curve leaves the measured one far below the "
-            "diagonal entries, the misplacement of sensors and impacts leaks from the large "
-            "entries into the small ones; noise is the ragged part.",
-        )
-        units = {
-            "lengths in mm": 1e-3,
-            "lengths in m (SI)": 1.0,
-            f"lengths in {1e3 * length:.0f} mm, the radius of gyration": length,
-        }
-        panel = plot.CurvePanel(
-            "Condition number of the inertance at the virtual point",
+    sheet = found.inertance.values
+    report.figure(
+        "figure_53_inertance",
+        lambda: plot.curve_matrix(
+            MOTIONS,
             lines,
-            {name: condition_numbers(sheet, unit) for name, unit in units.items()},
-            y_label="condition number [1]",
-            levels={"450, the thesis": THESIS_CONDITION},
+            {SHEET: np.abs(sheet), MODEL: np.abs(found.calibrated.model.inertance(lines))},
+            units=INERTANCE_UNITS,
+            what="|inertance|",
+            dashed=(MODEL,),
+            fitted=test.options.bands,
             logarithmic=True,
-        )
-        report.figure(
-            "figure_56_condition",
-            plot.curve_panels([panel], columns=1, log_frequency=True),
-            "Condition number over frequency (thesis, figure 56) of one measured "
-            "matrix, with lengths in three units.",
-        )
+        ),
+        "Inertance at the virtual point (thesis, figure 53): response in rows, "
+        "excitation in columns. Where the dashed curve leaves the measured one far below the "
+        "diagonal entries, the misplacement of sensors and impacts leaks from the large "
+        "entries into the small ones; noise is the ragged part.",
+    )
+    units = {
+        "lengths in mm": 1e-3,
+        "lengths in m (SI)": 1.0,
+        f"lengths in {1e3 * length:.0f} mm, the radius of gyration": length,
+    }
+    panel = plot.CurvePanel(
+        "Condition number of the inertance at the virtual point",
+        lines,
+        {name: condition_numbers(sheet, unit) for name, unit in units.items()},
+        y_label="condition number [1]",
+        levels={"450, the thesis": THESIS_CONDITION},
+        logarithmic=True,
+    )
+    report.figure(
+        "figure_56_condition",
+        lambda: plot.curve_panels([panel], columns=1, log_frequency=True),
+        "Condition number over frequency (thesis, figure 56) of one measured "
+        "matrix, with lengths in three units.",
+    )
     checks = pd.DataFrame(quality_table(found.quality))
     report.table(
         "quality",
@@ -229,7 +226,7 @@ def _sound(report: Report, test: IdentifiedTest, condition: float, figures: bool
     )
 
 
-def _identified(report: Report, test: IdentifiedTest, figures: bool) -> None:
+def _identified(report: Report, test: IdentifiedTest) -> None:
     """Show the identified numbers, the gain and the modes."""
     found = test.found
     truth = " The truth of the virtual compressor is for comparison only." if test.truth else ""
@@ -240,15 +237,14 @@ def _identified(report: Report, test: IdentifiedTest, figures: bool) -> None:
         f"construction. K is the stiffness at the virtual point at {REFERENCE_FREQUENCY:g} Hz, "
         f"where the real part of the gain is 1.{truth}",
     )
-    if figures:
-        report.figure(
-            "figure_54_gain",
-            _gain_figure(test),
-            "Gain factor of the rubber (thesis, figure 54), its real part 1 at 20 Hz, "
-            "since the scale of the gain and that of the stiffness are one number. The last curve "
-            "is the loss that causality ties to the rise of the real part; a rubber several times "
-            "off would not be plausible.",
-        )
+    report.figure(
+        "figure_54_gain",
+        lambda: _gain_figure(test),
+        "Gain factor of the rubber (thesis, figure 54), its real part 1 at 20 Hz, "
+        "since the scale of the gain and that of the stiffness are one number. The last curve "
+        "is the loss that causality ties to the rise of the real part; a rubber several times "
+        "off would not be plausible.",
+    )
     identified = quantities(found.calibrated.model)
     numbers: dict[str, object] = {
         "parameter": identified.names,
@@ -313,7 +309,7 @@ def _gain_figure(test: IdentifiedTest) -> Figure:
     )
 
 
-def _compared(report: Report, test: IdentifiedTest, figures: bool) -> None:
+def _compared(report: Report, test: IdentifiedTest) -> None:
     """Compare measured with identified FRFs, and what was held out with its prediction."""
     report.section(
         "Measured against identified",
@@ -321,8 +317,7 @@ def _compared(report: Report, test: IdentifiedTest, figures: bool) -> None:
         "or the model is wrong. Of a held-out impact, its own misplacement is estimated before it "
         "is judged; everything else comes from a fit that has not seen it.",
     )
-    if figures:
-        _comparison_figures(report, test)
+    _comparison_figures(report, test)
     checks = test.found.held_out
     table = {
         "held out": [check.what for check in checks],
@@ -362,7 +357,7 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
             maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
     report.figure(
         "figure_55_correlation",
-        plot.heat_maps(maps),
+        lambda: plot.heat_maps(maps),
         "Likeness of measured (places of the sheet) and identified (thesis, "
         "figure 55), numbers rounded down. Modes by their shapes at the accelerometers, in "
         "10–30 Hz. From 100 Hz on there are no modes: there the FRFs themselves are compared, "
@@ -398,7 +393,14 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
         ]
         report.figure(
             stem,
-            plot.curve_panels(panels, columns=3, dashed=(MODEL,), fitted=bands, log_frequency=True),
+            partial(
+                plot.curve_panels,
+                panels,
+                columns=3,
+                dashed=(MODEL,),
+                fitted=bands,
+                log_frequency=True,
+            ),
             caption,
         )
     for number, (what, (values, units)) in zip((66, 67), both.items(), strict=True):
@@ -406,7 +408,8 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
         curves |= {f"{n}, {MODEL}": part(values[MODEL]) for n, part in parts.items()}
         report.figure(
             f"figure_{number}_{what.replace(' ', '_')}",
-            plot.curve_matrix(
+            partial(
+                plot.curve_matrix,
                 MOTIONS,
                 lines,
                 curves,
@@ -423,7 +426,7 @@ def _short(what: str) -> str:
     return what.replace("apparent", "app.")
 
 
-def _limits(report: Report, test: IdentifiedTest, figures: bool) -> None:
+def _limits(report: Report, test: IdentifiedTest) -> None:
     """Say which parameters are seen, which are not, and which come from what was known before."""
     found, thesis = test.found, test.thesis
     dominated = found.known.prior_dominated
@@ -456,20 +459,19 @@ def _limits(report: Report, test: IdentifiedTest, figures: bool) -> None:
             "virtual point and the gain instead; or, where all mounts are one round part, enforce "
             "that (--identical-mounts)."
         )
-        if figures:
-            report.figure(
-                "knowledge",
-                plot.ratio_bars(
-                    thesis.known.names,
-                    thesis.known.ratio,
-                    limit=PRIOR_DOMINATED,
-                    x_label="deviation after over before the test [1]",
-                    below="the test says most of it",
-                    above="prior-dominated: the drawing says most of it",
-                ),
-                "How much of what was not known before the test is not known after it. A bar to "
-                "the right end: the test has said nothing.",
-            )
+        report.figure(
+            "knowledge",
+            lambda: plot.ratio_bars(
+                thesis.known.names,
+                thesis.known.ratio,
+                limit=PRIOR_DOMINATED,
+                x_label="deviation after over before the test [1]",
+                below="the test says most of it",
+                above="prior-dominated: the drawing says most of it",
+            ),
+            "How much of what was not known before the test is not known after it. A bar to "
+            "the right end: the test has said nothing.",
+        )
         _thesis_tables(report, test, thesis)
     pairs = found.known.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
@@ -643,7 +645,6 @@ def identify_into_run(
     progress: Progress,
     *,
     from_hits: bool = False,
-    with_figures: bool = True,
 ) -> Path:
     """Identify the compressor of a hammer test and write a run folder.
 
@@ -671,7 +672,6 @@ def identify_into_run(
             "thesis": beside.thesis,
             "reference": beside.reference,
             "identical-mounts": beside.identical_mounts,
-            "figures": with_figures,
         },
     }
 
@@ -679,7 +679,7 @@ def identify_into_run(
         step = counted(progress, STEPS + 2, 1)
         identified = identified_test(test, truth, options, beside, step, folder)
         progress(STEPS + 1, STEPS + 2, "tables and figures")
-        return identification_report([identified], identified.input_files, figures=with_figures)
+        return identification_report([identified], identified.input_files)
 
     run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 2, STEPS + 2, "done")

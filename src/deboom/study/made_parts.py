@@ -1,21 +1,39 @@
-"""Parts as a study's file describes them: tolerances, measured or stated, and what parts share."""
+"""Parts as made: their tolerances, measured or stated, what they share, and what they cost."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
 from typer import Option
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
-from deboom.explore.scatter import PartNumber, ToleranceSampler, ToleranceStructure, part_structure
+from deboom.explore.scatter import (
+    PartNumber,
+    ToleranceSampler,
+    ToleranceStructure,
+    part_structure,
+    sobol_sample,
+)
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, Evaluate
-from deboom.explore.tolerance_allocation import ToleranceCost
+from deboom.explore.tolerance_allocation import (
+    Allocation,
+    Allocator,
+    CostCurve,
+    CostCurves,
+    ShareTarget,
+    SigmaTarget,
+    Target,
+    ToleranceCost,
+    reciprocal_curves,
+    tabulated_curve,
+)
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
 from deboom.files.tables import read_rows
@@ -28,6 +46,12 @@ from deboom.study.options import Aim, factor_space, robust_response
 PERCENT = 100.0
 REFERENCE = 0.15
 """Tolerance whose price is 1 per direction unless a table says otherwise [1]."""
+ROUNDS = 5
+"""How often a share that new draws do not confirm is asked for again, a little higher or lower."""
+CLOSE = 0.002
+"""How much more than the wanted share is not worth another round [1]."""
+ONE_SIDED_95 = 1.644854
+"""Lower 95 % bound in standard errors [1]."""
 NOTHING_SHARED = (
     "Every direction of every mount scatters on its own, left and right piece of a mount as one."
 )
@@ -251,3 +275,192 @@ def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost
         raise InputError(f"{path}: there is no row for {missing}: give every variable one")
     weight, reference = np.array([rows[name] for name in variables]).T
     return ToleranceCost(weight, reference)
+
+
+def target_limits(
+    wanted: Sequence[str] | None, vehicles: Sequence[str], levels: RealArray
+) -> RealArray | None:
+    """Return the limit of each vehicle, shape (v,) [dB(A)], from its own level; None if none.
+
+    ``52.5`` is a limit for all, ``U06-1=52.5`` for one [dB(A)], ``+0.5`` above the own level [dB].
+
+    - raises InputError: an unknown vehicle, one without a limit or with two, or no number.
+    """
+    if not wanted:
+        return None
+    limits: dict[str, float] = {}
+    for text in wanted:
+        name, has_name, number = text.rpartition("=")
+        try:
+            value = float(number)
+        except ValueError:
+            value = np.nan
+        if not np.isfinite(value) or (has_name and name not in vehicles):
+            raise InputError(
+                f"limit '{text}': write a level in dB(A), +dB above the design's own, or "
+                f"vehicle=level with one of {', '.join(vehicles)}"
+            )
+        for vehicle, level in zip(vehicles, levels, strict=True):
+            if has_name and vehicle != name:
+                continue
+            if vehicle in limits:
+                raise InputError(f"limit '{text}': {vehicle} has one already, give it one")
+            limits[vehicle] = value + float(level) * number.startswith("+")
+    missing = [vehicle for vehicle in vehicles if vehicle not in limits]
+    if missing:
+        raise InputError(f"there is no limit of {', '.join(missing)}: give every vehicle one")
+    return np.array([limits[vehicle] for vehicle in vehicles])
+
+
+def cost_curves(
+    table: Path | None, points: Path | None, variables: Sequence[str]
+) -> tuple[CostCurves, tuple[Path, ...]]:
+    """Return the prices of tolerances, and the files they were read from.
+
+    - `table` or None: as for `tolerance_cost`: a reciprocal law per
+      variable.
+    - `points` or None: table with the columns ``variable, tolerance, cost``, at least two rows for
+      each of some variables, whose law these points replace.
+    - `variables`: all that scatter.
+    - raises InputError: a table that cannot be read, an unknown variable, a price that rises with
+      the width.
+    """
+    curves: dict[str, CostCurve] = {
+        curve.name: curve
+        for curve in reciprocal_curves(variables, tolerance_cost(table, variables)).curves
+    }
+    known: dict[str, list[tuple[float, float]]] = {}
+    if points is not None:
+        for row in read_rows(points, ("variable", "tolerance", "cost"), {}):
+            name = row.filled("variable")
+            if name not in curves:
+                raise row.error(f"'{name}' is none of {list(variables)}")
+            known.setdefault(name, []).append((row.number("tolerance"), row.number("cost")))
+    for name, pairs in known.items():
+        try:
+            curves[name] = tabulated_curve(name, *np.array(pairs).T)
+        except InputError as error:
+            raise InputError(f"{points}: {error}") from None
+    files = tuple(path for path in (table, points) if path is not None)
+    return CostCurves(tuple(curves.values())), files
+
+
+@dataclass(frozen=True, eq=False)
+class Verified:
+    """σ of the mean level [dB], share within the limits and its lower 95 % bound, nan without."""
+
+    sigma: float
+    share: float
+    share_lower: float
+
+
+@dataclass(frozen=True, eq=False)
+class ToleranceTask:
+    """One design whose tolerances shall reach a σ, or a share within limits (v,) of SPLV.
+
+    `sigma`: of the mean level [dB], today's by default; `share`: of parts × vehicles within the
+    limits [1]; `draws`: with which tolerances are verified; `seed`: from 1.
+    """
+
+    robust: RobustResponse
+    allocator: Allocator
+    limits: RealArray | None
+    sigma: float | None
+    share: float
+    draws: int
+    seed: int
+
+    @property
+    def per_line(self) -> float:
+        """Factor from a sum over vehicles and lines to the mean over both [1]."""
+        index: Any = self.robust.evaluate
+        return float(1.0 / (index.n_lines * len(index.response_names)))
+
+    def reached(self, find: Callable[[Target], Allocation]) -> tuple[Target, Allocation]:
+        """Return a target and what is found for it.
+
+        A share is asked for a little higher, or lower, until new draws show the wanted share with
+        95 % confidence and hardly more: what is chosen by few draws suits these draws best.
+        """
+        if self.limits is None:
+            wanted = self.sigma
+            today = self.allocator.at(self.allocator.today).sigma_sum
+            target = self._sigma(today if wanted is None else wanted / self.per_line)
+            return target, find(target)
+        tried: list[tuple[float, ShareTarget, Allocation]] = []
+        share = self._share(self.share)
+        for _ in range(ROUNDS):
+            try:
+                found = find(share)
+            except InputError:
+                if not tried:
+                    raise
+                break
+            lower = self.verified(found.tolerance, "allocation check").share_lower
+            over = lower - self.share
+            tried.append((over, share, found))
+            if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
+                break
+            share = replace(share, share=share.share - over + 0.5 * CLOSE)
+        confirmed = [row for row in tried if row[0] >= 0.0]
+        if confirmed:
+            return min(confirmed, key=lambda row: row[2].total_cost)[1:]
+        return max(tried, key=lambda row: row[0])[1:]
+
+    def verified(self, tolerance: RealArray, purpose: str) -> Verified:
+        """Evaluate tolerances, shape (k,), with draws that nothing was chosen by."""
+        robust = with_draws(self.robust, purpose, self.draws, self.seed)
+        effect = self.allocator.effect.with_draws(robust)
+        whole = effect.today.copy()
+        whole[[effect.names.index(name) for name in self.allocator.names]] = tolerance
+        values = effect.values(whole)
+        sigma = float(values.std(axis=0, ddof=1).sum() * self.per_line)
+        if self.limits is None:
+            return Verified(sigma, np.nan, np.nan)
+        good = (values <= self.limits).mean(axis=1)
+        error = float(good.std(ddof=1) / np.sqrt(self.draws))
+        share = float(good.mean())
+        return Verified(sigma, share, share - ONE_SIDED_95 * error)
+
+    def cost_of_targets(self, n: int) -> pd.DataFrame:
+        """Tabulate the cost of n targets between the tightest and the widest tolerances."""
+        bounds = (self.allocator.lower, self.allocator.upper)
+        tightest, widest = (self.allocator.at(np.asarray(bound)) for bound in bounds)
+        targets: Sequence[SigmaTarget | ShareTarget]
+        if self.limits is None:
+            label = "sigma of the level [dB]"
+            steps = np.linspace(1.02 * tightest.sigma_sum, 0.98 * widest.sigma_sum, n)
+            targets = [self._sigma(float(step)) for step in steps]
+            asked = steps * self.per_line
+        else:
+            label = "share within limits [1]"
+            low, high = (
+                float(found.scattered.soft_share(self.limits)[0].mean())
+                for found in (widest, tightest)
+            )
+            margin = 0.02 * np.ptp([low, high])
+            asked = np.linspace(low + margin, high - margin, n)
+            targets = [self._share(float(step)) for step in asked]
+        cheapest = np.array([self.allocator.cheapest(target).total_cost for target in targets])
+        uniform = np.array([self.allocator.uniform(target).total_cost for target in targets])
+        return pd.DataFrame(
+            {
+                label: asked,
+                "cost cheapest [1]": cheapest,
+                "cost uniform [1]": uniform,
+                "ratio [1]": cheapest / uniform,
+            }
+        )
+
+    def _sigma(self, total: float) -> SigmaTarget:
+        return SigmaTarget(total, self.per_line, "σ of the mean level [dB]")
+
+    def _share(self, share: float) -> ShareTarget:
+        index: Any = self.robust.evaluate
+        return ShareTarget(np.asarray(self.limits), share, scale=1.0 / index.n_lines, unit="dB")
+
+
+def with_draws(robust: RobustResponse, purpose: str, n_samples: int, seed: int) -> RobustResponse:
+    """Return a model with other draws, for choosing tolerances or for checking them."""
+    sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=purpose)
+    return replace(robust, sample=sample)

@@ -13,7 +13,6 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.spatial import cKDTree
-from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign_plan import (
@@ -133,7 +132,7 @@ STEPS_PER_BENCH = 2 + len(STEPS)
 
 
 @dataclass(frozen=True)
-class MeasuredSo:
+class VirtualMeasurement:
     """What virtual benches measure beside the training runs, and how well.
 
     - `low_gears`: full load in gears 3 and 4 as well.
@@ -148,7 +147,7 @@ class MeasuredSo:
     third_cell: bool = False
 
 
-TRAINING = MeasuredSo()
+TRAINING = VirtualMeasurement()
 
 
 @dataclass(frozen=True, eq=False)
@@ -249,8 +248,7 @@ def characterise_folder(
         progress(2 + done, f"{title}: {text}")
 
     begin = time.perf_counter()
-    with threadpool_limits(1):  # its matrices are too small to share
-        result = characterise(campaign, mount_set, options, step)
+    result = characterise(campaign, mount_set, options, step)
     seconds = time.perf_counter() - begin
     return CharacterisedBench(title, result, read_set_truth(folder, mount_set), seconds)
 
@@ -274,7 +272,7 @@ def characterise_benches(
     mount_set: str,
     options: CharacteriseOptions,
     progress: Progress,
-    measured: MeasuredSo = TRAINING,
+    measured: VirtualMeasurement = TRAINING,
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
 

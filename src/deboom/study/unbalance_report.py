@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -52,14 +53,12 @@ def unbalance_report(
     inputs: Sequence[Path] = (),
     *,
     command: str = "",
-    figures: bool = True,
 ) -> Report:
     """Report one running compressor.
 
     - `inputs`: files that stay; a test that was measured for the study leaves none.
     - `command`: among the conditions of the supplier's sheet, which is written where there are
       limits.
-    - `figures`: whether to draw.
     """
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
     sources, state = chosen.sources, evaluation.state
@@ -114,11 +113,11 @@ def unbalance_report(
     _asked(report, measured)
     if measured.limits is not None:
         append_verdicts(report, measured, command)
-    _motion(report, evaluation, figures)
-    _unbalance(report, measured, figures)
-    _routes(report, measured, figures)
+    _motion(report, evaluation)
+    _unbalance(report, measured)
+    _routes(report, measured)
     if measured.with_hoses is not None:
-        _hoses(report, measured, measured.with_hoses, figures)
+        _hoses(report, measured, measured.with_hoses)
     return report
 
 
@@ -141,7 +140,7 @@ def _asked(report: Report, measured: MeasuredUnbalance) -> None:
     )
 
 
-def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
+def _motion(report: Report, evaluation: Unbalance) -> None:
     """Show the acceleration of the virtual point, and what no rigid body explains of it."""
     report.section(
         "How it moves",
@@ -159,8 +158,6 @@ def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
         table["consistency, calibrated [1]"] = motion.consistency_calibrated.overall
         tables.append(pd.DataFrame(table))
     report.table("motion", pd.concat(tables))
-    if not figures:
-        return
     first = evaluation.motions[0]
     lines, values = first.calibrated.frequency, np.abs(first.calibrated.values).T
     consistencies = {
@@ -176,7 +173,7 @@ def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
     title = "Share of the channels that no rigid body explains"
     report.figure(
         "figure_52_motion",
-        plot.curve_panels(
+        lambda: plot.curve_panels(
             [
                 CurvePanel(
                     "Acceleration of the virtual point",
@@ -199,7 +196,7 @@ def _motion(report: Report, evaluation: Unbalance, figures: bool) -> None:
     )
 
 
-def _unbalance(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
+def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
     """Show unbalance and internal forces by the chosen route."""
     chosen = measured.evaluation.chosen
     truth = " The truth of the virtual compressor is for comparison only." if measured.truth else ""
@@ -208,49 +205,50 @@ def _unbalance(report: Report, measured: MeasuredUnbalance, figures: bool) -> No
         f"By route {chosen.route.letter}, {chosen.route.title}. "
         f"{measured.evaluation.agreement}{truth}",
     )
-    if figures:
-        limits = measured.limits
-        for stem, name, bounds, caption in (
-            (
-                "figure_61a_static",
-                STATIC,
-                limits.static_unbalance if limits else None,
-                "Static unbalance over speed (thesis, figure 61a), from the load in y "
-                "and in z. A rotor makes both curves one horizontal line; a gas force that turns "
-                "with it bends both alike at low speed. Shades: confidence bands. Hatched: not to "
-                "be trusted, for the reason given.",
-            ),
-            (
-                "figure_61b_dynamic",
-                DYNAMIC,
-                limits.dynamic_unbalance if limits else None,
-                "Dynamic unbalance about the virtual point (thesis, figure 61b), from "
-                "the moments about z (y) and about y (z).",
-            ),
-        ):
-            panels = [
-                unbalance_panel(
-                    sweep,
-                    name,
-                    measured.truth,
-                    title=_panel_title(name, sweep.sweep),
-                    note=f"route {chosen.route.letter}",
-                    limit=bounds.high if bounds is not None else None,
-                )
-                for sweep in chosen.sweeps
-            ]
-            report.figure(
-                stem,
-                plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
-                caption,
+    limits = measured.limits
+    for stem, name, bounds, caption in (
+        (
+            "figure_61a_static",
+            STATIC,
+            limits.static_unbalance if limits else None,
+            "Static unbalance over speed (thesis, figure 61a), from the load in y "
+            "and in z. A rotor makes both curves one horizontal line; a gas force that turns "
+            "with it bends both alike at low speed. Shades: confidence bands. Hatched: not to "
+            "be trusted, for the reason given.",
+        ),
+        (
+            "figure_61b_dynamic",
+            DYNAMIC,
+            limits.dynamic_unbalance if limits else None,
+            "Dynamic unbalance about the virtual point (thesis, figure 61b), from "
+            "the moments about z (y) and about y (z).",
+        ),
+    ):
+        panels = [
+            unbalance_panel(
+                sweep,
+                name,
+                measured.truth,
+                title=_panel_title(name, sweep.sweep),
+                note=f"route {chosen.route.letter}",
+                limit=bounds.high if bounds is not None else None,
             )
+            for sweep in chosen.sweeps
+        ]
         report.figure(
-            "figure_61c_forces",
-            _force_figure(chosen),
-            "Forces and moments inside (thesis, figure 61c). Unbalance grows with "
-            "the square of the speed; the gas along and about x does not. Shades: confidence "
-            "bands.",
+            stem,
+            partial(
+                plot.curve_panels, panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR
+            ),
+            caption,
         )
+    report.figure(
+        "figure_61c_forces",
+        lambda: _force_figure(chosen),
+        "Forces and moments inside (thesis, figure 61c). Unbalance grows with "
+        "the square of the speed; the gas along and about x does not. Shades: confidence "
+        "bands.",
+    )
     sources = _source_table(measured)
     report.table(
         "sources",
@@ -284,7 +282,7 @@ def _unbalance(report: Report, measured: MeasuredUnbalance, figures: bool) -> No
     report.table("forces", pd.concat([_force_table(sweep) for sweep in chosen.sweeps]))
 
 
-def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
+def _routes(report: Report, measured: MeasuredUnbalance) -> None:
     """Compare the routes, and show the state of the mounts."""
     evaluation, state = measured.evaluation, measured.evaluation.state
     report.section(
@@ -293,47 +291,46 @@ def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
         "in another state than they were struck in (amplitude, temperature), not from conditioning "
         "of the inversion: where the mounts are as struck, all routes agree there.",
     )
-    if figures:
-        panels = []
-        sweep = evaluation.chosen.sweeps[0]
-        for name, (label, unit) in _SIZES.items():
-            curves = {
-                f"{result.route.letter}: {result.route.title}": unit
-                * np.abs(_curve(result.sweeps[0], name).mean)
-                for result in evaluation.routes
-            }
-            curves |= _true_curve(measured.truth, sweep, name)
-            title = _panel_title(name, sweep.sweep)
-            panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label))
-        report.figure(
-            "routes",
-            plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
-            "The routes side by side, first sweep. a: measured apparent mass times acceleration "
-            "(thesis). b: model fitted at the virtual point. c: self-calibrated model. d: "
-            "measured, with self-calibrated sensors and impacts. e: as c, mounts brought up to "
-            "date by the sweep itself.",
-        )
-        panels = []
-        change, half = "in operation over struck, minus 1", 200 * state.curve_deviation
-        for title, part in (("Real part", np.real), ("Imaginary part", np.imag)):
-            value = 100 * part(state.curve)
-            panels.append(
-                CurvePanel(
-                    title,
-                    state.frequency,
-                    {change: value},
-                    y_label="change of stiffness [%]",
-                    ranges={change: (value - half, value + half)},
-                    levels={"as struck": 0.0},
-                )
+    panels = []
+    sweep = evaluation.chosen.sweeps[0]
+    for name, (label, unit) in _SIZES.items():
+        curves = {
+            f"{result.route.letter}: {result.route.title}": unit
+            * np.abs(_curve(result.sweeps[0], name).mean)
+            for result in evaluation.routes
+        }
+        curves |= _true_curve(measured.truth, sweep, name)
+        title = _panel_title(name, sweep.sweep)
+        panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label))
+    report.figure(
+        "routes",
+        lambda: plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
+        "The routes side by side, first sweep. a: measured apparent mass times acceleration "
+        "(thesis). b: model fitted at the virtual point. c: self-calibrated model. d: "
+        "measured, with self-calibrated sensors and impacts. e: as c, mounts brought up to "
+        "date by the sweep itself.",
+    )
+    panels = []
+    change, half = "in operation over struck, minus 1", 200 * state.curve_deviation
+    for title, part in (("Real part", np.real), ("Imaginary part", np.imag)):
+        value = 100 * part(state.curve)
+        panels.append(
+            CurvePanel(
+                title,
+                state.frequency,
+                {change: value},
+                y_label="change of stiffness [%]",
+                ranges={change: (value - half, value + half)},
+                levels={"as struck": 0.0},
             )
-        report.figure(
-            "mount_state",
-            plot.curve_panels(panels, columns=2, order=1.0, speed_label=ROTOR),
-            "Dynamic stiffness of the mounts in operation over that under the hammer, "
-            "minus one, found from the sweeps; shades: two standard deviations. Away from 0 the "
-            "hammer test no longer describes the mounts that run.",
         )
+    report.figure(
+        "mount_state",
+        lambda: plot.curve_panels(panels, columns=2, order=1.0, speed_label=ROTOR),
+        "Dynamic stiffness of the mounts in operation over that under the hammer, "
+        "minus one, found from the sweeps; shades: two standard deviations. Away from 0 the "
+        "hammer test no longer describes the mounts that run.",
+    )
     routes = _route_table(measured)
     names = [str(name) for name in routes]
     compared = [name for name in names if name.startswith(("error", "y/z"))]
@@ -360,7 +357,7 @@ def _routes(report: Report, measured: MeasuredUnbalance, figures: bool) -> None:
     report.table("mount_state", pd.DataFrame(changes))
 
 
-def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult, figures: bool) -> None:
+def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> None:
     """Show what the hoses of the vehicle push back."""
     statements = "\n\n".join(
         f"At {case_name(reaction.pair.pressure)}: "
@@ -372,42 +369,39 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult, fig
         "The same evaluation on sweeps with the hoses joined: what the hoses push back appears as "
         "unbalance that is none, most where the hoses resonate.\n\n" + statements,
     )
-    if figures:
-        free, with_hoses = _widest(measured.evaluation.chosen), _widest(joined)
-        pressures = [pressure for pressure in free if pressure in with_hoses]
-        panels = []
-        for name, (label, unit) in _SIZES.items():
-            for pressure in pressures:
-                sweep, other = free[pressure], with_hoses[pressure]
-                size = np.interp(
-                    sweep.frequency,
-                    other.frequency,
-                    np.abs(_curve(other, name).mean),
-                    left=np.nan,
-                    right=np.nan,
-                )
-                curves = {
-                    "hoses cut off": unit * np.abs(_curve(sweep, name).mean),
-                    "hoses of the vehicle": unit * size,
-                }
-                curves |= _true_curve(measured.truth, sweep, name)
-                title = _panel_title(name, case_name(pressure))
-                masked = {reason.text: reason.lines for reason in _curve(sweep, name).reasons}
-                panels.append(
-                    CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked)
-                )
-        report.figure(
-            "figure_62_hoses",
-            plot.curve_panels(
-                panels,
-                columns=min(2, len(pressures)),
-                dashed=(TRUTH,),
-                order=1.0,
-                speed_label=ROTOR,
-            ),
-            "Unbalance as it appears with the hoses of the vehicle against hoses cut "
-            "off (thesis, figure 62). The difference is what the hoses push back.",
-        )
+    free, with_hoses = _widest(measured.evaluation.chosen), _widest(joined)
+    pressures = [pressure for pressure in free if pressure in with_hoses]
+    panels = []
+    for name, (label, unit) in _SIZES.items():
+        for pressure in pressures:
+            sweep, other = free[pressure], with_hoses[pressure]
+            size = np.interp(
+                sweep.frequency,
+                other.frequency,
+                np.abs(_curve(other, name).mean),
+                left=np.nan,
+                right=np.nan,
+            )
+            curves = {
+                "hoses cut off": unit * np.abs(_curve(sweep, name).mean),
+                "hoses of the vehicle": unit * size,
+            }
+            curves |= _true_curve(measured.truth, sweep, name)
+            title = _panel_title(name, case_name(pressure))
+            masked = {reason.text: reason.lines for reason in _curve(sweep, name).reasons}
+            panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked))
+    report.figure(
+        "figure_62_hoses",
+        lambda: plot.curve_panels(
+            panels,
+            columns=min(2, len(pressures)),
+            dashed=(TRUTH,),
+            order=1.0,
+            speed_label=ROTOR,
+        ),
+        "Unbalance as it appears with the hoses of the vehicle against hoses cut "
+        "off (thesis, figure 62). The difference is what the hoses push back.",
+    )
     if measured.reactions:
         rows = [
             {
@@ -611,8 +605,6 @@ def unbalance_into_run(
     out: Path,
     plan: UnbalancePlan,
     progress: Progress,
-    *,
-    with_figures: bool = True,
 ) -> tuple[Path, str]:
     """Evaluate the test of a running compressor and write a run folder.
 
@@ -639,7 +631,6 @@ def unbalance_into_run(
             "sense": None if sense is None else sense.name.lower(),
             "band": f"{low:g}-{high:g}",
             "confidence": options.confidence,
-            "figures": with_figures,
         },
     }
     decision = ""
@@ -649,9 +640,7 @@ def unbalance_into_run(
         measured = measured_unbalance(folder, plan, counted(progress, STEPS + 1))
         progress(STEPS, STEPS + 1, "tables and figures")
         decision = overall(measured.verdicts).value if measured.verdicts else ""
-        return unbalance_report(
-            measured, measured.input_files, command=command_of(record), figures=with_figures
-        )
+        return unbalance_report(measured, measured.input_files, command=command_of(record))
 
     run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 1, STEPS + 1, "done")

@@ -1,23 +1,4 @@
-"""Do mounts characterised under one engine predict the forces of another one?
-
-A mount does not know what it carries (thesis, 3.6.2): the response surfaces that a three-cylinder
-engine gave, at the motion and static force that a four-cylinder engine of order 2 measures, must
-give the forces that its own cells measure. Without --second the virtual test bench measures both
-engines on the same mounts, each with sensors of its own. A user names the campaign of the second
-engine, and the first one's campaign or a library.
-
-What it showed on six virtual benches: forces along x are predicted to 1 to 2 % rms, along z to 1 to
-6 % (misalignment of two measuring chains). The preload that carries over is the static force along
-the mount's main axis; neither wheel torque nor the static force across does. A surface inside its
-measured region may still err where all its lines had one amplitude per preload and frequency.
-
-Keys of summary.json, with <dir> such as TSM_x, medians over benches: r2_force_real_<dir>,
-r2_force_imag_<dir> [%]; rms_force_percent_<dir> (rms error over rms of the force); peak_db_<dir>
-(largest difference of a run's highest force); inside_percent_<dir> (lines within the region that
-the mount was measured in; the others are not predicted); truth_error_percent_<dir> (rms error of
-|K|, where the truth is known); static_difference_n_<dir> (kinematic model against cells, main
-axis); n_benches; seconds (second engine alone).
-"""
+"""Another engine on mounts that were characterised: forces predicted and measured."""
 
 from __future__ import annotations
 
@@ -25,13 +6,12 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
-from typer import Option
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
@@ -51,7 +31,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.mount import Mount
-from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
+from deboom.mounts.operating_map import OperatingMap, operating_maps
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     operating_points,
@@ -62,9 +42,7 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import SetTruth, read_set_truth
-from deboom.study.options import Seed
-from deboom.study.progress import Progress, progress_bar
-from deboom.study.result import RunContext
+from deboom.study.progress import Progress
 from deboom.vehicles.powertrain import library_model
 
 if TYPE_CHECKING:
@@ -72,136 +50,14 @@ if TYPE_CHECKING:
 
 SECOND_BENCH = 500
 """Added to a seed for the second engine: another day, other sensors, the same mounts."""
-STEPS_PER_BENCH = 4
+STEPS_PER_ENGINE = 4
+"""Of `second_engines`, for progress."""
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
 DOT_SPACING = 6
 """Lines between the dots of a prediction, so that what was measured shows between them."""
-SHOWN_POINTS = 1500
-"""Of a panel; more hide each other."""
+_SHOWN_POINTS = 1500  # of a panel; more hide each other
 BY_KINEMATICS = "static force by the kinematic model"
-
-
-@dataclass(frozen=True)
-class Options:
-    """Which engines, on which mounts."""
-
-    seed: Seed = 1
-    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1
-    second: Annotated[Path | None, Option(help="Campaign of the second engine.")] = None
-    first: Annotated[Path | None, Option(help="Campaign of the first engine.")] = None
-    library: Annotated[str | None, Option(help="Or a library with its mounts.")] = None
-    library_campaign: Annotated[str | None, Option(help="Whose mounts in the library.")] = None
-    mount_set: Annotated[str, Option(help="Parts under both engines.")] = "M1"
-    balanced: Annotated[
-        bool, Option(help="Balancer shafts: torque alone excites; else z and its moment, too.")
-    ] = True
-
-    def __post_init__(self) -> None:
-        if self.second is None and (self.first is not None or self.library is not None):
-            raise InputError("name the campaign of the second engine with --second")
-        if self.second is not None and self.benches > 1:
-            raise InputError("--benches asks for virtual benches: leave out --second, or --benches")
-
-
-def prepare(options: Options) -> CharacteriseOptions:
-    """Return how mounts are characterised."""
-    return CharacteriseOptions(preload=Preload.STATIC_FORCE, folds=0, seed=options.seed)
-
-
-def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
-    """Characterise under one engine, predict for the other, compare and report."""
-    del context  # nothing here is long enough to be resumed
-    with progress_bar("second engine") as progress:
-        if options.second is not None:
-            engines = [_given_engine(options.second, options, how, progress)]
-        else:
-            seeds = range(options.seed, options.seed + options.benches)
-            engines = second_engines(seeds, options.mount_set, how, progress)
-    first, numbers = engines[0], direction_numbers(engines)
-    forces = _force_table(numbers)
-    identified = forces[forces["identified"] == "identified"]
-    report = Report(
-        "A second engine on mounts of the library",
-        "Do mounts that were characterised under one engine predict the forces that another "
-        "engine measures on them?",
-    )
-    report.explain("dynamic stiffness")
-    report.inputs += [] if options.second is None else first.input_files
-    report.summary |= _summary(engines, numbers)
-    if len(identified):
-        report.tile(
-            f"{identified['rms error of F [%]'].median():.1f} %",
-            "rms error of the force, median over the identified directions",
-        )
-        report.tile(
-            f"{identified['lines inside [%]'].min():.0f} %",
-            "least share of lines within the measured region",
-        )
-    if len(identified) < len(forces):
-        report.warn(
-            "A direction that is not identified was measured with an error that its error budget "
-            "puts beyond use; its forces are shown, and prove nothing."
-        )
-
-    known_from = sorted({one.identity.campaign for one in first.mounts})
-    report.section(
-        "What was asked, and with which data",
-        f"Mounts characterised in {', '.join(known_from)} carry another engine in "
-        f"{first.campaign.name}, of order {first.campaign.order:g}; "
-        f"{len(engines)} {'benches' if len(engines) > 1 else 'bench'}. The second engine gives "
-        "its own motion at the mounts and its own static forces; the response surfaces give "
-        "the dynamic stiffness at that preload, amplitude and frequency; their product is the "
-        "predicted force. It is compared with the force that the cells under the second engine "
-        "measured, which no surface has seen. Lines outside of the region in which a mount was "
-        "measured are counted, and not predicted.",
-    )
-    report.section("Predicted and measured forces")
-    for mount in first.mounts:
-        names = [name for name in first.directions if first.mount_of(name) is mount]
-        if names:
-            stem = mount.mount.name.replace(" ", "_")
-            report.figure(
-                f"force_{stem}",
-                _forces(first, names),
-                f"Forces of {stem}, the highest torque of each gear: real parts above, imaginary "
-                "parts below, as measured and as predicted.",
-            )
-    report.table(
-        "forces",
-        forces,
-        "Medians over the benches. The error is the rms of the force error over the "
-        "rms of the force; the peak is the largest difference of the highest force of "
-        "a run. Both engines' measuring chains have a part in it.",
-        {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
-    )
-    report.section(
-        "Which preload carries over",
-        "The wheel torque of another powertrain loads a mount differently. Its own static "
-        "force does carry over along the main axis of a mount, but not across: there the "
-        "stiffness follows the force along the main axis. So every direction is predicted "
-        "over the static force along the main axis. The kinematic model gives that force from "
-        "wheel torque, the place of the mounts and the suppliers' curves alone.",
-    )
-    for axis in dict.fromkeys(name.rpartition(" ")[2] for name in first.directions):
-        names = [name for name in first.directions if name.endswith(f" {axis}")]
-        report.figure(
-            f"preload_{axis}",
-            plot.curve_panels(
-                [_preload_panel(first, name) for name in names],
-                x_label="static force along the main axis [N]",
-                y_label="|K| [N/mm]",
-                columns=min(2, len(names)),
-            ),
-            f"Dynamic stiffness along {axis} as both engines measured it, over the static force "
-            "along the main axis; the scatter is amplitude and frequency.",
-        )
-    preload = _preload_table(preload_numbers(engines))
-    report.table("preload", preload, "Rms error of the predicted force by preload variable.")
-    units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
-    labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
-    report.table("directions", numbers.rename(columns=labels))
-    return report
 
 
 @dataclass(frozen=True, eq=False)
@@ -301,8 +157,8 @@ def second_engines(
     for place, seed in enumerate(seeds):
         title = f"bench {seed}"
 
-        def step(k: int, text: str, before: int = place * STEPS_PER_BENCH) -> None:
-            progress(before + k, len(seeds) * STEPS_PER_BENCH, text)
+        def step(k: int, text: str, before: int = place * STEPS_PER_ENGINE) -> None:
+            progress(before + k, len(seeds) * STEPS_PER_ENGINE, text)
 
         with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
             first, second = Path(temporary) / "first", Path(temporary) / "second"
@@ -318,24 +174,31 @@ def second_engines(
     return engines
 
 
-def _given_engine(
-    second: Path, options: Options, how: CharacteriseOptions, progress: Progress
+def given_engine(
+    second: Path,
+    first: Path | None,
+    library: str | None,
+    library_campaign: str | None,
+    mount_set: str,
+    how: CharacteriseOptions,
+    progress: Progress,
 ) -> SecondEngine:
-    """Predict the forces of a measured second engine, under its campaign's name."""
-    mount_set, first, library = options.mount_set, options.first, options.library
-    if (first is None) == (library is None):
-        raise InputError(
-            "the mounts come from the first engine's campaign or from a library: give one of both"
-        )
+    """Predict the forces of a measured second engine, under its campaign's name.
+
+    The mounts come from the first engine's campaign or from a library; InputError without either.
+    """
     progress(0, 2, "mounts")
     if first is not None:
         mounts, files = _mounts_of_campaign(first, mount_set, how)
+    elif library is not None:
+        mounts = mounts_of_library(library, mount_set, library_campaign)
+        files = (Path(library),) if Path(library).is_file() else ()
     else:
-        mounts = mounts_of_library(str(library), mount_set, options.library_campaign)
-        files = (Path(str(library)),) if Path(str(library)).is_file() else ()
+        raise InputError(
+            "the mounts come from the first engine's campaign or from a library: give one of both"
+        )
     progress(1, 2, "second engine")
-    excited = replace(how, excited=("my",) if options.balanced else ("fz", "mx", "my"))
-    engine = _second_engine(second.name, mounts, second, mount_set, excited)
+    engine = _second_engine(second.name, mounts, second, mount_set, how)
     progress(2, 2, "")
     return replace(engine, first_files=files)
 
@@ -345,8 +208,7 @@ def _mounts_of_campaign(
 ) -> tuple[tuple[CharacterisedMount, ...], tuple[Path, ...]]:
     """Characterise one mount set of a campaign; return its mounts, and the files that were read."""
     campaign = read_campaign(folder, (mount_set,))
-    with threadpool_limits(1):  # its matrices are too small to share
-        return characterise(campaign, mount_set, how).mounts, campaign.input_files
+    return characterise(campaign, mount_set, how).mounts, campaign.input_files
 
 
 def mounts_of_library(
@@ -392,23 +254,22 @@ def _second_engine(
     carried = tuple(one for one in mounts if one.mount.name in {m.name for m in campaign.mounts})
     predictions: dict[MountState, dict[str, Prediction]] = {state: {} for state in MountState}
     by_kinematics = {}
-    with threadpool_limits(1):  # its matrices are too small to share
-        chains = measuring_chains(campaign, how)
-        bodies = [chain.alignment.body for chain in chains]
-        records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-        maps = operating_maps(chains, records)
-        static_force = _static_prediction(carried, campaign, maps)
-        for mount in carried:
-            for axis in (one.axis for one in mount.directions if one.surface is not None):
-                name = f"{mount.mount.name} {axis}"
-                if name not in maps:
-                    continue
-                for state in MountState:
-                    surface = surface_over(mount, axis, state, how.regressor)
-                    preload = state_at(maps, mount, axis, state)
-                    predictions[state][name] = _predicted(surface, preload, maps[name])
-                    if state is MountState.MAIN_FORCE and name in static_force:
-                        by_kinematics[name] = _predicted(surface, static_force[name], maps[name])
+    chains = measuring_chains(campaign, how)
+    bodies = [chain.alignment.body for chain in chains]
+    records = [body_record(body, runs, campaign.tolerances) for body in bodies]
+    maps = operating_maps(chains, records)
+    static_force = _static_prediction(carried, campaign, maps)
+    for mount in carried:
+        for axis in (one.axis for one in mount.directions if one.surface is not None):
+            name = f"{mount.mount.name} {axis}"
+            if name not in maps:
+                continue
+            for state in MountState:
+                surface = surface_over(mount, axis, state, how.regressor)
+                preload = state_at(maps, mount, axis, state)
+                predictions[state][name] = _predicted(surface, preload, maps[name])
+                if state is MountState.MAIN_FORCE and name in static_force:
+                    by_kinematics[name] = _predicted(surface, static_force[name], maps[name])
     truth = read_set_truth(folder, mount_set)
     seconds = time.perf_counter() - begin
     return SecondEngine(
@@ -458,7 +319,7 @@ def _predicted(
     return Prediction(measured.select(used), stiffness, surface.supported(points))
 
 
-def direction_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
+def engine_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
     """Return a row per bench and direction; ratios as such, errors [1], levels [dB], forces [N]."""
     return pd.DataFrame([_row(one, name) for one in engines for name in one.directions])
 
@@ -512,6 +373,96 @@ def preload_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> None:
+    """Report the forces of another engine, and over which preload mounts carry over."""
+    first, numbers = engines[0], engine_numbers(engines)
+    forces = _force_table(numbers)
+    found = forces[forces["identified"] == "identified"]
+    report.summary |= _second_summary(engines, numbers)
+    report.summary.setdefault("n_benches", len(engines))
+    if len(found):
+        report.tile(
+            f"{found['rms error of F [%]'].median():.1f} %",
+            "rms error of a second engine's force, median over the identified directions",
+        )
+    if len(found) < len(forces):
+        report.warn(
+            "A direction that is not identified was measured with an error that its error budget "
+            "puts beyond use; the forces of a second engine in it prove nothing."
+        )
+    known_from = ", ".join(sorted({one.identity.campaign for one in first.mounts}))
+    report.section(
+        "A second engine",
+        f"Mounts characterised in {known_from} carry another engine in {first.campaign.name}, of "
+        f"order {first.campaign.order:g}. Its own motion and static forces with the surfaces give "
+        "its forces, which are compared with those its cells measured. Unlike the held-out runs "
+        "above, engine, motion and sensors are others. Lines outside of the region in which a "
+        "mount was measured are counted, and not predicted.",
+    )
+    for mount in first.mounts:
+        names = [name for name in first.directions if first.mount_of(name) is mount]
+        if names:
+            report.figure(
+                f"second_force_{mount.mount.name.replace(' ', '_')}",
+                partial(_engine_forces, first, names),
+                f"Forces of {mount.mount.name}, the highest torque of each gear: real parts above, "
+                "imaginary parts below, as measured and as predicted.",
+            )
+    report.table(
+        "second_forces",
+        forces,
+        "Medians over the benches. Error: rms of the force error over the rms of the force; peak: "
+        "largest difference of the highest force of a run.",
+        {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
+    )
+    report.section(
+        "Which preload carries over",
+        "The wheel torque of another powertrain loads a mount differently. The static force along "
+        "the main axis of a mount carries over; across, the stiffness follows that force, too. The "
+        "kinematic model gives it from wheel torque, places and the suppliers' curves alone.",
+    )
+    for axis in dict.fromkeys(name.rpartition(" ")[2] for name in first.directions):
+        names = [name for name in first.directions if name.endswith(f" {axis}")]
+        report.figure(
+            f"second_preload_{axis}",
+            partial(
+                plot.curve_panels,
+                [_preload_panel(first, name) for name in names],
+                x_label="static force along the main axis [N]",
+                y_label="|K| [N/mm]",
+                columns=min(2, len(names)),
+            ),
+            f"Dynamic stiffness along {axis} as both engines measured it, over the static force "
+            "along the main axis; the scatter is amplitude and frequency.",
+        )
+    preload = _preload_table(preload_numbers(engines))
+    report.table("second_preload", preload, "Rms error of the predicted force by preload variable.")
+    units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
+    labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
+    report.table("second_directions", numbers.rename(columns=labels))
+
+
+def _second_summary(engines: Sequence[SecondEngine], numbers: pd.DataFrame) -> dict[str, float]:
+    """Gather the headline numbers of a second engine; the study's docstring explains the keys."""
+    keys = {
+        "r2_force_real": ("r2_real", 100.0),
+        "r2_force_imag": ("r2_imag", 100.0),
+        "rms_force_percent": ("error", 100.0),
+        "peak_db": ("peak", 1.0),
+        "inside_percent": ("inside", 100.0),
+        "truth_error_percent": ("truth_error", 100.0),
+        "static_difference_n": ("static_difference", 1.0),
+    }
+    by = numbers.groupby("direction", sort=False)
+    summary = {
+        f"second_{key}_{str(name).replace(' ', '_')}": float(factor * value)
+        for key, (column, factor) in keys.items()
+        for name, value in by[column].median().dropna().items()
+    }
+    seconds = float(np.median([engine.seconds for engine in engines]))
+    return {**summary, "second_seconds": round(seconds, 3)}
+
+
 def _force_table(numbers: pd.DataFrame) -> pd.DataFrame:
     """List what came out per direction, median over the benches."""
     by = numbers.groupby("direction", sort=False)
@@ -541,27 +492,7 @@ def _preload_table(numbers: pd.DataFrame) -> pd.DataFrame:
     return table.rename(columns=lambda name: f"{name} [%]").rename_axis("direction").reset_index()
 
 
-def _summary(engines: Sequence[SecondEngine], numbers: pd.DataFrame) -> dict[str, float]:
-    """Gather the headline numbers; the study's docstring explains the keys."""
-    keys = {
-        "r2_force_real": ("r2_real", 100.0),
-        "r2_force_imag": ("r2_imag", 100.0),
-        "rms_force_percent": ("error", 100.0),
-        "peak_db": ("peak", 1.0),
-        "inside_percent": ("inside", 100.0),
-        "truth_error_percent": ("truth_error", 100.0),
-        "static_difference_n": ("static_difference", 1.0),
-    }
-    by = numbers.groupby("direction", sort=False)
-    summary: dict[str, float] = {"n_benches": len(engines)}
-    for key, (column, factor) in keys.items():
-        for name, value in by[column].median().dropna().items():
-            summary[f"{key}_{str(name).replace(' ', '_')}"] = float(factor * value)
-    summary["seconds"] = round(float(np.median([one.seconds for one in engines])), 3)
-    return summary
-
-
-def _forces(engine: SecondEngine, names: list[str]) -> Drawing:
+def _engine_forces(engine: SecondEngine, names: list[str]) -> Drawing:
     """Run with the highest torque in each gear: real parts, then imaginary parts."""
     panels = []
     for part, of in (("Re", np.real), ("Im", np.imag)):
@@ -599,11 +530,11 @@ def _preload_panel(engine: SecondEngine, name: str) -> CurvePanel:
     first = mount.direction(axis).map_points
     along = mount.direction(main_axis(mount)).map_points
     used = np.flatnonzero(first.confidence > 0)
-    used = used[:: max(1, used.size // SHOWN_POINTS)]
+    used = used[:: max(1, used.size // _SHOWN_POINTS)]
     lines = engine.maps[name]
     preload = state_at(engine.maps, mount, axis, MountState.MAIN_FORCE)
     shown = np.flatnonzero(~lines.near_floor)
-    shown = shown[:: max(1, shown.size // SHOWN_POINTS)]
+    shown = shown[:: max(1, shown.size // _SHOWN_POINTS)]
     points = {
         "first engine": (along.preload[used], np.abs(first.dynamic_stiffness[used]) * N_PER_MM),
         "second engine": (preload[shown], np.abs(lines.stiffness[shown]) * N_PER_MM),

@@ -23,6 +23,7 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
+from deboom.vehicles.powertrain import Powertrain
 from interleaved import quiet_seconds
 
 LOOP = "loop over draws"
@@ -115,7 +116,7 @@ def coupled_problem(shape: Shape, seed: int = 1) -> CoupledMotion:
         for end in range(shape.n_wheel_ends)
     ]
     names = _names(shape)
-    return CoupledMotion(f"drawn {seed}", lines, (powertrain, *wheel_ends), 0.0, *names)
+    return CoupledMotion(f"drawn {seed}", lines, (powertrain, *wheel_ends), *names)
 
 
 def amplitude_problem(shape: Shape, seed: int = 1, softening: float = 0.30) -> AmplitudeMotion:
@@ -198,6 +199,19 @@ def at_once(case: PathContributions | CoupledMotion, rows: RealArray) -> RealArr
     else:
         pressure = case.pressure(rows)
     return np.asarray((20 * np.log10(np.abs(pressure))).sum(axis=-1))
+
+
+def within_tolerance(sheet: Powertrain, generator: np.random.Generator) -> Powertrain:
+    """Draw a powertrain that the data sheet would also describe."""
+    radii = np.sqrt(np.diag(sheet.inertia))
+    upper = np.triu(generator.uniform(-1, 1, (3, 3)))
+    deviation = upper + np.triu(upper, 1).T
+    return replace(
+        sheet,
+        mass=sheet.mass + sheet.mass_tolerance * generator.uniform(-1, 1),
+        inertia=sheet.inertia + sheet.inertia_tolerance * deviation * np.outer(radii, radii),
+        centre=sheet.centre + sheet.centre_tolerance * generator.uniform(-1, 1, 3),
+    )
 
 
 def exact(case: Case, rows: RealArray) -> RealArray:

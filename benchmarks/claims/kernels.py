@@ -188,7 +188,7 @@ def _data_sheet(platform: Platform, designs: RealArray) -> Claim:
     rows = np.vstack([np.ones(designs.shape[1]), designs])
     changes = []
     for _ in range(N_POWERTRAINS):
-        powertrain = platform.powertrain.within_tolerance(rng)
+        powertrain = bench.within_tolerance(platform.powertrain, rng)
         motion = coupled_motion(fleet, platform.mounts, powertrain, load_case)
         splv = level_sum(motion, compiled=True)(rows)
         changes.append((splv[1:] - splv[0]) / motion.frequency.size)

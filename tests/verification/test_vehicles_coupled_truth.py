@@ -172,10 +172,15 @@ def test_index_of_the_shipped_platform_averages_its_load_cases(platform, drawn_d
 
 
 def test_measured_motion_of_the_shipped_platform_is_rigid(platform):
+    carriers = [mount for mount in platform.mounts if mount.body_mass is None]
+    channels = [mount.channels(axis)[0] for mount in carriers for axis in "xyz"]
     for case in platform.load_cases:
         fleet = platform.fleet.group("U06")
         motion = coupled_motion(fleet, platform.mounts, platform.powertrain, case)
-        assert motion.rigid_residual < 1e-6
+        fitted = motion.displacement(motion.stiffness)[:, : len(channels)]
+        inside = np.isin(case.displacement.frequency, motion.frequency)
+        measured = case.displacement.select(channels).values[inside]
+        assert np.linalg.norm(fitted - measured) < 1e-6 * np.linalg.norm(measured)
 
 
 def test_data_sheet_tolerances_hardly_matter(platform, drawn_designs):
@@ -185,7 +190,7 @@ def test_data_sheet_tolerances_hardly_matter(platform, drawn_designs):
     designs = np.vstack([np.ones(12), drawn_designs[:20]])
     changes = []
     for _ in range(10):
-        powertrain = platform.powertrain.within_tolerance(rng)
+        powertrain = bench.within_tolerance(platform.powertrain, rng)
         motion = coupled_motion(fleet, platform.mounts, powertrain, case)
         splv = level_sum(motion, compiled=True)(designs)
         changes.append((splv[1:] - splv[0]) / motion.frequency.size)

@@ -54,7 +54,7 @@ def reference():
         variables=np.array([6]),
         transfer=np.full((1, n_line, 1), 2e-3),
     )
-    return CoupledMotion("run", FREQUENCY, (powertrain, wheel_end), 0.0, ("V",), NAMES)
+    return CoupledMotion("run", FREQUENCY, (powertrain, wheel_end), ("V",), NAMES)
 
 
 def root(load, omega_squared):

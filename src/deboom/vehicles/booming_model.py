@@ -430,15 +430,6 @@ class CatalogueModel:
     levels: tuple[BoomingModel, ...]
     n_parts: tuple[int, ...]
 
-    def __post_init__(self) -> None:
-        fits = len(self.n_parts) == len(self.mounts) and min(self.n_parts, default=0) >= 1
-        if not fits or max(self.n_parts) > len(self.levels):
-            raise InputError(
-                f"{list(self.n_parts)} parts for the mounts "
-                f"{[mount.name for mount in self.mounts]} and {len(self.levels)} models: give each "
-                "mount at least one part, and one model per part number"
-            )
-
     @property
     def variable_names(self) -> tuple[str, ...]:
         """``<mount> part`` of every mount, then the stiffness factors."""

@@ -86,8 +86,6 @@ class CoupledMotion:
     - `load_case`: name of the load case.
     - `frequency` (f,): lines of the band [Hz].
     - `bodies`: powertrain, then wheel ends.
-    - `rigid_residual`: RMS over lines and springs of the measured motion that the rigid motion
-      leaves, relative to that of the motion [1].
     - `vehicle_names`, `variable_names`: names of vehicles and design variables.
     - raises InputError: a body of other lines or vehicles.
     """
@@ -95,7 +93,6 @@ class CoupledMotion:
     load_case: str
     frequency: RealArray
     bodies: tuple[Body, ...]
-    rigid_residual: float
     vehicle_names: tuple[str, ...]
     variable_names: tuple[str, ...]
 
@@ -340,7 +337,7 @@ def coupled_motion(
             for mount, piece, axis, _ in on_powertrain
         ]
     ).reshape(n, 6)
-    motion, residual = _rigid_motion(forward, displacement[:, :n], load_case.name)
+    motion = _rigid_motion(forward, displacement[:, :n], load_case.name)
     fitted = np.hstack([motion @ forward.T, displacement[:, n:]])
     _refuse_rest(fitted, channels, frequency, load_case.name)
     stiffness = dynamic_stiffness(force, fitted)
@@ -372,7 +369,6 @@ def coupled_motion(
         load_case=load_case.name,
         frequency=frequency,
         bodies=tuple(bodies),
-        rigid_residual=residual,
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )
@@ -398,10 +394,8 @@ def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> Compl
     return spectrum.select(names).values
 
 
-def _rigid_motion(
-    forward: RealArray, displacement: ComplexArray, load_case: str
-) -> tuple[ComplexArray, float]:
-    """Fit the rigid motion (f, 6) to displacements (f, s); return it with the relative rest."""
+def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str) -> ComplexArray:
+    """Fit the rigid motion (f, 6) to displacements (f, s); refuse one that leaves much over."""
     if np.linalg.matrix_rank(forward) < 6:
         raise InputError(
             f"load case {load_case}: the powertrain's mounts do not determine its motion: it needs "
@@ -416,7 +410,7 @@ def _rigid_motion(
             f"load case {load_case}: {100 * residual:.0f} % of the motion of the powertrain's "
             "mounts is not that of a rigid body: check the positions, axes and signs of its mounts"
         )
-    return motion, residual
+    return motion
 
 
 def _refuse_rest(

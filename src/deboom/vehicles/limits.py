@@ -256,16 +256,11 @@ class MountRequirements:
         """Name of each column of the result."""
         return tuple(name for quantity in self.quantities for name in quantity.names)
 
-    @property
-    def response_units(self) -> tuple[str, ...]:
-        """Unit of each column of the result."""
-        return tuple(quantity.unit for quantity in self.quantities for _ in quantity.names)
-
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the quantities of designs.
 
         - `designs` (n, k): stiffness factors, above 0 [1].
-        - returns (n, c): [response_units]; nan where a curve was not measured that far.
+        - returns (n, c): [unit of each quantity]; nan where a curve was not measured that far.
         - raises InputError: designs of another shape, not finite or not above 0.
         """
         rows = checked_designs(designs, self.variable_names)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING
 
@@ -58,21 +58,6 @@ class Powertrain:
     def mass_matrix(self) -> RealArray:
         """6×6 mass matrix at the origin of the mounts' positions [kg, kg m, kg m²]."""
         return rigid_body.mass_matrix(self.mass, self.inertia, self.centre)
-
-    def within_tolerance(self, generator: np.random.Generator) -> Powertrain:
-        """Draw a powertrain that the data sheet would also describe, without tolerances."""
-        radii = np.sqrt(np.diag(self.inertia))
-        upper = np.triu(generator.uniform(-1, 1, (3, 3)))
-        deviation = upper + np.triu(upper, 1).T
-        return replace(
-            self,
-            mass=self.mass + self.mass_tolerance * generator.uniform(-1, 1),
-            inertia=self.inertia + self.inertia_tolerance * deviation * np.outer(radii, radii),
-            centre=self.centre + self.centre_tolerance * generator.uniform(-1, 1, 3),
-            mass_tolerance=0.0,
-            inertia_tolerance=0.0,
-            centre_tolerance=0.0,
-        )
 
 
 NEWTON_STEPS = 100

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
@@ -124,8 +123,7 @@ def bench_sets(
     for place, (name, run) in enumerate(predicted.items()):
         progress(place, len(predicted), f"mount set {name}")
         mounts = characterise(others, name, options, chains=chains).mounts
-        with threadpool_limits(1):  # its matrices are too small to share
-            case = bench_load_case(campaign, run, chains, f"gear {gear}, {torque_limit:g} N m")
+        case = bench_load_case(campaign, run, chains, f"gear {gear}, {torque_limit:g} N m")
         sets[name] = BenchSet(name, case, mounts)
     return sets
 
@@ -394,12 +392,6 @@ class RoadAnalysis:
     causes: dict[str, PressureComparison]
     force_error: float
     blocked_error: float
-
-    @property
-    def largest_condition(self) -> float:
-        """Of the inverted accelerances, columns scaled, over the lines; nan without inversion."""
-        inversion = self.forces.inversion
-        return float("nan") if inversion is None else float(inversion.condition_number.max())
 
 
 def analyse_road(
@@ -671,7 +663,9 @@ def force_table(result: Validation) -> pd.DataFrame:
             "mount set": road.synthesis.driven.mount_set,
             "forces by inversion, rms error [%]": 100 * road.force_error,
             "bench forces, rms error [%]": 100 * road.blocked_error,
-            "largest condition number [1]": road.largest_condition,
+            "largest condition number [1]": np.nan
+            if road.forces.inversion is None
+            else float(road.forces.inversion.condition_number.max()),
             "held-out accelerometers, median error [%]": 100
             * float(np.median(road.on_board.error_by_line)),
         }

@@ -101,7 +101,6 @@ def test_outermost_levels_of_a_coded_plan_lie_on_the_bounds():
         (lambda: full_factorial(0), "nothing to vary"),
         (lambda: box_behnken(2), "at least 3 variables"),
         (lambda: central_composite(np.zeros((4, 2))), "has levels -1 and 1"),
-        (lambda: central_composite(full_factorial(2), 0.0), "distance above 0"),
         (lambda: fractional_factorial("a b abc"), r"'abc' needs columns \['c'\]"),
         (lambda: fractional_factorial("a b -ab ab"), "same column, up to its sign"),
         (lambda: fractional_factorial("a b aab"), "names a letter twice"),

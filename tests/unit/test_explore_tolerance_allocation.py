@@ -24,7 +24,6 @@ from deboom.explore.tolerance_allocation import (
     ToleranceCost,
     ToleranceEffect,
     ToleranceResponse,
-    reciprocal_curve,
     reciprocal_curves,
     tabulated_curve,
 )
@@ -238,8 +237,8 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
         (lambda: tabulated_curve("TSM x", [0.1], [3.0]), "at least two"),
         (lambda: tabulated_curve("TSM x", [0.0, 0.1], [3.0, 1.0]), "above 0"),
         (lambda: tabulated_curve("TSM x", [0.1, 0.2], [3.0, -1.0]), "at least 0"),
-        (lambda: reciprocal_curve("TSM x", -1.0, 0.15), "weight of at least 0"),
-        (lambda: reciprocal_curve("TSM x", 1.0, 0.0), "reference above 0"),
+        (lambda: ToleranceCost(np.array([-1.0]), np.array([0.15])), "weights of at least 0"),
+        (lambda: ToleranceCost(np.ones(1), np.zeros(1)), "references above 0"),
         (lambda: CostCurves(()), "needs one cost curve"),
         (lambda: SigmaTarget(0.0), "give more than 0"),
         (lambda: ShareTarget(np.zeros(1), 1.0), "between 0 and 1"),
@@ -256,7 +255,7 @@ def test_what_makes_no_sense_is_refused(make, words):
 def test_models_and_draws_that_do_not_serve_are_refused():
     allocator = linear_allocator(SLOPE, WEIGHT)
     effect = allocator.effect
-    other = CostCurves((reciprocal_curve("Q x", 1.0, 0.15),))
+    other = reciprocal_curves(("Q x",), ToleranceCost(np.ones(1), np.full(1, 0.15)))
     with pytest.raises(InputError, match="there is a cost of"):
         replace(allocator, curves=other, lower=np.asarray(0.05), upper=np.asarray(0.3))
     fresh = replace(effect.robust, sample=FreshGaussianSampler(12, 64, seed=1))

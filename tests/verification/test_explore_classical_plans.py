@@ -68,12 +68,12 @@ def test_box_behnken_of_three_and_four_variables():
         *((a, b, 0) for a in (-1, 1) for b in (-1, 1)),
         *((a, 0, c) for a in (-1, 1) for c in (-1, 1)),
         *((0, b, c) for b in (-1, 1) for c in (-1, 1)),
-        *[(0, 0, 0)] * 3,
+        (0, 0, 0),
     ]
-    assert same_rows(box_behnken(3, n_centre=3), printed)
-    four = box_behnken(4, n_centre=3)
-    assert four.shape == (27, 4)
-    assert np.all(np.count_nonzero(four[:-3], axis=1) == 2)
+    assert same_rows(box_behnken(3), printed)
+    four = box_behnken(4)
+    assert four.shape == (25, 4)
+    assert np.all(np.count_nonzero(four[:-1], axis=1) == 2)
 
 
 @pytest.mark.parametrize(
@@ -81,7 +81,8 @@ def test_box_behnken_of_three_and_four_variables():
     [(3, 12, 2), (4, 24, 2), (5, 40, 2), (6, 48, 3), (7, 56, 3), (12, 192, 4)],
 )
 def test_box_behnken_sizes_and_balance(k, runs, in_a_block):
-    plan = box_behnken(k, n_centre=0)
+    plan, middle = box_behnken(k)[:-1], box_behnken(k)[-1]
+    assert not middle.any()
     assert plan.shape == (runs, k)
     assert np.all(np.count_nonzero(plan, axis=1) == in_a_block)
     assert np.all(plan.sum(axis=0) == 0.0)
@@ -94,19 +95,19 @@ def test_box_behnken_sizes_and_balance(k, runs, in_a_block):
 
 def test_rotatable_central_composite_of_two_and_three_variables():
     # NIST/SEMATECH e-Handbook, 5.3.3.6.1: alpha = 1.414 and 1.682
-    two = central_composite(full_factorial(2), n_centre=5)
+    two = central_composite(full_factorial(2))
     star = 2.0**0.5
     printed = [
         *((a, b) for a in (-1, 1) for b in (-1, 1)),
         *((-star, 0), (star, 0), (0, -star), (0, star)),
-        *[(0, 0)] * 5,
+        (0, 0),
     ]
     assert np.allclose(np.sort(two, axis=0), np.sort(printed, axis=0))
     assert central_composite(full_factorial(3)).max() == pytest.approx(1.682, abs=5e-4)
 
 
 def test_the_default_star_makes_the_prediction_variance_the_same_in_all_directions():
-    plan = central_composite(full_factorial(3), n_centre=2)
+    plan = central_composite(full_factorial(3))
 
     def model(x):
         i, j = np.triu_indices(3)

@@ -20,6 +20,8 @@ from deboom.tabled import Tabled
 
 FEWEST = 10
 """Designs that a correlation needs at least."""
+CONFIDENCE = 0.95
+"""Share of cases in which an interval is to hold the true coefficient [1]."""
 _CHUNK = 2**19  # numbers in memory at a time
 
 _Transform = Callable[[RealArray], RealArray]
@@ -90,7 +92,6 @@ def correlations(
     *,
     seed: int,
     resamples: int = 1000,
-    level: float = 0.95,
 ) -> Correlations:
     """Return Pearson's and Spearman's correlation of all pairs of responses.
 
@@ -98,20 +99,19 @@ def correlations(
       together when designs are resampled.
     - `names`: names of the responses.
     - `seed`, `resamples`: seed from 1 and number of resamples, at least 100, of the bootstrap.
-    - `level`: confidence of the interval [1].
     - raises InputError: fewer than `FEWEST` designs or two responses; a value that is not finite,
-      or a response that is the same in all designs, by name; a count, level or seed that cannot be.
+      or a response that is the same in all designs, by name; a count or seed that cannot be.
 
     Percentile bootstrap over the designs: Efron and Tibshirani, "An Introduction to the Bootstrap",
     ch. 13. It takes the designs for independent draws; those of a space-filling plan cover the
     space more evenly, so their interval is rather too wide. Ranks are found anew in each resample.
     """
-    rows = _checked(values, names, resamples, level)
+    rows = _checked(values, names, resamples)
     n, m, _ = rows.shape
     random = generator(seed, "correlation bootstrap")
     counts = random.multinomial(n, np.full(n, 1.0 / n), size=resamples).astype(float)
     flat = np.ascontiguousarray(rows.reshape(n * m, -1).T)
-    ends = [(1.0 - level) / 2.0, (1.0 + level) / 2.0]
+    ends = [(1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0]
     matrices: dict[str, RealArray] = {}
     for kind, transform in (("pearson", _values(flat)), ("spearman", _mid_ranks(flat))):
         matrices[kind] = _weighted(transform, np.ones((1, n * m)))[0]
@@ -128,7 +128,7 @@ def correlations(
     return Correlations(names=tuple(names), n_designs=n, n_draws=m, **matrices)
 
 
-def _checked(values: RealArray, names: Sequence[str], resamples: int, level: float) -> RealArray:
+def _checked(values: RealArray, names: Sequence[str], resamples: int) -> RealArray:
     """Values as an array (n, m, r) that can be correlated."""
     rows = np.asarray(values, dtype=float)
     if rows.ndim == 2:
@@ -143,11 +143,8 @@ def _checked(values: RealArray, names: Sequence[str], resamples: int, level: flo
         raise InputError(
             f"a correlation from {len(rows)} design(s) says nothing: evaluate at least {FEWEST}"
         )
-    if resamples < 100 or not 0.0 < level < 1.0:
-        raise InputError(
-            f"{resamples} resamples for an interval of {level:g}: take at least 100, and a level "
-            "between 0 and 1"
-        )
+    if resamples < 100:
+        raise InputError(f"{resamples} resamples are too few for an interval: take at least 100")
     if not np.all(np.isfinite(rows)):
         design, _, response = (int(place) for place in np.argwhere(~np.isfinite(rows))[0])
         raise InputError(

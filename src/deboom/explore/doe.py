@@ -188,21 +188,18 @@ def _words(generators: str) -> list[tuple[float, str]]:
     return words
 
 
-def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
+def box_behnken(n_variables: int) -> RealArray:
     """Return a Box-Behnken design (n, k): no variable at its limit together with all others [1].
 
-    - `n_variables`: number k of variables, at least 3.
-    - `n_centre`: runs in the middle; more than one say nothing about a model without noise.
-
+    At least 3 variables, with one run in the middle: more say nothing about a model without noise.
     Box and Behnken, Technometrics 2 (1960) 455-475: two-level factorials of the variables of each
     block of an incomplete block design, all others at 0. For 6, 7 and 12 variables these are the
     blocks of the paper; for all other counts every pair of variables is a block, which is the paper
     again for 3, 4 and 5.
     """
-    if n_variables < 3 or n_centre < 0:
+    if n_variables < 3:
         raise InputError(
-            f"a Box-Behnken design of {n_variables} variables with {n_centre} runs in the middle: "
-            "take at least 3 variables and no negative count"
+            f"a Box-Behnken design of {n_variables} variables: take at least 3 variables"
         )
     pairs = tuple(combinations(range(1, n_variables + 1), 2))
     rows = []
@@ -210,33 +207,24 @@ def box_behnken(n_variables: int, n_centre: int = 1) -> RealArray:
         part = np.zeros((2 ** len(block), n_variables))
         part[:, np.array(block) - 1] = full_factorial(len(block))
         rows.append(part)
-    return np.concatenate([*rows, np.zeros((n_centre, n_variables))])
+    return np.concatenate([*rows, np.zeros((1, n_variables))])
 
 
-def central_composite(
-    factorial: RealArray, star_distance: float | None = None, n_centre: int = 1
-) -> RealArray:
+def central_composite(factorial: RealArray) -> RealArray:
     """Return a factorial, its star (low and high by variable) and its middle as coded levels [1].
 
     - `factorial` (n, k): two-level part, full or fractional, in levels -1 and 1 [1].
-    - `star_distance`, optional: distance of the axial points from the middle, above 0; 1 puts them
-      on the faces. By default the fourth root of n, which makes the design rotatable [1].
-    - `n_centre`: runs in the middle.
 
+    The axial points lie the fourth root of n from the middle, which makes the design rotatable.
     Box and Wilson, J. R. Stat. Soc. B 13 (1951) 1-45; rotatability: Box and Hunter, Ann. Math.
     Stat. 28 (1957) 195-241.
     """
     part = np.asarray(factorial, dtype=float)
     if part.ndim != 2 or part.size == 0 or not np.all(np.abs(part) == 1.0):
         raise InputError("the factorial part of a central composite design has levels -1 and 1")
-    distance = len(part) ** 0.25 if star_distance is None else star_distance
-    if not (np.isfinite(distance) and distance > 0.0) or n_centre < 0:
-        raise InputError(
-            f"a star at {distance:g} with {n_centre} runs in the middle: give a distance above 0 "
-            "and no negative count"
-        )
+    distance = len(part) ** 0.25
     star = np.kron(np.eye(part.shape[1]), [[-distance], [distance]])
-    return np.concatenate([part, star, np.zeros((n_centre, part.shape[1]))])
+    return np.concatenate([part, star, np.zeros((1, part.shape[1]))])
 
 
 def within_bounds(space: DesignSpace, coded: RealArray) -> RealArray:

@@ -35,6 +35,7 @@ from deboom.tabled import Tabled
 
 _TRIED = 1024  # designs over the bounds that are tried first
 _DESCENT_STEPS = 60  # of each descent towards the limit
+_STAGE_STEPS = 60  # of each stage of a box
 _NARROWEST = 1e-3  # width of an interval, as a part of its bounds, that counts as one
 _SMALLEST_GAIN = 1e-6  # of the logarithm of the volume, at which a stage ends
 _ON_BOUND = 1e-9  # distance, as a part of the bounds' distance, at which an end lies on its bound
@@ -51,19 +52,15 @@ class BoxEffort:
     - `starts`: descents from designs that lie apart, beside the given ones and the whole bounds.
     - `coarse`, `fine`: stages of every start, and of the best one: softness of the share in
       standard deviations of the responses, and a power of two of parts.
-    - `steps`: largest number of steps of each stage.
     - `calibration`, `verification`: parts that settle the size of the box, a power of two, and
       independent parts that verify it.
-    - `confidence`: confidence of the one-sided bound of the verification [1].
     """
 
     starts: int = 2
     coarse: tuple[tuple[float, int], ...] = ((0.5, 256), (0.2, 512))
     fine: tuple[tuple[float, int], ...] = ((0.15, 2048), (0.1, 2048))
-    steps: int = 60
     calibration: int = 65536
     verification: int = VERIFICATION
-    confidence: float = CONFIDENCE
 
 
 @dataclass(frozen=True, eq=False)
@@ -214,9 +211,7 @@ def largest_box(
     box, calibrated = _calibrated(question, best, sample, wanted, halvings=11)
     _refuse_flat(question, box)
     say(3, 4, "size settled")
-    verified = verified_share(
-        question, box, seed=seed, n_parts=effort.verification, confidence=effort.confidence
-    )
+    verified = verified_share(question, box, seed=seed, n_parts=effort.verification)
     say(4, 4, "verified")
     room = -float(_ranked_excess(question, designs[0][np.newaxis])[0])
     seconds = time.perf_counter() - began
@@ -332,7 +327,7 @@ def _coarse(
     """Return the sized box of the coarse stages of one start and its volume."""
     box = begin
     for softness, n_parts in effort.coarse:
-        box = _stage(question, box, search[:n_parts], softness, effort.steps, question.share)
+        box = _stage(question, box, search[:n_parts], softness, question.share)
     sized = _sized(question, box, sample)
     return sized if sized[1] > -np.inf else _sized(question, begin, sample)
 
@@ -344,7 +339,7 @@ def _fine(
     target = question.share
     sized = [_sized(question, box, sample)]
     for softness, n_parts in effort.fine:
-        box = _stage(question, box, search[:n_parts], softness, effort.steps, target)
+        box = _stage(question, box, search[:n_parts], softness, target)
         sized.append(_sized(question, box, sample))
         counted = question.share_of(box, sample)
         missed = (1.0 - question.share) / max(1.0 - counted, 1.0 / len(sample))
@@ -360,9 +355,7 @@ def _sized(question: BoxQuestion, box: Box, sample: RealArray) -> tuple[Box, flo
     return box, -np.inf if flat or kept < question.share else question.log_volume(box)
 
 
-def _stage(
-    question: BoxQuestion, box: Box, unit: RealArray, softness: float, steps: int, target: float
-) -> Box:
+def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, target: float) -> Box:
     """Maximise the volume with a smoothed share of at least `target`, from a box."""
     spread = softness * _typical_spread(question, box, unit)
     span = question.upper - question.lower
@@ -407,7 +400,7 @@ def _stage(
             "fun": lambda place: allowed - missed(place)[0],
             "jac": lambda place: -missed(place)[1],
         },
-        options={"maxiter": steps, "ftol": _SMALLEST_GAIN},
+        options={"maxiter": _STAGE_STEPS, "ftol": _SMALLEST_GAIN},
     )
     ends = np.clip(np.sort(ends_of(end.x), axis=0), question.lower, question.upper)
     return Box(question.names, *ends)
@@ -481,7 +474,7 @@ def _wanted(question: BoxQuestion, effort: BoxEffort, box: Box, sample: RealArra
     variance = float(shares.var(ddof=1))
     sobol = _QUIETER**2 * variance / effort.calibration
     both = np.sqrt(variance / effort.verification + sobol)
-    gap = bernstein_gap(variance, effort.verification, effort.confidence)
+    gap = bernstein_gap(variance, effort.verification, CONFIDENCE)
     return float(min(question.share + gap + _RESERVE * both, 1.0 - 1e-9))
 
 

@@ -145,22 +145,6 @@ class CostCurve:
     slope: Callable[[float], float]
 
 
-def reciprocal_curve(name: str, weight: float, reference: float) -> CostCurve:
-    """Return the price ``weight · reference / tolerance``, but for a constant `ToleranceCost`."""
-    if not (0.0 <= weight < np.inf and 0.0 < reference < np.inf):
-        raise InputError(
-            f"the cost of '{name}' has the weight {weight:g} and the reference {reference:g}: "
-            "give a weight of at least 0 and a reference above 0"
-        )
-    return CostCurve(
-        name,
-        0.0,
-        1.0,
-        cost=lambda tolerance: weight * reference / tolerance,
-        slope=lambda tolerance: -weight * reference / tolerance**2,
-    )
-
-
 def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCurve:
     """Return a price known at two tolerances or more; between them monotone, beyond them nan.
 
@@ -225,9 +209,13 @@ class CostCurves:
 
 
 def reciprocal_curves(names: Sequence[str], cost: ToleranceCost) -> CostCurves:
-    """Return the curves of a reciprocal cost, one per variable in its order."""
-    rows = zip(names, cost.weight, cost.reference, strict=True)
-    return CostCurves(tuple(reciprocal_curve(name, float(w), float(r)) for name, w, r in rows))
+    """Return prices ``weight · reference / tolerance``: a `ToleranceCost` but for a constant."""
+
+    def curve(name: str, price: float) -> CostCurve:
+        return CostCurve(name, 0.0, 1.0, lambda width: price / width, lambda w: -price / w**2)
+
+    prices = (cost.weight * cost.reference).tolist()
+    return CostCurves(tuple(map(curve, names, prices)))
 
 
 @dataclass(frozen=True, eq=False)

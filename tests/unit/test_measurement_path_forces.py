@@ -13,7 +13,6 @@ from deboom.measurement.path_forces import (
 )
 from deboom.physics.force_inversion import (
     PLAIN,
-    Choice,
     Inversion,
     Regularisation,
     invert_for_forces,
@@ -193,13 +192,6 @@ def test_arrays_that_cannot_be_inverted_are_refused(arguments, message):
 def test_a_fraction_outside_of_the_singular_values_is_refused():
     with pytest.raises(InputError, match="0 to 1"):
         Inversion(Regularisation.TIKHONOV, 1.5)
-
-
-def test_an_indicator_that_cannot_be_left_out_is_named():
-    matrix = np.array([[[1, 0], [0, 1], [0, 2], [0, 1j]]] * 3)
-    rule = Inversion(Regularisation.TIKHONOV, Choice.LEAVE_ONE_OUT)
-    with pytest.raises(InputError, match="indicator 0 cannot be left out"):
-        invert_for_forces(matrix, ONE, rule)
 
 
 def test_silence_gives_no_force():

@@ -23,7 +23,6 @@ from deboom.physics.rigid_body import (
     shift_matrix,
     shift_stiffness,
     skew,
-    torque_roll_axis,
 )
 
 POSITIONS = np.array([[0.05, 0.43, 0.20], [-0.034, -0.45, 0.19], [0.20, -0.06, -0.27]])
@@ -196,13 +195,6 @@ def test_characteristic_length_of_a_solid_sphere():
     assert characteristic_length(3.0, 0.4 * 3.0 * 0.2**2 * np.eye(3)) == pytest.approx(
         0.2 * np.sqrt(0.4)
     )
-
-
-def test_torque_roll_axis_of_a_principal_axis_is_that_axis():
-    np.testing.assert_allclose(torque_roll_axis(np.diag([11.0, 6.8, 9.6])), [0, 1, 0])
-    axis = torque_roll_axis(INERTIA_2, [0.1, 1.0, 0.0])
-    assert np.linalg.norm(axis) == pytest.approx(1.0)
-    np.testing.assert_allclose(np.cross(INERTIA_2 @ axis, [0.1, 1.0, 0.0]), 0, atol=1e-14)
 
 
 def test_elastic_centres_move_with_the_reference_point():

@@ -18,8 +18,6 @@ NTF = RNG.normal(size=(3, 1, 4)) + 1j * RNG.normal(size=(3, 1, 4))
 FORCE = RNG.normal(size=(3, 4)) + 1j * RNG.normal(size=(3, 4))
 TRANSFER = Frf(LINES, NTF, ("driver",), PATHS, "Pa/N")
 FORCES = Spectrum(LINES, FORCE, PATHS, "N")
-AIR = Frf(LINES, NTF[:, :, :1], ("driver",), ("intake",), "Pa/(m³/s)")
-STRENGTH = Spectrum(LINES, [[2.0], [3.0], [4j]], ("intake",), "m³/s")
 
 
 def test_contributions_add_up_by_name():
@@ -30,15 +28,6 @@ def test_contributions_add_up_by_name():
     np.testing.assert_allclose(result.pressure, np.sum(NTF[:, 0] * FORCE, axis=1))
     np.testing.assert_allclose(result.level, spl(result.pressure, LINES))
     np.testing.assert_allclose(result.path_levels[:, 3], spl(NTF[:, 0, 0] * FORCE[:, 0], LINES))
-
-
-def test_airborne_noise_is_a_path_of_its_own_and_zero_by_default():
-    without = analyse_paths(TRANSFER, FORCES)
-    result = analyse_paths(TRANSFER, FORCES, AIR, STRENGTH)
-    assert result.paths == (*PATHS, "intake")
-    np.testing.assert_allclose(
-        result.pressure - without.pressure, NTF[:, 0, 0] * STRENGTH.values[:, 0]
-    )
 
 
 def test_partial_sums_of_figure_42():
@@ -126,21 +115,3 @@ def _frf(**changes):
 def test_what_does_not_belong_together_is_refused(transfer, force, message):
     with pytest.raises(InputError, match=message):
         analyse_paths(transfer, force)
-
-
-def test_airborne_paths_that_do_not_fit_are_refused():
-    with pytest.raises(InputError, match="give both, or none"):
-        analyse_paths(TRANSFER, FORCES, AIR)
-    other_ear = Frf(LINES, AIR.values, ("passenger",), ("intake",), AIR.unit)
-    with pytest.raises(InputError, match="lead to driver, the acoustic ones to passenger"):
-        analyse_paths(TRANSFER, FORCES, other_ear, STRENGTH)
-    same_name = Frf(LINES, AIR.values, ("driver",), ("TSM x",), AIR.unit)
-    strength = Spectrum(LINES, STRENGTH.values, ("TSM x",), "m³/s")
-    with pytest.raises(InputError, match=r"duplicated path \['TSM x'\]"):
-        analyse_paths(TRANSFER, FORCES, same_name, strength)
-    later = (
-        Frf(LINES + 1, AIR.values, ("driver",), ("intake",), AIR.unit),
-        Spectrum(LINES + 1, STRENGTH.values, ("intake",), "m³/s"),
-    )
-    with pytest.raises(InputError, match="forces and airborne sources"):
-        analyse_paths(TRANSFER, FORCES, *later)

@@ -29,7 +29,6 @@ from deboom.physics.rigid_body import (
     shift_matrix,
     shift_stiffness,
     skew,
-    torque_roll_axis,
 )
 
 EXACT = 1e-10
@@ -576,28 +575,6 @@ def test_modes_do_not_depend_on_point_axes_or_solver():
         mount_stiffness_matrix(positions @ turn.T, rates, np.tile(turn, (3, 1, 1))),
     )[0]
     np.testing.assert_allclose(turned, frequency, rtol=1e-10)
-
-
-def test_torque_roll_axis_of_point_masses():
-    """The angular acceleration whose inertia forces balance the torque, solved without a tensor."""
-    rng = np.random.default_rng(41)
-    positions = rng.normal(size=(200, 3)) * [0.3, 0.2, 0.25]
-    positions[:, 1] += 0.3 * positions[:, 2]
-    positions -= positions.mean(axis=0)
-    moment_per_rotation = np.array(
-        [np.cross(positions, np.cross(axis, positions)).sum(0) for axis in np.eye(3)]
-    ).T
-    free = np.linalg.solve(moment_per_rotation, [0.0, 1.0, 0.0])
-    inertia = np.sum(positions**2) * np.eye(3) - positions.T @ positions
-    axis = torque_roll_axis(inertia)
-    np.testing.assert_allclose(axis, free / np.linalg.norm(free), rtol=1e-10)
-
-
-def test_torque_roll_axis_of_the_bench_powertrain_is_close_to_y():
-    """The thesis: "a very small angle to the y axis"; 3.2° for the inertia of the study."""
-    inertia = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
-    angle = np.degrees(np.arccos(torque_roll_axis(inertia)[1]))
-    assert angle == pytest.approx(3.2, abs=0.05)
 
 
 POINT = np.array([0.31, -0.17, 0.23])

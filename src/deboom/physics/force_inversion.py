@@ -24,9 +24,6 @@ SINGULAR = 1e10
 LAMBDAS: RealArray = np.logspace(-12, 0, 145)
 """Tikhonov's λ that are tried, as fractions of the largest singular value; twelve per decade."""
 
-NO_REDUNDANCY = 1e-9
-"""Share of an indicator's own error in its residual below which it cannot be left out."""
-
 
 class Regularisation(Enum):
     """Treatment of directions of force that the indicators hardly see."""
@@ -39,15 +36,14 @@ class Regularisation(Enum):
 class Choice(Enum):
     """Way to choose the amount of regularisation from the responses of each line alone.
 
-    `L_CURVE` takes the corner of the curve of solution norm over residual norm; the other two the
-    amount that best predicts indicators left out of the inversion, one by one, or in an average
-    over them that does not depend on the directions of the sensors (generalised). On a severely
-    ill-posed problem cross-validation now and then holds back far too little, the corner does not.
+    `L_CURVE` takes the corner of the curve of solution norm over residual norm; cross-validation
+    the amount that best predicts indicators left out of the inversion, in an average over them that
+    does not depend on the directions of the sensors. On a severely ill-posed problem it now and
+    then holds back far too little, the corner does not.
     """
 
     L_CURVE = "L-curve"
     GENERALISED_CROSS_VALIDATION = "generalised cross-validation"
-    LEAVE_ONE_OUT = "leave-one-out cross-validation"
 
 
 @dataclass(frozen=True)
@@ -256,43 +252,21 @@ def l_curve_curvature(data: Decomposition) -> RealArray:
     return np.asarray((x_1 * y_2 - y_1 * x_2) / speed)
 
 
-def cross_validation_scores(
-    data: Decomposition, filters: RealArray, *, generalised: bool
-) -> RealArray:
+def cross_validation_scores(data: Decomposition, filters: RealArray) -> RealArray:
     """Return how badly each set of filters predicts indicators left out of the inversion.
 
     Filters have shape (n_frequency or 1, n_candidate, n_path), scores (n_frequency, n_candidate).
-    An indicator that cannot be left out raises InputError.
 
     Notes
     -----
-    ``‖r‖²/(n − Σφ)²`` if `generalised` (Golub, Heath and Wahba, Technometrics 21, 1979), else
-    ``Σ (r_i/(1 − h_i))²``, the exact error of all inversions with one indicator left out (PRESS),
-    of which the first is the average over rotations of the responses. h_i, the share of an
-    indicator in its own prediction, is ``Σ_k |U_ik|² φ_k``.
+    ``‖r‖²/(n − Σφ)²`` (generalised: Golub, Heath and Wahba, Technometrics 21, 1979), the average
+    over rotations of the responses of the error of all inversions with one indicator left out.
     """
-    n_indicator = data.left.shape[1]
     filters = np.broadcast_to(filters, (len(data.singular), *filters.shape[1:]))
     lost = (1 - filters) * data.coefficients[:, np.newaxis, :]
-    if generalised:
-        outside = np.sum(np.abs(data.outside) ** 2, axis=1)[:, np.newaxis]
-        residual = np.sum(np.abs(lost) ** 2, axis=2) + outside
-        return np.asarray(residual / (n_indicator - filters.sum(axis=2)) ** 2)
-    weight = np.abs(data.left) ** 2
-    spare = 1 - weight.sum(axis=2)
-    if np.any(spare < NO_REDUNDANCY):
-        line, indicator = (int(index) for index in np.argwhere(spare < NO_REDUNDANCY)[0])
-        raise InputError(
-            f"indicator {indicator} cannot be left out (line {line}): it alone sees one of the "
-            "forces; add a sensor near it, or choose by generalised cross-validation"
-        )
-    score = np.empty(filters.shape[:2])
-    for candidate in range(filters.shape[1]):
-        factor = filters[:, candidate]
-        residual = data.outside + np.einsum("fmn,fn->fm", data.left, lost[:, candidate])
-        rest = 1 - np.einsum("fmn,fn->fm", weight, factor)
-        score[:, candidate] = np.sum(np.abs(residual / rest) ** 2, axis=1)
-    return score
+    outside = np.sum(np.abs(data.outside) ** 2, axis=1)[:, np.newaxis]
+    residual = np.sum(np.abs(lost) ** 2, axis=2) + outside
+    return np.asarray(residual / (data.left.shape[1] - filters.sum(axis=2)) ** 2)
 
 
 def _filters(data: Decomposition, inversion: Inversion) -> tuple[RealArray, RealArray]:
@@ -328,8 +302,7 @@ def _chosen_amount(data: Decomposition, choice: Choice, truncate: bool) -> RealA
     else:
         candidates = np.broadcast_to(LAMBDAS, (n_line, LAMBDAS.size))
         filters = tikhonov_filters(relative, LAMBDAS)
-    generalised = choice is Choice.GENERALISED_CROSS_VALIDATION
-    best = np.argmin(cross_validation_scores(data, filters, generalised=generalised), axis=1)
+    best = np.argmin(cross_validation_scores(data, filters), axis=1)
     return np.take_along_axis(candidates, best[:, np.newaxis], axis=1)[:, 0]
 
 

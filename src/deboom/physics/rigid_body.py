@@ -243,16 +243,6 @@ def characteristic_length(mass: float, inertia: npt.ArrayLike) -> float:
     return float(np.sqrt(np.trace(np.asarray(inertia, dtype=float)) / (3 * mass)))
 
 
-def torque_roll_axis(inertia: npt.ArrayLike, torque: npt.ArrayLike = (0.0, 1.0, 0.0)) -> RealArray:
-    """Return the direction about which a free body turns under a torque, ``J⁻¹ t / |J⁻¹ t|``.
-
-    The inertia (3, 3) is about the centre of gravity [kg m²], through which the axis passes; the
-    torque is by default that of a crankshaft along y. Holds above the rigid-body modes.
-    """
-    direction = np.linalg.solve(np.asarray(inertia, dtype=float), np.asarray(torque, dtype=float))
-    return np.asarray(direction / np.linalg.norm(direction))
-
-
 def rigid_body_modes(
     mass_matrix: npt.ArrayLike, stiffness: npt.ArrayLike
 ) -> tuple[RealArray, RealArray]:

@@ -22,7 +22,7 @@ class PathAnalysis(Tabled):
     - `ear`: name of the microphone.
     - `frequency` (n_frequency,) [Hz].
     - `contributions` (n_frequency, n_path): complex peak [Pa].
-    - `paths`: names of the columns: paths, sources of airborne noise, or groups of them.
+    - `paths`: names of the columns: paths, or groups of them.
     """
 
     ear: str
@@ -97,12 +97,7 @@ class PathAnalysis(Tabled):
         )
 
 
-def analyse_paths(
-    noise_transfer: Frf,
-    force: Spectrum,
-    acoustic_transfer: Frf | None = None,
-    source_strength: Spectrum | None = None,
-) -> PathAnalysis:
+def analyse_paths(noise_transfer: Frf, force: Spectrum) -> PathAnalysis:
     """Split the pressure at one ear into the contributions of its paths.
 
     Parameters
@@ -112,27 +107,22 @@ def analyse_paths(
     force : Spectrum
         One channel per path [N]; `measurement.path_forces` says in which state of the receiver the
         transfer functions belong with them.
-    acoustic_transfer : Frf, optional
-        The same ear per strength of each airborne source, such as Pa/(m^3/s); by default none.
-    source_strength : Spectrum, optional
-        Strength of each source, such as its volume velocity [m^3/s].
 
     Returns
     -------
     PathAnalysis
-        Paths in the order of the forces, then the airborne sources.
+        Paths in the order of the forces.
 
     Raises
     ------
     InputError
-        Not exactly one ear or two different ones, a path without noise transfer function or without
-        force, names in both kinds of path, lines or units that differ, one airborne argument
-        without the other.
+        Not exactly one ear, a path without noise transfer function or without force, lines that
+        differ, units that do not give Pa.
 
     Notes
     -----
-    ``p_d = Σ_j Y_dj f_j + Σ_k Y_dk q_k``, thesis, eq. 12; the second sum is zero by default, as
-    structure-borne noise is 90 to 95 % of the total at low frequency (eq. 13).
+    ``p_d = Σ_j Y_dj f_j``, thesis, eq. 13: structure-borne noise is 90 to 95 % of the total at low
+    frequency; eq. 12 is `deboom.physics.transfer_path.pressure_with_airborne`.
 
     Examples
     --------
@@ -143,26 +133,37 @@ def analyse_paths(
     >>> deboom.analyse_paths(transfer, force).table["path"].tolist()
     ['right z', 'left z']
     """
-    structure = _contributions(noise_transfer, force, "noise transfer function")
-    ear = noise_transfer.outputs[0]
-    if acoustic_transfer is None and source_strength is None:
-        return PathAnalysis(ear, force.frequency, structure, force.channels)
-    if acoustic_transfer is None or source_strength is None:
+    if len(noise_transfer.outputs) != 1:
         raise InputError(
-            "airborne noise needs both the acoustic transfer functions and the strength of the "
-            "sources: give both, or none"
+            f"noise transfer functions of the microphones {list(noise_transfer.outputs)}: select() "
+            "the one ear to analyse"
         )
-    air = _contributions(acoustic_transfer, source_strength, "acoustic transfer function")
-    if acoustic_transfer.outputs != noise_transfer.outputs:
+    unit = unit_of_response(noise_transfer.unit, force.unit)
+    if unit != "Pa":
         raise InputError(
-            f"the noise transfer functions lead to {ear}, the acoustic ones to "
-            f"{acoustic_transfer.outputs[0]}: give those of one microphone"
+            f"noise transfer functions in {noise_transfer.unit} times forces in {force.unit} are "
+            f"{unit}, not Pa: convert them first"
         )
-    if not np.array_equal(force.frequency, source_strength.frequency):
-        raise InputError("forces and airborne sources have different frequency lines")
-    names = (*force.channels, *source_strength.channels)
-    refuse_doubled(names, "path")
-    return PathAnalysis(ear, force.frequency, np.hstack([structure, air]), names)
+    missing = [path for path in force.channels if path not in noise_transfer.inputs]
+    if missing:
+        raise InputError(
+            f"no noise transfer function of the paths {missing}, there are "
+            f"{list(noise_transfer.inputs)}: measure them, or select() the paths that have one"
+        )
+    surplus = [path for path in noise_transfer.inputs if path not in force.channels]
+    if surplus:
+        raise InputError(
+            f"the paths {surplus} have a noise transfer function and no force: select() the paths "
+            "that count"
+        )
+    if not np.array_equal(noise_transfer.frequency, force.frequency):
+        raise InputError(
+            "the noise transfer functions and the forces have different frequency lines: bring "
+            "both to the same lines, nothing is interpolated here"
+        )
+    transfer = noise_transfer.select(inputs=force.channels).values[:, 0, :]
+    heard = transfer_path.contributions(transfer, force.values)
+    return PathAnalysis(noise_transfer.outputs[0], force.frequency, heard, force.channels)
 
 
 def paths_by_axis(paths: Sequence[str]) -> dict[str, tuple[str, ...]]:
@@ -172,36 +173,3 @@ def paths_by_axis(paths: Sequence[str]) -> dict[str, tuple[str, ...]]:
         axis = path.split()[-1]
         groups[axis] = (*groups.get(axis, ()), path)
     return groups
-
-
-def _contributions(transfer: Frf, source: Spectrum, what: str) -> ComplexArray:
-    """Multiply transfer functions to one ear with what goes in, path by path."""
-    if len(transfer.outputs) != 1:
-        raise InputError(
-            f"{what}s of the microphones {list(transfer.outputs)}: select() the one ear to analyse"
-        )
-    unit = unit_of_response(transfer.unit, source.unit)
-    if unit != "Pa":
-        raise InputError(
-            f"{what}s in {transfer.unit} times paths in {source.unit} are {unit}, not Pa: convert "
-            "them first"
-        )
-    missing = [path for path in source.channels if path not in transfer.inputs]
-    if missing:
-        raise InputError(
-            f"no {what} of the paths {missing}, there are {list(transfer.inputs)}: measure them, "
-            "or select() the paths that have one"
-        )
-    surplus = [path for path in transfer.inputs if path not in source.channels]
-    if surplus:
-        raise InputError(
-            f"the paths {surplus} have a {what} and nothing that goes in: select() the paths that "
-            "count"
-        )
-    if not np.array_equal(transfer.frequency, source.frequency):
-        raise InputError(
-            f"the {what}s and what goes in have different frequency lines: bring both to the same "
-            "lines, nothing is interpolated here"
-        )
-    same_order = transfer.select(inputs=source.channels)
-    return transfer_path.contributions(same_order.values[:, 0, :], source.values)

@@ -38,7 +38,7 @@ def list_(
 
 
 def show(
-    run: Annotated[Path, typer.Argument(help="A run's folder, such as `deboom list` prints.")],
+    run: Annotated[Path, typer.Argument(help="Folder or name of a run; see `deboom list`.")],
 ) -> None:
     """Show one run: question, options, headline numbers, versions, files, and if any was edited."""
     from deboom.files.run_folder import read_run

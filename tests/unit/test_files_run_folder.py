@@ -2,6 +2,7 @@ import hashlib
 import json
 import os
 import re
+import shutil
 import sys
 from pathlib import Path
 
@@ -213,3 +214,16 @@ def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monke
     assert environment_record(())["git"] == {**record, "dirty": True}
     monkeypatch.setenv("PATH", "")
     assert environment_record(())["git"] is None
+
+
+def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    run = start_run(tmp_path / "results", "front", seed=1, record={"study": "front"})
+    folder = finish_run(run)
+    found = run_folder.read_run(Path(folder.name))
+    assert (found.study, found.name) == ("front", folder.name)
+    shutil.copytree(folder, tmp_path / "results" / "other" / folder.name)
+    with pytest.raises(InputError, match=f"say results/front/{folder.name} or results/other"):
+        run_folder.read_run(Path(folder.name))
+    with pytest.raises(InputError, match="is no run folder"):
+        run_folder.read_run(Path("2020-01-01_000000_seed1"))

@@ -414,14 +414,20 @@ def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError
 
 
 def read_run(folder: Path) -> RunEntry:
-    """Return the run of a folder, or of a page or file in it.
+    """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
     Raises
     ------
     InputError
-        The folder holds no run, or its record is damaged.
+        The folder holds no run, its record is damaged, or two studies have a run of this name.
     """
-    for place in (folder, folder.parent):
+    bare = len(folder.parts) == 1 and not folder.exists()
+    named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
+    if len(named) > 1:
+        raise InputError(
+            f"two studies have a run {folder}: say {named[0].as_posix()} or {named[1].as_posix()}"
+        )
+    for place in (*named, folder, folder.parent):
         if (place / RECORD).is_file():
             return RunEntry(place, _read(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")

@@ -22,6 +22,7 @@ from deboom.files.run_folder import hash_sources
 ROOT = Path(__file__).parents[1]
 NEEDED = (
     "deboom/__init__.pyi",
+    "deboom/bench/__init__.pyi",
     "deboom/py.typed",
     "deboom/bench/data/fleet.json",
     "deboom/report/page.html",

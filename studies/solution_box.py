@@ -199,7 +199,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.inputs += model.runs.platform.input_files
     if options.cost_table is not None:
         report.inputs.append(options.cost_table)
-    report.document("acceptance_box", box_document(acceptance_box(study)))
+    report.document("acceptance_box", box_document(acceptance_box(study, certainty)))
 
     _box(report, study)
     _levels(report, study, certainty, what)
@@ -744,7 +744,7 @@ def curve_table(study: BoxStudy) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def acceptance_box(study: BoxStudy) -> AcceptanceBox:
+def acceptance_box(study: BoxStudy, certainty: Interval) -> AcceptanceBox:
     """Return the box as the file that deliveries are held against."""
     platform, check = study.runs.platform, study.found.verified
     reference = np.where(study.identified, study.reference_stiffness, np.nan)
@@ -760,7 +760,7 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
         motion=motion_name(study.index).removesuffix("-dependent"),
         mounts=(MountSource.library_inside if study.runs.parts else MountSource.spectra).value,
         load_cases=tuple((case.name, float(weight)) for case, weight in study.runs.cases),
-        band=study.band,
+        band_hz=study.band,
         quantity=study.response.quantity,
         unit=study.response.response_unit,
         together=study.question.together,
@@ -769,8 +769,11 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
                 name=name,
                 lower=float(study.box.lower[k]),
                 upper=float(study.box.upper[k]),
+                searched=(float(study.question.lower[k]), float(study.question.upper[k])),
                 nominal=float(study.point[k]),
-                reference_stiffness=float(reference[k]) if np.isfinite(reference[k]) else None,
+                reference_stiffness_n_per_m=float(reference[k])
+                if np.isfinite(reference[k])
+                else None,
                 condition=study.condition,
                 weight=float(study.question.weight[k]),
                 required=bool(study.effective[k] and limited[k]),
@@ -778,7 +781,7 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
             for k, name in enumerate(study.variables)
         ),
         responses=tuple(
-            BoxResponse(name, float(limit), float(share))
+            BoxResponse(name=name, limit=float(limit), share=float(share))
             for name, limit, share in zip(
                 study.vehicles, study.question.limit, check.by_response, strict=True
             )
@@ -786,6 +789,7 @@ def acceptance_box(study: BoxStudy) -> AcceptanceBox:
         share_stated=study.question.share,
         share_verified=check.share,
         share_bound=check.bound,
+        share_measured_again=(float(certainty.lower), float(certainty.upper)),
         confidence=check.confidence,
         n_parts=check.n_parts,
         law=study.question.law.value,

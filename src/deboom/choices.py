@@ -13,6 +13,13 @@ class Pick(Enum):
     knee = "knee"
 
 
+class Language(Enum):
+    """Language of a supplier's sheet."""
+
+    en = "en"
+    de = "de"
+
+
 class FunctionFiles(Enum):
     """Endings of the files.
 

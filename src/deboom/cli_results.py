@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.choices import FunctionFiles, Pick
+from deboom.choices import FunctionFiles, Language, Pick
 
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the studies; default: studies here, or deboom's.")
@@ -78,7 +78,7 @@ def compare(
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     supplier: Annotated[
-        bool, typer.Option("--supplier", help="The page that a mount supplier reads.")
+        bool, typer.Option("--supplier", help="The sheet that a mount supplier quotes and signs.")
     ] = False,
     interactive: Annotated[
         bool, typer.Option("--interactive", help="The page on which the front is explored.")
@@ -98,6 +98,12 @@ def report(
     sharing: Annotated[
         Path | None, typer.Option(help="Run of commonality, same platform: likewise.")
     ] = None,
+    since: Annotated[
+        Path | None, typer.Option(help="Workbook of an older sheet of --mount: marks what moved.")
+    ] = None,
+    language: Annotated[
+        Language, typer.Option(help="Of a supplier's page and workbook.")
+    ] = Language.en,
     studies: STUDIES = None,
     out: Annotated[
         Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
@@ -105,12 +111,12 @@ def report(
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
-    --supplier: for every mount and axis today's and the wanted stiffness, its tolerance, what it
-    brings, and how sure that is; a page and a workbook. With --box, --tolerances and --sharing its
-    specification sheet has acceptance intervals, allocated tolerances and shared part numbers; what
-    is missing there is named with the study that gives it. --interactive: one page to brush designs
-    in, pin two and read their stiffness. The model is built again from the run's options; edited
-    files are refused.
+    --supplier: two pages of A4 and a workbook per mount: one nominal stiffness, one band and one
+    state per direction, the test of a part, what the process must show, what it is worth. --box
+    gives bands and limits, --tolerances bands where no box was made, --sharing part numbers;
+    programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
+    --interactive: one page to brush designs in, pin two and read their stiffness. The model is
+    built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
     from deboom.study.runner import one_sentence_errors
@@ -126,25 +132,32 @@ def report(
                 raise InputError("--anonymous belongs to --supplier: no other page hides names")
             if mount and not supplier:
                 raise InputError("--mount belongs to --supplier: the other page has all mounts")
-            if (box or tolerances or sharing) and not supplier:
-                raise InputError("--box, --tolerances and --sharing belong to --supplier")
+            if (box or tolerances or sharing or since) and not supplier:
+                raise InputError("--box, --tolerances, --sharing and --since belong to --supplier")
             from deboom.study.interactive_front import write_interactive_page
 
             typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
         if not supplier:
             return
-        from deboom.study.specification import SpecificationFiles
-        from deboom.study.supplier_page import supplier_report
+        from deboom.study.supplier_page import supplier_sheets
+        from deboom.study.supplier_study import SheetFiles
 
-        for path in supplier_report(
+        if since is not None and mount is None:
+            raise InputError("--since compares the sheets of one mount: say --mount")
+        written = supplier_sheets(
             run,
             mount=mount,
             anonymous=anonymous,
             out=out,
             studies=studies,
             pick=design,
-            pieces=SpecificationFiles(box, tolerances, sharing),
-        ):
+            files=SheetFiles(box, tolerances, sharing, since),
+            language=language,
+        )
+        if written.missing:
+            fields = ", ".join(written.missing)
+            typer.echo(f"to be agreed, not in programme.toml: {fields}", err=True)
+        for path in written.files:
             typer.echo(path.as_posix())
 
 
@@ -179,9 +192,11 @@ def listen(
 def accept(
     box: Annotated[
         Path,
-        typer.Argument(help="acceptance_box.json, or the run folder of the study solution_box."),
+        typer.Argument(help="Run folder of solution_box, its box, or a sheet as it was sent."),
     ],
-    parts: Annotated[Path, typer.Argument(help="Measured parts, xlsx or CSV.")],
+    parts: Annotated[
+        Path, typer.Argument(help="Measured parts, xlsx or CSV, or a sheet filled in.")
+    ],
     out: Annotated[
         Path, typer.Option(help="Folder that gets accept/<run>/ with all results.")
     ] = Path("results"),
@@ -193,12 +208,12 @@ def accept(
         ),
     ] = None,
     uncertainty: Annotated[
-        float,
+        float | None,
         typer.Option(
             help="Of a measured stiffness, relative, expanded to 95 %, such as 0.02: parts nearer "
-            "than that to an end of their interval are undecided."
+            "than that to an end of their interval are undecided. Default: the sheet's."
         ),
-    ] = 0.0,
+    ] = None,
     over_today: Annotated[
         bool,
         typer.Option(
@@ -207,41 +222,35 @@ def accept(
         ),
     ] = False,
     seed: Annotated[int, typer.Option(help="From 1. Of the predicted cars.")] = 1,
-    template: Annotated[
-        bool, typer.Option("--template", help="Write an empty table of parts and stop.")
-    ] = False,
 ) -> None:
-    """Hold the measured parts of a delivery against an acceptance box.
+    """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
 
-    PARTS has one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]: the
-    magnitude of the dynamic stiffness at the condition that the box states. A cell may be empty
-    where the box does not limit that axis. --template writes such a table, with a sheet of what to
-    measure. A test machine holds one state, the box a mean over a run: with --over-today the
-    columns are ratios to today's part at that state.
+    PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in: parts
+    are held against the musts at the states of the sheet, which must be those of the box. Or it is
+    a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
+    the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
+    where the box does not limit that axis. With --over-today the columns are ratios to today's
+    part, both measured at one state.
 
     What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
     axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
-    tables, figures and report.html. Keys of summary.json: n_parts, n_passed, n_failed,
-    n_undecided; n_batches, n_batches_passed, n_batches_failed; cpk_at_least_smallest (95 %
-    confidence), pieces_inside_at_least_smallest (share of a batch inside the box, lower end),
-    cars_within_limit_smallest, share_stated. The last line of the output is the run folder.
+    tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
+    summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
+    n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
+    (share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
+    line of the output is the run folder.
 
-    deboom run studies/solution_box.py, then deboom accept results/solution_box/RUN parts.xlsx
-    --template, fill it in under another name, and deboom accept again.
+    deboom report RUN --supplier --mount TSM --box BOX, fill in the workbook, and deboom accept BOX
+    supplier_sheet_TSM.xlsx.
     """
-    from deboom.study.accept import accept_into_run, write_parts_template
+    from deboom.study.accept import accept_into_run
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        if template:
-            write_parts_template(box, parts, over_today=over_today)
-            typer.echo(parts.as_posix())
-            return
-        with progress_bar("accept") as progress:
-            run = accept_into_run(
-                *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
-            )
+    with one_sentence_errors(), progress_bar("accept") as progress:
+        run = accept_into_run(
+            *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
+        )
     typer.echo(run.as_posix())
 
 

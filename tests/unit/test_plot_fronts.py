@@ -13,9 +13,7 @@ from plot_samples import (
     design_ranges,
     levels_in_box,
     noise_bars,
-    part_effects,
     stiffness_over_preload,
-    tolerance_worth,
 )
 
 from deboom.errors import InputError
@@ -215,31 +213,3 @@ def test_points_that_cannot_be_drawn_are_refused(panels):
 
     with pytest.raises(InputError, match="stiffness_over_preload"):
         stiffness_over_preload(panels, COLOUR)
-
-
-def test_effects_of_any_number_of_parts_are_drawn():
-    parts = {f"only P{number}": [-1.0, 0.2] for number in range(5)}
-    half = {name: [0.1, 0.1] for name in parts}
-    colours = dict.fromkeys(parts, COLOUR)
-
-    drawn = part_effects(
-        ["one", "two"],
-        parts,
-        half,
-        [-2.0, 0.1],
-        colours,
-        x_label="change [dB]",
-        together_label="all",
-    )
-
-    assert has_colour(drawn, COLOUR)
-    with pytest.raises(InputError, match="part_effects"):
-        part_effects([], {}, {}, [], {}, x_label="", together_label="")
-
-
-def test_shares_and_gains_are_drawn_and_values_that_are_not_finite_refused():
-    assert has_colour(
-        tolerance_worth(["A x", "A y"], [70.0, 0.0], [2.0, -0.1], [COLOUR] * 2), COLOUR
-    )
-    with pytest.raises(InputError, match="tolerance_worth"):
-        tolerance_worth(["A x"], [np.nan], [1.0], [COLOUR])

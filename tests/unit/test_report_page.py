@@ -2,8 +2,8 @@
 
 import base64
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -12,7 +12,7 @@ from plot_samples import convergence
 
 from deboom.errors import InputError
 from deboom.report.glossary import GLOSSARY
-from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
+from deboom.report.report import Picture, Report, Table
 from deboom.report.tables import split_label, text_columns
 
 PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
@@ -55,17 +55,28 @@ class Document(HTMLParser):
         ]
 
 
+class Section(NamedTuple):
+    """What a test puts into a section."""
+
+    title: str
+    text: str
+    figures: tuple = ()
+    tables: tuple = ()
+
+
 def page(**changes):
     picture = Picture(PNG, alt="A rising curve.", caption="The search has settled.")
-    section = Section("The front", "First paragraph.\n\nSecond one.", (picture,), ())
-    whole = Page(
-        title="Robust front",
-        question="Which mounts?",
-        sections=(section, Section("Levels", "All.", tables=(Table(TABLE, "Per vehicle."),))),
-        headlines=(Headline("−2.8 dB", "U06-1"),),
-        terms=("SPL", "σ"),
-        warnings=("TSM x stops at its bound.",),
-        provenance={
+    whole = {
+        "title": "Robust front",
+        "question": "Which mounts?",
+        "sections": (
+            Section("The front", "First paragraph.\n\nSecond one.", (picture,)),
+            Section("Levels", "All.", tables=(Table(TABLE, "Per vehicle."),)),
+        ),
+        "tiles": (("−2.8 dB", "U06-1"),),
+        "terms": ("SPL", "σ"),
+        "warnings": ("TSM x stops at its bound.",),
+        "provenance": {
             "command": "deboom run studies/front.py --seed 1",
             "seed": 1,
             "environment": {
@@ -76,8 +87,23 @@ def page(**changes):
             "inputs": {"data/platform.toml": "0123abcd"},
             "wall_time_s": 31.4,
         },
-    )
-    return replace(whole, **changes)
+    }
+    return whole | changes
+
+
+def render_page(content):
+    report = Report(content["title"], content["question"])
+    for value, label in content["tiles"]:
+        report.tile(value, label)
+    report.explain(*content["terms"])
+    report.warn(*content["warnings"])
+    for section in content["sections"]:
+        report.section(section.title, section.text)
+        for picture in section.figures:
+            report.figure(None, picture.png, picture.caption, alt=picture.alt)
+        for table in section.tables:
+            report.table(None, table.frame, table.caption, table.decimals)
+    return report.html(content["provenance"])
 
 
 def test_page_is_one_file_without_scripts_links_or_outside_references():
@@ -150,7 +176,7 @@ def test_all_words_of_the_page_are_there():
 
 
 def test_boxes_stay_away_when_they_have_nothing_to_say():
-    document = Document(render_page(page(warnings=(), terms=(), headlines=(), provenance={})))
+    document = Document(render_page(page(warnings=(), terms=(), tiles=(), provenance={})))
     tags = {tag for tag, _, _ in document.elements}
     assert not tags & {"aside", "footer", "nav", "ul"}
 
@@ -174,7 +200,7 @@ def test_no_input_can_add_markup():
     evil = page(
         title=EVIL,
         question=EVIL,
-        headlines=(Headline(EVIL, EVIL),),
+        tiles=((EVIL, EVIL),),
         warnings=(EVIL,),
         sections=(
             Section(EVIL, f"{EVIL}\n\nb", (picture,), ()),

@@ -1,25 +1,40 @@
-"""An acceptance box as a plain JSON file, and the measured parts of a delivery."""
+"""What is agreed with a mount supplier: acceptance box, programme, sheet, and measured parts."""
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, model_validator
 
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
-from deboom.files.tables import read_rows, refuse_second
+from deboom.files.run_folder import RECORD, check_files, read_run
+from deboom.files.schema import StrictModel, checked_document, load_toml
+from deboom.files.tables import Row, read_rows, refuse_second, sheet_names
 
-FORMAT = "deboom acceptance box"
-VERSION = 1
+FORMAT, VERSION = "deboom acceptance box", 2
+BOX_FILE = "acceptance_box.json"
+AXES = ("x", "y", "z")
 _AGAIN = "run the study solution_box again"
+_CHECKSUM = "sha256"
+ON_BOUND = 1e-6
+"""Distance of an end from the bound of the search at which it lies on it, of the range [1]."""
+
+Share = Annotated[float, Field(ge=0.0, le=1.0)]
+Positive = Annotated[float, Field(gt=0.0)]
+NotNegative = Annotated[float, Field(ge=0.0)]
+Text = Annotated[str, Field(min_length=1)]
+Pair = Annotated[tuple[float, float], Field(strict=False)]
+Triple = Annotated[tuple[float, float, float], Field(strict=False)]
 
 
-@dataclass(frozen=True)
-class BoxVariable:
+class BoxVariable(StrictModel):
     """Interval of one stiffness factor.
 
     Parameters
@@ -28,77 +43,84 @@ class BoxVariable:
         ``<mount> <axis>``.
     lower, upper : float
         Ends of the interval, both accepted [1].
+    searched : (float, float)
+        Range in which the search looked for the ends [1].
     nominal : float
         Factor of the design that the box was asked for about [1].
-    reference_stiffness : float or None
-        Magnitude of the dynamic stiffness of one piece at factor 1 [N/m]; None: not measured.
+    reference_stiffness_n_per_m : float or None
+        Magnitude of the dynamic stiffness of one piece at factor 1; None: not measured.
     condition : str
         At which the reference was read, in words.
     weight : float
-        Of the interval in the search, above 0 [1].
+        Weight of the interval in the search, above 0 [1].
     required : bool
         False where no vehicle depends on the variable: its interval is that of the bounds.
     """
 
-    name: str
-    lower: float
-    upper: float
-    nominal: float
-    reference_stiffness: float | None
+    name: Text
+    lower: Positive
+    upper: Positive
+    searched: Pair
+    nominal: Positive
+    reference_stiffness_n_per_m: Positive | None
     condition: str
-    weight: float
+    weight: Positive
     required: bool
 
-    @property
-    def lower_stiffness(self) -> float | None:
-        """Lower end [N/m]; None where the reference was not measured."""
-        return None if self.reference_stiffness is None else self.lower * self.reference_stiffness
+    @model_validator(mode="after")
+    def _inside(self) -> Self:
+        low, high = self.searched
+        near = ON_BOUND * (high - low)
+        if not low - near <= self.lower < self.upper <= high + near:
+            raise ValueError(
+                f"'{self.name}': the interval {self.lower:g} to {self.upper:g} is none inside of "
+                f"the searched range {low:g} to {high:g}"
+            )
+        return self
 
     @property
-    def upper_stiffness(self) -> float | None:
-        """Upper end [N/m]; None where the reference was not measured."""
-        return None if self.reference_stiffness is None else self.upper * self.reference_stiffness
+    def set_by_limit(self) -> str:
+        """Ends that the limit sets: ``from``, ``to``, ``from and to``, or nothing: the search."""
+        low, high = self.searched
+        near = ON_BOUND * (high - low)
+        ends = [
+            *(["from"] if self.lower > low + near else []),
+            *(["to"] if self.upper < high - near else []),
+        ]
+        return " and ".join(ends)
 
 
-@dataclass(frozen=True)
-class BoxResponse:
+class BoxResponse(StrictModel):
     """Limit of one vehicle.
 
     Parameters
     ----------
     name : str
-        Of the vehicle.
+        Name of the vehicle.
     limit : float
         Largest value that is kept [unit of the box].
     share : float
-        Of the verified parts that keep it [1].
+        Share of the verified parts that keep it [1].
     """
 
-    name: str
+    name: Text
     limit: float
-    share: float
+    share: Share
 
 
-@dataclass(frozen=True)
-class AcceptanceBox:
+class AcceptanceBox(StrictModel):
     """A box with the limit that it keeps, and everything it follows from.
 
     Parameters
     ----------
-    title : str
-        For people.
-    platform : str
-        Name of the platform.
-    platform_sha256 : str
-        Hash over the platform's input files.
-    group : str
-        Vehicles that were served.
+    title, platform, platform_sha256, group : str
+        Title for people; name and hash of the platform's files; vehicles that were served.
     motion, mounts : str
         Models behind the responses, as the study's options name them.
     load_cases : tuple of (str, float)
         Names and weights [1].
-    band : (float, float)
-        Lines that count [Hz].
+    band_hz : (float, float)
+        Lines that count.
     quantity, unit : str
         What is limited, such as ``mean level of the lines``, in dB(A).
     together : bool
@@ -108,54 +130,51 @@ class AcceptanceBox:
     responses : tuple of BoxResponse
     share_stated, share_verified, share_bound : float
         Share asked for, found with independent parts, and its one-sided lower bound [1].
+    share_measured_again : (float, float) or None
+        Share if all measurements were made again, 90 % interval [1].
     confidence : float
-        Of the bound [1].
+        Confidence of the bound [1].
     n_parts : int
         Independent parts.
     law : str
         How parts were taken to lie in the box.
     seed : int
-        Of search and verification.
+        Seed of search and verification.
     """
 
     title: str
     platform: str
-    platform_sha256: str
+    platform_sha256: Text
     group: str
     motion: str
     mounts: str
-    load_cases: tuple[tuple[str, float], ...]
-    band: tuple[float, float]
+    load_cases: Annotated[
+        tuple[Annotated[tuple[str, float], Field(strict=False)], ...],
+        Field(strict=False, min_length=1),
+    ]
+    band_hz: Pair
     quantity: str
     unit: str
     together: bool
-    variables: tuple[BoxVariable, ...]
-    responses: tuple[BoxResponse, ...]
-    share_stated: float
-    share_verified: float
-    share_bound: float
-    confidence: float
-    n_parts: int
+    variables: Annotated[tuple[BoxVariable, ...], Field(strict=False, min_length=1)]
+    responses: Annotated[tuple[BoxResponse, ...], Field(strict=False, min_length=1)]
+    share_stated: Annotated[float, Field(gt=0.0, lt=1.0)]
+    share_verified: Share
+    share_bound: Share
+    share_measured_again: Annotated[tuple[Share, Share], Field(strict=False)] | None
+    confidence: Annotated[float, Field(gt=0.0, lt=1.0)]
+    n_parts: Annotated[int, Field(gt=0)]
     law: str
-    seed: int
+    seed: Annotated[int, Field(gt=0)]
 
-    def __post_init__(self) -> None:
-        _refuse_doubled("variable", [one.name for one in self.variables])
-        _refuse_doubled("response", [one.name for one in self.responses])
-        for one in self.variables:
-            if not 0.0 < one.lower < one.upper:
-                raise InputError(
-                    f"variable '{one.name}': the interval {one.lower:g} to {one.upper:g} is none "
-                    "of stiffness factors: the lower end is above 0 and below the upper one"
-                )
-            if one.reference_stiffness is not None and not one.reference_stiffness > 0.0:
-                raise InputError(
-                    f"variable '{one.name}': the reference stiffness "
-                    f"{one.reference_stiffness:g} N/m is not above 0"
-                )
-        for name in ("share_stated", "share_verified", "share_bound", "confidence"):
-            if not 0.0 <= getattr(self, name) <= 1.0:
-                raise InputError(f"{name} is {getattr(self, name):g}: give a share from 0 to 1")
+    @model_validator(mode="after")
+    def _no_name_twice(self) -> Self:
+        for items in (self.variables, self.responses):
+            names = [item.name for item in items]
+            for name in names:
+                if names.count(name) > 1:
+                    raise ValueError(f"'{name}' appears {names.count(name)} times")
+        return self
 
     def variable(self, name: str) -> BoxVariable:
         """Return a variable by name.
@@ -165,28 +184,28 @@ class AcceptanceBox:
         InputError
             There is none.
         """
-        for one in self.variables:
-            if one.name == name:
-                return one
+        for variable in self.variables:
+            if variable.name == name:
+                return variable
         raise InputError(
-            f"the box has no variable '{name}': use one of {[one.name for one in self.variables]}"
+            f"the box has no variable '{name}': use one of {[v.name for v in self.variables]}"
         )
 
 
+def checksum(entries: Mapping[str, Any]) -> str:
+    """Return the SHA-256 of entries as canonical JSON, in hexadecimal."""
+    text = json.dumps(entries, sort_keys=True, ensure_ascii=False, allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
 def box_document(box: AcceptanceBox) -> dict[str, Any]:
-    """Put a box into words and numbers that JSON knows; units stand in the keys."""
-    document: dict[str, Any] = {"format": FORMAT, "version": VERSION}
-    return document | {_KEYS.get(name, name): value for name, value in _plain(box).items()}
+    """Put a box into what JSON knows, with its format and the checksum of its entries."""
+    entries = box.model_dump(mode="json")
+    return {"format": FORMAT, "version": VERSION, _CHECKSUM: checksum(entries), **entries}
 
 
 def write_solution_box(path: Path, box: AcceptanceBox) -> None:
     """Write a box; the file appears complete or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        Replaced if it is there.
-    box : AcceptanceBox
 
     Raises
     ------
@@ -197,13 +216,30 @@ def write_solution_box(path: Path, box: AcceptanceBox) -> None:
     replace_text(path, text + "\n")
 
 
+def box_file(path: Path) -> Path:
+    """Return the file of a box: the path itself, or the box of a run folder.
+
+    Raises
+    ------
+    InputError
+        A folder without one.
+    """
+    if not path.is_dir():
+        return path
+    if not (path / BOX_FILE).is_file():
+        raise InputError(
+            f"{path} holds no {BOX_FILE}: give a run folder of the study solution_box, or the file"
+        )
+    return path / BOX_FILE
+
+
 def read_solution_box(path: Path) -> AcceptanceBox:
-    """Read what `write_solution_box` wrote.
+    """Read an acceptance box, or that of a run folder, whose files are checked.
 
     Parameters
     ----------
     path : Path
-        ``solution_box.json`` of a run of the study solution_box.
+        File that `write_solution_box` or the study ``solution_box`` wrote, or the study's run.
 
     Returns
     -------
@@ -215,114 +251,251 @@ def read_solution_box(path: Path) -> AcceptanceBox:
     ------
     InputError
         The file is missing, no JSON, of another format or version, lacks an entry, has one too
-        many or one of the wrong kind, or holds an interval that is none.
+        many or one of the wrong kind or range; it is not what its checksum says, or its run is not
+        what its record says: an agreed change is a new box.
 
     Examples
     --------
     >>> import deboom
-    >>> box = deboom.read_solution_box(
-    ...     "results/solution_box/RUN/solution_box.json"
-    ... )  # doctest: +SKIP
+    >>> box = deboom.read_solution_box("results/solution_box/RUN")  # doctest: +SKIP
     """
+    file = box_file(path)
+    if (file.parent / RECORD).is_file():
+        check_files(read_run(file.parent))
     kind = "acceptance box: the study solution_box writes one"
-    document = read_document(path, FORMAT, VERSION, kind, _AGAIN)
-    try:
-        return _box(document)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
+    document = read_document(file, FORMAT, VERSION, kind, _AGAIN)
+    stated = document.pop(_CHECKSUM, None)
+    box = checked_document(file, document, AcceptanceBox)
+    if stated != checksum(document):
+        raise InputError(
+            f"{file} has been edited: its checksum is not that of its entries; an agreed change "
+            f"is a new box: {_AGAIN}"
+        )
+    return box
 
 
-_KEYS = {"band": "band_hz", "reference_stiffness": "reference_stiffness_n_per_m"}
-"""Names of entries that carry a unit."""
+PROGRAMME_FILE = "programme.toml"
 
 
-def _plain(value: Any) -> dict[str, Any]:
-    found = asdict(value)
-    found["load_cases"] = [{"name": name, "weight": weight} for name, weight in value.load_cases]
-    found["variables"] = [
-        {_KEYS.get(name, name): entry for name, entry in one.items()} for one in found["variables"]
-    ]
-    return found
+class TestEntry(StrictModel):
+    """How parts are tested, as both sides have agreed."""
+
+    frequencies_hz: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] | None = None
+    """The first one is that of the acceptance lines."""
+    temperature_c: float | None = None
+    conditioning_cycles: Annotated[int, Field(ge=0)] | None = None
+    uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None = None
+    """Measuring uncertainty of a stiffness, relative, expanded to 95 %."""
 
 
-def _box(document: dict[str, Any]) -> AcceptanceBox:
-    entries = _entries(AcceptanceBox, document, "the box")
-    entries["variables"] = tuple(
-        BoxVariable(**_entries(BoxVariable, one, f"variable {number}"))
-        for number, one in enumerate(_list(entries["variables"], "variables"), start=1)
-    )
-    entries["responses"] = tuple(
-        BoxResponse(**_entries(BoxResponse, one, f"response {number}"))
-        for number, one in enumerate(_list(entries["responses"], "responses"), start=1)
-    )
-    cases = []
-    for one in _list(entries["load_cases"], "load_cases"):
-        if not isinstance(one, dict) or set(one) != {"name", "weight"}:
-            raise InputError(f"a load case needs name and weight, not {one!r}")
-        cases.append((_text(one["name"], "load case"), _number(one["weight"], "weight")))
-    entries["load_cases"] = tuple(cases)
-    band = [_number(edge, "band_hz") for edge in _list(entries["band"], "band_hz")]
-    if len(band) != 2:
-        raise InputError(f"band_hz holds {len(band)} numbers: give its two edges")
-    entries["band"] = (band[0], band[1])
-    return AcceptanceBox(**entries)
+class ProcessEntry(StrictModel):
+    """What is asked of every process, whatever acoustics needs."""
+
+    cpk: Positive = 1.33
+    parts_per_sample: Annotated[int, Field(ge=3)] = 20
 
 
-def _entries(kind: Any, document: Any, where: str) -> dict[str, Any]:
-    """Check the keys of an entry and the kind of its plain values."""
-    if not isinstance(document, dict):
-        raise InputError(f"{where} is no object with entries: {_AGAIN}")
-    wanted = {_KEYS.get(one.name, one.name): one for one in fields(kind)}
-    missing = [name for name in wanted if name not in document]
-    surplus = [name for name in document if name not in wanted]
-    if missing or surplus:
-        what = f"lacks the entry '{missing[0]}'" if missing else f"has an unknown '{surplus[0]}'"
-        raise InputError(f"{where} {what}: {_AGAIN}")
-    found: dict[str, Any] = {}
-    for key, one in wanted.items():
-        value, place = document[key], f"{where}, '{key}'"
-        if one.type == "str":
-            value = _text(value, place)
-        elif one.type == "float":
-            value = _number(value, place)
-        elif one.type == "float | None":
-            value = None if value is None else _number(value, place)
-        elif one.type == "bool" and not isinstance(value, bool):
-            raise InputError(f"{place}: {value!r} is neither true nor false")
-        elif one.type == "int" and (isinstance(value, bool) or not isinstance(value, int)):
-            raise InputError(f"{place}: {value!r} is no whole number")
-        found[one.name] = value
-    return found
+class ProgrammeMount(StrictModel):
+    """One part of the programme."""
+
+    name: Text
+    """Name of the mount on the platform."""
+    part_number: Text | None = None
+    drawing_number: Text | None = None
+    revision: Text | None = None
+    parts_per_year: Annotated[int, Field(gt=0)] | None = None
+    weight_force_n: Triple | None = None
+    """Force of the weight on the body at one piece, x y z."""
+    curve_zero: Literal["unloaded", "under weight"] | None = None
+    """Where the deflections of its static curves count from."""
+    force_per_wheel_torque: Triple | None = None
+    """Static force of one piece over wheel torque, x y z [N/(N m)]."""
+    saving: dict[str, NotNegative] | None = None
+    """Price per part of holding one axis, which a free direction saves [currency]."""
 
 
-def _number(value: Any, where: str) -> float:
-    if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(f"{where}: {value!r} is no finite number")
-    return float(value)
+class VariantEntry(StrictModel):
+    """One variant of the vehicle."""
+
+    name: Text
+    mounts: Annotated[tuple[Text, ...], Field(strict=False)]
+    """Mounts that it takes from this programme."""
+    vehicles_per_year: Annotated[int, Field(gt=0)]
 
 
-def _text(value: Any, where: str) -> str:
-    if not isinstance(value, str):
-        raise InputError(f"{where}: {value!r} is no text")
-    return value
+class Programme(StrictModel):
+    """Content of ``programme.toml`` beside a platform; every key is optional but the format."""
+
+    format: Literal[1] = 1
+    contact: Text | None = None
+    prototypes: Text | None = None
+    start_of_production: Text | None = None
+    currency: Text = "EUR"
+    test: TestEntry = TestEntry()
+    process: ProcessEntry = ProcessEntry()
+    mounts: Annotated[tuple[ProgrammeMount, ...], Field(strict=False)] = ()
+    variants: Annotated[tuple[VariantEntry, ...], Field(strict=False)] = ()
+
+    def mount(self, name: str) -> ProgrammeMount:
+        """Return what is known of a mount, perhaps nothing but its name."""
+        known = {mount.name: mount for mount in self.mounts}
+        return known.get(name, ProgrammeMount(name=name))
 
 
-def _list(value: Any, where: str) -> list[Any]:
-    if not isinstance(value, list) or not value:
-        raise InputError(f"{where} is no list with at least one entry")
-    return value
+def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
+    """Read ``programme.toml`` of a platform; an empty programme where there is none.
 
-
-def _refuse_doubled(what: str, names: list[str]) -> None:
-    if not names:
-        raise InputError(f"a box needs at least one {what}")
-    for name in names:
+    Raises
+    ------
+    InputError
+        A file that is no TOML, an unknown or mistyped key, a mount that the platform has not or
+        that is named twice.
+    """
+    path = folder / PROGRAMME_FILE
+    if not path.is_file():
+        return Programme()
+    programme = load_toml(path, Programme)
+    names = [mount.name for mount in programme.mounts]
+    used = [name for variant in programme.variants for name in variant.mounts]
+    for name in (*names, *used):
+        if name not in mounts:
+            raise InputError(
+                f"{path}: there is no mount '{name}' on this platform: use {', '.join(mounts)}"
+            )
         if names.count(name) > 1:
-            raise InputError(f"{what} '{name}' appears {names.count(name)} times")
+            raise InputError(f"{path}: [[mounts]] '{name}' appears twice: keep one")
+    return programme
+
+
+SHEET_FORMAT: Literal["deboom supplier sheet"] = "deboom supplier sheet"
+DATA_SHEET = "deboom"
+"""Sheet of a workbook that is read back."""
+MEASURED = {"en": "measured", "de": "gemessen"}
+FILL_IN = {
+    "en": ("part", "batch", "direction", "preload", "amplitude", "frequency", "loss angle"),
+    "de": ("Teil", "Charge", "Richtung", "Vorlast", "Amplitude", "Frequenz", "Verlustwinkel"),
+}
+"""Columns of the table to fill in, beside `STIFFNESS`."""
+STIFFNESS = ("|K|", "K'", "K''")
+TODAY = {"en": "today", "de": "heute"}
+"""Name of the part that stands for today's, where only the ratio to it is known."""
+STATE_TOLERANCE = {"preload": 0.05, "amplitude": 0.1, "frequency": 0.02}
+"""Relative distance from the state of the sheet at which a measurement still counts [1]."""
+AGREES = 0.01
+"""Relative difference between |K| and the root of K'² + K''² that is allowed [1]."""
+
+
+class SheetDirection(StrictModel):
+    """One row of a data block: what is asked of one direction, and the state where it holds.
+
+    Parameters
+    ----------
+    name : str
+        ``<mount> <axis>``.
+    duty : str
+        ``must``: an end of the band is set by a limit; ``preferred``; ``free``; ``not identified``.
+    lower, upper : float or None
+        Ends of the band over today's stiffness at any state [1]; None: nothing is asked.
+    today_n_per_mm : float or None
+        Magnitude of today's dynamic stiffness at the state; None: not known.
+    loss_factor : float or None
+        Wanted one [1].
+    preload_n, preload_mm, amplitude_mm, frequency_hz : float or None
+        The state: static force and deflection, peak amplitude, frequency; None: to be agreed.
+    static_rate_n_per_mm : float or None
+        Slope of the wanted static curve at the preload.
+    """
+
+    name: Text
+    duty: Literal["must", "preferred", "free", "not identified"]
+    lower: Positive | None
+    upper: Positive | None
+    today_n_per_mm: Positive | None
+    loss_factor: float | None
+    preload_n: float | None
+    preload_mm: float | None
+    amplitude_mm: Positive | None
+    frequency_hz: Positive | None
+    static_rate_n_per_mm: float | None
+
+
+class SupplierSpecification(StrictModel):
+    """What a sheet asks of one part, as `deboom accept` reads it back from the workbook.
+
+    Parameters
+    ----------
+    mount, revision : str
+        The part; the revision of its drawing, empty if not given.
+    language : str
+        Of the table to fill in.
+    box_sha256 : str
+        Checksum of the acceptance box; empty where there is none.
+    share_stated : float or None
+        Share of the pieces that must lie inside [1].
+    uncertainty : float or None
+        Stated measuring uncertainty, relative, expanded to 95 % [1].
+    directions : tuple of SheetDirection
+    """
+
+    format: Literal["deboom supplier sheet"] = SHEET_FORMAT
+    version: Literal[1] = 1
+    mount: Text
+    revision: str
+    language: Literal["en", "de"]
+    box_sha256: str
+    share_stated: Share | None
+    uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None
+    directions: Annotated[tuple[SheetDirection, ...], Field(strict=False, min_length=1)]
+
+    @property
+    def checksum(self) -> str:
+        """SHA-256 of the specification, which cells that a supplier fills in do not change."""
+        return checksum(self.model_dump(mode="json"))
+
+    @property
+    def musts(self) -> dict[str, SheetDirection]:
+        """Directions that parts are judged by, by axis."""
+        return {d.name.rpartition(" ")[2]: d for d in self.directions if d.duty == "must"}
+
+    @property
+    def cells(self) -> dict[str, str]:
+        """Entries of the sheet of the workbook that is read back."""
+        text = json.dumps(self.model_dump(mode="json"), ensure_ascii=False)
+        return {"specification": text, _CHECKSUM: self.checksum}
+
+
+def holds_sheet(path: Path) -> bool:
+    """Return whether a table of parts is the workbook of a sheet."""
+    return path.suffix.lower() == ".xlsx" and DATA_SHEET in sheet_names(path)
+
+
+def read_specification(path: Path) -> SupplierSpecification:
+    """Read the specification back from the workbook of a sheet.
+
+    Raises
+    ------
+    InputError
+        A file that is no workbook of a sheet, or whose specification has been edited.
+    """
+    remedy = "give the workbook that deboom report --supplier wrote"
+    rows = read_rows(path, ("entry", "value"), {}, sheet=DATA_SHEET)
+    cells = {row.cells["entry"]: row.cells["value"] for row in rows}
+    try:
+        raw = json.loads(cells["specification"])
+    except (KeyError, ValueError, RecursionError):
+        raise InputError(f"{path} holds no specification: {remedy}") from None
+    if not isinstance(raw, dict) or raw.get("format") != SHEET_FORMAT:
+        raise InputError(f"{path} holds no specification: {remedy}")
+    found = checked_document(path, raw, SupplierSpecification)
+    if found.checksum != cells.get(_CHECKSUM):
+        raise InputError(
+            f"{path}: its specification has been edited, its checksum is another one: {remedy}; "
+            "an agreed change is a new revision"
+        )
+    return found
 
 
 PLAIN = ("part", "batch", "mount")
-AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -349,7 +522,7 @@ class DeliveredPart:
 def read_delivered_parts(
     path: Path, required: Mapping[str, tuple[str, ...]], *, over_today: bool = False
 ) -> tuple[DeliveredPart, ...]:
-    """Read the parts of a delivery.
+    """Read the parts of a delivery from a table with one row per part.
 
     Parameters
     ----------
@@ -388,20 +561,121 @@ def read_delivered_parts(
             )
         stiffness = {}
         for axis in AXES:
-            if not row.cells[axis] and axis not in required[mount]:
-                continue
-            if not row.cells[axis]:
+            if row.cells[axis]:
+                stiffness[axis] = row.number(axis)
+            elif axis in required[mount]:
                 raise row.error(
                     f"part '{name}': {mount} {axis} was not measured, and the box limits it: "
                     "measure it"
                 )
-            stiffness[axis] = row.number(axis)
-            if not stiffness[axis] > 0.0:
+        for axis, value in stiffness.items():
+            if not value > 0.0:
                 raise row.error(
-                    f"part '{name}': {mount} {axis} is {stiffness[axis]:g} N/m, a stiffness is "
-                    "above 0: correct the measurement"
+                    f"part '{name}': {mount} {axis} is {value:g} N/m, a stiffness is above 0: "
+                    "correct the measurement"
                 )
         parts.append(DeliveredPart(name, row.filled("batch"), mount, stiffness))
     if not parts:
         raise InputError(f"{path} holds no part: one row per part")
     return tuple(parts)
+
+
+def read_measured_sheet(
+    path: Path, specification: SupplierSpecification
+) -> tuple[DeliveredPart, ...]:
+    """Read the table that a supplier filled in, one row per part and direction.
+
+    Parameters
+    ----------
+    path : Path
+        Workbook of the sheet.
+    specification : SupplierSpecification
+        What was asked; rows of directions that are no must are left out.
+
+    Returns
+    -------
+    tuple of DeliveredPart
+        With stiffnesses at the state of the sheet [N/m]; where today's is not known in N/mm, over
+        that of today's part [1].
+
+    Raises
+    ------
+    InputError
+        A column or unit that is missing, a direction that the sheet has not, a row at another
+        preload, amplitude or frequency than the sheet's, a part without a required direction, a
+        stiffness that is not positive or contradicts itself.
+    """
+    names = FILL_IN[specification.language]
+    units = dict(zip(names[3:], ("N", "m", "Hz", "rad"), strict=True))
+    units |= dict.fromkeys(STIFFNESS, "N/m")
+    found: dict[tuple[str, str], dict[str, float]] = {}
+    today, musts = dict[str, float](), specification.musts
+    for row in read_rows(path, names[:3], units, MEASURED[specification.language]):
+        part, batch, direction = (row.cells[name] for name in names[:3])
+        if not part:
+            continue
+        axis = direction.rpartition(" ")[2]
+        if direction not in [d.name for d in specification.directions]:
+            raise row.error(f"part '{part}': the sheet has no direction '{direction}'")
+        if axis not in musts:
+            continue
+        _check_state(row, names, part, musts[axis])
+        value = _magnitude(row, part)
+        if part == TODAY[specification.language]:
+            today[axis] = value
+            continue
+        axes = found.setdefault((part, batch or "–"), {})
+        if axis in axes:
+            raise row.error(f"part '{part}': {direction} stands there twice: keep one row")
+        axes[axis] = value
+    if not found:
+        raise InputError(f"{path} holds no measured part: one row per part and direction")
+    for axis, must in musts.items():
+        reference = 1.0 if must.today_n_per_mm is not None else today.get(axis)
+        if reference is None:
+            raise InputError(
+                f"{path}: {must.name} is only known as a ratio to today's part: measure that one "
+                "on the same machine and add its row, with "
+                f"'{TODAY[specification.language]}' as part"
+            )
+        for (part, _), axes in found.items():
+            if axis not in axes:
+                raise InputError(f"{path}: part '{part}': {must.name} was not measured: measure it")
+            axes[axis] /= reference
+    return tuple(
+        DeliveredPart(part, batch, specification.mount, axes)
+        for (part, batch), axes in found.items()
+    )
+
+
+def _check_state(row: Row, names: tuple[str, ...], part: str, must: SheetDirection) -> None:
+    """Refuse a row that was measured at another state than the sheet's."""
+    asked = (must.preload_n, must.amplitude_mm, must.frequency_hz)
+    units = (("N", 1.0), ("mm", 1e3), ("Hz", 1.0))
+    known = zip(STATE_TOLERANCE.items(), names[3:6], asked, units, strict=True)
+    for (what, tolerance), column, wanted, (unit, size) in known:
+        if wanted is None:
+            continue
+        measured = size * row.number(column)
+        if not abs(measured - wanted) <= tolerance * abs(wanted) + 1e-9:
+            raise row.error(
+                f"part '{part}': {must.name} was measured at {measured:g} {unit} {what}, the sheet "
+                f"asks for {wanted:.4g} {unit} within {100 * tolerance:g} %: measure it there"
+            )
+
+
+def _magnitude(row: Row, part: str) -> float:
+    """Return |K| [N/m] of a row, from |K| or from K' and K''."""
+    whole, real, imaginary = (row.number(n) if row.cells[n] else math.nan for n in STIFFNESS)
+    from_parts = math.hypot(real, imaginary)
+    if math.isnan(whole) and math.isnan(from_parts):
+        raise row.error(f"part '{part}': give |K| or both K' and K''")
+    if abs(whole - from_parts) > AGREES * whole:
+        raise row.error(
+            f"part '{part}': |K| is {1e-3 * whole:.1f} N/mm, K' and K'' make "
+            f"{1e-3 * from_parts:.1f} N/mm: correct the wrong one"
+        )
+    value = from_parts if math.isnan(whole) else whole
+    if not value > 0.0:
+        raise row.error(f"part '{part}': a stiffness is above 0: correct the measurement")
+    return value

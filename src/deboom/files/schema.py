@@ -232,7 +232,26 @@ def _right_keys(model: type[BaseModel], raw: Any) -> dict[str, Any]:
 
 
 def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
-    raw = _raw(path, text)
+    return checked_document(path, _raw(path, text), model)
+
+
+def checked_document(path: Path, raw: Mapping[str, Any], model: type[_Model]) -> _Model:
+    """Check the entries of a document, such as of a JSON file.
+
+    Parameters
+    ----------
+    path : Path
+        File, for the error.
+    raw : mapping
+        Entries as read.
+    model : type
+        As for `load_toml`.
+
+    Raises
+    ------
+    InputError
+        A key is unknown, missing, mistyped or out of range.
+    """
     try:
         return model.model_validate(raw)
     except ValidationError as error:
@@ -248,7 +267,7 @@ def _sentence(error: ValidationError, model: type[BaseModel]) -> str:
 
 def _detail_sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     sections = _sections(model)
-    section, key = _place(detail["loc"], sections)
+    section, key = _place(detail["loc"] or ("",), sections)
     where = f"key '{key}' in {section}"
     if detail["type"] == "extra_forbidden":
         known = sections.get(str(detail["loc"][0]), model).model_fields
@@ -258,6 +277,8 @@ def _detail_sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     if detail["type"] == "missing":
         return f"{where} is missing: add it"
     rule = detail["msg"].removeprefix("Value error, ")
+    if isinstance(detail["input"], dict):
+        return f"{section}: {rule}"
     return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
 
 

@@ -6,7 +6,8 @@ import csv
 import io
 import math
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -346,7 +347,21 @@ def _text_cells(path: Path) -> list[list[str]]:
     return rows
 
 
-def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:
+def sheet_names(path: Path) -> list[str]:
+    """Return the names of the sheets of an Excel file.
+
+    Raises
+    ------
+    InputError
+        The file is missing or no workbook.
+    """
+    with _workbook(path) as book:
+        return list(book.sheetnames)
+
+
+@contextmanager
+def _workbook(path: Path) -> Iterator[Any]:
+    """Open an Excel file; whatever fails meanwhile is one sentence."""
     data = read_bytes(path)
     if data.startswith(_OLE2):
         raise InputError(
@@ -357,17 +372,21 @@ def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:
             size = sum(part.file_size for part in parts.infolist())
         if size > LARGEST_WORKBOOK:
             raise InputError(f"{path} unpacks to {size / MEBIBYTE:.0f} MiB: split the workbook")
-        book = load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
+        yield load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
+    except InputError:
+        raise
+    except Exception as error:  # openpyxl raises a dozen kinds on a damaged workbook
+        raise InputError(f"{path} is no Excel file: {str(error).strip() or 'damaged'}") from None
+
+
+def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:
+    with _workbook(path) as book:
         names = book.sheetnames
         if sheet is not None and sheet not in names:
             raise InputError(
                 f"{path} has no sheet '{sheet}', only {', '.join(names)}: add or rename it"
             )
         rows = _sheet_cells(path, book[names[0] if sheet is None else sheet])
-    except InputError:
-        raise
-    except Exception as error:  # openpyxl raises a dozen kinds on a damaged workbook
-        raise InputError(f"{path} is no Excel file: {str(error).strip() or 'damaged'}") from None
     while rows and not any(rows[-1]):
         rows.pop()
     return rows
@@ -461,8 +480,10 @@ def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
             width = min(max(map(len, texts)) + 2, _WIDEST)
             sheet.column_dimensions[get_column_letter(place + 1)].width = width
         sheet.append([_header(sheet, str(label)) for label in table.columns])
+        formats = [_number_format(name_and_unit(str(label))[1]) for label in table.columns]
         for row in rows:
-            sheet.append([_cell(sheet, value) for value in row])
+            pairs = zip(row, formats, strict=True)
+            sheet.append([_cell(sheet, value, number_format) for value, number_format in pairs])
     buffer = io.BytesIO()
     workbook.save(buffer)
     return buffer.getvalue()
@@ -477,12 +498,25 @@ def _header(sheet: Any, label: str) -> Any:
     return cell
 
 
-def _cell(sheet: Any, value: Any) -> Any:
+def _cell(sheet: Any, value: Any, number_format: str = "") -> Any:
     if isinstance(value, str) and value.startswith("="):
         cell = WriteOnlyCell(sheet, value)
         cell.data_type = "s"
         return cell
-    return value.item() if isinstance(value, np.generic) else value
+    plain = value.item() if isinstance(value, np.generic) else value
+    if number_format and (plain is None or isinstance(plain, float)):
+        cell = WriteOnlyCell(sheet, plain)
+        cell.number_format = number_format
+        return cell
+    return plain
+
+
+def _number_format(unit: str | None) -> str:
+    """Return how numbers of a unit are shown; they are kept whole."""
+    decimals = {"N": 0, "mm": 3, "N/mm": 1, "Hz": 1, "%": 1, "dB": 2, "dB(A)": 1, "°": 1, "1": 3}
+    if unit not in decimals:
+        return ""
+    return "0." + "0" * decimals[unit] if decimals[unit] else "0"
 
 
 SAME_LINE = 1e-3

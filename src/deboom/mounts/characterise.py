@@ -22,6 +22,7 @@ from deboom.measurement.culprit import culprit_of_responses
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.characterised_mount import (
+    FORCE_PER_TORQUE,
     CampaignRecord,
     CharacterisedDirection,
     CharacterisedMount,
@@ -206,6 +207,7 @@ class Characterisation(Tabled):
                 "estimate": "Hv",
                 "pieces": options.regressor.pieces,
                 "self-calibration": options.self_calibration,
+                FORCE_PER_TORQUE: _force_per_torque(measured),
             }
             fitted = FittedSurface.of(surface, settings, options.preload.value)
         return CharacterisedDirection(
@@ -223,6 +225,12 @@ class Characterisation(Tabled):
             surface=fitted,
             static_curve=curves[0] if curves else None,
         )
+
+
+def _force_per_torque(measured: OperatingMap) -> float:
+    """Fit the static force of one piece over wheel torque, a line through zero [N/(N m)]."""
+    force, torque = measured.preload(Preload.STATIC_FORCE), measured.wheel_torque
+    return float(np.vdot(torque, force) / np.vdot(torque, torque))
 
 
 def measuring_chains(

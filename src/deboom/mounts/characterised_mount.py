@@ -17,6 +17,8 @@ from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 Setting = str | int | float | bool | None
+FORCE_PER_TORQUE = "static force per wheel torque [N/(N m)]"
+"""Setting of a surface: static force of one piece per wheel torque, over all lines of the fit."""
 LONGEST_TEXT = 255
 """Characters that a name or a description may have."""
 

@@ -50,13 +50,12 @@ from deboom.plot.modal import (
     stabilisation_chart,
 )
 from deboom.plot.parts import (
+    STIFFNESS_WORDS,
     PartsRow,
     StiffnessPanel,
-    part_effects,
     parts_in_intervals,
     shared_parts,
     stiffness_over_preload,
-    tolerance_worth,
 )
 from deboom.plot.sensitivity import (
     IndexBars,
@@ -69,6 +68,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 __all__ = [
+    "STIFFNESS_WORDS",
     "AttainedFront",
     "BodyMotion",
     "CorrelationPanel",
@@ -110,7 +110,6 @@ __all__ = [
     "noise_bars",
     "pareto_front",
     "part_choices",
-    "part_effects",
     "parts_in_intervals",
     "per_vehicle_change",
     "populations",
@@ -121,5 +120,4 @@ __all__ = [
     "stabilisation_chart",
     "stiffness_bars",
     "stiffness_over_preload",
-    "tolerance_worth",
 ]

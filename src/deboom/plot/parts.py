@@ -22,8 +22,6 @@ from deboom.plot.style import (
     halo,
     panel_grid,
     place_legend,
-    signed,
-    styled_figure,
 )
 
 if TYPE_CHECKING:
@@ -32,7 +30,6 @@ if TYPE_CHECKING:
 
 _COLUMNS = 3
 _PANEL_HEIGHT = 2.05
-_BAR = 0.2  # in, of one vehicle
 _FACTOR_BAR = 0.19  # in, of one direction
 _DASHED = (0, (4, 1.6))
 
@@ -47,7 +44,6 @@ class StiffnessPanel:
     - `x_label`: preload with its unit.
     - `points`: preload and stiffness of every line in operation [unit of the label, N/mm].
     - `today`, `wanted` or None: curves at one test condition; nan where nothing backs them.
-    - `wanted_points` or None: the wanted stiffness of single lines, where there is no curve.
     - `tolerance`: half width of the band around the wanted curve [1].
     - `note`: in the panel, such as ``no requirement``.
     """
@@ -57,16 +53,27 @@ class StiffnessPanel:
     points: Pair
     today: Pair | None = None
     wanted: Pair | None = None
-    wanted_points: Pair | None = None
     tolerance: float = 0.0
     note: str = ""
 
 
-def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> Figure:
+STIFFNESS_WORDS = (
+    "dynamic stiffness |K| [N/mm]",
+    "today, in the vehicle",
+    "today",
+    "nominal",
+    "band",
+)
+
+
+def stiffness_over_preload(
+    panels: Sequence[StiffnessPanel], colour: str, words: Sequence[str] = STIFFNESS_WORDS
+) -> Figure:
     """Draw the static force – dynamic stiffness diagrams of one mount, after thesis, Figure 26.
 
     - `panels`: at least one.
     - `colour`: of the mount.
+    - `words`: label of the ordinate and names of what is drawn, in another language.
     - raises InputError: no panel, points that are not finite.
     """
     from matplotlib.lines import Line2D
@@ -84,19 +91,15 @@ def stiffness_over_preload(panels: Sequence[StiffnessPanel], colour: str) -> Fig
             axes.set_xlabel(panel.x_label)
             axes.xaxis.set_major_locator(MaxNLocator(5))
             if place % columns == 0:
-                axes.set_ylabel("dynamic stiffness |K| [N/mm]")
+                axes.set_ylabel(words[0])
         handles: list[Line2D | Patch] = [
-            Line2D([], [], color=MUTED, label="today, in operation", ls="none", marker=".")
+            Line2D([], [], color=MUTED, label=words[1], ls="none", marker=".")
         ]
         if any(panel.today is not None for panel in panels):
-            handles.append(Line2D([], [], color=INK, ls=_DASHED, label="today"))
+            handles.append(Line2D([], [], color=INK, ls=_DASHED, label=words[2]))
         if any(panel.wanted is not None for panel in panels):
-            handles.append(Line2D([], [], color=colour, label="wanted"))
-            handles.append(Patch(color=colour, alpha=0.22, label="its tolerance"))
-        if any(panel.wanted_points is not None for panel in panels):
-            handles.append(
-                Line2D([], [], color=colour, label="wanted, in operation", ls="none", marker=".")
-            )
+            handles.append(Line2D([], [], color=colour, label=words[3]))
+            handles.append(Patch(color=colour, alpha=0.22, label=words[4]))
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
         return figure
 
@@ -108,12 +111,6 @@ def _stiffness(axes: Axes, panel: StiffnessPanel, colour: str) -> None:
     if panel.today is not None:
         axes.plot(*(np.asarray(a) for a in panel.today), color=INK, ls=_DASHED, linewidth=1.2)
         tops.append(float(np.nanmax(np.asarray(panel.today[1]))))
-    if panel.wanted_points is not None:
-        wanted = finite(
-            "stiffness_over_preload", {"x": panel.wanted_points[0], "y": panel.wanted_points[1]}
-        )
-        axes.plot(wanted["x"], wanted["y"], ".", color=colour, markersize=2.2, alpha=0.6)
-        tops.append(float(np.max(wanted["y"])))
     if panel.wanted is not None:
         x, k = (np.asarray(a, dtype=float) for a in panel.wanted)
         low, high = ((1.0 + side * panel.tolerance) * k for side in (-1.0, 1.0))
@@ -133,120 +130,6 @@ def _stiffness(axes: Axes, panel: StiffnessPanel, colour: str) -> None:
             color=INK,
             path_effects=halo(2.5),
         )
-
-
-def part_effects(
-    vehicles: Sequence[str],
-    changes: Mapping[str, npt.ArrayLike],
-    half_widths: Mapping[str, npt.ArrayLike],
-    together: npt.ArrayLike,
-    colours: Mapping[str, str],
-    *,
-    x_label: str,
-    together_label: str,
-) -> Figure:
-    """Draw what each part does alone in every vehicle, beside what all do together.
-
-    - `vehicles`: from top to bottom.
-    - `changes`, `half_widths` (n_vehicle,): part → change and half width of its interval [unit of
-      the label].
-    - `together` (n_vehicle,): change by all parts [unit of the label].
-    - `colours`: of every part.
-    - `x_label`: with its unit.
-    - `together_label`: what `together` is.
-    - raises InputError: no part, arrays of different lengths, values that are not finite.
-    """
-    from matplotlib.lines import Line2D
-
-    rows = np.arange(len(vehicles))
-    columns = min(4, max(len(changes), 1))
-    height = 0.5 + _BAR * len(vehicles)
-    with panel_grid("part_effects", len(changes), columns, 0.75, height, True, True) as (
-        figure,
-        grid,
-    ):
-        for place, (axes, name) in enumerate(zip(grid, changes, strict=True)):
-            data = finite(
-                "part_effects",
-                {
-                    "rows": rows,
-                    "change": changes[name],
-                    "half width": half_widths[name],
-                    "together": together,
-                },
-            )
-            axes.barh(rows, data["change"], height=0.62, color=colours[name])
-            for row in rows:
-                middle, half = data["change"][row], data["half width"][row]
-                axes.plot([middle - half, middle + half], [row, row], "|-", color=INK, lw=0.9, ms=4)
-            axes.plot(data["together"], rows, "D", color="white", mec=INK, ms=4.0, mew=0.9)
-            axes.axvline(0.0, color=MUTED, linewidth=0.8)
-            axes.set_title(name, loc="left", fontweight="bold")
-            axes.grid(False, axis="y")
-            axes.tick_params(axis="y", length=0)
-            if place + columns >= len(changes):
-                axes.tick_params(labelbottom=True)
-        grid[0].set_yticks(rows, vehicles)
-        grid[0].set_ylim(len(vehicles) - 0.4, -0.6)
-        figure.supxlabel(x_label, fontsize=8.5)
-        figure.legend(
-            handles=[
-                Line2D([], [], color=INK, marker="|", ms=4, lw=0.9, label="90 % interval"),
-                Line2D(
-                    [],
-                    [],
-                    ls="none",
-                    marker="D",
-                    color="white",
-                    mec=INK,
-                    ms=4,
-                    label=together_label,
-                ),
-            ],
-            loc="outside upper right",
-            ncols=2,
-        )
-        return figure
-
-
-def tolerance_worth(
-    names: Sequence[str],
-    shares: npt.ArrayLike,
-    gains: npt.ArrayLike,
-    colours: Sequence[str],
-) -> Figure:
-    """Draw the share of each direction in the scatter, and what a tighter tolerance is worth.
-
-    - `names`: of the directions.
-    - `shares` (n,): in the scatter [%].
-    - `gains` (n,): fall of σ per percentage point of tolerance [mdB].
-    - `colours`: of the directions.
-    - raises InputError: no direction, arrays of different lengths, values that are not finite.
-    """
-    data = finite("tolerance_worth", {"names": range(len(names)), "share": shares, "gain": gains})
-    rows = np.arange(len(names))
-    labels = {"share": "share of the scatter [%]", "gain": "σ saved per % tighter [0.001 dB]"}
-    with styled_figure(FULL_WIDTH, 0.75 + _FACTOR_BAR * len(names)) as figure:
-        for axes, key in zip(figure.subplots(1, 2, sharey=True), labels, strict=True):
-            axes.barh(rows, np.full(len(names), data[key].max()), color=TRACK, height=0.66)
-            axes.barh(rows, data[key], color=list(colours), height=0.66)
-            for row, value in enumerate(data[key]):
-                axes.annotate(
-                    signed(value, 1).removeprefix("+"),
-                    (max(value, 0.0), row),
-                    xytext=(3, 0),
-                    textcoords="offset points",
-                    va="center_baseline",
-                    fontsize=7.0,
-                    path_effects=halo(2.0),
-                )
-            axes.set_xlabel(labels[key])
-            axes.grid(False, axis="y")
-            axes.tick_params(axis="y", length=0)
-            axes.set_xlim(min(0.0, 1.05 * float(data[key].min())), 1.1 * float(data[key].max()))
-            axes.set_yticks(rows, names)
-            axes.set_ylim(len(names) - 0.4, -0.6)
-        return figure
 
 
 _MARKS = {"pass": ("o", ACCENT), "undecided": ("D", INK), "fail": ("X", VEHICLE_PALETTE[1])}

@@ -1,400 +1,47 @@
-"""A delivery against its acceptance box."""
+"""The command that judges a delivery: its reports for the vehicle side and for the supplier."""
 
 from __future__ import annotations
 
-import math
 import time
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
-from enum import Enum
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
-from deboom.explore.space import sobol_points
 from deboom.files.acceptance import (
-    AXES,
-    AcceptanceBox,
-    BoxVariable,
-    DeliveredPart,
+    SupplierSpecification,
+    box_file,
+    holds_sheet,
     read_delivered_parts,
+    read_measured_sheet,
     read_solution_box,
+    read_specification,
 )
-from deboom.files.disk import replace_bytes
-from deboom.files.platform import Platform, read_platform
-from deboom.files.tables import workbook_bytes
-from deboom.plot.style import mount_of
+from deboom.files.platform import read_platform
 from deboom.report import Report
-from deboom.study.options import Quantity, limited_response
-from deboom.study.platform_model import (
-    Motion,
-    MountSource,
-    motion_index,
-    operation,
-    platform_sha256,
+from deboom.report.sheet import Sheet
+from deboom.study.delivery import (
+    INTERVAL,
+    MILLI,
+    Delivery,
+    Demand,
+    Verdict,
+    judged_delivery,
+    limited_axes,
 )
 from deboom.study.progress import Progress
 from deboom.study.runner import run_command
-from deboom.tabled import Tabled
 
-PROCESSES, CARS = 100, 256
-"""Processes that a batch may come from, and cars of each, for the predicted levels."""
-INTERVAL = (0.05, 0.95)
-"""Of predicted shares [1]."""
-CONFIDENCE = 0.95
-"""Of the lower bounds of Cp and Cpk [1]."""
-
-
-class Verdict(Enum):
-    """What the measurement says of a part or a batch."""
-
-    passed = "pass"
-    failed = "fail"
-    undecided = "undecided"
-
-
-@dataclass(frozen=True)
-class JudgedPart:
-    """One part against the intervals of its mount.
-
-    `factors`: axis → stiffness over the reference [1]; `axes`: limited axis → what its stiffness
-    says; `reason`: which axis is outside, or too near to an end, empty where it passes.
-    """
-
-    part: DeliveredPart
-    factors: Mapping[str, float]
-    axes: Mapping[str, Verdict]
-    reason: str
-
-    @property
-    def verdict(self) -> Verdict:
-        """Failed with one axis, passed with all."""
-        found = set(self.axes.values())
-        for verdict in (Verdict.failed, Verdict.undecided):
-            if verdict in found:
-                return verdict
-        return Verdict.passed
-
-
-@dataclass(frozen=True)
-class Share:
-    """A share over what the process behind a batch may be: median and ends of `INTERVAL` [1]."""
-
-    middle: float
-    low: float
-    high: float
-
-    @classmethod
-    def of(cls, shares: RealArray) -> Share:
-        """Summarise the shares of all processes, shape (n_processes,)."""
-        low, middle, high = np.quantile(shares, [INTERVAL[0], 0.5, INTERVAL[1]])
-        return cls(float(middle), float(low), float(high))
-
-
-@dataclass(frozen=True, eq=False)
-class Cars:
-    """Cars that get their mounts from a batch.
-
-    `levels`: array, shape (n_processes, n_cars, n_vehicles), in the unit of the box; `within`:
-    share of parts and vehicles within the limit, as the box counts them.
-    """
-
-    levels: RealArray
-    within: Share
-
-
-@dataclass(frozen=True, eq=False)
-class Batch:
-    """Parts of one mount from one batch.
-
-    `capabilities`: limited axis → capability, empty for a single part; `pieces`: share of the
-    batch's pieces, measured or not, inside of all intervals, None where too few were measured;
-    `cars`: None without a platform as well; `share_stated`: asked of the pieces [1].
-    """
-
-    name: str
-    mount: str
-    parts: tuple[JudgedPart, ...]
-    capabilities: Mapping[str, Capability]
-    pieces: Share | None
-    cars: Cars | None
-    share_stated: float
-
-    @property
-    def counts(self) -> dict[Verdict, int]:
-        """Parts by verdict."""
-        return {verdict: sum(part.verdict is verdict for part in self.parts) for verdict in Verdict}
-
-    @property
-    def verdict(self) -> Verdict:
-        """Failed with a part outside; passed if all pass and enough pieces beyond doubt will."""
-        if self.counts[Verdict.failed]:
-            return Verdict.failed
-        proven = self.pieces is not None and self.pieces.low >= self.share_stated
-        if proven and not self.counts[Verdict.undecided]:
-            return Verdict.passed
-        return Verdict.undecided
-
-    @property
-    def reason(self) -> str:
-        """Why it is not passed, and what the cars are warned of; empty where all is well."""
-        words = []
-        if self.counts[Verdict.failed]:
-            words.append(f"{self.counts[Verdict.failed]} of {len(self.parts)} parts are outside")
-        elif self.counts[Verdict.undecided]:
-            words.append(f"{self.counts[Verdict.undecided]} parts too near to an end to decide")
-        elif self.verdict is Verdict.undecided:
-            words.append("too few measured parts to speak for the others: measure more")
-        if self.cars is not None and self.cars.within.high < self.share_stated:
-            words.append("too few cars will keep the limit: the batch lies in a corner of the box")
-        return "; ".join(words)
-
-
-@dataclass(frozen=True, eq=False)
-class Delivery(Tabled):
-    """A delivery, judged.
-
-    `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
-    relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
-    `same_data`: that platform's files are those of the box.
-    """
-
-    box: AcceptanceBox
-    batches: tuple[Batch, ...]
-    uncertainty: float
-    predicted: bool
-    same_data: bool
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """One row per part with its verdict."""
-        return _part_table(self)
-
-    @property
-    def parts(self) -> tuple[JudgedPart, ...]:
-        """All parts."""
-        return tuple(part for batch in self.batches for part in batch.parts)
-
-
-def limited_axes(box: AcceptanceBox, *, over_today: bool = False) -> dict[str, tuple[str, ...]]:
-    """Return the axes that a box limits, by mount; with `over_today`, parts are ratios to today's.
-
-    Raises
-    ------
-    InputError
-        A limited axis without a reference stiffness: parts cannot be held against it in N/m.
-    """
-    axes: dict[str, list[str]] = {}
-    for variable in box.variables:
-        mount, axis = mount_of(variable.name), variable.name.rpartition(" ")[2]
-        axes.setdefault(mount, [])
-        if not variable.required:
-            continue
-        if variable.reference_stiffness is None and not over_today:
-            raise InputError(
-                f"the box limits {variable.name}, whose stiffness nobody knows in N/mm: measure "
-                "parts and today's part on one machine and give their ratio (--over-today)"
-            )
-        axes[mount].append(axis)
-    return {mount: tuple(names) for mount, names in axes.items()}
-
-
-def judged_delivery(
-    box: AcceptanceBox,
-    parts: Sequence[DeliveredPart],
-    platform: Platform | None,
-    uncertainty: float,
-    seed: int,
-    *,
-    over_today: bool = False,
-) -> Delivery:
-    """Hold the parts of a delivery against a box, and predict the cars that they make.
-
-    Parameters
-    ----------
-    box : AcceptanceBox
-        Intervals and limits.
-    parts : sequence of DeliveredPart
-        Parts, measured at the condition of the box [N/m].
-    platform : Platform or None
-        Platform that the box was found for; None: no levels are predicted.
-    uncertainty : float
-        Uncertainty of a measured stiffness, relative, expanded to 95 % [1].
-    seed : int
-        Seed of the predicted cars, from 1.
-    over_today : bool
-        Stiffnesses are over those of today's part [1].
-
-    Returns
-    -------
-    Delivery
-        Verdict of each part and batch; ``table``, one row per part.
-
-    Raises
-    ------
-    InputError
-        An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; a platform that is
-        not that of the box.
-
-    Notes
-    -----
-    A part passes where its stiffness, with the uncertainty to either side, lies in every interval
-    of its mount; it fails where it lies outside with all of the uncertainty (ISO 14253-1). What was
-    not measured of a batch follows from what was, see `predicted_pieces`. Cars of a batch have
-    their mount from it and all other mounts anywhere in the box. The box promises its share for
-    parts all over it: a batch in a corner may keep every interval and still make loud cars.
-
-    Examples
-    --------
-    >>> import deboom
-    >>> deboom.judged_delivery(box, parts, None, 0.02, seed=1).table  # doctest: +SKIP
-    """
-    if not 0.0 <= uncertainty < 0.5:
-        raise InputError(f"--uncertainty {uncertainty:g}: give a share from 0 to below 0.5")
-    judged = [_judged(box, part, uncertainty, over_today) for part in parts]
-    levels = None if platform is None else _Levels(box, platform, seed)
-    names = dict.fromkeys((one.part.mount, one.part.batch) for one in judged)
-    batches = []
-    for mount, batch in names:
-        members = tuple(one for one in judged if (one.part.mount, one.part.batch) == (mount, batch))
-        axes = limited_axes(box, over_today=over_today)[mount]
-        batches.append(_batch(box, (batch, mount, axes), members, levels, seed))
-    return Delivery(
-        box,
-        tuple(batches),
-        uncertainty,
-        predicted=levels is not None,
-        same_data=levels is None or levels.same_data,
-    )
-
-
-def _judged(
-    box: AcceptanceBox, part: DeliveredPart, uncertainty: float, over_today: bool
-) -> JudgedPart:
-    factors, verdicts, words = {}, {}, []
-    for axis, stiffness in part.stiffness.items():
-        variable = box.variable(f"{part.mount} {axis}")
-        today = 1.0 if over_today else variable.reference_stiffness
-        if not variable.required or today is None:
-            continue
-        factor = factors[axis] = stiffness / today
-        low, high = factor * (1.0 - uncertainty), factor * (1.0 + uncertainty)
-        verdicts[axis] = Verdict.passed
-        if high < variable.lower or low > variable.upper:
-            verdicts[axis] = Verdict.failed
-        elif low < variable.lower or high > variable.upper:
-            verdicts[axis] = Verdict.undecided
-        if verdicts[axis] is not Verdict.passed:
-            words.append(_where(variable, axis, factor, verdicts[axis], over_today))
-    return JudgedPart(part, factors, verdicts, "; ".join(words))
-
-
-def _where(
-    variable: BoxVariable, axis: str, factor: float, verdict: Verdict, over_today: bool
-) -> str:
-    what = "outside" if verdict is Verdict.failed else "too near to an end"
-    today = None if over_today else variable.reference_stiffness
-    if today is None:
-        numbers = f"{factor:.3f} of today's, asked {variable.lower:.3f} to {variable.upper:.3f}"
-    else:
-        found, low, high = (1e-3 * today * f for f in (factor, variable.lower, variable.upper))
-        numbers = f"{found:.1f} N/mm, asked {low:.1f} to {high:.1f} N/mm"
-    return f"{axis} {what}: {numbers}"
-
-
-def _batch(
-    box: AcceptanceBox,
-    which: tuple[str, str, tuple[str, ...]],
-    members: tuple[JudgedPart, ...],
-    levels: _Levels | None,
-    seed: int,
-) -> Batch:
-    name, mount, axes = which
-    measured = np.array([[one.factors[axis] for axis in axes] for one in members])
-    variables = [box.variable(f"{mount} {axis}") for axis in axes]
-    found: dict[str, Capability] = {}
-    if len(members) > 1:
-        for axis, variable, values in zip(axes, variables, measured.T, strict=True):
-            with _naming(f"{mount} {axis}, batch {name}"):
-                found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
-    pieces, cars = None, None
-    if axes and len(members) >= fewest_pieces(len(axes)):
-        with _naming(f"{mount}, batch {name}"):
-            drawn = predicted_pieces(measured, PROCESSES, CARS, seed=seed)
-        lower = np.array([variable.lower for variable in variables])
-        upper = np.array([variable.upper for variable in variables])
-        pieces = Share.of(((lower <= drawn) & (drawn <= upper)).all(axis=2).mean(axis=1))
-        cars = None if levels is None else levels.cars(mount, axes, drawn)
-    return Batch(name, mount, members, found, pieces, cars, box.share_stated)
-
-
-@contextmanager
-def _naming(what: str) -> Iterator[None]:
-    """Say of which parts an error is."""
-    try:
-        yield
-    except InputError as error:
-        raise InputError(f"{what}: {error}") from None
-
-
-class _Levels:
-    """The model behind a box; lives within one call."""
-
-    def __init__(self, box: AcceptanceBox, platform: Platform, seed: int) -> None:
-        self.box, self.seed = box, seed
-        groups = {vehicle.group for vehicle in platform.fleet.vehicles}
-        runs = operation(
-            platform,
-            [f"{name}={weight!r}" for name, weight in box.load_cases],
-            MountSource(box.mounts),
-            box.group if box.group in groups else None,
-            box.band,
-        )
-        index = motion_index(runs, Motion(box.motion))
-        wanted = [variable.name for variable in box.variables]
-        vehicles = [response.name for response in box.responses]
-        if list(index.variable_names) != wanted or list(index.response_names) != vehicles:
-            raise InputError(
-                f"platform {platform.name} has the variables {list(index.variable_names)} and the "
-                f"vehicles {list(index.response_names)}, the box {wanted} and {vehicles}: give the "
-                "platform that the box was found for"
-            )
-        by_name = {
-            one.quantity: one
-            for one in (limited_response(quantity, index, box.band) for quantity in Quantity)
-        }
-        if box.quantity not in by_name:
-            raise InputError(f"the box limits '{box.quantity}', this deboom knows {list(by_name)}")
-        self.response = by_name[box.quantity]
-        self.same_data = platform_sha256(runs.platform) == box.platform_sha256
-
-    def cars(self, mount: str, axes: tuple[str, ...], pieces: RealArray) -> Cars:
-        """Build cars with drawn pieces of one mount, shape (n_processes, n_cars, n_axes)."""
-        variables = self.box.variables
-        names = [variable.name for variable in variables]
-        lower, upper, nominal = np.array([(v.lower, v.upper, v.nominal) for v in variables]).T
-        required = np.array([variable.required for variable in variables])
-        # the other mounts are the same for every process, which tells processes apart sooner
-        places = sobol_points(len(names), CARS, seed=self.seed, purpose="cars of a delivery")
-        designs = np.tile(lower + places * (upper - lower), (len(pieces), 1))
-        designs[:, ~required] = nominal[~required]
-        for place, axis in enumerate(axes):
-            designs[:, names.index(f"{mount} {axis}")] = pieces[..., place].ravel()
-        levels = np.asarray(self.response(designs)).reshape(len(pieces), CARS, -1)
-        within = levels <= np.array([response.limit for response in self.box.responses])
-        kept = within.all(axis=2) if self.box.together else within.mean(axis=2)
-        return Cars(levels, Share.of(kept.mean(axis=1)))
-
-
-PERCENT, MILLI = 100.0, 1e-3
-VERDICTS = ["batch", "parts", "passed", "failed", "undecided", "verdict", "reason"]
+PERCENT = 100.0
+MOST_SHOWN = 40
+"""Parts that do not pass and are listed on the supplier's page."""
+_ENGLISH: Literal["en", "de"] = "en"
+_COUNTS = ["passed", "failed", "undecided"]
+VERDICTS = ["batch", "parts", *_COUNTS, "verdict", "reason"]
 SHARES = [
     "batch",
     "pieces inside [%]",
@@ -406,13 +53,12 @@ SHARES = [
 
 
 def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
-    """Report a judged delivery; `inputs` are the files that were read."""
-    box, verdicts = delivery.box, [judged.verdict for judged in delivery.parts]
+    """Report a judged delivery to the vehicle side; `inputs` are the files that were read."""
+    demand, verdicts = delivery.demand, [judged.verdict for judged in delivery.parts]
     passed = sum(batch.verdict is Verdict.passed for batch in delivery.batches)
     failed, open_ = verdicts.count(Verdict.failed), verdicts.count(Verdict.undecided)
     report = Report(
-        "Acceptance of a delivery",
-        f"Do these parts keep the acceptance box of {box.title.partition(':')[0]}?",
+        "Acceptance of a delivery", f"Do these parts keep the intervals of {demand.title}?"
     )
     report.explain("stiffness factor", "dynamic stiffness", "tolerance", "SPL")
     report.tile(f"{passed} of {len(delivery.batches)}", "batches pass")
@@ -438,7 +84,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "n_batches": len(delivery.batches),
         "n_batches_passed": passed,
         "n_batches_failed": sum(b.verdict is Verdict.failed for b in delivery.batches),
-        "share_stated": box.share_stated,
+        "share_stated": demand.share_stated,
     }
     bounds = [c.cpk_bound for batch in delivery.batches for c in batch.capabilities.values()]
     smallest = {
@@ -453,7 +99,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.section(
         "Batches",
         "A batch passes if every measured part passes and at least "
-        f"{PERCENT * box.share_stated:g} % of its pieces, measured or not, lie inside beyond "
+        f"{PERCENT * demand.share_stated:g} % of its pieces, measured or not, lie inside beyond "
         "doubt: few measured parts leave much open. Beside it stand the cars that get their "
         "mounts from the batch, all other mounts anywhere in the box, with the interval from "
         f"{low} to {high} %. The box promises its share for parts all over it: a batch in a "
@@ -463,7 +109,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     report.table("batches", batches, "One row per batch.", shown=batches[VERDICTS])
     report.table(None, batches[SHARES], "What the measured parts say of all.")
 
-    conditions = dict.fromkeys(v.condition for v in box.variables if v.required)
+    conditions = dict.fromkeys(v.condition for v in demand.variables if v.required)
     report.section(
         "Parts in their intervals",
         f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
@@ -493,7 +139,8 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
 
 def _levels(report: Report, delivery: Delivery) -> None:
     """Show the predicted levels of the cars of each batch against the limits."""
-    box = delivery.box
+    box = delivery.demand.box
+    assert box is not None
     share = np.linspace(0.0, PERCENT, 101)
     panels, rows = [], []
     for batch in delivery.batches:
@@ -545,7 +192,7 @@ def _part_table(delivery: Delivery) -> pd.DataFrame:
         part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
         row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
         for axis, factor in factors.items():
-            today = delivery.box.variable(f"{part.mount} {axis}").reference_stiffness
+            today = delivery.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
             row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
         row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
         rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason})
@@ -582,7 +229,7 @@ def _capability_table(delivery: Delivery) -> pd.DataFrame:
     rows: list[dict[str, object]] = []
     for batch in delivery.batches:
         for axis, found in batch.capabilities.items():
-            variable = delivery.box.variable(f"{batch.mount} {axis}")
+            variable = delivery.demand.variable(f"{batch.mount} {axis}")
             rows.append(
                 {
                     "batch": f"{batch.mount} {batch.name}",
@@ -607,7 +254,7 @@ def _rows(delivery: Delivery) -> list[plot.PartsRow]:
     for batch in delivery.batches:
         axes = dict.fromkeys(axis for one in batch.parts for axis in one.factors)
         for axis in axes:
-            variable = delivery.box.variable(f"{batch.mount} {axis}")
+            variable = delivery.demand.variable(f"{batch.mount} {axis}")
             rows.append(
                 plot.PartsRow(
                     f"{batch.mount} {axis}, {batch.name}",
@@ -623,52 +270,55 @@ def _rows(delivery: Delivery) -> list[plot.PartsRow]:
     return rows
 
 
-COMMAND = "accept"
-BOX_FILE = "acceptance_box.json"
-
-
-def box_file(path: Path) -> Path:
-    """Return the file of a box: the path itself, or the box of a run folder.
-
-    Raises
-    ------
-    InputError
-        A folder without one.
-    """
-    if not path.is_dir():
-        return path
-    if not (path / BOX_FILE).is_file():
-        raise InputError(
-            f"{path} holds no {BOX_FILE}: give a run folder of the study solution_box, or the file"
-        )
-    return path / BOX_FILE
-
-
-def write_parts_template(box_path: Path, path: Path, *, over_today: bool = False) -> None:
-    """Write an empty table of parts for a box, one line per mount, to a new ``.xlsx`` file.
-
-    Raises
-    ------
-    InputError
-        The file is there, or is no ``.xlsx``.
-    """
-    box = read_solution_box(box_file(box_path))
-    if path.suffix != ".xlsx" or path.exists():
-        raise InputError(f"{path}: a template is a new .xlsx file, give another name")
-    axes = limited_axes(box, over_today=over_today)
-    unit = "1" if over_today else "N/mm"
-    rows = [
-        {"part": "", "batch": "", "mount": mount, **{f"{axis} [{unit}]": "" for axis in AXES}}
-        for mount, names in axes.items()
-        if names
-    ]
-    replace_bytes(
-        path,
-        workbook_bytes(
-            {"parts": pd.DataFrame(rows), "measure": _measure(box)},
-            "Parts of a delivery: one row per part",
+def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet:
+    """Write the page that the supplier gets: verdicts and capability, nothing of the vehicles."""
+    page = Sheet("", delivery.demand.title, language)
+    say, verdicts = page.say, [judged.verdict for judged in delivery.parts]
+    page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
+    german = {
+        Verdict.passed: "bestanden",
+        Verdict.failed: "nicht bestanden",
+        Verdict.undecided: "unentschieden",
+    }
+    words = {verdict: say(verdict.value, german[verdict]) for verdict in Verdict}
+    stated = f"± {PERCENT * delivery.uncertainty:g} %" if delivery.uncertainty else ""
+    page.fields(
+        {
+            say("measured parts", "gemessene Teile"): str(len(verdicts)),
+            **{words[verdict]: str(verdicts.count(verdict)) for verdict in Verdict},
+            say("measuring uncertainty, 95 %", "Messunsicherheit, 95 %"): stated,
+            say("asked share of the pieces", "geforderter Anteil der Stücke"): (
+                f"{PERCENT * delivery.demand.share_stated:g} %"
+            ),
+        }
+    )
+    page.section(
+        say("Batches", "Chargen"),
+        say(
+            "A batch passes if every measured part passes and the asked share of its pieces, "
+            "measured or not, lies inside beyond doubt.",
+            "Eine Charge besteht, wenn jedes gemessene Teil besteht und der geforderte Anteil "
+            "ihrer Stücke, gemessen oder nicht, zweifelsfrei innen liegt.",
         ),
     )
+    table = _batch_table(delivery)[["batch", "parts", *_COUNTS, "verdict", "at least [%]"]]
+    table = table.assign(verdict=[words[batch.verdict] for batch in delivery.batches])
+    ends = (say("verdict", "Urteil"), say("pieces inside at least [%]", "innen mindestens [%]"))
+    first = (say("batch", "Charge"), say("parts", "Teile"), *words.values())
+    page.table(table.set_axis([*first, *ends], axis=1))
+    if any(batch.capabilities for batch in delivery.batches):
+        page.section(say("Capability", "Prozessfähigkeit"))
+        page.table(_capability_table(delivery).drop(columns=["outside, normal law [%]"]))
+    others = [judged for judged in delivery.parts if judged.verdict is not Verdict.passed]
+    if others:
+        page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))
+        columns = [say("part", "Teil"), say("verdict", "Urteil"), say("reason", "Grund")]
+        rows = [(one.part.name, words[one.verdict], one.reason) for one in others[:MOST_SHOWN]]
+        page.table(pd.DataFrame(rows, columns=columns))
+    return page
+
+
+COMMAND = "accept"
 
 
 def accept_into_run(
@@ -676,7 +326,7 @@ def accept_into_run(
     parts_path: Path,
     out: Path,
     platform: Path | None,
-    uncertainty: float,
+    uncertainty: float | None,
     seed: int,
     progress: Progress,
     *,
@@ -687,29 +337,40 @@ def accept_into_run(
     Parameters
     ----------
     box_path : Path
-        Box, or run folder of the study ``solution_box``.
+        Box, run folder of the study ``solution_box``, or workbook of a sheet as it was sent.
     parts_path : Path
-        Table of parts.
+        Table of parts, or workbook of a sheet that was filled in.
     out : Path
         Folder that gets ``accept/<run>/``.
     platform : Path or None
         Folder of the platform that the box was found for.
-    uncertainty, seed, over_today
+    uncertainty : float or None
+        As for `judged_delivery`; None: the one that a sheet states, or 0.
+    seed, over_today
         As for `judged_delivery`.
     progress : callable
 
     Raises
     ------
     InputError
-        A box, a table or a platform that cannot be read or do not fit together; nothing is left
-        behind.
+        A box, a sheet, a table or a platform that cannot be read or do not fit together; nothing
+        is left behind.
     """
     begin = time.perf_counter()
     progress(0, 3, "reading")
-    path = box_file(box_path)
-    box = read_solution_box(path)
-    axes = limited_axes(box, over_today=over_today)
-    parts = read_delivered_parts(parts_path, axes, over_today=over_today)
+    path, language = box_file(box_path), _ENGLISH
+    if holds_sheet(parts_path):
+        sheet = read_specification(parts_path)
+        demand = _demand_of_sheet(path, sheet)
+        parts = read_measured_sheet(parts_path, sheet)
+        language = sheet.language
+        stated = sheet.uncertainty if uncertainty is None else uncertainty
+    else:
+        demand = Demand.of_box(read_solution_box(path))
+        axes = limited_axes(demand, over_today=over_today)
+        parts = read_delivered_parts(parts_path, axes, over_today=over_today)
+        stated = uncertainty
+    known = 0.0 if stated is None else stated
     data = read_platform(platform) if platform is not None else None
     record: dict[str, Any] = {
         "study": COMMAND,
@@ -718,7 +379,7 @@ def accept_into_run(
         "seed": seed,
         "arguments": {
             "platform": platform.as_posix() if platform is not None else None,
-            "uncertainty": uncertainty,
+            "uncertainty": known,
             "over-today": over_today,
             "seed": seed,
         },
@@ -726,34 +387,26 @@ def accept_into_run(
 
     def work() -> Report:
         progress(1, 3, "parts and cars")
-        delivery = judged_delivery(box, parts, data, uncertainty, seed, over_today=over_today)
+        delivery = judged_delivery(demand, parts, data, known, seed, over_today=over_today)
         progress(2, 3, "tables and figures")
         files = data.input_files if data is not None else ()
-        return delivery_report(delivery, (path, parts_path, *files))
+        report = delivery_report(delivery, (path, parts_path, *files))
+        report.attach("supplier.html", supplier_verdict(delivery, language).html().encode())
+        return report
 
     run = run_command(out, record, work, relative_to=None, begin=begin)
     progress(3, 3, "done")
     return run
 
 
-def _measure(box: AcceptanceBox) -> pd.DataFrame:
-    """Say what to measure, and the interval of each direction."""
-    return pd.DataFrame(
-        [
-            {
-                "direction": variable.name,
-                "from [N/mm]": _rounded(variable.lower_stiffness),
-                "to [N/mm]": _rounded(variable.upper_stiffness),
-                "from, over today's [1]": round(variable.lower, 4),
-                "to, over today's [1]": round(variable.upper, 4),
-                "condition": variable.condition,
-            }
-            for variable in box.variables
-            if variable.required
-        ]
-    )
-
-
-def _rounded(stiffness: float | None) -> float:
-    """Return a stiffness in N/mm with one decimal; nan where it is not known."""
-    return math.nan if stiffness is None else round(1e-3 * stiffness, 1)
+def _demand_of_sheet(path: Path, returned: SupplierSpecification) -> Demand:
+    """Hold a returned sheet against the box, or against the sheet as it was sent."""
+    if path.suffix.lower() != ".xlsx":
+        return Demand.of_sheet(returned, read_solution_box(path))
+    sent = read_specification(path)
+    if sent.checksum != returned.checksum:
+        raise InputError(
+            f"the filled-in sheet has the checksum {returned.checksum[:12]}, {path} "
+            f"{sent.checksum[:12]}: it answers another sheet"
+        )
+    return Demand.of_sheet(sent, None)

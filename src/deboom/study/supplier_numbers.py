@@ -1,236 +1,37 @@
-"""Curves, effects and certainties of a supplier's parts."""
+"""Effects of a supplier's parts, how sure they are, and the states at which parts are tested."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse, RobustValues, SigmaShares, sigma_shares
-from deboom.explore.scatter import sobol_sample
-from deboom.explore.sensitivity import (
-    SobolIndices,
-    design_inputs,
-    fast_sobol_indices,
-    sobol_designs,
-)
-from deboom.explore.space import DesignSpace
+from deboom.explore.robust import RobustResponse
+from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.mount import AXES, mean_operating_stiffness
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.plot import StiffnessPanel
-from deboom.study.platform_model import Factor, factor_name
-from deboom.study.robust_front import N_PER_MM
-from deboom.study.supplier_study import DRAWS, Direction, Need, SupplierStudy
+from deboom.study.platform_model import Factor, Motion, factor_name, motion_index
+from deboom.study.supplier_study import Direction, SupplierStudy
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
 from deboom.vehicles.booming_model import model_of_other_data
-from deboom.vehicles.booming_peaks import TOLERANCE, PeakChange, compare_peaks
-from deboom.vehicles.fleet import lines_inside
-from deboom.vehicles.powertrain import KinematicModel, library_model
+from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_model
 
 MEASURED_AGAIN = 120
 """Draws of all measurements."""
-
-MADE = 64
-"""Draws of the tolerance in each of them."""
-
-
-@dataclass(frozen=True, eq=False)
-class SupplierCertainty:
-    """The same numbers from data as measured and from data measured again.
-
-    Parameters
-    ----------
-    study : SupplierStudy
-        What is asked for.
-    designs : mapping of str to array, shape (k,)
-        Changed parts → design; today's is not among them [1].
-    peak_frequency : array, shape (n_vehicle,)
-        Loudest booming peak of each vehicle today, nan where there is none [Hz].
-    """
-
-    study: SupplierStudy
-    designs: Mapping[str, RealArray]
-    peak_frequency: RealArray
-
-    @cached_property
-    def uncertain(self) -> UncertainIndex:
-        """The run's index with the errors of its data."""
-        return uncertain_index(self.study.index, self.study.platform, self.study.parts)
-
-    @cached_property
-    def measured(self) -> dict[str, RealArray]:
-        """From the data as measured."""
-        cases = tuple(case for case, _ in self.study.load_cases)
-        return self._drawn(self.study.index, cases)
-
-    @cached_property
-    def again(self) -> dict[str, RealArray]:
-        """The same with a leading axis of draws."""
-        rows = []
-        for draw in range(MEASURED_AGAIN):
-            fleet, cases = self.uncertain.data.drawn(draw, self.study.run.seed)
-            data = self.study.platform
-            index = model_of_other_data(
-                self.study.index, fleet, data.mounts, data.powertrain, cases
-            )
-            rows.append(self._drawn(index, cases))
-        return {name: np.stack([row[name] for row in rows]) for name in rows[0]}
-
-    def change(self, name: str) -> Interval:
-        """Change of the mean level by a design, shape (n_vehicle,) [dB]."""
-        return self._interval("change", self._place(name) - 1)
-
-    def mean_change(self, name: str) -> Interval:
-        """Its mean over the vehicles [dB]."""
-        place = self._place(name) - 1
-        return pivotal_interval(
-            self.measured["change"][place].mean(), self.again["change"][:, place].mean(axis=1)
-        )
-
-    def mean_difference(self, name: str, other: str) -> Interval:
-        """Mean level of a design above that of another one [dB]."""
-        places = [self._place(one) - 1 for one in (name, other)]
-        measured, again = self.measured["change"], self.again["change"]
-        return pivotal_interval(
-            (measured[places[0]] - measured[places[1]]).mean(),
-            (again[:, places[0]] - again[:, places[1]]).mean(axis=1),
-        )
-
-    def sigma_ratio(self, name: str) -> Interval:
-        """Scatter in a design over today's, both summed over the vehicles [1]."""
-        return self._interval("sigma_ratio", self._place(name) - 1)
-
-    def sigma(self, name: str | None) -> Interval:
-        """Scatter of the mean level in a design, None: today's, shape (n_vehicle,) [dB]."""
-        return self._interval("sigma", self._place(name))
-
-    def peak(self, name: str | None) -> Interval:
-        """Level at the loudest peak of today, nan without one, shape (n_vehicle,) [dB(A)]."""
-        return self._interval("peak", self._place(name))
-
-    @cached_property
-    def stiffness(self) -> Interval:
-        """Mean magnitude of every direction over the first load case, nan: none, (n,) [N/m]."""
-        return self._interval("stiffness", slice(None))
-
-    @cached_property
-    def loss(self) -> Interval:
-        """Loss factor of every direction, mean over the same lines, nan: none, (n,) [1]."""
-        return self._interval("loss", slice(None))
-
-    @cached_property
-    def leads(self) -> RealArray:
-        """Share of draws that keep each vehicle's leading direction, to first order [1]."""
-        return np.asarray((self.again["leader"] == self.measured["leader"]).mean(axis=0))
-
-    @cached_property
-    def share(self) -> Interval:
-        """Share of each direction in σ², mean over the vehicles, to first order, (n,) [1]."""
-        return self._interval("share", slice(None))
-
-    @cached_property
-    def gain(self) -> Interval:
-        """σ of the wanted design per unit of each tolerance, to first order, (n,) [dB]."""
-        return self._interval("gain", slice(None))
-
-    def _place(self, name: str | None) -> int:
-        return 0 if name is None else 1 + list(self.designs).index(name)
-
-    def _interval(self, what: str, place: int | slice) -> Interval:
-        measured, again = self.measured[what][place], self.again[what][:, place]
-        known = np.isfinite(measured) & np.isfinite(again).all(axis=0)
-        found = pivotal_interval(np.where(known, measured, 0.0), np.where(known, again, 0.0))
-        lower, upper = (np.where(known, end, np.nan) for end in (found.lower, found.upper))
-        return Interval(np.where(known, measured, np.nan), lower, upper, found.coverage)
-
-    def _drawn(self, index: Any, cases: Sequence[LoadCase]) -> dict[str, RealArray]:
-        study, scale = self.study, self.study.per_vehicle
-        rows = np.stack([study.space.nominal, *self.designs.values()])
-        level = index(rows) * scale
-        draws = sobol_sample(study.check.n_draws, MADE, seed=study.run.seed)
-        robust = replace(study.check, evaluate=index, sample=draws)
-        robust_sigma = robust(rows).sigma * scale
-        both = np.stack([study.space.nominal, study.wanted])
-        today, wanted = index.gradient(both) * scale
-        reach = np.abs(today) * (study.space.upper - study.space.lower)
-        columns = [direction.column for direction in study.directions]
-        squared = (wanted * study.wanted * study.space.relative_sigma) ** 2
-        total = squared.sum(axis=1, keepdims=True)
-        stiffness, loss = self._stiffness(cases[0])
-        return {
-            "change": level[1:] - level[0],
-            "sigma": robust_sigma,
-            "peak": self._peaks(index, rows),
-            "sigma_ratio": _sums(robust_sigma)[1:] / _sums(robust_sigma)[0],
-            "stiffness": stiffness,
-            "loss": loss,
-            "leader": reach.argmax(axis=1),
-            "share": _over(squared, total)[:, columns].mean(axis=0),
-            "gain": _per_tolerance(squared, study.space.tolerance, total)[:, columns].mean(axis=0),
-        }
-
-    def _peaks(self, index: Any, rows: RealArray) -> RealArray:
-        """Highest level within the tolerance of today's loudest peak, (n, n_vehicle) [dB(A)]."""
-        levels, lines = index.levels(rows), np.asarray(index.frequency)
-        found = np.full(levels.shape[:2], np.nan)
-        for vehicle, frequency in enumerate(self.peak_frequency):
-            near = np.abs(lines - frequency) <= TOLERANCE
-            if near.any():
-                found[:, vehicle] = levels[:, vehicle, near].max(axis=1)
-        return found
-
-    def _stiffness(self, case: LoadCase) -> tuple[RealArray, RealArray]:
-        """Mean magnitude [N/m] and loss factor [1] of every direction; nan: not measured."""
-        mounts, band = self.study.platform.mounts, self.study.band
-        lines = lines_inside(case.force.frequency, band, f"load case {case.name}")
-        loss = []
-        for mount in mounts:
-            for axis in AXES:
-                names = mount.channels(axis)
-                if not set(names) <= set(case.force.channels):
-                    loss.append(np.nan)
-                    continue
-                force = case.force.select(names).values[lines]
-                displacement = case.displacement.select(names).values[lines]
-                own = (force / displacement).mean(axis=1) if displacement.all() else np.array(1j)
-                loss.append(float(np.mean(own.imag / own.real)) if own.size > 1 else np.nan)
-        by_mount = [mean_operating_stiffness(mount, case, band) for mount in mounts]
-        return np.concatenate(by_mount), np.array(loss)
-
-
-def _over(values: RealArray, total: RealArray) -> RealArray:
-    return np.asarray(np.divide(values, total, out=np.zeros_like(values), where=total > 0))
-
-
-def _sums(sigma: RealArray) -> RealArray:
-    """Over the vehicles, shape (n_design,)."""
-    return np.asarray(sigma.sum(axis=-1))
-
-
-def _per_tolerance(squared: RealArray, tolerance: RealArray, total: RealArray) -> RealArray:
-    """``∂σ/∂tol_k = σ_k²/(σ tol_k)``; 0 where there is no tolerance."""
-    per_unit = np.divide(squared, tolerance, out=np.zeros_like(squared), where=tolerance > 0)
-    return _over(per_unit, np.sqrt(total))
-
-
-BASE_POINTS = 1024
-"""Of the Sobol analysis."""
-PART = 4096
-"""Designs that are evaluated at a time."""
 STEP = 0.01
 """By which a tolerance is made tighter: one percentage point [1]."""
-ALL = "all parts"
-PICKED = "as searched"
-CHANGE = "change of level [dB]"
+TENTH = 0.1
+"""Change of a stiffness that a sensitivity is stated for [1]."""
+ALL, PICKED = "all parts", "best design"
 
 
 @dataclass(frozen=True, eq=False)
@@ -241,68 +42,24 @@ class SupplierEffects:
     ----------
     study : SupplierStudy
         Whose parts.
+    middle : array, shape (k,)
+        Design in the middle of all bands, of which changes and sensitivities are stated [1].
     """
 
     study: SupplierStudy
+    middle: RealArray
 
     @cached_property
     def designs(self) -> dict[str, RealArray]:
-        """Each mount alone as wanted, then all together, each of shape (k,) [1]."""
-        alone = {mount.name: self.study.only(mount.name) for mount in self.study.platform.mounts}
-        return {**alone, ALL: self.study.wanted}
-
-    @cached_property
-    def values(self) -> RobustValues:
-        """Today's design, those of `designs`, and the picked one, with independent draws."""
-        rows = [self.study.space.nominal, *self.designs.values(), self.study.picked]
-        return self.study.check(np.stack(rows))
+        """Each mount alone in its middle, all together, and the pick, each of shape (k,) [1]."""
+        mounts = [mount.name for mount in self.study.platform.mounts]
+        alone = {name: self.study.only(name, self.middle) for name in mounts}
+        return {**alone, ALL: self.middle, PICKED: self.study.wanted}
 
     @cached_property
     def change(self) -> dict[str, RealArray]:
         """Change of the mean level by `designs`, without scatter, shape (n_vehicle,) [dB]."""
-        rows = np.stack([self.study.space.nominal, *self.designs.values()])
-        splv = self.study.index(rows)
-        return dict(zip(self.designs, (splv[1:] - splv[0]) * self.study.per_vehicle, strict=True))
-
-    @cached_property
-    def certainty(self) -> SupplierCertainty:
-        """How sure these effects are, from measurements that are drawn again."""
-        loudest = [_loudest(changes) for changes in self.peaks(self.study.wanted).values()]
-        frequency = [change.frequency if change else np.nan for change in loudest]
-        designs = {**self.designs, PICKED: self.study.picked}
-        return SupplierCertainty(self.study, designs, np.array(frequency))
-
-    @cached_property
-    def half_width(self) -> dict[str, RealArray]:
-        """Of the 90 % interval of `change`, shape (n_vehicle,) [dB]."""
-        return {name: self.certainty.change(name).half_width for name in self.designs}
-
-    @cached_property
-    def importance(self) -> SobolIndices:
-        """Sobol indices of every vehicle's level within the bounds of the design."""
-        study = self.study
-        inputs = design_inputs(study.space)
-        designs = sobol_designs(inputs, BASE_POINTS, seed=study.run.seed, second_order=False)
-        parts = [study.index(designs[at : at + PART]) for at in range(0, len(designs), PART)]
-        return fast_sobol_indices(
-            np.concatenate(parts),
-            inputs.factors,
-            study.vehicles,
-            seed=study.run.seed,
-            second_order=False,
-        )
-
-    @cached_property
-    def shares(self) -> SigmaShares:
-        """Share of every direction in the scatter of the wanted design.
-
-        Each counts with all of its scatter, also with what parts or axes have in common.
-        """
-        study = self.study
-        if study.check.structure is None:
-            return sigma_shares(study.check, study.wanted)
-        draws = sobol_sample(study.space.n_variables, DRAWS, seed=study.run.seed)
-        return sigma_shares(replace(study.check, sample=draws, structure=None), study.wanted)
+        return dict(zip(self.designs, self._changes(self.study.index), strict=True))
 
     @cached_property
     def tolerance_gain(self) -> RealArray:
@@ -324,344 +81,332 @@ class SupplierEffects:
             gains.append(float(now - then) * scale * STEP / step)
         return np.array(gains)
 
-    def peaks(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
-        """Booming peaks of each vehicle today and in one design, in the first load case."""
-        case, _ = self.study.load_cases[0]
-        before, after = self.levels(design)
-        frequency = np.asarray(self.study.index.frequency)
+    @cached_property
+    def slope(self) -> RealArray:
+        """Change of the mean level over the vehicles per `TENTH` more stiffness, (k,) [dB]."""
+        return self._slopes(self.study.index)
+
+    @cached_property
+    def certainty(self) -> dict[str, Interval]:
+        """Intervals over measurements that are drawn again.
+
+        ``stiffness`` today [N/m], ``change`` by `designs`, ``slope`` and ``gain`` [dB].
+        """
+        study, case = self.study, self.study.load_cases[0][0]
+        measured = self._numbers(study.index, case)
+        rows = []
+        for draw in range(MEASURED_AGAIN):
+            fleet, cases = self.uncertain.data.drawn(draw, study.run.seed)
+            index = model_of_other_data(
+                study.index, fleet, study.platform.mounts, study.platform.powertrain, cases
+            )
+            rows.append(self._numbers(index, cases[0]))
+        again = {name: np.stack([row[name] for row in rows]) for name in measured}
+        found = {name: _interval(value, again[name]) for name, value in measured.items()}
+        return {**found, "gain": found["gain"].about(self.tolerance_gain)}
+
+    @cached_property
+    def uncertain(self) -> UncertainIndex:
+        """The run's index with the errors of its data."""
+        return uncertain_index(self.study.index, self.study.platform, self.study.parts)
+
+    def other_motion(self) -> tuple[str, dict[str, float]] | None:
+        """Compute the changes under the other model of the motion, mean over the vehicles [dB].
+
+        None where the data do not allow that model.
+        """
+        index = self.study.index
+        motion = Motion.coupled if index.motion is Motion.prescribed else Motion.prescribed
+        if factor_name(index) == Factor.part.value:
+            return None
+        try:
+            other = motion_index(self.study.runs, motion, loss_factors=index.loss_factors)
+        except InputError:
+            return None
+        changes = self._changes(other).mean(axis=1)
+        return motion.value, dict(zip(self.designs, map(float, changes), strict=True))
+
+    def _changes(self, index: Any) -> RealArray:
+        rows = np.stack([self.study.space.nominal, *self.designs.values()])
+        splv = index(rows)
+        return np.asarray((splv[1:] - splv[0]) * self.study.per_vehicle)
+
+    def _slopes(self, index: Any) -> RealArray:
+        gradient = index.gradient(self.middle[np.newaxis])[0] * self.study.per_vehicle
+        return np.asarray(TENTH * gradient.mean(axis=0) * self.middle)
+
+    def _numbers(self, index: Any, case: LoadCase) -> dict[str, RealArray]:
+        study = self.study
+        gradient = index.gradient(study.wanted[np.newaxis])[0] * study.per_vehicle
+        squared = (gradient * study.wanted * study.space.relative_sigma) ** 2
+        # σ per tolerance to first order: σ_k² / (σ tol_k)
+        sigma = np.sqrt(squared.sum(axis=1, keepdims=True))
+        scale = sigma * study.space.tolerance
+        gain = np.divide(squared, scale, out=np.zeros_like(squared), where=scale > 0.0)
+        by_mount = [mean_operating_stiffness(m, case, study.band) for m in study.platform.mounts]
         return {
-            name: compare_peaks(before[row], after[row], frequency, case.order)
-            for row, name in enumerate(self.study.vehicles)
+            "stiffness": np.concatenate(by_mount),
+            "change": self._changes(index).mean(axis=1),
+            "slope": self._slopes(index),
+            "gain": STEP * gain.mean(axis=0),
         }
 
-    def levels(self, design: RealArray) -> RealArray:
-        """SPL today and in one design, first load case, (2, n_vehicle, n_frequency) [dB(A)]."""
-        return np.asarray(self.study.index.levels(np.stack([self.study.space.nominal, design])))
+
+def _interval(measured: RealArray, again: RealArray) -> Interval:
+    """Give the interval of every number; nan where a draw has none."""
+    known = np.isfinite(measured) & np.isfinite(again).all(axis=0)
+    found = pivotal_interval(np.where(known, measured, 0.0), np.where(known, again, 0.0))
+    lower, upper = (np.where(known, end, np.nan) for end in (found.lower, found.upper))
+    return Interval(np.where(known, measured, np.nan), lower, upper, found.coverage)
 
 
 def with_tolerance(robust: RobustResponse, column: int, tolerance: float) -> RobustResponse:
     """Return a response whose variable of one column has another tolerance [1]."""
-    space: DesignSpace = robust.space
-    tolerances = np.array(space.tolerance)
+    tolerances = np.array(robust.space.tolerance)
     tolerances[column] = tolerance
-    return replace(robust, space=replace(space, tolerance=tolerances))
+    return replace(robust, space=replace(robust.space, tolerance=tolerances))
 
 
-def part_table(effects: SupplierEffects, shown: Callable[[str], str]) -> pd.DataFrame:
-    """One row per part alone and for all together, and vehicle.
-
-    Parameters
-    ----------
-    effects : SupplierEffects
-        Of all parts.
-    shown : callable
-        From a vehicle's name to the one that is shown.
-    """
-    study, sure, rows = effects.study, effects.certainty, []
-    scale = study.per_vehicle
-    for place, (name, design) in enumerate(effects.designs.items(), 1):
-        peaks = effects.peaks(design)
-        change, both = sure.change(name), ((None, 0, "today"), (name, place, "then"))
-        for row, vehicle in enumerate(study.vehicles):
-            loudest = _loudest(peaks[vehicle])
-            levels = (loudest.level_before, loudest.level_after) if loudest else (np.nan, np.nan)
-            numbers: dict[str, float | str] = {
-                "changed": name if name == ALL else f"only {name}",
-                "vehicle": shown(vehicle),
-                **_with_interval(CHANGE, change.about(effects.change[name]), row),
-            }
-            for which, at, when in both:
-                sigma = sure.sigma(which).about(effects.values.sigma[at] * scale)
-                numbers |= _with_interval(f"sigma {when} [dB]", sigma, row)
-            numbers["loudest peak [Hz]"] = loudest.frequency if loudest else np.nan
-            for (which, _, when), level in zip(both, levels, strict=True):
-                peak = sure.peak(which).about(np.full(len(study.vehicles), level))
-                numbers |= _with_interval(f"peak {when} [dB(A)]", peak, row)
-            rows.append(numbers)
-    return pd.DataFrame(rows)
-
-
-def half_width_label(label: str) -> str:
-    """Return the label of the half width that belongs to ``name [unit]``."""
-    name, _, unit = label.rpartition(" [")
-    return f"{name} ± 90 % [{unit}"
-
-
-def _with_interval(label: str, interval: Interval, row: int) -> dict[str, float]:
-    name, _, unit = label.rpartition(" [")
-    return {
-        label: float(interval.value[row]),
-        f"{name}, from [{unit}": float(interval.lower[row]),
-        f"{name}, to [{unit}": float(interval.upper[row]),
-    }
-
-
-def _loudest(changes: Sequence[PeakChange]) -> PeakChange | None:
-    """Return the peak that is loudest today."""
-    return max(changes, key=lambda change: change.level_before, default=None)
-
-
-STATIC_FORCE = "static force [N]"
-WHEEL_TORQUE = "wheel torque [N m]"
-FREQUENCY = "frequency [Hz]"
+LABORATORY = (0.05e-3, 0.1e-3, 0.2e-3, 0.5e-3, 1.0e-3)
+"""Peak amplitudes that dynamic test machines are usually set to [m]."""
 STEPS = 161
 """Preloads of a curve."""
-MICRO = 1e6
-"""From m to µm."""
-
-
-@dataclass(frozen=True)
-class CurveCondition:
-    """Where on its surface a curve is read: what a dynamic test machine is set to.
-
-    Parameters
-    ----------
-    frequency : float
-        [Hz].
-    amplitude : float
-        Peak [m].
-    """
-
-    frequency: float
-    amplitude: float
-
-    def __str__(self) -> str:
-        return f"{self.frequency:.4g} Hz, amplitude {self.amplitude * MICRO:.3g} µm"
+NAN = float("nan")
 
 
 @dataclass(frozen=True, eq=False)
-class StiffnessCurve:
-    """Today's dynamic stiffness of one direction over its preload.
+class MachineState:
+    """State of one direction that a test machine can be set to.
 
     Parameters
     ----------
     direction : Direction
-        Which.
-    label : str
-        Of the preload: static force where it can be computed, else wheel torque, else frequency.
-    preload, stiffness : array, shape (n,)
-        Of every line of the load cases, magnitude [unit of the label, N/mm].
-    loss_factor : array, shape (n,)
-        Of the same lines [1].
-    frequency, amplitude : array, shape (n,)
-        Of the same lines [Hz, m peak].
-    n_first : int
-        Of them, those of the first load case.
-    curve_preload, curve_stiffness : array, shape (m,)
-        The surface at one test condition, nan beyond what measurements back; empty without one.
-    condition : CurveCondition or None
-        Of the curve.
+    wheel_torque : float
+        Behind the preload; nan: not recorded [N m].
+    preload, deflection : float
+        Static force on the body and deflection of the wanted part; nan: not known [N, m].
+    with_weight, from_unloaded : bool
+        Whether the force contains the weight; whether the deflection counts from the unloaded part.
+    amplitude, frequency : float
+        [m peak, Hz].
+    laboratory : bool
+        Whether a laboratory amplitude is backed by measurements; otherwise it is the vehicle's.
+    stiffness : complex
+        Today's [N/m].
+    static_rate : float
+        Slope of today's static curve there; nan: not known [N/m].
+    curve : (array, array)
+        Static force, or wheel torque where that is not known, and magnitude of today's stiffness at
+        this amplitude and frequency, nan where nothing was measured; empty without a surface
+        [N or N m, N/m].
+    points : (array, array)
+        The same of the lines of the first load case.
     """
 
     direction: Direction
-    label: str
-    preload: RealArray
-    stiffness: RealArray
-    loss_factor: RealArray
-    frequency: RealArray
-    amplitude: RealArray
-    n_first: int
-    curve_preload: RealArray
-    curve_stiffness: RealArray
-    condition: CurveCondition | None
+    wheel_torque: float
+    preload: float
+    deflection: float
+    with_weight: bool
+    from_unloaded: bool
+    amplitude: float
+    frequency: float
+    laboratory: bool
+    stiffness: complex
+    static_rate: float
+    curve: tuple[RealArray, RealArray]
+    points: tuple[RealArray, RealArray]
 
     @property
-    def has_curve(self) -> bool:
-        """Whether a part of the curve is backed by measurements."""
-        return bool(np.isfinite(self.curve_stiffness).any())
-
-    @property
-    def preload_range(self) -> tuple[float, float]:
-        """Least and greatest preload in the load cases; nan where there is no line."""
-        if self.preload.size == 0:
-            return float("nan"), float("nan")
-        return float(self.preload.min()), float(self.preload.max())
+    def over_force(self) -> bool:
+        """Whether static forces are known, so that curves are over them."""
+        return bool(np.isfinite(self.preload))
 
 
-def stiffness_curves(
-    study: SupplierStudy, directions: Sequence[Direction]
-) -> tuple[StiffnessCurve, ...]:
-    """Return the diagram of every direction that was measured in the load cases.
+def machine_states(
+    study: SupplierStudy,
+    directions: Sequence[Direction],
+    programme: Programme,
+    factors: Mapping[str, float],
+) -> dict[str, MachineState]:
+    """Return the state of every direction that was measured in the first load case.
 
     Parameters
     ----------
     study : SupplierStudy
-        Load cases, surfaces and static curves.
     directions : sequence of Direction
-        Which.
+    programme : Programme
+        Weight forces, zero of static curves, frequencies.
+    factors : mapping of str to float
+        Wanted stiffness factor by direction, which moves the preload of a factor of the part [1].
+
+    Raises
+    ------
+    InputError
+        A frequency of the programme at which a stiffness was not measured.
     """
-    model = _kinematic_model(study)
-    found = []
-    for direction in directions:
-        channels = direction.mount.channels(direction.axis)
-        if all(set(channels) <= set(case.force.channels) for case, _ in study.load_cases):
-            found.append(_curve(study, direction, channels, model))
-    return tuple(found)
-
-
-def stiffness_panels(
-    study: SupplierStudy, curves: Sequence[StiffnessCurve]
-) -> tuple[StiffnessPanel, ...]:
-    """Return what a figure draws: today's curve and the wanted one with its tolerance.
-
-    Parameters
-    ----------
-    study : SupplierStudy
-        Wanted factors and tolerances.
-    curves : sequence of StiffnessCurve
-        Of the study.
-
-    Notes
-    -----
-    A dynamic factor x makes the curve ``x K(F0)``, a factor of the part ``x K(F0/x)``: the part
-    rides at the force F0 where today's rides at ``F0/x``.
-    """
-    panels = []
-    for curve in curves:
-        direction = curve.direction
-        unknown = direction.need is Need.unknown
-        asked = direction.need in (Need.wanted, Need.anything)
-        factor = float(study.wanted[direction.column])
-        shift = preload_factor(study, curve)
-        today = (curve.curve_preload, curve.curve_stiffness)
-        panels.append(
-            StiffnessPanel(
-                title=direction.name,
-                x_label=curve.label,
-                points=(curve.preload, curve.stiffness),
-                today=today if curve.has_curve and not unknown else None,
-                wanted=(
-                    (shift * today[0], factor * today[1]) if curve.has_curve and asked else None
-                ),
-                wanted_points=(
-                    (shift * curve.preload, factor * curve.stiffness)
-                    if asked and not curve.has_curve
-                    else None
-                ),
-                tolerance=float(study.space.tolerance[direction.column]),
-                note="" if direction.need is Need.wanted else direction.need.value,
-            )
-        )
-    return tuple(panels)
-
-
-def preload_factor(study: SupplierStudy, curve: StiffnessCurve) -> float:
-    """Return the wanted part's preload over today's at the same place of the curve [1]."""
-    part = factor_name(study.index) == Factor.part.value
-    moves = part and curve.label != FREQUENCY
-    return float(study.wanted[curve.direction.column]) if moves else 1.0
-
-
-def _kinematic_model(study: SupplierStudy) -> KinematicModel | None:
-    """Return what gives static forces; None where a static curve is missing."""
+    case, _ = study.load_cases[0]
     carriers = {mount.name for mount in study.platform.mounts if mount.body_mass is None}
     parts = [part for part in study.parts if part.mount.name in carriers]
     try:
-        return library_model(parts) if parts else None
-    except InputError:
-        return None
-
-
-def _curve(
-    study: SupplierStudy,
-    direction: Direction,
-    channels: Sequence[str],
-    model: KinematicModel | None,
-) -> StiffnessCurve:
-    label = _label(study, model, channels)
-    preload, stiffness, frequency, amplitude = [], [], [], []
-    for case, _ in study.load_cases:
-        lines = _lines(study, case)
-        torque = None if case.engine_torque is None else case.wheel_torque[lines]
-        frequency.append(case.displacement.frequency[lines])
-        preload.append(_preload(label, model, channels, torque, frequency[-1]))
-        stiffness.append(_measured(case, channels, lines))
-        moved = np.abs(case.displacement.select(channels).values[lines])
-        amplitude.append(moved.mean(axis=1))
-    values = np.concatenate(stiffness)
-    known = np.isfinite(values)
-    condition, x, k = _surface_curve(study, direction, channels, label, model)
-    return StiffnessCurve(
-        direction,
-        label,
-        np.concatenate(preload)[known],
-        np.abs(values[known]) * N_PER_MM,
-        values[known].imag / values[known].real,
-        np.concatenate(frequency)[known],
-        np.concatenate(amplitude)[known],
-        int(np.isfinite(stiffness[0]).sum()),
-        x,
-        np.abs(k) * N_PER_MM,
-        condition,
-    )
-
-
-def _lines(study: SupplierStudy, case: LoadCase) -> npt.NDArray[np.bool_]:
-    low, high = study.band
-    frequency = case.displacement.frequency
-    return np.asarray((frequency >= low) & (frequency <= high))
-
-
-def _measured(
-    case: LoadCase, channels: Sequence[str], lines: npt.NDArray[np.bool_]
-) -> ComplexArray:
-    """Stiffness of every line, mean over the pieces; nan where a piece does not move [N/m]."""
-    force = case.force.select(channels).values[lines]
-    displacement = case.displacement.select(channels).values[lines]
-    moves = np.abs(displacement) > 0.0
-    ratio = np.divide(force, displacement, out=np.full(force.shape, np.nan + 0j), where=moves)
-    return np.asarray(ratio.mean(axis=1))
-
-
-def _label(study: SupplierStudy, model: KinematicModel | None, channels: Sequence[str]) -> str:
-    if any(case.engine_torque is None for case, _ in study.load_cases):
-        return FREQUENCY
-    return STATIC_FORCE if model is not None and channels[0] in model.names else WHEEL_TORQUE
-
-
-def _preload(
-    label: str,
-    model: KinematicModel | None,
-    channels: Sequence[str],
-    torque: RealArray | None,
-    frequency: RealArray,
-) -> RealArray:
-    if torque is None or label == FREQUENCY:
-        return frequency
-    if model is None or label == WHEEL_TORQUE:
-        return torque
-    state = model.equilibrium(torque)
-    return np.asarray(np.mean([state.of(channel) for channel in channels], axis=0))
-
-
-def _surface_curve(
-    study: SupplierStudy,
-    direction: Direction,
-    channels: Sequence[str],
-    label: str,
-    model: KinematicModel | None,
-) -> tuple[CurveCondition | None, RealArray, ComplexArray]:
-    """Read the surface at the loudest line of the first load case."""
-    nothing = (None, np.empty(0), np.empty(0, dtype=complex))
-    part = direction.characterised
-    if part is None or part.surface is None or label == FREQUENCY:
-        return nothing
-    surface: DynamicStiffnessSurface = part.surface.response_surface()
-    if surface.preload_unit != "N m":
-        return nothing
-    case, _ = study.load_cases[0]
-    frequency = loudest_line(study)
-    line = int(np.argmin(np.abs(case.displacement.frequency - frequency)))
-    moved = np.abs(case.displacement.select(channels).values[line])
-    condition = CurveCondition(frequency, float(moved.mean()))
-    torque = np.linspace(0.0, max(c.wheel_torque.max() for c, _ in study.load_cases), STEPS)
-    points = operating_points(torque, condition.amplitude, frequency)
-    stiffness = surface.predict(points, extrapolate=True)
-    preload = _preload(label, model, channels, torque, np.full(STEPS, frequency))
-    return condition, preload, np.where(surface.supported(points), stiffness, np.nan)
+        model = library_model(parts) if parts else None
+    except InputError:  # a static curve is missing: preloads stay wheel torques
+        model = None
+    moves = factor_name(study.index) == Factor.part.value
+    return {
+        d.name: _state(study, d, case, model, programme, factors[d.name] if moves else 1.0)
+        for d in directions
+        if set(d.mount.channels(d.axis)) <= set(case.force.channels)
+    }
 
 
 def loudest_line(study: SupplierStudy) -> float:
     """Return the line with the most sound energy of all vehicles today [Hz]."""
     levels = study.index.levels(study.space.nominal[np.newaxis])[0]
     return float(study.index.frequency[np.argmax((10.0 ** (levels / 10.0)).sum(axis=0))])
+
+
+def _state(
+    study: SupplierStudy,
+    direction: Direction,
+    case: LoadCase,
+    model: KinematicModel | None,
+    programme: Programme,
+    moved: float,
+) -> MachineState:
+    channels, lines = direction.mount.channels(direction.axis), case.displacement.frequency
+    asked = programme.test.frequencies_hz
+    wanted = asked[0] if asked else loudest_line(study)
+    line = int(np.argmin(np.abs(lines - wanted)))
+    inside = (lines >= study.band[0]) & (lines <= study.band[1])
+    torque = np.full(lines.size, NAN) if case.engine_torque is None else case.wheel_torque
+    amplitude = np.abs(case.displacement.select(channels).values).mean(axis=1)
+    measured = _mean_stiffness(case, channels)
+    here, surface = float(torque[line]), _surface(direction)
+    setting = (float(amplitude[line]), float(lines[line]), False)
+    stiffness = complex(measured[line])
+    curve = (np.empty(0), np.empty(0))
+    known = programme.mount(direction.mount.name)
+    if surface is not None and np.isfinite(here):
+        setting = _setting(surface, here, setting[0], wanted, exact=asked is not None)
+        stiffness = complex(surface.predict([here, *setting[:2]], extrapolate=True))
+        over = np.linspace(0.0, float(np.nanmax(torque)), STEPS)
+        at = operating_points(over, setting[0], setting[1])
+        backed = np.where(surface.supported(at), np.abs(surface.predict(at, extrapolate=True)), NAN)
+        curve = (_abscissa(direction, known, model, over), backed)
+    elif asked and abs(lines[line] - wanted) > 0.5:
+        raise InputError(
+            f"{study.platform.folder / PROGRAMME_FILE}: {direction.name} was not measured at "
+            f"{wanted:g} Hz: choose frequencies_hz from {lines[0]:g} to {lines[-1]:g} Hz"
+        )
+    forces, deflections = _torque_forces(direction, known, model, np.array([here]))
+    force, deflection = moved * float(forces[0]), float(deflections[0])
+    weight = known.weight_force_n
+    unloaded = weight is not None and known.curve_zero == "unloaded"
+    static = _static_curve(direction)
+    if weight is not None:
+        force += weight[AXES.index(direction.axis)]
+    if static is not None and (unloaded or np.isnan(deflection)) and np.isfinite(force):
+        deflection = _deflection(static, (force if unloaded else float(forces[0])) / moved)
+    usable = np.isfinite(measured) & inside
+    return MachineState(
+        direction,
+        here,
+        force,
+        deflection,
+        weight is not None,
+        unloaded,
+        *setting,
+        stiffness,
+        float(static.slope(np.array(deflection))) if static and np.isfinite(deflection) else NAN,
+        curve,
+        (
+            _abscissa(direction, known, model, torque[usable]),
+            np.abs(measured[usable]),
+        ),
+    )
+
+
+def _setting(
+    surface: DynamicStiffnessSurface, torque: float, moved: float, frequency: float, *, exact: bool
+) -> tuple[float, float, bool]:
+    """Choose amplitude [m] and frequency [Hz] that measurements back.
+
+    Whole hertz and the laboratory amplitude nearest to the vehicle's come first; the last value
+    says whether it is such an amplitude.
+    """
+    by_distance = sorted(LABORATORY, key=lambda a: abs(np.log(a / moved)))
+    own = float(f"{moved:.2g}")
+    frequencies = (frequency,) if exact else (round(frequency), frequency)
+    for line in frequencies:
+        for amplitude in (*by_distance, own, moved):
+            if surface.supported(np.array([[torque, amplitude, line]]))[0]:
+                return amplitude, float(line), amplitude in LABORATORY
+    if exact:
+        raise InputError(
+            f"{PROGRAMME_FILE}: at {frequency:g} Hz nothing was measured under {torque:.0f} N m "
+            "wheel torque: choose other frequencies_hz, or leave them out"
+        )
+    return moved, frequency, False
+
+
+def _mean_stiffness(case: LoadCase, channels: Sequence[str]) -> ComplexArray:
+    """Stiffness of every line, mean over the pieces; nan where a piece does not move [N/m]."""
+    force = case.force.select(channels).values
+    displacement = case.displacement.select(channels).values
+    moves = np.abs(displacement) > 0.0
+    ratio = np.divide(force, displacement, out=np.full(force.shape, np.nan + 0j), where=moves)
+    return np.asarray(ratio.mean(axis=1))
+
+
+def _surface(direction: Direction) -> DynamicStiffnessSurface | None:
+    """Return the surface of a direction where it is over wheel torque."""
+    part = direction.characterised
+    surface = part.surface.response_surface() if part is not None and part.surface else None
+    return surface if surface is not None and surface.preload_unit == "N m" else None
+
+
+def _static_curve(direction: Direction) -> MonotoneCurve | None:
+    part = direction.characterised
+    return MonotoneCurve(part.static_curve) if part is not None and part.static_curve else None
+
+
+def _deflection(static: MonotoneCurve, force: float) -> float:
+    """Return where a static curve has a force [m]; nan beyond its ends."""
+    over = np.linspace(static.lowest, static.highest, 4001)
+    return float(np.interp(force, static.force(over), over, left=NAN, right=NAN))
+
+
+def _abscissa(
+    direction: Direction,
+    known: ProgrammeMount,
+    model: KinematicModel | None,
+    torque: npt.NDArray[np.float64],
+) -> RealArray:
+    """Return static forces under wheel torques, or these where no force is known."""
+    force = _torque_forces(direction, known, model, torque)[0]
+    return force if np.isfinite(force).all() else torque
+
+
+def _torque_forces(
+    direction: Direction,
+    known: ProgrammeMount,
+    model: KinematicModel | None,
+    torque: npt.NDArray[np.float64],
+) -> tuple[RealArray, RealArray]:
+    """Return static force [N] and deflection [m] under wheel torques; nan where not known."""
+    channels = direction.mount.channels(direction.axis)
+    none = np.full(torque.size, NAN)
+    if not np.isfinite(torque).all():
+        return none, none
+    if model is not None and channels[0] in model.names:
+        state = model.equilibrium(torque)
+        places = [state.names.index(channel) for channel in channels]
+        return state.force[:, places].mean(axis=1), state.deflection[:, places].mean(axis=1)
+    part = direction.characterised
+    ratio = part.surface.settings.get(FORCE_PER_TORQUE) if part and part.surface else None
+    if known.force_per_wheel_torque is not None:
+        ratio = known.force_per_wheel_torque[AXES.index(direction.axis)]
+    if not isinstance(ratio, float):
+        return none, none
+    return ratio * torque, none

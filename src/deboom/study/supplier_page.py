@@ -1,1115 +1,417 @@
-"""The page and the workbook for a mount supplier."""
+"""Page and workbook of a mount supplier's sheet."""
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
-from datetime import UTC, date, datetime
+from collections.abc import Mapping
+from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
-from deboom.choices import Pick
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.choices import Language, Pick
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes
-from deboom.files.run_folder import hash_files
 from deboom.files.tables import workbook_bytes
-from deboom.measurement.uncertainty import Interval
-from deboom.mounts.mount import AXES, mean_operating_stiffness
-from deboom.plot import IndexBars
-from deboom.plot.style import MUTED, mount_colours, signed, vehicle_colours
-from deboom.report.page import Headline, Page, Picture, Section, Table, render_page
-from deboom.study import pngs as figures
-from deboom.study.platform_model import (
-    Factor,
-    MotionReport,
-    factor_name,
-    motion_name,
-    motion_report,
-)
-from deboom.study.robust_front import N_PER_MM, NOTICEABLE
-from deboom.study.specification import (
-    DIRECTIONS,
-    MISSING,
-    PARTS,
+from deboom.plot.style import mount_colours
+from deboom.report.sheet import Sheet
+from deboom.study.platform_model import Factor, factor_name
+from deboom.study.supplier_numbers import MachineState, SupplierEffects
+from deboom.study.supplier_sheet import (
+    N_PER_MM,
+    NAN,
     PERCENT,
-    PROMISE,
-    RATIO_ONLY,
-    SAMPLE,
-    SpecificationFiles,
-    SpecificationSheet,
-    SpecificationSources,
-    SpecifiedDirection,
-    specification_sheet,
-    specification_sources,
-    specification_tables,
-)
-from deboom.study.supplier_numbers import (
-    ALL,
-    CHANGE,
-    MEASURED_AGAIN,
-    MICRO,
-    PICKED,
-    STATIC_FORCE,
-    WHEEL_TORQUE,
-    StiffnessCurve,
-    SupplierCertainty,
-    SupplierEffects,
-    half_width_label,
-    part_table,
-    preload_factor,
-    stiffness_curves,
-    stiffness_panels,
+    MountSheet,
 )
 from deboom.study.supplier_study import (
-    DRAWS,
-    Direction,
     Need,
-    ShownNames,
+    SheetFiles,
     SupplierStudy,
+    bands,
     page_text,
     refuse_leaks,
+    sheet_sources,
     shown_names,
     supplier_study,
     workbook_text,
 )
 
-TITLE = "Specification sheet"
-INTERVAL = (
-    "direction",
-    "requirement",
-    "accepted from [N/mm]",
-    "accepted to [N/mm]",
-    "from, of today's [%]",
-    "to, of today's [%]",
-    "set by the limit",
-    "best value [N/mm]",
-    "today ± 90 % [%]",
-)
-CONDITION = (
-    "direction",
-    STATIC_FORCE,
-    WHEEL_TORQUE,
-    "frequency [Hz]",
-    "amplitude, peak [µm]",
-    "there, today [N/mm]",
-    "there, from [N/mm]",
-    "there, to [N/mm]",
-    "there, loss factor [1]",
-)
-SCATTER = (
-    "direction",
-    "tolerance wanted ± [%]",
-    "best value with tolerance inside",
-    "Cpk of the process at least [1]",
-    f"Cpk of {SAMPLE} parts at least [1]",
-    "sigma saved per % tighter [0.001 dB]",
-    "sigma saved per unit of cost [0.001 dB]",
-)
-
-
-def specification_section(sheet: SpecificationSheet, tables: Mapping[str, pd.DataFrame]) -> Section:
-    """Compose the section from the tables of the sheet.
-
-    Parameters
-    ----------
-    sheet : SpecificationSheet
-    tables : mapping of str to DataFrame
-        See `deboom.study.specification.specification_tables`.
-    """
-    whole = tables[DIRECTIONS]
-    shown = [
-        _table(whole, INTERVAL, "Interval of every direction, and the best value of the front."),
-        _table(
-            whole[whole["frequency [Hz]"].notna()],
-            CONDITION,
-            "One state of the load case to measure at: today's stiffness there and the same "
-            "interval. Measure parts there and divide by today's.",
-        ),
-        _table(whole, SCATTER, "Scatter about the best value, and what the process must show."),
-        Table(tables[PROMISE], "What the intervals promise, and what they follow from."),
-        _parts(tables[PARTS]),
-    ]
-    if len(tables[MISSING]):
-        shown.append(Table(tables[MISSING], "Not on this sheet, and where it comes from."))
-    return Section(TITLE, "\n\n".join(filter(None, _texts(sheet))), tables=tuple(shown))
-
-
-def _table(whole: pd.DataFrame, columns: tuple[str, ...], caption: str) -> Table:
-    """Return those columns that say anything."""
-    said = [name for name in columns if not _empty(whole[name])]
-    rounded = {name: 0 for name in said if name.endswith("[N/mm]")}
-    rounded |= {name: 2 for name in said if name.startswith("Cpk")}
-    rounded |= {name: 1 for name in said if name.endswith("[0.001 dB]")}
-    return Table(whole[said], caption, rounded)
-
-
-def _parts(parts: pd.DataFrame) -> Table:
-    names = [name for name in map(str, parts) if not name.endswith("today's [%]")]
-    caption = "Part numbers with their pieces and vehicles."
-    if "inside the intervals" in names:
-        caption = (
-            "Part numbers that vehicles share, their stiffness, and whether it lies inside the "
-            "intervals; a dash: in none of the vehicles that these were found for."
-        )
-    return Table(parts[names], caption, {n: 0 for n in names if n.endswith("[N/mm]")})
-
-
-def _empty(column: pd.Series) -> bool:
-    return bool((column.isna() | (column == "–")).all())
-
-
-def _texts(sheet: SpecificationSheet) -> list[str]:
-    return [
-        _interval_text(sheet),
-        _beyond_text(sheet),
-        _part_text(sheet),
-        _free_text(sheet),
-    ]
-
-
-def _interval_text(sheet: SpecificationSheet) -> str:
-    if sheet.sources.box is None:
-        return (
-            "There is no acceptance box on this sheet, so it has the best value of the front with "
-            "its tolerance, but no interval that deliveries can be held against."
-        )
-    box = sheet.sources.box.box
-    words = (
-        "A part is accepted if every direction lies in its interval, whatever the others are; this "
-        "decides, not the tolerance band above. Stiffness is the magnitude of the dynamic "
-        "stiffness of one piece, mean over the lines of the load case; as a share of today's part "
-        "the interval holds at every preload, frequency and amplitude. What is promised holds if "
-        "the parts of all mounts keep their intervals. Ends that the limit does not set are where "
-        "the search ended: the noise asks for nothing there."
-    )
-    worst = min(box.responses, key=lambda one: one.share)
-    if not box.together and worst.share < box.share_stated:
-        words += (
-            f" The promised share counts parts and vehicles together: in {sheet.names(worst.name)} "
-            f"alone {PERCENT * worst.share:.0f} % of the parts keep the limit."
-        )
-    own = [one.direction.name for one in sheet.directions if one.direction.need is Need.unknown]
-    if own:
-        words += (
-            f" {RATIO_ONLY.capitalize()}: {', '.join(own)}. Today's stiffness is not known well "
-            "enough there to write N/mm; measure a part of today and yours on the same machine."
-        )
-    return words
-
-
-def _beyond_text(sheet: SpecificationSheet) -> str:
-    """Name the directions whose tolerance about the best value reaches beyond their interval."""
-    beyond = [one for one in sheet.directions if one.scatter_fits is False]
-    by_limit = [one for one in beyond if one.set_by_limit != "neither"]
-    others = [one.direction.name for one in beyond if one not in by_limit]
-    words = []
-    if by_limit:
-        words.append(
-            "Best value and tolerance do not fit into the interval: "
-            f"{'; '.join(map(_beyond, by_limit))}. Aim for the middle, or make it more exactly."
-        )
-    if others:
-        words.append(
-            f"The tolerance of {', '.join(others)} about the best value reaches beyond the edge of "
-            "the search: aim for the middle, or ask for a wider search."
-        )
-    return " ".join(words)
-
-
-def _beyond(one: SpecifiedDirection) -> str:
-    low, high = one.ends
-    middle, half = 0.5 * (low + high), (high - low) / (high + low)
-    return (
-        f"{one.direction.name} ({one.best * one.today:.0f} N/mm ± {PERCENT * one.tolerance:.0f} %; "
-        f"the middle is {middle * one.today:.0f} N/mm ± {PERCENT * half:.0f} %)"
-    )
-
-
-def _part_text(sheet: SpecificationSheet) -> str:
-    words = (
-        "State batch and serial number of every measured part, and the uncertainty of your "
-        "measurement (expanded, 95 %): it is taken off the interval at both ends (ISO 14253-1)."
-    )
-    several = dict.fromkeys(
-        one.direction.mount.name for one in sheet.directions if len(one.direction.mount.pieces) > 1
-    )
-    if several:
-        words = (
-            f"The pieces of {', '.join(several)}, such as left and right, have one part number, "
-            f"and each is judged by itself. {words}"
-        )
-    asked = [one.capability for one in sheet.directions if np.isfinite(one.capability)]
-    if sheet.sources.box is not None and asked:
-        words += (
-            f" The Cpk per direction leaves {PERCENT * sheet.sources.box.box.share_stated:g} % of "
-            f"the pieces inside in all of them; {SAMPLE} measured parts must show the larger one."
-        )
-    return words
-
-
-def _free_text(sheet: SpecificationSheet) -> str:
-    free = [one.direction.name for one in sheet.directions if one.direction.need is Need.nothing]
-    named = f" {', '.join(free)} (no vehicle depends on them)," if free else ""
-    return (
-        f"Not required:{named} a loss factor other than the wanted one, a static stiffness, a "
-        "level in any vehicle. Strength, durability and static travel are matters of other sheets."
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class SupplierContent:
-    """All that the page is made of.
-
-    Parameters
-    ----------
-    effects : SupplierEffects
-        Of all parts.
-    mount : str or None
-        The one that the page is about; None: all.
-    directions : tuple of Direction
-        That are shown.
-    curves : tuple of StiffnessCurve
-        Of these.
-    names : ShownNames
-        Of the vehicles.
-    tables : mapping of str to DataFrame
-        By sheet of the workbook.
-    motion : MotionReport
-        Models behind the levels, checked at today's and the wanted design.
-    sheet : SpecificationSheet
-        What can be quoted.
-    """
-
-    effects: SupplierEffects
-    mount: str | None
-    directions: tuple[Direction, ...]
-    curves: tuple[StiffnessCurve, ...]
-    names: ShownNames
-    tables: Mapping[str, pd.DataFrame]
-    motion: MotionReport
-    sheet: SpecificationSheet
-
-    @property
-    def study(self) -> SupplierStudy:
-        """What is asked for."""
-        return self.effects.study
-
-    @property
-    def mounts(self) -> tuple[str, ...]:
-        """Names of the mounts that are shown."""
-        return tuple(dict.fromkeys(direction.mount.name for direction in self.directions))
-
-    @property
-    def vehicles(self) -> tuple[str, ...]:
-        """Shown names of the vehicles."""
-        return tuple(self.names(vehicle) for vehicle in self.study.vehicles)
-
-
-def supplier_figures(content: SupplierContent) -> dict[str, bytes]:
-    """Draw all pictures of the page; file stem → PNG."""
-    study, effects = content.study, content.effects
-    colours = mount_colours([mount.name for mount in study.platform.mounts])
-    found = effects.importance
-    columns = [direction.column for direction in content.directions]
-    own = [colours[direction.mount.name] for direction in content.directions]
-    labels = [direction.name for direction in content.directions]
-    pictures = {}
-    for mount in content.mounts:
-        curves = [one for one in content.curves if one.direction.mount.name == mount]
-        if curves:
-            panels = stiffness_panels(study, curves)
-            pictures[f"stiffness {mount}"] = figures.stiffness_over_preload(panels, colours[mount])
-    pictures["parts"] = figures.part_effects(
-        content.vehicles,
-        {f"only {mount}": effects.change[mount] for mount in content.mounts},
-        {f"only {mount}": effects.half_width[mount] for mount in content.mounts},
-        effects.change[ALL],
-        {f"only {mount}": colours[mount] for mount in content.mounts},
-        x_label="change of the mean level [dB]",
-        together_label=f"{ALL} as wanted",
-    )
-    if content.mount is not None:
-        pictures["levels"] = _levels(content, content.mount)
-    pictures["importance"] = figures.index_bars(
-        labels,
-        own,
-        [
-            IndexBars(
-                vehicle,
-                found.first[columns, place],
-                found.total[columns, place],
-                found.total_interval[columns, place],
-                found.zero[columns, place],
-            )
-            for place, vehicle in enumerate(content.vehicles)
-        ],
-        x_label="share of the variance [1]",
-    )
-    worth = content.tables["tolerances"]
-    asked = [direction.need is not Need.nothing for direction in content.directions]
-    pictures["tolerances"] = figures.tolerance_worth(
-        labels,
-        worth["share of sigma [%]"],
-        worth["sigma saved per % tighter [0.001 dB]"],
-        [colour if need else MUTED for colour, need in zip(own, asked, strict=True)],
-    )
-    return pictures
-
-
-def _levels(content: SupplierContent, mount: str) -> bytes:
-    study, design = content.study, content.effects.designs[mount]
-    case, _ = study.load_cases[0]
-    before, after = content.effects.levels(design)
-    peaks = content.effects.peaks(design)
-    colours = vehicle_colours(study.platform.fleet.names)
-    return figures.spl_curves(
-        np.asarray(study.index.frequency),
-        case.order,
-        before,
-        after,
-        content.vehicles,
-        [[c.before.frequency for c in peaks[v] if c.before] for v in study.vehicles],
-        [[c.after.frequency for c in peaks[v] if c.after] for v in study.vehicles],
-        {content.names(vehicle): colours[vehicle] for vehicle in study.vehicles},
-    )
-
-
-PERCENT_3 = 100.0
-MILLI = 1e3
-MM = 1e3
-"""From m to mm."""
-NAN = float("nan")
-SHOWN_FROM = 0.05
-"""Largest share of a direction of which its vehicle is named [%]."""
 SHORT_HASH = 12
-"""Characters of a hash that a data sheet shows."""
+"""Characters of a hash that a sheet shows."""
 
 
-def requirement_table(
-    study: SupplierStudy,
-    directions: Sequence[Direction],
-    curves: Sequence[StiffnessCurve],
-    sure: SupplierCertainty,
-) -> pd.DataFrame:
-    """One row per direction: today's and the wanted stiffness, its limits, and the loss factor.
+def sheet_page(content: MountSheet, provenance: str) -> Sheet:
+    """Write the two pages of a sheet.
 
-    The relative half width of today's stiffness is that of every stiffness in its row.
-
-    A stiffness is the mean magnitude over the lines of the first load case. A direction that is not
-    identified has no number at all.
+    Parameters
+    ----------
+    content : MountSheet
+    provenance : str
+        Command and run, for the foot; empty for an anonymous sheet.
     """
-    by_name = {curve.direction.name: curve for curve in curves}
-    rows = []
-    for direction in directions:
-        column, curve = direction.column, by_name.get(direction.name)
-        known = curve is not None and direction.need is not Need.unknown
-        today = _stiffness(study, direction) if known else NAN
-        loss = float(np.mean(curve.loss_factor[: curve.n_first])) if curve and known else NAN
-        loss = loss if loss > 0.0 else NAN  # a mount cannot give energy: what was measured is noise
-        asked = direction.need in (Need.wanted, Need.anything)
-        factor = float(study.wanted[column]) if asked else NAN
-        tolerance = float(study.space.tolerance[column]) if asked else NAN
-        wanted = today * factor
-        free = study.interval[column] if asked else (NAN, NAN)
-        lost = 1.0 if direction.loss_column is None else study.wanted[direction.loss_column]
-        place = study.directions.index(direction)
-        half = float(sure.stiffness.half_width[place] / sure.stiffness.value[place])
-        half_loss = float(sure.loss.half_width[place])
-        rows.append(
-            {
-                "direction": direction.name,
-                "requirement": direction.need.value,
-                "today [N/mm]": today,
-                "± 90 % [%]": PERCENT_3 * half if known else NAN,
-                "wanted [N/mm]": wanted,
-                "wanted / today [1]": factor,
-                "tolerance ± [%]": PERCENT_3 * tolerance,
-                "at least [N/mm]": wanted * (1.0 - tolerance),
-                "at most [N/mm]": wanted * (1.0 + tolerance),
-                "free from [N/mm]": today * free[0],
-                "free to [N/mm]": today * free[1],
-                "loss factor today [1]": loss,
-                "loss factor ± 90 % [1]": half_loss if loss > 0.0 else NAN,
-                "loss factor wanted [1]": loss * float(lost) if asked else NAN,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def condition_table(curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
-    """One row per direction: the preload in the load cases, and where its curve is read."""
-    rows = []
-    for curve in curves:
-        low, high = curve.preload_range
-        condition = curve.condition if curve.has_curve else None
-        rows.append(
-            {
-                "direction": curve.direction.name,
-                "preload": curve.label,
-                "least preload": low,
-                "greatest preload": high,
-                "curve at [Hz]": condition.frequency if condition else NAN,
-                "amplitude, peak [µm]": condition.amplitude * MICRO if condition else NAN,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def curve_table(study: SupplierStudy, curves: Sequence[StiffnessCurve]) -> pd.DataFrame:
-    """Points of today's curves and of the wanted ones, where something is asked."""
-    tables = []
-    for curve in curves:
-        direction = curve.direction
-        if direction.need not in (Need.wanted, Need.anything):
-            continue
-        backed = np.isfinite(curve.curve_stiffness)
-        preload, today = curve.curve_preload[backed], curve.curve_stiffness[backed]
-        wanted = float(study.wanted[direction.column]) * today
-        tolerance = float(study.space.tolerance[direction.column])
-        points = {
-            "preload today": preload,
-            "today [N/mm]": today,
-            "preload wanted": preload_factor(study, curve) * preload,
-            "wanted [N/mm]": wanted,
-            "at least [N/mm]": wanted * (1.0 - tolerance),
-            "at most [N/mm]": wanted * (1.0 + tolerance),
-        }
-        tables.append(pd.DataFrame({"direction": direction.name, "preload": curve.label, **points}))
-    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
-
-
-def importance_table(
-    effects: SupplierEffects, directions: Sequence[Direction], names: ShownNames
-) -> pd.DataFrame:
-    """One row per direction and vehicle: Sobol indices with the half widths of their intervals."""
-    found = effects.importance
-    return pd.DataFrame(
-        [
-            {
-                "direction": direction.name,
-                "vehicle": names(vehicle),
-                "total [1]": found.total[direction.column, place],
-                "total ± 95 % [1]": found.total_interval[direction.column, place],
-                "alone [1]": found.first[direction.column, place],
-                "alone ± 95 % [1]": found.first_interval[direction.column, place],
-                "above zero": not found.zero[direction.column, place],
-            }
-            for direction in directions
-            for place, vehicle in enumerate(found.outputs)
-        ]
-    )
-
-
-def tolerance_table(
-    effects: SupplierEffects, directions: Sequence[Direction], names: ShownNames
-) -> pd.DataFrame:
-    """One row per direction: its share in the scatter, and what a tighter tolerance is worth."""
-    shares, study, sure = effects.shares, effects.study, effects.certainty
-    rows = []
-    for direction in directions:
-        row = study.directions.index(direction)
-        own = [
-            place
-            for place, draw in enumerate(shares.names)
-            if draw == direction.name or draw.startswith(f"{direction.name} ")
-        ]
-        of_vehicle = PERCENT_3 * shares.of_response[own].sum(axis=0)
-        worst = int(np.argmax(of_vehicle))
-        rows.append(
-            {
-                "direction": direction.name,
-                "tolerance today ± [%]": PERCENT_3 * study.space.tolerance[direction.column],
-                "share of sigma [%]": PERCENT_3 * shares.of_sum[own].sum(),
-                "share of sigma ± 90 % [%]": PERCENT_3 * float(sure.share.half_width[row]),
-                "sigma saved per % tighter [0.001 dB]": (
-                    MILLI * effects.tolerance_gain[direction.column]
-                ),
-                "sigma saved ± 90 % [0.001 dB]": MILLI
-                * float(sure.gain.half_width[row])
-                / PERCENT_3,
-                "largest share [%]": of_vehicle[worst],
-                "in": names(study.vehicles[worst]) if of_vehicle[worst] >= SHOWN_FROM else "–",
-                **{
-                    f"share of sigma², {names(vehicle)} [%]": of_vehicle[place]
-                    for place, vehicle in enumerate(study.vehicles)
-                },
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def part_summary(effects: SupplierEffects, parts: pd.DataFrame) -> pd.DataFrame:
-    """One row per part alone, and all together: mean over the vehicles, best and worst of them."""
-    rows = []
-    for name, table in parts.groupby("changed", sort=False):
-        changes = table[CHANGE].to_numpy()
-        half = _half_widths(table, CHANGE).to_numpy()
-        best, worst = int(np.argmin(changes)), int(np.argmax(changes))
-        vehicles = table["vehicle"].to_list()
-        own = ALL if name == ALL else str(name).removeprefix("only ")
-        ratio = effects.certainty.sigma_ratio(own)
-        rows.append(
-            {
-                "changed": name,
-                "mean of the vehicles [dB]": changes.mean(),
-                "mean ± 90 % [dB]": float(effects.certainty.mean_change(own).half_width),
-                "best [dB]": changes[best],
-                "best ± 90 % [dB]": half[best],
-                "best in": vehicles[best],
-                "least [dB]": changes[worst],
-                "least ± 90 % [dB]": half[worst],
-                "least in": vehicles[worst],
-                "change of sigma [%]": PERCENT_3
-                * (table["sigma then [dB]"].sum() / table["sigma today [dB]"].sum() - 1.0),
-                "change of sigma ± 90 % [%]": PERCENT_3 * float(ratio.half_width),
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def one_part_table(parts: pd.DataFrame, mount: str) -> pd.DataFrame:
-    """One row per vehicle: what this part does alone, beside all parts together."""
-    alone = parts[parts["changed"] == f"only {mount}"].reset_index(drop=True)
-    together = parts[parts["changed"] == ALL].reset_index(drop=True)
-    columns: dict[str, pd.Series] = {"vehicle": alone["vehicle"]}
-    for label, table, source in (
-        (f"only {mount} [dB]", alone, CHANGE),
-        (f"{ALL} [dB]", together, CHANGE),
-        ("sigma today [dB]", alone, "sigma today [dB]"),
-        (f"sigma, only {mount} [dB]", alone, "sigma then [dB]"),
-        ("peak today [dB(A)]", alone, "peak today [dB(A)]"),
-        (f"peak, only {mount} [dB(A)]", alone, "peak then [dB(A)]"),
-    ):
-        columns[label] = table[source]
-        columns[half_width_label(label)] = _half_widths(table, source)
-    return pd.DataFrame({**columns, "loudest peak [Hz]": alone["loudest peak [Hz]"]})
-
-
-def _half_widths(table: pd.DataFrame, label: str) -> pd.Series:
-    name, _, unit = label.rpartition(" [")
-    return (table[f"{name}, to [{unit}"] - table[f"{name}, from [{unit}"]) / 2.0
-
-
-def source_table(sure: SupplierCertainty) -> pd.DataFrame:
-    """One row per source of error behind the intervals: its size and where that comes from."""
-    return pd.DataFrame(
-        [
-            {"source": one.name, "size, 1 σ": one.size, "from": one.origin}
-            for one in sure.uncertain.data.sources
-        ]
-    )
-
-
-def quality_table(directions: Sequence[Direction]) -> pd.DataFrame:
-    """One row per direction: how well today's stiffness is known."""
-    rows = []
-    for direction in directions:
-        found = direction.characterised
-        quality = found.quality if found else None
-        rows.append(
-            {
-                "direction": direction.name,
-                "identified": {True: "yes", False: "no"}[quality.identified] if quality else "–",
-                "stiffness ± 95 % [%]": PERCENT_3 * direction.half_width_95,
-                "R² of the force [1]": _number(quality.r2_force if quality else None),
-                "R² of Re K [1]": _number(quality.r2_real if quality else None),
-                "R² of Im K [1]": _number(quality.r2_imag if quality else None),
-                "requirement": direction.need.value,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-def data_sheet(
-    study: SupplierStudy, mount: str | None, names: ShownNames, today: date
-) -> pd.DataFrame:
-    """Everything else that belongs on a data sheet: item and value."""
-    shown = [one for one in study.platform.mounts if mount in (None, one.name)]
-    items = {}
-    for one in shown:
-        identity = next((p.identity for p in study.parts if p.mount.name == one.name), None)
-        known = (
-            (
-                ("part number", identity.part_number),
-                ("supplier", identity.supplier),
-                ("serial", identity.serial),
-                ("variant", identity.variant),
-                ("campaign", identity.campaign),
-            )
-            if identity
-            else ()
-        )
-        pieces = [piece for piece in one.pieces if piece]
-        words = [one.description, *(["pieces " + ", ".join(pieces)] if pieces else [])]
-        words += [f"{key} {value}" for key, value in known if value]
-        items[f"mount {one.name}"] = "; ".join(words)
-        for piece, place in zip(one.pieces, one.positions, strict=True):
-            where = f"position of {one.name} {piece}".strip()
-            items[f"{where}, x, y, z [mm]"] = ", ".join(f"{MM * value:.1f}" for value in place)
-    low, high = study.band
-    items["frequency band"] = f"{low:g} to {high:g} Hz, {study.index.n_lines} lines"
-    for case, weight in study.load_cases:
-        torque = case.engine_torque
-        reached = (
-            "" if torque is None else f", wheel torque up to {case.wheel_torque.max():.0f} N m"
-        )
-        items[f"load case {case.name}"] = (
-            f"{case.title}; gear {case.gear}, engine torque limit {case.torque_limit:g} N m"
-            f"{reached}, engine order {case.order:g}, weight {weight:.3g}"
-        )
-    items[f"vehicles, {len(study.vehicles)}"] = ", ".join(map(names, study.vehicles))
-    items["design"] = f"{study.pick.value.replace('-', ' ')} of the front"
-    items["meaning of a factor"] = f"{factor_name(study.index)}, motion {motion_name(study.index)}"
-    items["tolerance"] = "three standard deviations of a normal distribution, cut there"
-    items["free range"] = f"mean level within {NOTICEABLE} dB of the wanted design, one at a time"
-    items["static force"] = "on the body side, under engine torque alone, in the axes below"
-    items["axes"] = "x rearward, y to the right, z upward"
-    items["stiffness"] = "magnitude of the complex dynamic stiffness, force per displacement"
-    items["amplitudes"] = "peak, not rms, at the virtual point inside the mount"
-    items["levels"] = "A-weighted, re 20 µPa, at the driver's ear, mean of the lines in dB(A)"
-    items |= _revision(study, today)
-    return pd.DataFrame({"item": list(items), "value": list(items.values())})
-
-
-def _revision(study: SupplierStudy, today: date) -> dict[str, str]:
-    entry = study.run.entry
-    environment = entry.record["environment"]
-    git = environment.get("git") or {}
-    revision = git.get("revision") or "unknown"
-    digest = hash_files([entry.folder / "run.json"], relative_to=entry.folder)["run.json"]
-    return {
-        "run": f"{entry.name}, seed {study.run.seed}",
-        "record of the run, SHA-256": digest[:SHORT_HASH],
-        "deboom": f"{environment['packages'].get('deboom', 'unknown')}, revision "
-        f"{revision[:SHORT_HASH]}{', changed' if git.get('dirty') else ''}",
-        "date of this page": today.isoformat(),
-    }
-
-
-def _stiffness(study: SupplierStudy, direction: Direction) -> float:
-    """Mean magnitude over the lines of the first load case [N/mm]."""
-    case, _ = study.load_cases[0]
-    of_axes = mean_operating_stiffness(direction.mount, case, study.band)
-    return float(of_axes[AXES.index(direction.axis)]) * N_PER_MM
-
-
-def _number(value: float | None) -> float:
-    return NAN if value is None else value
-
-
-TERMS = (
-    "booming noise",
-    "SPL",
-    "dynamic stiffness",
-    "loss factor",
-    "preload",
-    "stiffness factor",
-    "tolerance",
-    "σ",
-    "no requirement",
-    "not identified",
-    "no noticeable difference",
-    "sensitivity index",
-)
-CURVE_SCALED = "the whole curve over static force is to be scaled alike, with the stops re-tuned"
-PART_SCALED = (
-    "the rubber itself is to be scaled, its force at every deflection. The numbers are those at "
-    "today's static deflection; under load the part rides elsewhere, as the curves show"
-)
-OPERATION = (
-    "Dots are the states in the load cases and scatter because amplitude and frequency differ"
-)
-AS_ON_A_MACHINE = (
-    "; the curves are read at one frequency and amplitude (in the table below), as on a test "
-    "machine, where measurements back them"
-)
-NO_UNCERTAINTY = (
-    "Today's stiffnesses come from operating spectra without a characterisation of the mounts: "
-    "their intervals rest on usual tolerances of a measuring chain, which nobody has stated."
-)
-REQUIREMENT = (
-    "direction",
-    "requirement",
-    "today [N/mm]",
-    "± 90 % [%]",
-    "wanted [N/mm]",
-    "at least [N/mm]",
-    "at most [N/mm]",
-    "free from [N/mm]",
-    "free to [N/mm]",
-)
-LOSS_FACTORS = (
-    "direction",
-    "loss factor today [1]",
-    "loss factor ± 90 % [1]",
-    "loss factor wanted [1]",
-)
-WORTH = (
-    "direction",
-    "tolerance today ± [%]",
-    "share of sigma [%]",
-    "share of sigma ± 90 % [%]",
-    "sigma saved per % tighter [0.001 dB]",
-    "sigma saved ± 90 % [0.001 dB]",
-    "largest share [%]",
-    "in",
-)
-EDGE = 0.02
-"""Of the range of the search that counts as its edge [1]."""
-_WHOLE = {name: 0 for name in REQUIREMENT if name.endswith("[N/mm]")}
-
-
-def supplier_page(
-    content: SupplierContent, pictures: Mapping[str, bytes], provenance: Mapping[str, object]
-) -> Page:
-    """Compose the page from its tables and pictures."""
-    study, tables = content.study, content.tables
-    what = "the mounts" if content.mount is None else f"mount {content.mount}"
-    low, high = study.band
-    unknown = () if study.parts else (NO_UNCERTAINTY,)
-    return Page(
-        title=f"What {what} should be",
-        question=(
-            f"Which dynamic stiffness of {what} keeps {_count(content.vehicles)} quiet "
-            f"between {low:g} and {high:g} Hz, how exactly must it be made, and what does it bring?"
+    say, name = content.say, content.mount.name
+    page = Sheet(
+        say(
+            f"Mount {name}: dynamic stiffness for low booming noise",
+            f"Lager {name}: dynamische Steifigkeit für wenig Brummen",
         ),
-        headlines=_headlines(content),
-        terms=tuple(content.motion.terms.get(term, term) for term in TERMS),
-        warnings=(*unknown, *content.motion.warnings),
-        sections=(
-            _wanted(content, pictures),
-            specification_section(content.sheet, content.tables),
-            _parts_4(content, pictures),
-            _importance(content, pictures),
-            _tolerances(content, pictures),
-            _certainty(content),
-            Section(
-                "Data sheet",
-                "Units are SI with mm for lengths and N/mm for stiffness; every table of this page "
-                "and the points of the curves are in the workbook beside it.",
-                tables=(Table(tables["data sheet"], "What the numbers stand for."),),
+        content.mount.description,
+        content.language.value,
+    )
+    fields = content.programme
+    page.fields(dict(zip(fields.iloc[:, 0], fields.iloc[:, 1], strict=True)))
+    block = content.block
+    page.section(say("Data block", "Datenblock"))
+    decimals = dict.fromkeys(block.columns[[2, 3, 4, 7, 11]], 0)
+    decimals |= dict(zip(block.columns[[6, 9, 10]], (3, 3, 1), strict=True))
+    shown = block.iloc[:, :12].dropna(axis=1, how="all")
+    decimals = {label: digits for label, digits in decimals.items() if label in shown}
+    page.table(shown, "", decimals, content.changes)
+    page.table(
+        block.iloc[:, [0, *range(12, 17)]],
+        say("Today's part, and the band as its share.", "Heutiges Teil, und das Band als Anteil."),
+        {block.columns[12]: 0},
+    )
+    for text in _words(content, page):
+        page.text(text)
+    _figure(page, content)
+
+    page.new_page()
+    page.section(say("Test of a part", "Prüfung eines Teils"), _test_words(content))
+    if len(content.test):
+        known = content.test.dropna(axis=1, how="all")
+        test = {label: 1 for label in known.columns[3:] if label.endswith("[N/mm]")}
+        page.table(known, "", test | {known.columns[2]: 3})
+        page.section(
+            say("What the process must show", "Was der Prozess zeigen muss"),
+            say(
+                "σ is the standard deviation of a process in the middle of its band. A sample "
+                "proves a Cpk if its lower 95 % bound (Bissell) reaches it.",
+                "σ ist die Standardabweichung eines Prozesses in der Mitte seines Bandes. Eine "
+                "Stichprobe beweist einen Cpk, wenn ihre untere 95-%-Schranke (Bissell) ihn "
+                "erreicht.",
             ),
-        ),
-        provenance=provenance,
-    )
-
-
-def _headlines(content: SupplierContent) -> tuple[Headline, ...]:
-    effects, requirement = content.effects, content.tables["requirements"]
-    asked = requirement[requirement["requirement"] == Need.wanted.value]
-    if content.mount is None:
-        first = Headline(
-            f"{len(asked)} of {len(requirement)}", "directions have a stiffness that must be met"
         )
-        name = min(content.mounts, key=lambda mount: float(effects.change[mount].mean()))
-    else:
-        name = content.mount
-        away = (asked["wanted / today [1]"] - 1.0).abs()
-        if asked.empty:
-            first = Headline("none", f"direction of {name} must change")
-        else:
-            row = asked.iloc[int(np.argmax(away))]
-            first = Headline(
-                f"{row['today [N/mm]']:.0f} → {row['wanted [N/mm]']:.0f} N/mm",
-                f"{row['direction']}, the largest change",
-            )
-    sure = effects.certainty
-    worth = content.tables["tolerances"]
-    top = worth.iloc[int(np.argmax(worth["share of sigma [%]"]))]
-    return (
-        first,
-        Headline(_with_half_width(sure.mean_change(name)), f"mean level, only {name} changes"),
-        Headline(_with_half_width(sure.mean_change(ALL)), "mean level, all parts as wanted"),
-        Headline(
-            f"{top['share of sigma [%]']:.0f} ± {top['share of sigma ± 90 % [%]']:.0f} %",
-            f"of the scatter comes from {top['direction']}",
-        ),
-    )
+        process = content.process
+        page.table(process, "", {label: 2 for label in process.columns[[2, 4, 5, 6]]})
+    page.section(say("What it is worth", "Was es wert ist"), _worth_words(content))
+    if len(content.worth):
+        page.table(content.worth)
+    page.table(content.levels)
+    if len(content.variants):
+        page.section(say("Part numbers", "Teilenummern"))
+        page.table(content.variants)
+    page.section(say("Words", "Begriffe"))
+    for term in _glossary(content):
+        page.text(term)
+    sum_ = content.specification.checksum[:SHORT_HASH]
+    page.foot = say(f"Sheet {sum_}", f"Blatt {sum_}") + provenance
+    return page
 
 
-def _wanted(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
-    study, table = content.study, content.tables["requirements"]
-    case, _ = study.load_cases[0]
+def _words(content: MountSheet, page: Sheet) -> list[str]:
+    """Say what the data block holds for."""
+    say, study = content.say, content.study
     part = factor_name(study.index) == Factor.part.value
-    scaled = PART_SCALED if part else CURVE_SCALED
-    given_up = ""
-    if study.unidentified:
-        values, scale = content.effects.values, study.per_vehicle / len(study.vehicles)
-        lost = (values.mean_sum[-2] - values.mean_sum[-1]) * scale
-        half = float(content.effects.certainty.mean_difference(ALL, PICKED).half_width)
-        own = [one.name for one in content.directions if one.need is Need.unknown]
-        given_up = (
-            f"\n\nNot identified: {', '.join(own) or 'directions of other mounts'}. No number is "
-            "asked for there. The search had moved such directions as well; leaving all of them as "
-            f"they are changes the mean level by {signed(float(lost), 2)} ± {half:.2f} dB."
-        )
-    return Section(
-        "What is wanted",
-        "A stiffness is the mean magnitude of the dynamic stiffness over the lines of the run "
-        f"“{case.title}”; {scaled}. At least and at "
-        "most: the tolerance band. Free: the range in which the mean level of all vehicles stays "
-        f"within {NOTICEABLE} dB, all other directions kept. A dash: nothing is asked."
-        f"{_at_bounds(content)}{given_up}",
-        figures=tuple(
-            _picture(
-                pictures,
-                f"stiffness {mount}",
-                f"{mount}: dynamic stiffness over preload. {OPERATION}"
-                f"{AS_ON_A_MACHINE if any(c.has_curve for c in content.curves) else ''}.",
+    asked = content.specification.directions
+    nothing = [d.name for d in content.directions if d.need is Need.nothing]
+    unknown = [d.name for d in asked if d.duty == "not identified"]
+    ratio = [d.name for d in asked if d.duty == "must" and d.today_n_per_mm is None]
+    states = [content.states[d.name] for d in asked if d.name in content.states and d.lower]
+    texts = [
+        say(
+            "Must: accepted only inside the band, an end of which is set by the noise limit. "
+            "Preferred: asked for, no limit depends on it. Free: nobody hears a difference inside "
+            "the band. The nominal value is the middle of the band; as a share of today's part the "
+            "band holds at every preload, amplitude and frequency.",
+            "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
+            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: im Band hört niemand einen "
+            "Unterschied. Der Nennwert ist die Mitte des Bandes; als Anteil des heutigen Teils "
+            "gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
+        ),
+        say("The band rests on the ", "Das Band beruht auf: ") + content.rests_on + ".",
+        say(
+            "The rubber itself is scaled, its force at every deflection; the stops stay."
+            if part
+            else "The whole curve over static force is scaled alike: stops are to be re-tuned.",
+            "Skaliert wird der Gummi selbst, seine Kraft bei jeder Einfederung, ohne die Anschläge."
+            if part
+            else "Die ganze Kennlinie über der statischen Kraft wird gleich skaliert: Anschläge "
+            "neu abstimmen.",
+        ),
+        _preload_words(content, states),
+    ]
+    if any(not state.laboratory for state in states):
+        texts.append(
+            say(
+                "An amplitude that is no usual one of laboratories is the vehicle's: nothing was "
+                "measured at a laboratory's there.",
+                "Eine laborunübliche Amplitude ist die des Fahrzeugs: bei einer Laboramplitude "
+                "wurde dort nichts gemessen.",
             )
-            for mount in content.mounts
-            if f"stiffness {mount}" in pictures
-        ),
-        tables=(
-            Table(table[list(REQUIREMENT)], "Today's and the wanted stiffness.", _WHOLE),
-            Table(
-                table[list(LOSS_FACTORS)],
-                "Loss factors, mean over the same lines; what is asked for is the wanted one.",
-            ),
-            Table(
-                content.tables["conditions"],
-                "Preloads in the load cases, and the test condition of each curve.",
-                {"least preload": 0, "greatest preload": 0},
-            ),
-        ),
+        )
+    if nothing:
+        texts.append(
+            say(
+                f"{', '.join(nothing)}: no demand from booming; handling, durability and travel "
+                "limits of the drawing stay.",
+                f"{', '.join(nothing)}: keine Forderung aus dem Brummen; Fahrverhalten, "
+                "Lebensdauer und Wegbegrenzung der Zeichnung bleiben.",
+            )
+        )
+    saved = content.block.iloc[:, [0, -1]].dropna()
+    for direction, price in saved.itertuples(index=False):
+        money = page.number(price, 2, content.sources.programme.currency)
+        texts.append(
+            say(
+                f"{direction} free saves {money} per part.",
+                f"{direction} frei spart {money} je Teil.",
+            )
+        )
+    if unknown:
+        texts.append(
+            say(
+                f"{', '.join(unknown)}: not identified, measured too uncertainly to ask for a "
+                "number; please leave it as it is.",
+                f"{', '.join(unknown)}: nicht identifiziert, zu unsicher gemessen, um eine Zahl zu "
+                "fordern; bitte lassen, wie es ist.",
+            )
+        )
+    if ratio:
+        texts.append(
+            say(
+                f"{', '.join(ratio)}: only as a share of today's part, measured on one machine.",
+                f"{', '.join(ratio)}: nur als Anteil des heutigen Teils, auf derselben Maschine.",
+            )
+        )
+    if content.changes:
+        old = content.sources.since
+        assert old is not None
+        texts.append(
+            say("Marked cells moved since sheet ", "Markierte Zellen sind anders als auf Blatt ")
+            + f"{old.checksum[:SHORT_HASH]}"
+            + (f" ({old.revision})." if old.revision else ".")
+        )
+    return texts
+
+
+def _preload_words(content: MountSheet, states: list[MachineState]) -> str:
+    """Say what the preloads contain, and where their deflection counts from."""
+    say = content.say
+    axes = say(
+        "Forces act on the body; x rearward, y to the right, z upward.",
+        "Kräfte wirken auf die Karosserie; x nach hinten, y nach rechts, z nach oben.",
+    )
+    if not states:
+        return axes
+    if not any(state.over_force for state in states):
+        torque = max(state.wheel_torque for state in states)
+        if not np.isfinite(torque):
+            return axes
+        return axes + say(
+            f" Preload: that of {torque:.0f} N m wheel torque; newtons are to be agreed.",
+            f" Vorlast: die von {torque:.0f} N m Radmoment; Newton noch zu vereinbaren.",
+        )
+    weight = all(state.with_weight for state in states)
+    unloaded = all(state.from_unloaded for state in states)
+    return axes + say(
+        " Preload: "
+        + ("weight and torque together" if weight else "torque only")
+        + (", from the unloaded part." if unloaded else ", from the position under weight."),
+        " Vorlast: "
+        + ("Gewicht und Drehmoment zusammen" if weight else "nur Drehmoment")
+        + (", vom unbelasteten Teil aus." if unloaded else ", von der Lage unter Gewicht aus."),
     )
 
 
-def _at_bounds(content: SupplierContent) -> str:
-    """Name the wanted directions at the edge of what was searched."""
-    study = content.study
-    named = [
-        f"{one.name} ({study.wanted[one.column]:.2f} of today's)"
-        for one in content.directions
-        if one.need is Need.wanted
-        and min(
-            study.wanted[one.column] - study.space.lower[one.column],
-            study.space.upper[one.column] - study.wanted[one.column],
+def _test_words(content: MountSheet) -> str:
+    say, guard = content.say, content.specification.uncertainty
+    if not content.specification.musts:
+        return say(
+            "No direction of this part is a must; nothing is held against a limit.",
+            "Keine Richtung dieses Teils ist ein Muss; nichts wird an einem Grenzwert gemessen.",
         )
-        <= EDGE * (study.space.upper[one.column] - study.space.lower[one.column])
-    ]
-    if not named:
-        return ""
-    return (
-        f"\n\nAt the edge of what was searched: {', '.join(named)}. Going further may bring more; "
-        "tell us what can be made."
-    )
-
-
-def _parts_4(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
-    alone = "parts change one at a time" if content.mount is None else "only this part changes"
-    drawn = [
-        _picture(
-            pictures,
-            "parts",
-            "Change against today's mounts without scatter, mean over the lines. Whiskers: half "
-            "width of the 90 % interval by all errors of measurement.",
-        )
-    ]
-    if "levels" in pictures:
-        case, _ = content.study.load_cases[0]
-        drawn.append(
-            _picture(
-                pictures,
-                "levels",
-                f"Sound pressure level at the driver's ear today (baseline) and with only "
-                f"{content.mount} as wanted (optimised); {case.title}.",
-            )
-        )
-    if content.mount is None:
-        summary = content.tables["part alone, summary"]
-        by_scatter = [n for n in map(str, summary) if n == "changed" or "sigma" in n]
-        tables = (
-            Table(
-                summary.drop(columns=by_scatter[1:]),
-                "Mean over the vehicles, and the vehicles with most and least effect.",
-            ),
-            Table(summary[by_scatter], "Scatter σ of all vehicles together."),
+    if guard is None:
+        guarded = say(
+            "Guarded limits follow once a measuring uncertainty is stated.",
+            "Eingeengte Grenzen folgen, sobald eine Messunsicherheit genannt ist.",
         )
     else:
-        table = one_part_table(content.tables["part alone"], content.mount)
-        by_peak = ["vehicle", *(name for name in map(str, table) if "peak" in name)]
-        tables = (
-            Table(
-                table.drop(columns=by_peak[1:]),
-                "Change of the mean level per vehicle, and the scatter σ of that level.",
-            ),
-            Table(table[by_peak], "Level of the loudest booming peak."),
+        guarded = say(
+            f"Inside the guarded limits it passes for sure with ± {PERCENT * guard:g} % (95 %; ISO "
+            "14253-1, applied once).",
+            f"In den eingeengten Grenzen besteht es sicher bei ± {PERCENT * guard:g} % (95 %; ISO "
+            "14253-1, einmal angewandt).",
         )
-    return Section(
-        f"What happens if {alone}",
-        "One mount is as wanted in all its directions, the others are as they are today; diamonds "
-        "show what all mounts bring together. The effects of parts do not simply add: forces "
-        "through different mounts may cancel each other at the ear.",
-        figures=tuple(drawn),
-        tables=tables,
+    return say(
+        "Set the machine to preload, amplitude and frequency; read |K| and the loss angle, or K' "
+        "and K'', of each piece. It is accepted between the specification limits. "
+        f"{guarded} Fill in the sheet “measured” of the workbook.",
+        "Maschine auf Vorlast, Amplitude und Frequenz stellen; je Stück |K| und Verlustwinkel oder "
+        "K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen zulässig. "
+        f"{guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen.",
     )
 
 
-def _importance(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
-    found, space = content.effects.importance, content.study.space
-    low, high = space.lower.min(), space.upper.max()
-    leading = []
-    for place, vehicle in enumerate(content.vehicles):
-        top = int(np.argmax(found.total[:, place]))
-        if top in [direction.column for direction in content.directions]:
-            leading.append(
-                f"{found.factors[top]} in {vehicle} ({found.total[top, place]:.2f} ± "
-                f"{found.total_interval[top, place]:.2f}, leading in "
-                f"{100.0 * content.effects.certainty.leads[place]:.0f} % of what is drawn again)"
+def _worth_words(content: MountSheet) -> str:
+    say = content.say
+    text = say(
+        "Mean level of the vehicles at the driver's ear, mean over the lines. ± 90 % holds errors "
+        "of all measurements; effects of parts do not simply add.",
+        "Mittlerer Pegel der Fahrzeuge am Fahrerohr, Mittel über die Linien. ± 90 % enthält die "
+        "Fehler aller Messungen; Wirkungen von Teilen addieren sich nicht einfach.",
+    )
+    if len(content.levels.columns) > 4:
+        return text + say(
+            " The last column is the same change by the other model of the powertrain's motion: "
+            "the difference is the model's own uncertainty.",
+            " Die letzte Spalte ist dieselbe Änderung mit dem anderen Modell der Antriebsbewegung: "
+            "der Unterschied ist die Unsicherheit des Modells selbst.",
+        )
+    return text + say(
+        " The model of the motion could not be compared with another: its own error is not in ±.",
+        " Das Modell der Bewegung konnte mit keinem anderen verglichen werden: sein eigener Fehler "
+        "ist nicht in ±.",
+    )
+
+
+def _glossary(content: MountSheet) -> tuple[str, ...]:
+    say = content.say
+    return (
+        say(
+            "|K|: magnitude of the complex dynamic stiffness of one piece, force over "
+            "displacement; K = K' + jK'', loss factor K''/K', the tangent of the loss angle. "
+            "Amplitudes are peak.",
+            "|K|: Betrag der komplexen dynamischen Steifigkeit eines Stücks, Kraft durch Weg; "
+            "K = K' + jK'', Verlustfaktor K''/K', Tangens des Verlustwinkels. Amplituden sind "
+            "Spitzenwerte.",
+        ),
+        say(
+            "Static rate: slope of the wanted static curve at the preload. Cpk: distance of the "
+            "mean from the nearer end of the band over three standard deviations. Booming: low "
+            "drone in the cabin at full load and low engine speed.",
+            "Statische Rate: Steigung der gewünschten statischen Kennlinie bei der Vorlast. Cpk: "
+            "Abstand des Mittelwerts vom näheren Ende des Bandes durch drei Standardabweichungen. "
+            "Brummen: tiefer Ton im Innenraum bei Volllast und niedriger Drehzahl.",
+        ),
+    )
+
+
+def _figure(page: Sheet, content: MountSheet) -> None:
+    """Show today's curve and the band of every direction that has one."""
+    panels = []
+    for asked in content.specification.directions:
+        state = content.states.get(asked.name)
+        if state is None or asked.today_n_per_mm is None or not state.points[0].size:
+            continue
+        low, high = asked.lower or NAN, asked.upper or NAN
+        curve = (state.curve[0], N_PER_MM * state.curve[1])
+        has_curve = bool(np.isfinite(curve[1]).any())
+        middle = 0.5 * (low + high)
+        force = content.say("static force [N]", "statische Kraft [N]")
+        torque = content.say("wheel torque [N m]", "Radmoment [N m]")
+        panels.append(
+            plot.StiffnessPanel(
+                title=asked.name,
+                x_label=force if state.over_force else torque,
+                points=(state.points[0], N_PER_MM * state.points[1]),
+                today=curve if has_curve else None,
+                wanted=(curve[0], middle * curve[1]) if has_curve else None,
+                tolerance=(high - low) / (high + low),
+                note=content.duty(asked),
             )
-    sentence = f" The leading direction: {', '.join(leading)}." if leading else ""
-    return Section(
-        "Which directions matter in which vehicle",
-        f"All factors of all mounts vary at the same time, evenly between {low:g} and {high:g}; "
-        "shown is the share of each direction in the variance of the mean level, with its 95 % "
-        f"interval from {found.n_resamples} resamples of {found.n_base} points.{sentence}",
-        figures=(
-            _picture(
-                pictures,
-                "importance",
-                "Total Sobol index per vehicle: filled what the direction does alone, hatched what "
-                "it does together with others.",
-            ),
+        )
+    if not panels:
+        return
+    colour = mount_colours([m.name for m in content.study.platform.mounts])[content.mount.name]
+    words = plot.STIFFNESS_WORDS
+    if content.language is Language.de:
+        words = (
+            "dynamische Steifigkeit |K| [N/mm]",
+            "heute, im Fahrzeug",
+            "heute",
+            "Nennwert",
+            "Band",
+        )
+    page.figure(
+        plot.stiffness_over_preload(panels, colour, words),
+        content.say(
+            "Dots: today's part in the vehicle, torque only. Curves: today's part and the band at "
+            "amplitude and frequency of the test, where measurements back them.",
+            "Punkte: heutiges Teil im Fahrzeug, nur Drehmoment. Kurven: heutiges Teil und Band bei "
+            "Amplitude und Frequenz der Prüfung, soweit gemessen.",
         ),
     )
 
 
-def _tolerances(content: SupplierContent, pictures: Mapping[str, bytes]) -> Section:
-    shares = content.effects.shares
-    rest = max(math.ceil(100.0 * float(shares.rest.max())), 1)
-    return Section(
-        "Where the scatter comes from, and what a tighter tolerance is worth",
-        "Parts that are all within their tolerance make vehicles of one type differ by σ. The "
-        "share of a direction in it says where a tighter tolerance pays; the other column says how "
-        "much σ falls for each percentage point, such as ±14 % instead of ±15 %, mean over the "
-        f"vehicles, of {DRAWS} draws around the wanted design. At most {rest} % of σ² in a "
-        "vehicle belong to no single direction.",
-        figures=(
-            _picture(
-                pictures,
-                "tolerances",
-                "Share of each direction in the scatter, and σ saved by one percentage point.",
-            ),
-        ),
-        tables=(
-            Table(
-                content.tables["tolerances"][list(WORTH)],
-                "Shares are of σ²; the largest one and its vehicle beside the mean.",
-                {
-                    "tolerance today ± [%]": 0,
-                    "sigma saved per % tighter [0.001 dB]": 1,
-                    "sigma saved ± 90 % [0.001 dB]": 1,
-                },
-            ),
-        ),
-    )
+STEM = "supplier_sheet"
+NOTHING = SheetFiles()
 
 
-def _certainty(content: SupplierContent) -> Section:
-    study = content.study
-    text = (
-        "The error budget of the characterisation covers sensors, shaker, force cells and noise; "
-        "its 95 % half width is that of the stiffness itself. Above 15 % a direction counts as not "
-        "identified and no number is asked for. R² says how well the response surface repeats what "
-        "was measured; it is no accuracy."
-    )
-    again = (
-        "Numbers with ± 90 %, or from … to, have an interval: all measurements are drawn again "
-        f"{MEASURED_AGAIN} times with the errors below, the same for all designs and vehicles, and "
-        "computed anew; in 90 % of such cases the truth lies inside. The relative half width of "
-        "today's stiffness belongs to every stiffness of its row. The model of the motion has "
-        "errors of its own, which are not in them."
-    )
-    texts = (text if study.parts else NO_UNCERTAINTY, again, content.motion.text)
-    return Section(
-        "How sure we are",
-        "\n\n".join(filter(None, texts)),
-        tables=(
-            Table(content.tables["quality"], "Today's stiffness, direction by direction."),
-            Table(content.tables["errors"], "Errors of measurement behind the intervals."),
-        ),
-    )
+@dataclass(frozen=True)
+class WrittenSheets:
+    """Files that were written, and fields of the programme that nobody has given."""
+
+    files: tuple[Path, ...]
+    missing: tuple[str, ...]
 
 
-def _with_half_width(change: Interval) -> str:
-    return f"{signed(float(change.value), 1)} ± {float(change.half_width):.1f} dB"
-
-
-def _picture(pictures: Mapping[str, bytes], stem: str, caption: str) -> Picture:
-    return Picture(pictures[stem], alt=caption, caption=caption)
-
-
-def _count(vehicles: tuple[str, ...]) -> str:
-    return vehicles[0] if len(vehicles) == 1 else f"{len(vehicles)} vehicles"
-
-
-STEM = "supplier_report"
-NOTHING = SpecificationFiles()
-
-
-def supplier_report(
+def supplier_sheets(
     folder: Path,
     *,
-    mount: str | None,
-    anonymous: bool,
-    out: Path | None,
-    studies: Path | None,
+    mount: str | None = None,
+    anonymous: bool = False,
+    out: Path | None = None,
+    studies: Path | None = None,
     pick: Pick = Pick.best_mean,
-    pieces: SpecificationFiles = NOTHING,
-) -> tuple[Path, Path]:
-    """Write the page and the workbook for a mount supplier.
+    files: SheetFiles = NOTHING,
+    language: Language = Language.en,
+) -> WrittenSheets:
+    """Write page and workbook of a sheet, for one mount or for each.
 
     Parameters
     ----------
     folder : Path
         Finished run of a front study.
     mount : str or None
-        The part of this supplier; None: all mounts.
+        The part; None: every mount gets a sheet.
     anonymous : bool
-        Call vehicles by letters, and refuse a report in which a name or path is left.
+        Show no vehicle, group or platform, no limit and no command; refuse a sheet in which a name
+        or path is left.
     out : Path or None
-        Folder that gets both files, made when missing; None: ``supplier`` in the run's folder.
+        Folder that gets the files, made when missing; None: ``supplier`` in the run's folder.
     studies : Path or None
         Folder with the studies; None: `studies` here, else deboom's own.
     pick : Pick
         Design of the front that is wanted.
-    pieces : SpecificationFiles
-        Of the specification sheet, beside the run.
-
-    Returns
-    -------
-    page, workbook : Path
-        Written; older ones of the same name are replaced.
+    files : SheetFiles
+        What the sheet rests on beside the run.
+    language : Language
 
     Raises
     ------
     InputError
         A run that is no front study, misses a file or holds an edited one; an unknown mount; a
-        piece of the sheet that belongs to something else; a leak; a folder that cannot be written.
-        Nothing is written then.
+        file that belongs to something else; a leak; a folder that cannot be written. Nothing is
+        written then.
     """
     study = supplier_study(folder, studies, pick)
     study.of(mount)
+    sources = sheet_sources(study, files)
+    effects = SupplierEffects(study, middle_design(study, bands(study, sources)))
     names = shown_names(study, anonymous=anonymous)
-    content = supplier_content(study, mount, names, specification_sources(study, pieces))
-    # pictures cannot be searched: whatever they show stands in a table as well
-    tables = {f"table of {name}": table.to_csv() for name, table in content.tables.items()}
-    refuse_leaks(names.secrets, tables)
-    html, workbook = supplier_documents(content, pieces)
-    stem = "_".join(
-        [
-            STEM,
-            *([re.sub(r"[^\w-]+", "-", mount)] if mount else []),
-            *(["anonymous"] if anonymous else []),
-        ]
-    )
-    texts = {"page": page_text(html), "workbook": workbook_text(workbook), "file names": stem}
-    refuse_leaks(names.secrets, texts)
+    chosen = [one for one in study.platform.mounts if mount in (None, one.name)]
+    contents, missing = dict[str, bytes](), dict[str, None]()
+    for one in chosen:
+        content = MountSheet(study, sources, effects, one, names, language)
+        stem = "_".join([STEM, re.sub(r"[^\w-]+", "-", one.name), *["anonymous"][: int(anonymous)]])
+        page, workbook = documents(content, _provenance(study, files, anonymous))
+        refuse_leaks(names.secrets, {"file names": stem})
+        contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
+        missing |= dict.fromkeys(content.missing)
     place = study.run.entry.folder / "supplier" if out is None else out
     try:
         place.mkdir(parents=True, exist_ok=True)
@@ -1117,81 +419,40 @@ def supplier_report(
         raise InputError(
             f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
         ) from None
-    page_path, workbook_path = place / f"{stem}.html", place / f"{stem}.xlsx"
-    replace_bytes(page_path, html.encode("utf-8"))
-    replace_bytes(workbook_path, workbook)
-    return page_path, workbook_path
+    for name, data in contents.items():
+        replace_bytes(place / name, data)
+    return WrittenSheets(tuple(place / name for name in contents), tuple(missing))
 
 
-def supplier_documents(content: SupplierContent, pieces: SpecificationFiles) -> tuple[str, bytes]:
-    """Return the page as HTML and the workbook as xlsx."""
-    page = supplier_page(content, supplier_figures(content), _provenance(content, pieces))
-    what = f"mount {content.mount}" if content.mount else "the mounts"
-    sheets = {name: table for name, table in content.tables.items() if len(table)}
-    return render_page(page), workbook_bytes(sheets, f"What {what} should be")
+def middle_design(
+    study: SupplierStudy, found: Mapping[str, tuple[float, float] | None]
+) -> RealArray:
+    """Return the design in the middle of all bands, today's where there is none, (k,) [1]."""
+    design = np.array(study.wanted)
+    for direction in study.directions:
+        band = found[direction.name]
+        design[direction.column] = 1.0 if band is None else 0.5 * sum(band)
+    return design
 
 
-def supplier_content(
-    study: SupplierStudy, mount: str | None, names: ShownNames, sources: SpecificationSources
-) -> SupplierContent:
-    """Compute everything that page and workbook show.
-
-    Parameters
-    ----------
-    study : SupplierStudy
-        What is asked for.
-    mount : str or None
-        The part that it is about; None: all.
-    names : ShownNames
-        Of the vehicles.
-    sources : SpecificationSources
-        Of the sheet.
-    """
-    directions, effects = study.of(mount), SupplierEffects(study)
-    curves = stiffness_curves(study, directions)
-    parts = part_table(effects, names)
-    shown = [f"only {one.name}" for one in study.platform.mounts if mount in (None, one.name)]
-    parts = parts[parts["changed"].isin([*shown, ALL])]
-    sheet = specification_sheet(study, sources, directions, curves, effects.certainty, names)
-    tables: dict[str, pd.DataFrame] = {
-        **specification_tables(sheet),
-        "requirements": requirement_table(study, directions, curves, effects.certainty),
-        "conditions": condition_table(curves),
-        "curves": curve_table(study, curves),
-        "part alone": parts,
-        "part alone, summary": part_summary(effects, parts),
-        "importance": importance_table(effects, directions, names),
-        "tolerances": tolerance_table(effects, directions, names),
-        "quality": quality_table(directions),
-        "errors": source_table(effects.certainty),
-        "data sheet": data_sheet(study, mount, names, datetime.now(UTC).date()),
-    }
-    designs = np.stack([study.space.nominal, study.wanted])
-    checked = motion_report(study.index, designs)
-    return SupplierContent(effects, mount, directions, curves, names, tables, checked, sheet)
+def documents(content: MountSheet, provenance: str) -> tuple[str, bytes]:
+    """Return page and workbook of a sheet, searched for what they must not tell."""
+    secrets = content.names.secrets
+    tables = {f"table {name}": table.to_csv() for name, table in content.tables.items()}
+    refuse_leaks(secrets, tables)  # before anything is drawn: pictures cannot be searched
+    html = sheet_page(content, provenance).html()
+    title = content.say(f"Mount {content.mount.name}", f"Lager {content.mount.name}")
+    workbook = workbook_bytes(content.tables, title)
+    refuse_leaks(secrets, {"page": page_text(html), "workbook": workbook_text(workbook)})
+    return html, workbook
 
 
-def _provenance(content: SupplierContent, pieces: SpecificationFiles) -> dict[str, object]:
-    """Return the footer; an anonymous one has no command and no file names."""
-    entry, study = content.study.run.entry, content.study
-    facts: dict[str, object] = {
-        "run": entry.name,
-        "draws": content.study.check.sample.n_samples,
-        "seed": study.run.seed,
-    }
-    if content.names.anonymous:
-        return facts
-    mount = f" --mount {content.mount}" if content.mount else ""
+def _provenance(study: SupplierStudy, files: SheetFiles, anonymous: bool) -> str:
+    """Return date, run and command for the foot of a page; an anonymous one has no command."""
+    today = datetime.now(UTC).date().isoformat()
+    text = f" · {today} · deboom, {study.run.entry.name}"
+    if anonymous:
+        return text
+    given = "".join(f" --{k} {v.as_posix()}" for k, v in vars(files).items() if v is not None)
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
-    given = "".join(
-        f" --{field.name} {path.as_posix()}"
-        for field in fields(pieces)
-        if (path := getattr(pieces, field.name)) is not None
-    )
-    record = hash_files([entry.folder / "run.json"], relative_to=entry.folder)
-    return {
-        "command": f"deboom report {entry.folder.as_posix()} --supplier{mount}{design}{given}",
-        **facts,
-        "study": entry.study,
-        "inputs": {**record, **entry.record["inputs_sha256"]},
-    }
+    return f"{text} · deboom report {study.run.entry.folder.as_posix()} --supplier{design}{given}"

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import io
 import re
-import zipfile
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from html import unescape
+from html.parser import HTMLParser
 from pathlib import Path
 from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
 import pandas as pd
+from openpyxl import load_workbook
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
@@ -24,11 +24,26 @@ from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
 from deboom.explore.selection import at_nominal, indifference_intervals, variables_without_effect
 from deboom.explore.space import DesignSpace
+from deboom.files.acceptance import (
+    AcceptanceBox,
+    Programme,
+    SupplierSpecification,
+    read_programme,
+    read_solution_box,
+    read_specification,
+)
 from deboom.files.platform import Platform, read_platform
+from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
-from deboom.study.platform_model import operation
+from deboom.study.platform_model import (
+    Factor,
+    Operation,
+    factor_name,
+    operation,
+    platform_sha256,
+)
 from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
@@ -43,6 +58,7 @@ class Need(Enum):
     """What is asked of a direction."""
 
     wanted = "as wanted"
+    """Today's part lies outside the range in which nobody hears a difference."""
     anything = "any in bounds"
     nothing = "no requirement"
     unknown = "not identified"
@@ -96,18 +112,25 @@ class SupplierStudy:
     ----------
     run : ComparedRun
         Finished, checked, with its model built again.
-    platform : Platform
-        With the forces of the run.
-    parts : tuple of CharacterisedMount
-        The forces come from; empty if they are the measured ones.
+    runs : Operation
+        Platform and load cases with the forces of the run.
     pick : Pick
         The design that is wanted.
     """
 
     run: ComparedRun
-    platform: Platform
-    parts: tuple[CharacterisedMount, ...]
+    runs: Operation
     pick: Pick
+
+    @property
+    def platform(self) -> Platform:
+        """With the forces of the run."""
+        return self.runs.platform
+
+    @property
+    def parts(self) -> tuple[CharacterisedMount, ...]:
+        """Parts that the forces come from; empty if they are the measured ones."""
+        return self.runs.parts
 
     @property
     def model(self) -> RobustResponse:
@@ -226,13 +249,13 @@ class SupplierStudy:
             )
         return tuple(d for d in self.directions if mount in (None, d.mount.name))
 
-    def only(self, mount: str) -> RealArray:
-        """Return the design with one mount as wanted and the others as today, shape (k,) [1]."""
+    def only(self, mount: str, wanted: RealArray) -> RealArray:
+        """Return today's design with one mount as in another design, shape (k,) [1]."""
         design = np.array(self.space.nominal)
         for direction in self.of(mount):
             for column in (direction.column, direction.loss_column):
                 if column is not None:
-                    design[column] = self.wanted[column]
+                    design[column] = wanted[column]
         return design
 
     def _characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
@@ -247,9 +270,8 @@ class SupplierStudy:
         if name in self.unidentified:
             return Need.unknown
         low, high = self.interval[column]
-        if low <= self.space.lower[column] and high >= self.space.upper[column]:
-            return Need.anything
-        return Need.wanted
+        today = self.space.nominal[column]
+        return Need.anything if low <= today <= high else Need.wanted
 
 
 def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierStudy:
@@ -285,13 +307,156 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
         given["group"],
         (float(frequency[0]), float(frequency[-1])),
     )
-    return SupplierStudy(run, runs.platform, runs.parts, pick)
+    return SupplierStudy(run, runs, pick)
 
 
-_PICTURE = re.compile(r"data:image/png;base64,[A-Za-z0-9+/=]*")
-_TAG = re.compile(r"<[^>]*>")
-_CELL = re.compile(r'\b(?:r|ref|sqref|activeCell|topLeftCell)="[A-Z0-9: ]*"')
-"""Places of cells, such as F39: no names of vehicles."""
+ALLOCATION, PART_NUMBERS = "allocation.csv", "part_numbers.csv"
+
+
+@dataclass(frozen=True)
+class SheetFiles:
+    """Files that a sheet may rest on beside the run of the front; each may be missing.
+
+    Parameters
+    ----------
+    box : Path or None
+        Acceptance box, or the run of ``solution_box`` that made it.
+    tolerances : Path or None
+        Run of ``tolerance_allocation`` for this front.
+    sharing : Path or None
+        Run of ``commonality`` for this platform.
+    since : Path or None
+        Workbook of an older sheet of the same mount.
+    """
+
+    box: Path | None = None
+    tolerances: Path | None = None
+    sharing: Path | None = None
+    since: Path | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class SheetSources:
+    """Content of these files, and the programme of the platform.
+
+    Parameters
+    ----------
+    programme : Programme
+    box : AcceptanceBox or None
+    tolerance : mapping of str to float
+        Allocated half width by direction; empty if none was allocated [1].
+    shared : DataFrame or None
+        Table ``part_numbers`` of a run of ``commonality``.
+    since : SupplierSpecification or None
+    """
+
+    programme: Programme
+    box: AcceptanceBox | None
+    tolerance: Mapping[str, float]
+    shared: pd.DataFrame | None
+    since: SupplierSpecification | None
+
+
+def sheet_sources(study: SupplierStudy, files: SheetFiles) -> SheetSources:
+    """Read what a sheet rests on, and refuse what belongs to something else.
+
+    Raises
+    ------
+    InputError
+        A file that cannot be read or was edited; a box of other vehicles, directions, data or of
+        another kind of stiffness factor; tolerances of another front or design; shared parts of
+        other data; an unknown field or mount of the programme.
+    """
+    mounts = tuple(mount.name for mount in study.platform.mounts)
+    return SheetSources(
+        read_programme(study.platform.folder, mounts),
+        None if files.box is None else _box(study, files.box),
+        {} if files.tolerances is None else _tolerances(study, files.tolerances),
+        None if files.sharing is None else _shared(study, files.sharing),
+        None if files.since is None else read_specification(files.since),
+    )
+
+
+def _box(study: SupplierStudy, path: Path) -> AcceptanceBox:
+    box = read_solution_box(path)
+    again = f"run solution_box --front {study.run.entry.folder.as_posix()}"
+    for what, mine, theirs in (
+        ("directions", [d.name for d in study.directions], [v.name for v in box.variables]),
+        ("vehicles", list(study.vehicles), [response.name for response in box.responses]),
+    ):
+        if mine != theirs:
+            raise InputError(
+                f"--box {path}: its {what} are {', '.join(theirs)}, those of run "
+                f"{study.run.entry.folder} {', '.join(mine)}: {again}"
+            )
+    if factor_name(study.index) == Factor.part.value:
+        raise InputError(
+            f"--box {path}: a box has intervals of the dynamic stiffness, run "
+            f"{study.run.entry.folder} has factors of the part: search the front with --factor "
+            "dynamic"
+        )
+    if box.platform_sha256 != platform_sha256(study.platform):
+        raise InputError(f"--box {path}: it was found with other files of the platform: {again}")
+    return box
+
+
+def _tolerances(study: SupplierStudy, path: Path) -> dict[str, float]:
+    entry = _run("--tolerances", path, ALLOCATION, "tolerance_allocation")
+    front, arguments = study.run.entry, entry.record["arguments"]
+    record = hash_files([front.folder / "run.json"], relative_to=front.folder)["run.json"]
+    known = record in entry.record["inputs_sha256"].values()
+    if not known or arguments["pick"] != study.pick.value or arguments["point"] is not None:
+        raise InputError(
+            f"--tolerances {path}: its tolerances belong to another design: run "
+            f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {study.pick.value}"
+        )
+    table = pd.read_csv(entry.folder / ALLOCATION, keep_default_na=False)
+    return dict(zip(table["variable"], table["cheapest ± [%]"] / 100.0, strict=True))
+
+
+def _shared(study: SupplierStudy, path: Path) -> pd.DataFrame:
+    entry = _run("--sharing", path, PART_NUMBERS, "commonality")
+    files = study.platform.input_files
+    mine = hash_files(files, relative_to=study.platform.folder).values()
+    if not set(mine) <= set(entry.record["inputs_sha256"].values()):
+        raise InputError(
+            f"--sharing {path}: it was found with other files of the platform: run commonality "
+            f"--platform {study.platform.folder.as_posix()}"
+        )
+    return pd.read_csv(entry.folder / PART_NUMBERS, dtype={"vehicles": str})
+
+
+def _run(option: str, path: Path, file: str, study: str) -> RunEntry:
+    entry = read_run(path)
+    check_files(entry)
+    if file not in entry.record["files_sha256"]:
+        raise InputError(f"{option} {path} has no {file}: give a run folder of the study {study}")
+    return entry
+
+
+def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float, float] | None]:
+    """Return the band of every direction as stiffness factors; None where nothing is asked.
+
+    It is the box's; where no box was made, that of the tolerance allocation, or else that of the
+    search, about the pick.
+    """
+    found: dict[str, tuple[float, float] | None] = {}
+    for direction in study.directions:
+        found[direction.name] = None
+        if direction.need is Need.nothing:
+            continue
+        if sources.box is not None:
+            variable = sources.box.variable(direction.name)
+            if direction.need is not Need.unknown or variable.set_by_limit:
+                found[direction.name] = (variable.lower, variable.upper)
+        elif direction.need is not Need.unknown:
+            pick = float(study.wanted[direction.column])
+            half = float(study.space.tolerance[direction.column])
+            half = sources.tolerance.get(direction.name, half)
+            found[direction.name] = (pick * (1.0 - half), pick * (1.0 + half))
+    return found
+
+
 _CONTEXT = 30
 
 
@@ -387,18 +552,45 @@ def refuse_leaks(secrets: Sequence[str], texts: Mapping[str, str]) -> None:
                 )
 
 
+class _Readable(HTMLParser):
+    """All that a person can read in a page: texts, titles and descriptions of pictures."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.texts: list[str] = []
+        self._in_style = False
+
+    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
+        """Keep what an element says of itself."""
+        self._in_style = tag == "style"
+        self.texts += [v for name, v in attributes if v and name in ("alt", "title", "aria-label")]
+
+    def handle_endtag(self, tag: str) -> None:
+        """Leave a style sheet."""
+        self._in_style = self._in_style and tag != "style"
+
+    def handle_data(self, data: str) -> None:
+        """Keep a text; those of a style sheet are no names."""
+        if not self._in_style:
+            self.texts.append(data)
+
+
 def page_text(html: str) -> str:
-    """Return all that can be read in a page, tags included, without the bytes of its pictures."""
-    plain = _PICTURE.sub("", html)
-    return f"{unescape(plain)}\n{unescape(_TAG.sub(' ', plain))}"
+    """Return all that can be read in a page, without markup, styles and bytes of pictures."""
+    page = _Readable()
+    page.feed(html)
+    page.close()
+    return f"{' '.join(page.texts)}\n{''.join(page.texts)}"
 
 
 def workbook_text(data: bytes) -> str:
-    """Return all that can be read in an xlsx file, properties included, without cells' places."""
-    with zipfile.ZipFile(io.BytesIO(data)) as parts:
-        names = parts.namelist()
-        texts = [parts.read(name).decode("utf-8", "replace") for name in names]
-    return unescape("\n".join([*names, *(_CELL.sub("", text) for text in texts)]))
+    """Return all that can be read in an xlsx file: properties, names of sheets, and cells."""
+    book = load_workbook(io.BytesIO(data), read_only=True)
+    properties = book.properties
+    texts = [properties.title, properties.creator, properties.description, *book.sheetnames]
+    for sheet in book.worksheets:
+        texts += [str(value) for row in sheet.iter_rows(values_only=True) for value in row if value]
+    return "\n".join(filter(None, texts))
 
 
 def _spellings(folder: Path) -> tuple[str, ...]:

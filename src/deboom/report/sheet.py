@@ -1,0 +1,146 @@
+"""Sheets: two pages of A4 that somebody quotes from, signs or files, in one of two languages."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING, Literal
+
+from deboom.errors import InputError
+from deboom.plot.style import as_png
+from deboom.report.report import Picture, as_image
+from deboom.report.tables import Column, text_columns
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from deboom.plot.style import Drawing
+
+Language = Literal["en", "de"]
+_FLOAT = re.compile(r"(?<=\d)\.(?=\d)")
+
+
+@dataclass(frozen=True, eq=False)
+class Fields:
+    """A block of labels with their values, such as the head of a drawing; an empty value is due."""
+
+    pairs: Mapping[str, str]
+
+
+@dataclass(frozen=True, eq=False)
+class Grid:
+    """A table: columns as text, caption, and what stood in a cell before, by row and column."""
+
+    columns: tuple[Column, ...]
+    caption: str
+    before: Mapping[tuple[int, int], str]
+
+
+class Sheet:
+    """A sheet, written top to bottom.
+
+    Parameters
+    ----------
+    title, subtitle : str
+        Head of the first page.
+    language : str
+        ``en`` or ``de``; numbers have a decimal comma in German.
+
+    Examples
+    --------
+    >>> sheet = Sheet("Mount TSM", "Dynamic stiffness")
+    >>> sheet.fields({"Drawing": "A 123", "Revision": ""})
+    >>> sheet.section("Test", "Measure each part once.")
+    >>> "to be agreed" in sheet.html()
+    True
+    """
+
+    def __init__(self, title: str, subtitle: str = "", language: Language = "en") -> None:
+        self.title, self.subtitle, self.language = title, subtitle, language
+        self.foot = ""
+        self.blocks: list[tuple[str, object]] = []
+
+    def say(self, english: str, german: str) -> str:
+        """Choose the words of the sheet's language."""
+        return german if self.language == "de" else english
+
+    def number(self, value: float, decimals: int, unit: str = "") -> str:
+        """Write a number with its unit for a sentence."""
+        text = f"{value:.{decimals}f}".replace("-", "−")
+        return f"{self._local(text)} {unit}".strip()
+
+    def fields(self, pairs: Mapping[str, str]) -> None:
+        """Show labels with values; where a value is empty, it is to be agreed."""
+        due = self.say("to be agreed", "noch zu vereinbaren")
+        self.blocks.append(("fields", Fields({k: v or due for k, v in pairs.items()})))
+
+    def section(self, title: str, text: str = "") -> None:
+        """Begin a part with its heading and first paragraph."""
+        self.blocks.append(("heading", title))
+        self.text(text)
+
+    def text(self, text: str) -> None:
+        """Write a paragraph; nothing if it is empty."""
+        if text:
+            self.blocks.append(("text", text))
+
+    def table(
+        self,
+        frame: pd.DataFrame,
+        caption: str = "",
+        decimals: Mapping[str, int] | None = None,
+        before: Mapping[tuple[int, str], str] | None = None,
+    ) -> None:
+        """Show a table, and in its cells what stood there before.
+
+        Parameters
+        ----------
+        frame : DataFrame
+            Columns ``name [unit]``.
+        caption : str
+            What to see in it.
+        decimals : mapping of str to int, optional
+            Decimals by column label.
+        before : mapping of (int, str) to str, optional
+            Row and column → former value as text.
+        """
+        columns = tuple(
+            Column(
+                c.name,
+                c.unit,
+                c.numeric,
+                tuple(map(self._local, c.cells)) if c.numeric else c.cells,
+            )
+            for c in text_columns(frame, decimals or {})
+        )
+        labels = list(frame.columns)
+        moved = {(row, labels.index(label)): was for (row, label), was in (before or {}).items()}
+        self.blocks.append(("table", Grid(columns, caption, moved)))
+
+    def figure(self, drawing: Drawing, caption: str) -> None:
+        """Show a figure of `deboom.plot`, which is closed afterwards."""
+        if not caption.strip():
+            raise InputError("a picture needs a caption")
+        self.blocks.append(("figure", Picture(as_png(drawing), caption, caption)))
+
+    def new_page(self) -> None:
+        """Go on with the next page."""
+        self.blocks.append(("page", ""))
+
+    def html(self) -> str:
+        """Render the sheet as one HTML file without scripts, links or outside references."""
+        from jinja2 import Environment, StrictUndefined
+
+        environment = Environment(
+            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+        )
+        environment.filters["image"] = as_image
+        text = files("deboom.report").joinpath("sheet.html").read_text(encoding="utf-8")
+        was = self.say("was", "vorher")
+        return environment.from_string(text).render(sheet=self, was=was)
+
+    def _local(self, text: str) -> str:
+        """Write the decimal sign of the language."""
+        return _FLOAT.sub(",", text) if self.language == "de" else text

@@ -1,0 +1,445 @@
+"""A delivery against an acceptance box, or against the sheet that a supplier was sent."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
+from deboom.explore.space import sobol_points
+from deboom.files.acceptance import (
+    AcceptanceBox,
+    BoxVariable,
+    DeliveredPart,
+    SheetDirection,
+    SupplierSpecification,
+)
+from deboom.files.platform import Platform
+from deboom.plot.style import mount_of
+from deboom.study.options import Quantity, limited_response
+from deboom.study.platform_model import (
+    Motion,
+    MountSource,
+    motion_index,
+    operation,
+    platform_sha256,
+)
+
+MILLI = 1e-3
+"""From N/m to N/mm."""
+PROCESSES, CARS = 100, 256
+"""Processes that a batch may come from, and cars of each, for the predicted levels."""
+INTERVAL = (0.05, 0.95)
+"""Of predicted shares [1]."""
+CONFIDENCE = 0.95
+"""Of the lower bounds of Cp and Cpk [1]."""
+
+
+class Verdict(Enum):
+    """What the measurement says of a part or a batch."""
+
+    passed = "pass"
+    failed = "fail"
+    undecided = "undecided"
+
+
+@dataclass(frozen=True)
+class JudgedPart:
+    """One part against the intervals of its mount.
+
+    `factors`: axis → stiffness over the reference [1]; `axes`: limited axis → what its stiffness
+    says; `reason`: which axis is outside, or too near to an end, empty where it passes.
+    """
+
+    part: DeliveredPart
+    factors: Mapping[str, float]
+    axes: Mapping[str, Verdict]
+    reason: str
+
+    @property
+    def verdict(self) -> Verdict:
+        """Failed with one axis, passed with all."""
+        found = set(self.axes.values())
+        for verdict in (Verdict.failed, Verdict.undecided):
+            if verdict in found:
+                return verdict
+        return Verdict.passed
+
+
+@dataclass(frozen=True)
+class Share:
+    """A share over what the process behind a batch may be: median and ends of `INTERVAL` [1]."""
+
+    middle: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, shares: RealArray) -> Share:
+        """Summarise the shares of all processes, shape (n_processes,)."""
+        low, middle, high = np.quantile(shares, [INTERVAL[0], 0.5, INTERVAL[1]])
+        return cls(float(middle), float(low), float(high))
+
+
+@dataclass(frozen=True, eq=False)
+class Cars:
+    """Cars that get their mounts from a batch.
+
+    `levels`: array, shape (n_processes, n_cars, n_vehicles), in the unit of the box; `within`:
+    share of parts and vehicles within the limit, as the box counts them.
+    """
+
+    levels: RealArray
+    within: Share
+
+
+@dataclass(frozen=True, eq=False)
+class Batch:
+    """Parts of one mount from one batch.
+
+    `capabilities`: limited axis → capability, empty for a single part; `pieces`: share of the
+    batch's pieces, measured or not, inside of all intervals, None where too few were measured;
+    `cars`: None without a platform as well; `share_stated`: asked of the pieces [1].
+    """
+
+    name: str
+    mount: str
+    parts: tuple[JudgedPart, ...]
+    capabilities: Mapping[str, Capability]
+    pieces: Share | None
+    cars: Cars | None
+    share_stated: float
+
+    @property
+    def counts(self) -> dict[Verdict, int]:
+        """Parts by verdict."""
+        return {verdict: sum(part.verdict is verdict for part in self.parts) for verdict in Verdict}
+
+    @property
+    def verdict(self) -> Verdict:
+        """Failed with a part outside; passed if all pass and enough pieces beyond doubt will."""
+        if self.counts[Verdict.failed]:
+            return Verdict.failed
+        proven = self.pieces is not None and self.pieces.low >= self.share_stated
+        if proven and not self.counts[Verdict.undecided]:
+            return Verdict.passed
+        return Verdict.undecided
+
+    @property
+    def reason(self) -> str:
+        """Why it is not passed, and what the cars are warned of; empty where all is well."""
+        words = []
+        if self.counts[Verdict.failed]:
+            words.append(f"{self.counts[Verdict.failed]} of {len(self.parts)} parts are outside")
+        elif self.counts[Verdict.undecided]:
+            words.append(f"{self.counts[Verdict.undecided]} parts too near to an end to decide")
+        elif self.verdict is Verdict.undecided:
+            words.append("too few measured parts to speak for the others: measure more")
+        if self.cars is not None and self.cars.within.high < self.share_stated:
+            words.append("too few cars will keep the limit: the batch lies in a corner of the box")
+        return "; ".join(words)
+
+
+@dataclass(frozen=True, eq=False)
+class Demand:
+    """What parts are held against.
+
+    `title`: of the box or the sheet; `variables`: intervals; `share_stated`: asked of the pieces
+    [1]; `box`: None where only a sheet is there; `at_state`: parts were measured at the states of
+    a sheet, where today's stiffness is known or comes with them.
+    """
+
+    title: str
+    variables: tuple[BoxVariable, ...]
+    share_stated: float
+    box: AcceptanceBox | None
+    at_state: bool = False
+
+    @classmethod
+    def of_box(cls, box: AcceptanceBox) -> Demand:
+        """Hold parts against all intervals of a box, at the condition that it states."""
+        return cls(box.title.partition(":")[0], box.variables, box.share_stated, box)
+
+    @classmethod
+    def of_sheet(cls, sheet: SupplierSpecification, box: AcceptanceBox | None) -> Demand:
+        """Hold parts against the musts of a sheet, at its states.
+
+        Raises
+        ------
+        InputError
+            A sheet without a must; a sheet that was made with another box.
+        """
+        if not sheet.musts or sheet.share_stated is None:
+            raise InputError(
+                f"the sheet of {sheet.mount} has no must: make it with --box, from a limit that is "
+                "to be kept"
+            )
+        variables = []
+        for asked in sheet.musts.values():
+            assert asked.lower is not None
+            assert asked.upper is not None
+            ends = asked.lower, asked.upper
+            of_box = None if box is None else box.variable(asked.name)
+            if of_box is not None and ends != (of_box.lower, of_box.upper):
+                raise InputError(
+                    f"the sheet asks for {asked.name} from {ends[0]:.4g} to {ends[1]:.4g} of "
+                    f"today's, the box from {of_box.lower:.4g} to {of_box.upper:.4g}: give the box "
+                    "that the sheet was made with"
+                )
+            today = asked.today_n_per_mm
+            variables.append(
+                BoxVariable(
+                    name=asked.name,
+                    lower=ends[0],
+                    upper=ends[1],
+                    searched=ends,
+                    nominal=0.5 * sum(ends),
+                    reference_stiffness_n_per_m=None if today is None else 1e3 * today,
+                    condition=_state(asked),
+                    weight=1.0,
+                    required=True,
+                )
+            )
+        return cls(f"mount {sheet.mount}", tuple(variables), sheet.share_stated, box, True)
+
+    def variable(self, name: str) -> BoxVariable:
+        """Return an interval by its direction."""
+        return next(variable for variable in self.variables if variable.name == name)
+
+
+def _state(asked: SheetDirection) -> str:
+    values = (asked.preload_n, asked.amplitude_mm, asked.frequency_hz)
+    known = zip(values, ("N", "mm peak", "Hz"), strict=True)
+    return ", ".join(f"{value:g} {unit}" for value, unit in known if value is not None)
+
+
+@dataclass(frozen=True, eq=False)
+class Delivery:
+    """A delivery, judged.
+
+    `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
+    relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
+    `same_data`: that platform's files are those of the box.
+    """
+
+    demand: Demand
+    batches: tuple[Batch, ...]
+    uncertainty: float
+    predicted: bool
+    same_data: bool
+
+    @property
+    def parts(self) -> tuple[JudgedPart, ...]:
+        """All parts."""
+        return tuple(part for batch in self.batches for part in batch.parts)
+
+
+def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple[str, ...]]:
+    """Return the axes that are limited, by mount; with `over_today`, parts are ratios to today's.
+
+    Raises
+    ------
+    InputError
+        A limited axis without a reference stiffness: parts cannot be held against it in N/m.
+    """
+    axes: dict[str, list[str]] = {}
+    for variable in demand.variables:
+        mount, axis = mount_of(variable.name), variable.name.rpartition(" ")[2]
+        axes.setdefault(mount, [])
+        if not variable.required:
+            continue
+        known = variable.reference_stiffness_n_per_m is not None or demand.at_state
+        if not known and not over_today:
+            raise InputError(
+                f"the box limits {variable.name}, whose stiffness nobody knows in N/mm: measure "
+                "parts and today's part on one machine and give their ratio (--over-today)"
+            )
+        axes[mount].append(axis)
+    return {mount: tuple(names) for mount, names in axes.items()}
+
+
+def judged_delivery(
+    demand: Demand,
+    parts: Sequence[DeliveredPart],
+    platform: Platform | None,
+    uncertainty: float,
+    seed: int,
+    *,
+    over_today: bool = False,
+) -> Delivery:
+    """Hold the parts of a delivery against what was asked, and predict the cars that they make.
+
+    Parameters
+    ----------
+    demand : Demand
+    parts : sequence of DeliveredPart
+        Measured at the conditions of the demand.
+    platform : Platform or None
+        That the box was found for; None: no levels are predicted.
+    uncertainty : float
+        Of a measured stiffness, relative, expanded to 95 % [1].
+    seed : int
+        Of the predicted cars, from 1.
+    over_today : bool
+        Stiffnesses are over those of today's part [1].
+
+    Returns
+    -------
+    Delivery
+
+    Raises
+    ------
+    InputError
+        An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; a platform that is
+        not that of the box, or no box to go with it.
+
+    Notes
+    -----
+    A part passes where its stiffness, with the uncertainty to either side, lies in every interval
+    of its mount; it fails where it lies outside with all of the uncertainty (ISO 14253-1). What was
+    not measured of a batch follows from what was, see `predicted_pieces`. Cars of a batch have
+    their mount from it and all other mounts anywhere in the box. The box promises its share for
+    parts all over it: a batch in a corner may keep every interval and still make loud cars.
+    """
+    if not 0.0 <= uncertainty < 0.5:
+        raise InputError(f"--uncertainty {uncertainty:g}: give a share from 0 to below 0.5")
+    judged = [_judged(demand, part, uncertainty, over_today) for part in parts]
+    if platform is not None and demand.box is None:
+        raise InputError("--platform predicts levels against the limits of a box: give the box")
+    levels = None
+    if platform is not None and demand.box is not None:
+        levels = _Levels(demand.box, platform, seed)
+    names = dict.fromkeys((one.part.mount, one.part.batch) for one in judged)
+    batches = []
+    for mount, batch in names:
+        members = tuple(j for j in judged if (j.part.mount, j.part.batch) == (mount, batch))
+        axes = limited_axes(demand, over_today=over_today)[mount]
+        batches.append(_batch(demand, (batch, mount, axes), members, levels, seed))
+    same_data = levels is None or levels.same_data
+    return Delivery(demand, tuple(batches), uncertainty, levels is not None, same_data)
+
+
+def _judged(
+    demand: Demand, part: DeliveredPart, uncertainty: float, over_today: bool
+) -> JudgedPart:
+    factors, verdicts, words = {}, {}, []
+    for axis, stiffness in part.stiffness.items():
+        variable = demand.variable(f"{part.mount} {axis}")
+        reference = None if over_today else variable.reference_stiffness_n_per_m
+        if not variable.required:
+            continue
+        factor = factors[axis] = stiffness / (1.0 if reference is None else reference)
+        low, high = factor * (1.0 - uncertainty), factor * (1.0 + uncertainty)
+        verdict = verdicts[axis] = Verdict.passed
+        if high < variable.lower or low > variable.upper:
+            verdict = verdicts[axis] = Verdict.failed
+        elif low < variable.lower or high > variable.upper:
+            verdict = verdicts[axis] = Verdict.undecided
+        if verdict is Verdict.passed:
+            continue
+        what = "outside" if verdict is Verdict.failed else "too near to an end"
+        if cannot_decide(variable, uncertainty) and verdict is Verdict.undecided:
+            what = "not decided, the uncertainty exceeds the interval"
+        ends = (factor, variable.lower, variable.upper)
+        if reference is None:
+            numbers = "{:.3f} of today's, asked {:.3f} to {:.3f}".format(*ends)
+        else:
+            values = (MILLI * reference * end for end in ends)
+            numbers = "{:.1f} N/mm, asked {:.1f} to {:.1f} N/mm".format(*values)
+        words.append(f"{axis} {what}: {numbers}")
+    return JudgedPart(part, factors, verdicts, "; ".join(words))
+
+
+def cannot_decide(variable: BoxVariable, uncertainty: float) -> bool:
+    """Return whether no measured value passes with this uncertainty, relative [1]."""
+    return variable.lower / (1.0 - uncertainty) > variable.upper / (1.0 + uncertainty)
+
+
+def _batch(
+    demand: Demand,
+    which: tuple[str, str, tuple[str, ...]],
+    members: tuple[JudgedPart, ...],
+    levels: _Levels | None,
+    seed: int,
+) -> Batch:
+    name, mount, axes = which
+    measured = np.array([[one.factors[axis] for axis in axes] for one in members])
+    variables = [demand.variable(f"{mount} {axis}") for axis in axes]
+    found: dict[str, Capability] = {}
+    if len(members) > 1:
+        for axis, variable, values in zip(axes, variables, measured.T, strict=True):
+            with _naming(f"{mount} {axis}, batch {name}"):
+                found[axis] = capability(values, variable.lower, variable.upper, CONFIDENCE)
+    pieces, cars = None, None
+    if axes and len(members) >= fewest_pieces(len(axes)):
+        with _naming(f"{mount}, batch {name}"):
+            drawn = predicted_pieces(measured, PROCESSES, CARS, seed=seed)
+        lower = np.array([variable.lower for variable in variables])
+        upper = np.array([variable.upper for variable in variables])
+        pieces = Share.of(((lower <= drawn) & (drawn <= upper)).all(axis=2).mean(axis=1))
+        cars = None if levels is None else levels.cars(mount, axes, drawn)
+    return Batch(name, mount, members, found, pieces, cars, demand.share_stated)
+
+
+@contextmanager
+def _naming(what: str) -> Iterator[None]:
+    """Say of which parts an error is."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{what}: {error}") from None
+
+
+class _Levels:
+    """The model behind a box; lives within one call."""
+
+    def __init__(self, box: AcceptanceBox, platform: Platform, seed: int) -> None:
+        self.box, self.seed = box, seed
+        groups = {vehicle.group for vehicle in platform.fleet.vehicles}
+        runs = operation(
+            platform,
+            [f"{name}={weight!r}" for name, weight in box.load_cases],
+            MountSource(box.mounts),
+            box.group if box.group in groups else None,
+            box.band_hz,
+        )
+        index = motion_index(runs, Motion(box.motion))
+        wanted = [variable.name for variable in box.variables]
+        vehicles = [response.name for response in box.responses]
+        if list(index.variable_names) != wanted or list(index.response_names) != vehicles:
+            raise InputError(
+                f"platform {platform.name} has the variables {list(index.variable_names)} and the "
+                f"vehicles {list(index.response_names)}, the box {wanted} and {vehicles}: give the "
+                "platform that the box was found for"
+            )
+        by_name = {
+            one.quantity: one
+            for one in (limited_response(quantity, index, box.band_hz) for quantity in Quantity)
+        }
+        if box.quantity not in by_name:
+            raise InputError(f"the box limits '{box.quantity}', this deboom knows {list(by_name)}")
+        self.response = by_name[box.quantity]
+        self.same_data = platform_sha256(runs.platform) == box.platform_sha256
+
+    def cars(self, mount: str, axes: tuple[str, ...], pieces: RealArray) -> Cars:
+        """Build cars with drawn pieces of one mount, shape (n_processes, n_cars, n_axes)."""
+        variables = self.box.variables
+        names = [variable.name for variable in variables]
+        lower, upper, nominal = np.array([(v.lower, v.upper, v.nominal) for v in variables]).T
+        required = np.array([variable.required for variable in variables])
+        # the other mounts are the same for every process, which tells processes apart sooner
+        places = sobol_points(len(names), CARS, seed=self.seed, purpose="cars of a delivery")
+        designs = np.tile(lower + places * (upper - lower), (len(pieces), 1))
+        designs[:, ~required] = nominal[~required]
+        for place, axis in enumerate(axes):
+            designs[:, names.index(f"{mount} {axis}")] = pieces[..., place].ravel()
+        levels = np.asarray(self.response(designs)).reshape(len(pieces), CARS, -1)
+        within = levels <= np.array([response.limit for response in self.box.responses])
+        kept = within.all(axis=2) if self.box.together else within.mean(axis=2)
+        return Cars(levels, Share.of(kept.mean(axis=1)))

@@ -1,7 +1,7 @@
 """The file of an acceptance box: what is written comes back, and nothing else is read."""
 
 import json
-from dataclasses import replace
+import re
 
 import pytest
 
@@ -10,6 +10,8 @@ from deboom.files.acceptance import (
     AcceptanceBox,
     BoxResponse,
     BoxVariable,
+    box_document,
+    checksum,
     read_solution_box,
     write_solution_box,
 )
@@ -22,18 +24,42 @@ BOX = AcceptanceBox(
     motion="prescribed",
     mounts="library-inside",
     load_cases=(("g5_wot220", 1.0), ("g3_wot220", 0.5)),
-    band=(20.0, 60.0),
+    band_hz=(20.0, 60.0),
     quantity="mean level of the lines",
     unit="dB(A)",
     together=False,
     variables=(
-        BoxVariable("EnM x", 0.81, 1.125, 0.9, 323451.7, "mean over 20 to 60 Hz", 1.0, True),
-        BoxVariable("Du y", 0.68, 1.38, 1.0, None, "not measured", 2.0, False),
+        BoxVariable(
+            name="EnM x",
+            lower=0.81,
+            upper=1.125,
+            searched=(0.68, 1.38),
+            nominal=0.9,
+            reference_stiffness_n_per_m=323451.7,
+            condition="mean over 20 to 60 Hz",
+            weight=1.0,
+            required=True,
+        ),
+        BoxVariable(
+            name="Du y",
+            lower=0.68,
+            upper=1.2,
+            searched=(0.68, 1.38),
+            nominal=1.0,
+            reference_stiffness_n_per_m=None,
+            condition="not measured",
+            weight=2.0,
+            required=False,
+        ),
     ),
-    responses=(BoxResponse("U06-1", 54.25, 0.97), BoxResponse("U06-2", 54.25, 0.932)),
+    responses=(
+        BoxResponse(name="U06-1", limit=54.25, share=0.97),
+        BoxResponse(name="U06-2", limit=54.25, share=0.932),
+    ),
     share_stated=0.95,
     share_verified=0.951,
     share_bound=0.9502,
+    share_measured_again=(0.91, 0.99),
     confidence=0.95,
     n_parts=131072,
     law="uniform in the box",
@@ -51,10 +77,7 @@ def path(tmp_path):
 def test_a_box_comes_back(path):
     assert read_solution_box(path) == BOX
     first, second = BOX.variables
-    assert first.upper_stiffness == pytest.approx(363883.2, abs=0.1)
-    assert first.lower_stiffness == pytest.approx(0.81 * 323451.7)
-    assert second.lower_stiffness is None
-    assert second.upper_stiffness is None
+    assert (first.set_by_limit, second.set_by_limit) == ("from and to", "to")
     assert BOX.variable("Du y") is second
     with pytest.raises(InputError, match="no variable 'Du z'"):
         BOX.variable("Du z")
@@ -64,12 +87,15 @@ def test_units_stand_in_the_keys(path):
     document = json.loads(path.read_text(encoding="utf-8"))
     assert document["band_hz"] == [20.0, 60.0]
     assert document["variables"][0]["reference_stiffness_n_per_m"] == 323451.7
-    assert (document["format"], document["version"]) == ("deboom acceptance box", 1)
+    assert (document["format"], document["version"]) == ("deboom acceptance box", 2)
 
 
 def changed(path, change):
+    """Change a box and its checksum, as somebody would who knows how."""
     document = json.loads(path.read_text(encoding="utf-8"))
     change(document)
+    entries = {k: v for k, v in document.items() if k not in ("format", "version", "sha256")}
+    document["sha256"] = checksum(entries)
     path.write_text(json.dumps(document), encoding="utf-8")
     return path
 
@@ -78,32 +104,45 @@ def changed(path, change):
     ("change", "sentence"),
     [
         (lambda d: d.update(format="other"), "no acceptance box"),
-        (lambda d: d.update(version=2), "version 2"),
-        (lambda d: d.pop("seed"), "lacks the entry 'seed'"),
-        (lambda d: d.update(colour="red"), "unknown 'colour'"),
-        (lambda d: d.update(seed=True), "no whole number"),
-        (lambda d: d.update(together=1), "neither true nor false"),
-        (lambda d: d.update(title=3), "no text"),
-        (lambda d: d.update(share_bound="0.95"), "no finite number"),
-        (lambda d: d.update(share_bound=1.2), "from 0 to 1"),
-        (lambda d: d.update(variables=[]), "at least one entry"),
-        (lambda d: d.update(responses={}), "no list"),
-        (lambda d: d.update(band_hz=[20.0]), "two edges"),
-        (lambda d: d.update(load_cases=[{"name": "a"}]), "name and weight"),
-        (lambda d: d.update(variables=["EnM x"]), "variable 1 is no object"),
-        (lambda d: d["variables"][0].update(upper=0.5), "interval 0.81 to 0.5"),
-        (lambda d: d["variables"][0].pop("condition"), "variable 1 lacks the entry 'condition'"),
+        (lambda d: d.update(version=1), "version 1"),
+        (lambda d: d.pop("seed"), "key 'seed' in the top level is missing"),
+        (lambda d: d.update(colour="red"), "unknown key 'colour'"),
+        (lambda d: d.update(seed=True), "'seed' in the top level is true"),
+        (lambda d: d.update(together=1), "valid boolean"),
+        (lambda d: d.update(title=3), "valid string"),
+        (lambda d: d.update(share_bound="0.95"), "valid number"),
+        (lambda d: d.update(share_bound=True), "valid number"),
+        (lambda d: d.update(share_bound=1.2), "less than or equal to 1"),
+        (lambda d: d.update(share_stated=1.0), "less than 1"),
+        (lambda d: d.update(confidence=0.0), "greater than 0"),
+        (lambda d: d.update(variables=[]), "at least 1 item"),
+        (lambda d: d.update(responses={}), "valid tuple"),
+        (lambda d: d.update(band_hz=[20.0]), "'band_hz"),
+        (lambda d: d.update(load_cases=[{"name": "a"}]), "load_cases"),
+        (lambda d: d.update(variables=["EnM x"]), "variables"),
+        (lambda d: d["variables"][0].update(upper=0.5), "the interval 0.81 to 0.5"),
+        (lambda d: d["variables"][0].update(upper=99.0), "the interval 0.81 to 99"),
+        (lambda d: d["variables"][0].update(required=1), "valid boolean"),
+        (lambda d: d["variables"][0].pop("condition"), "'condition' in [[variables]] 1"),
         (lambda d: d["variables"][1].update(name="EnM x"), "'EnM x' appears 2 times"),
         (
             lambda d: d["variables"][0].update(reference_stiffness_n_per_m=-1.0),
-            "not above 0",
+            "greater than 0",
         ),
     ],
 )
 def test_a_spoilt_file_is_refused_by_name(path, change, sentence):
-    with pytest.raises(InputError, match=sentence) as caught:
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
         read_solution_box(changed(path, change))
     assert str(path) in str(caught.value)
+
+
+def test_an_edited_file_is_not_what_its_checksum_says(path):
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace('"limit": 54.25', '"limit": 60.25'), encoding="utf-8")
+    with pytest.raises(InputError, match="its checksum is not that of its entries"):
+        read_solution_box(path)
+    assert box_document(BOX)["sha256"] in text
 
 
 def test_a_missing_or_broken_file_is_refused(tmp_path):
@@ -113,5 +152,3 @@ def test_a_missing_or_broken_file_is_refused(tmp_path):
     broken.write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="not JSON"):
         read_solution_box(broken)
-    with pytest.raises(InputError, match="at least one response"):
-        replace(BOX, responses=())

@@ -378,7 +378,7 @@ FILL_IN = {
 """Columns of the table to fill in, beside `STIFFNESS`."""
 STIFFNESS = ("|K|", "K'", "K''")
 TODAY = {"en": "today", "de": "heute"}
-"""Name of the part that stands for today's, where only the ratio to it is known."""
+"""Name of the part that stands for today's: the ratio to its mean counts then."""
 STATE_TOLERANCE = {"preload": 0.05, "amplitude": 0.1, "frequency": 0.02}
 """Relative distance from the state of the sheet at which a measurement still counts [1]."""
 AGREES = 0.01
@@ -596,7 +596,8 @@ def read_measured_sheet(
     -------
     tuple of DeliveredPart
         With stiffnesses at the state of the sheet [N/m]; where today's is not known in N/mm, over
-        that of today's part [1].
+        that of today's part [1]. Where rows of today's part are there, stiffnesses are scaled so
+        that its mean is the sheet's.
 
     Raises
     ------
@@ -609,7 +610,7 @@ def read_measured_sheet(
     units = dict(zip(names[3:], ("N", "m", "Hz", "rad"), strict=True))
     units |= dict.fromkeys(STIFFNESS, "N/m")
     found: dict[tuple[str, str], dict[str, float]] = {}
-    today, musts = dict[str, float](), specification.musts
+    today, musts = dict[str, list[float]](), specification.musts
     for row in read_rows(path, names[:3], units, MEASURED[specification.language]):
         part, batch, direction = (row.cells[name] for name in names[:3])
         if not part:
@@ -622,7 +623,7 @@ def read_measured_sheet(
         _check_state(row, names, part, musts[axis])
         value = _magnitude(row, part)
         if part == TODAY[specification.language]:
-            today[axis] = value
+            today.setdefault(axis, []).append(value)
             continue
         axes = found.setdefault((part, batch or "–"), {})
         if axis in axes:
@@ -631,13 +632,17 @@ def read_measured_sheet(
     if not found:
         raise InputError(f"{path} holds no measured part: one row per part and direction")
     for axis, must in musts.items():
-        reference = 1.0 if must.today_n_per_mm is not None else today.get(axis)
-        if reference is None:
+        known = must.today_n_per_mm
+        if known is None and axis not in today:
             raise InputError(
                 f"{path}: {must.name} is only known as a ratio to today's part: measure that one "
                 "on the same machine and add its row, with "
                 f"'{TODAY[specification.language]}' as part"
             )
+        reference = 1.0
+        if axis in today:
+            reference = sum(today[axis]) / len(today[axis])
+            reference /= 1.0 if known is None else 1e3 * known
         for (part, _), axes in found.items():
             if axis not in axes:
                 raise InputError(f"{path}: part '{part}': {must.name} was not measured: measure it")

@@ -277,7 +277,7 @@ def _detail_sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
     if detail["type"] == "missing":
         return f"{where} is missing: add it"
     rule = detail["msg"].removeprefix("Value error, ")
-    if isinstance(detail["input"], dict):
+    if detail["type"] == "value_error" and isinstance(detail["input"], dict):
         return f"{section}: {rule}"
     return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
 

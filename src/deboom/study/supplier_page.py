@@ -23,7 +23,6 @@ from deboom.study.supplier_numbers import MachineState, SupplierEffects
 from deboom.study.supplier_sheet import (
     N_PER_MM,
     NAN,
-    PERCENT,
     MountSheet,
 )
 from deboom.study.supplier_study import (
@@ -82,9 +81,11 @@ def sheet_page(content: MountSheet, provenance: str) -> Sheet:
     page.new_page()
     page.section(say("Test of a part", "Prüfung eines Teils"), _test_words(content))
     if len(content.test):
-        known = content.test.dropna(axis=1, how="all")
-        test = {label: 1 for label in known.columns[3:] if label.endswith("[N/mm]")}
-        page.table(known, "", test | {known.columns[2]: 3})
+        table = content.test.drop(columns=content.test.columns[2])
+        for shown in (table.iloc[:, :8], table.iloc[:, [0, *range(8, table.shape[1])]]):
+            known = shown.dropna(axis=1, how="all")
+            digits = {str(n): 1 for n in known if str(n).endswith(("[N/mm]", "[Hz]"))}
+            page.table(known, "", digits | {str(n): 3 for n in known if str(n).endswith("[mm]")})
         page.section(
             say("What the process must show", "Was der Prozess zeigen muss"),
             say(
@@ -124,13 +125,13 @@ def _words(content: MountSheet, page: Sheet) -> list[str]:
     texts = [
         say(
             "Must: accepted only inside the band, an end of which is set by the noise limit. "
-            "Preferred: asked for, no limit depends on it. Free: nobody hears a difference inside "
-            "the band. The nominal value is the middle of the band; as a share of today's part the "
-            "band holds at every preload, amplitude and frequency.",
+            "Preferred: asked for, no limit depends on it. Free: today's part will do, and inside "
+            "the band no limit is touched. The nominal value is the middle of the band; as a share "
+            "of today's part the band holds at every preload, amplitude and frequency.",
             "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
-            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: im Band hört niemand einen "
-            "Unterschied. Der Nennwert ist die Mitte des Bandes; als Anteil des heutigen Teils "
-            "gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
+            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt, im "
+            "Band wird kein Grenzwert berührt. Der Nennwert ist die Mitte des Bandes; als Anteil "
+            "des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
         ),
         say("The band rests on the ", "Das Band beruht auf: ") + content.rests_on + ".",
         say(
@@ -241,18 +242,22 @@ def _test_words(content: MountSheet) -> str:
         )
     else:
         guarded = say(
-            f"Inside the guarded limits it passes for sure with ± {PERCENT * guard:g} % (95 %; ISO "
-            "14253-1, applied once).",
-            f"In den eingeengten Grenzen besteht es sicher bei ± {PERCENT * guard:g} % (95 %; ISO "
-            "14253-1, einmal angewandt).",
+            f"Inside the guarded limits it passes for sure with ± {content.percent(guard)} (95 %; "
+            "ISO 14253-1, applied once).",
+            f"In den eingeengten Grenzen besteht es sicher bei ± {content.percent(guard)} (95 %; "
+            "ISO 14253-1, einmal angewandt).",
         )
     return say(
         "Set the machine to preload, amplitude and frequency; read |K| and the loss angle, or K' "
         "and K'', of each piece. It is accepted between the specification limits. "
-        f"{guarded} Fill in the sheet “measured” of the workbook.",
+        f"{guarded} Fill in the sheet “measured” of the workbook. In the vehicle all axes move, on "
+        "a machine one does: if you measure a part of today as well (rows “today”), ratios to it "
+        "count.",
         "Maschine auf Vorlast, Amplitude und Frequenz stellen; je Stück |K| und Verlustwinkel oder "
         "K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen zulässig. "
-        f"{guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen.",
+        f"{guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen. Im Fahrzeug bewegen "
+        "sich alle Achsen, auf der Maschine eine: wird ein heutiges Teil mitgemessen (Zeilen "
+        "„heute“), zählt das Verhältnis dazu.",
     )
 
 
@@ -330,7 +335,7 @@ def _figure(page: Sheet, content: MountSheet) -> None:
     words = plot.STIFFNESS_WORDS
     if content.language is Language.de:
         words = (
-            "dynamische Steifigkeit |K| [N/mm]",
+            "|K|, dynamisch [N/mm]",
             "heute, im Fahrzeug",
             "heute",
             "Nennwert",

@@ -117,6 +117,11 @@ class MountSheet:
         """Choose the words of the sheet's language."""
         return german if self.language is Language.de else english
 
+    def percent(self, share: float) -> str:
+        """Write a share [1] in per cent, with the decimal sign of the language."""
+        text = f"{PERCENT * share:.1f} %"
+        return self.say(text, text.replace(".", ","))
+
     @cached_property
     def directions(self) -> tuple[Direction, ...]:
         """Directions of the mount."""
@@ -371,9 +376,10 @@ class MountSheet:
                     "± 90 % [dB]": float(sure["slope"].half_width[column]),
                     say(
                         "scatter σ saved per 1 % tolerance [0.001 dB]",
-                        "Streuung σ je 1 % Toleranz [0.001 dB]",
+                        "Streuung σ je 1 % Toleranz [0,001 dB]",
                     ): MILLI * self.effects.tolerance_gain[column],
-                    "± 90 % [0.001 dB]": MILLI * float(sure["gain"].half_width[column]),
+                    say("± 90 % [0.001 dB]", "± 90 % [0,001 dB]"): MILLI
+                    * float(sure["gain"].half_width[column]),
                 }
             )
         return pd.DataFrame(rows)
@@ -420,7 +426,7 @@ class MountSheet:
         pieces = len(self.mount.pieces)
         variants = [v for v in programme.variants if self.mount.name in v.mounts]
         if self.names.anonymous and variants:
-            shown = say(f"{len(variants)} variants", f"{len(variants)} Varianten")
+            shown = str(len(variants))
         else:
             shown = "; ".join(f"{v.name}: {v.vehicles_per_year}" for v in variants)
         values = {
@@ -507,12 +513,12 @@ class MountSheet:
         if box is not None:
             again = box.share_measured_again
             items[say("share kept", "eingehaltener Anteil")] = (
-                f"{_percent(box.share_verified)}, ≥ {_percent(box.share_bound)} "
-                f"({_percent(box.confidence)}), {box.n_parts}"
+                f"{self.percent(box.share_verified)}, ≥ {self.percent(box.share_bound)} "
+                f"({self.percent(box.confidence)}), {box.n_parts}"
             )
             if again is not None:
                 label = say("share if measured again", "Anteil bei neuer Messung")
-                items[label] = f"{_percent(again[0])} … {_percent(again[1])} (90 %)"
+                items[label] = f"{self.percent(again[0])} … {self.percent(again[1])} (90 %)"
             if not self.names.anonymous:
                 for response in box.responses:
                     label = say("limit of", "Grenzwert von")
@@ -539,7 +545,7 @@ class MountSheet:
                 "parts" if box.together else "parts and vehicles",
                 "Teile" if box.together else "Teile und Fahrzeuge",
             )
-            share, bound = _percent(box.share_stated), _percent(box.share_bound)
+            share, bound = self.percent(box.share_stated), self.percent(box.share_bound)
             return say(
                 f"acceptance box: {share} of {of} keep the noise limit, verified: at least {bound}",
                 f"Abnahmebox: {share} der {of} halten den Geräuschgrenzwert, geprüft: mindestens "
@@ -646,7 +652,3 @@ def _nan(value: float | None) -> float:
 
 def _text(value: float | None) -> str:
     return "" if value is None else f"{value:g}"
-
-
-def _percent(value: float) -> str:
-    return f"{PERCENT * value:.1f} %"

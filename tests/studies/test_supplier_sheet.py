@@ -1,0 +1,638 @@
+"""The sheet of a mount supplier: its numbers, its words, what it never tells, and its way back."""
+
+import json
+import re
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import openpyxl
+import pandas as pd
+import pytest
+from foreign_platform_samples import GROUP, write_foreign_platform
+from scipy.stats import norm
+from typer.testing import CliRunner
+
+from deboom.bench.powertrain import load_bench
+from deboom.choices import Language, Pick
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.explore.scatter import capability
+from deboom.files.acceptance import (
+    AcceptanceBox,
+    BoxResponse,
+    BoxVariable,
+    Programme,
+    ProgrammeMount,
+    read_programme,
+    read_solution_box,
+    write_solution_box,
+)
+from deboom.files.run_folder import hash_files
+from deboom.mounts.mount import mean_operating_stiffness
+from deboom.study import supplier_numbers
+from deboom.study.platform_model import MountSource, platform_sha256
+from deboom.study.runner import load_study, run_study
+from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
+from deboom.study.supplier_page import documents, middle_design
+from deboom.study.supplier_sheet import (
+    MountSheet,
+    asked_capability,
+    measured_capability,
+    proving_parts,
+)
+from deboom.study.supplier_study import (
+    Need,
+    SheetFiles,
+    SheetSources,
+    bands,
+    page_text,
+    sheet_sources,
+    shown_names,
+    supplier_study,
+    workbook_text,
+)
+
+STUDIES = Path(__file__).parents[2] / "studies"
+UNKNOWN = ("EnM y", "GeM y", "TSM y")
+FREE = ("Du y", "Du z")
+INTERVALS = {"TSM x": (0.70, 0.84), "Du x": (0.70, 1.05)}
+SEARCHED = (0.68, 1.38)
+NO_SOURCES = SheetSources(Programme(), None, {}, None, None)
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory):
+    return tmp_path_factory.mktemp("results")
+
+
+@pytest.fixture(scope="module")
+def front(results):
+    budget = {"generations": 2, "population": 12, "samples": 16}
+    return run_study(load_study(STUDIES / "u06_robust_front.py"), results, budget)
+
+
+@pytest.fixture(scope="module")
+def study(front):
+    return supplier_study(front, STUDIES, Pick.best_mean)
+
+
+@pytest.fixture(scope="module")
+def few_draws():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+        yield
+
+
+def run_folder(folder, inputs, tables, arguments=None):
+    """Write what other commands look at in the folder of a finished run."""
+    folder.mkdir(parents=True, exist_ok=True)
+    for name, table in tables.items():
+        table.to_csv(folder / name, index=False)
+    files = [path for path in folder.iterdir() if path.name != "run.json"]
+    record = {
+        "study": folder.parent.name,
+        "arguments": arguments or {},
+        "inputs_sha256": inputs,
+        "files_sha256": hash_files(files, relative_to=folder),
+    }
+    (folder / "run.json").write_text(json.dumps(record), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def box_run(study, results):
+    """Write a box as solution_box does, with intervals that nobody has searched for."""
+    case, _ = study.load_cases[0]
+    today = np.concatenate(
+        [mean_operating_stiffness(m, case, study.band) for m in study.platform.mounts]
+    )
+    variables = [
+        BoxVariable(
+            name=d.name,
+            lower=INTERVALS.get(d.name, SEARCHED)[0],
+            upper=INTERVALS.get(d.name, SEARCHED)[1],
+            searched=SEARCHED,
+            nominal=float(study.picked[d.column]),
+            reference_stiffness_n_per_m=float(k) if np.isfinite(k) else None,
+            condition="mean over the lines",
+            weight=1.0,
+            required=d.name not in (*UNKNOWN, *FREE),
+        )
+        for d, k in zip(study.directions, today, strict=True)
+    ]
+    box = AcceptanceBox(
+        title=f"{study.platform.title}: acceptance box",
+        platform=study.platform.name,
+        platform_sha256=platform_sha256(study.platform),
+        group="U06",
+        motion="prescribed",
+        mounts="library-inside",
+        load_cases=((case.name, 1.0),),
+        band_hz=study.band,
+        quantity="mean level of the lines",
+        unit="dB(A)",
+        together=False,
+        variables=tuple(variables),
+        responses=tuple(BoxResponse(name=n, limit=54.4, share=1.0) for n in study.vehicles),
+        share_stated=0.95,
+        share_verified=0.96,
+        share_bound=0.955,
+        share_measured_again=(0.9, 0.99),
+        confidence=0.95,
+        n_parts=1024,
+        law="uniform in the box",
+        seed=1,
+    )
+    folder = results / "solution_box" / "box"
+    folder.mkdir(parents=True)
+    write_solution_box(folder / "acceptance_box.json", box)
+    return run_folder(folder, {}, {})
+
+
+@pytest.fixture(scope="module")
+def tolerance_run(front, results):
+    record = hash_files([front / "run.json"], relative_to=front)
+    names = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
+    table = pd.DataFrame({"variable": names, "cheapest ± [%]": np.linspace(8.0, 30.0, 12)})
+    folder = results / "tolerance_allocation" / "done"
+    arguments = {"pick": "best-mean", "point": None}
+    return run_folder(folder, record, {"allocation.csv": table}, arguments)
+
+
+@pytest.fixture(scope="module")
+def sharing_run(study, results):
+    """Two strut mounts, the second one for a vehicle that the front knows nothing of."""
+    rows = []
+    for direction in study.directions:
+        numbers = {"A": (0.8, ", ".join(study.vehicles))}
+        if direction.mount.name == "TSM":
+            numbers = {"A": (0.9, "U06-1, U06-2, F39-1"), "B": (0.8, "F45-4")}
+        for number, (factor, vehicles) in numbers.items():
+            rows.append(
+                {
+                    "part number": f"{direction.mount.name} {number}",
+                    "direction": direction.name,
+                    "stiffness factor [1]": factor,
+                    "vehicles": vehicles,
+                }
+            )
+    inputs = hash_files(study.platform.input_files, relative_to=study.platform.folder)
+    folder = results / "commonality" / "shared"
+    return run_folder(folder, inputs, {"part_numbers.csv": pd.DataFrame(rows)})
+
+
+def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
+    sources = sheet_sources(study, files or SheetFiles())
+    sources = replace(sources, **changes)
+    middle = middle_design(study, bands(study, sources))
+    one = next(m for m in study.platform.mounts if m.name == mount)
+    names = shown_names(study, anonymous=False)
+    return MountSheet(study, sources, SupplierEffects(study, middle), one, names, language)
+
+
+@pytest.fixture(scope="module")
+def sheet(study, box_run, sharing_run, few_draws):
+    return sheet_of(study, files=SheetFiles(box=box_run, sharing=sharing_run))
+
+
+def report(*words):
+    arguments = ["report", *(str(w) for w in words), "--supplier", "--studies", str(STUDIES)]
+    return CliRunner().invoke(app, arguments)
+
+
+def test_nothing_is_asked_where_nothing_is_known_or_todays_part_will_do(study):
+    need = {direction.name: direction.need for direction in study.directions}
+    assert all(need[name] is Need.unknown for name in UNKNOWN)
+    assert all(need[name] is Need.nothing for name in FREE)
+    back = [study.space.names.index(name) for name in (*UNKNOWN, *FREE)]
+    assert np.array_equal(study.wanted[back], np.ones(len(back)))
+    for direction in study.directions:
+        low, high = study.interval[direction.column]
+        if direction.need in (Need.wanted, Need.anything):
+            assert (direction.need is Need.wanted) == (not low <= 1.0 <= high)
+
+
+def test_only_this_part_is_what_the_model_says_directly(sheet, study):
+    design = np.ones(12)
+    of_mount = [k for k, name in enumerate(study.space.names) if name.startswith("TSM ")]
+    design[of_mount] = sheet.effects.middle[of_mount]
+    now, then = (study.index(x[np.newaxis])[0] / study.index.n_lines for x in (np.ones(12), design))
+
+    assert np.allclose(sheet.effects.change["TSM"], then - now, atol=1e-12)
+    table = sheet.levels.set_index("design")
+    alone = table.loc["only this part at nominal"]
+    assert alone["change [dB]"] == pytest.approx((then - now).mean())
+    assert 0.0 < alone["± 90 %, measurements [dB]"] < 0.3 * abs(alone["change [dB]"])
+    assert table.loc["today", "mean level [dB(A)]"] == pytest.approx(now.mean())
+
+
+def test_slope_and_tolerance_gain_are_differences_of_the_model(sheet, study):
+    effects, column = sheet.effects, study.space.names.index("TSM x")
+    stiffer, softer = np.array(effects.middle), np.array(effects.middle)
+    stiffer[column] *= 1.001
+    softer[column] *= 0.999
+    levels = study.index(np.stack([softer, stiffer])).mean(axis=1) * study.per_vehicle
+    assert effects.slope[column] == pytest.approx(50.0 * (levels[1] - levels[0]), rel=1e-3)
+    row = sheet.worth.set_index("direction").loc["TSM x"]
+    assert row["level, 10 % stiffer [dB]"] == effects.slope[column]
+    assert row["scatter σ saved per 1 % tolerance [0.001 dB]"] > 0.0
+
+
+def test_one_nominal_and_one_band_at_the_state_of_the_test(sheet):
+    block = sheet.block.set_index("direction")
+    x, state = block.loc["TSM x"], sheet.states["TSM x"]
+    today = abs(state.stiffness) * 1e-3
+
+    assert x["class"] == "must"
+    assert x["accepted from [N/mm]"] == pytest.approx(0.70 * today)
+    assert x["accepted to [N/mm]"] == pytest.approx(0.84 * today)
+    assert x["nominal |K| [N/mm]"] == pytest.approx(0.77 * today)
+    assert x["± [%]"] == pytest.approx(100 * 0.07 / 0.77)
+    assert x["ends set by the limit"] == "from and to"
+    assert block.loc["TSM y", "class"] == "not identified"
+    assert np.isnan(block.loc["TSM y", "nominal |K| [N/mm]"])
+    assert block.loc["TSM z", "class"] in ("preferred", "free")
+    assert list(sheet.specification.musts) == ["x"]
+
+
+def test_a_state_is_backed_by_measurements_and_has_a_usual_amplitude(sheet):
+    state = sheet.states["TSM x"]
+    surface = state.direction.characterised.surface.response_surface()
+    point = [state.wheel_torque, state.amplitude, state.frequency]
+    assert surface.supported(np.array([point]))[0]
+    assert state.laboratory == (state.amplitude in LABORATORY)
+    assert state.stiffness == pytest.approx(surface.predict(point))
+    assert -1600 < state.preload < -300
+    assert -15e-3 < state.deflection < 0.0
+
+
+def test_a_bush_under_wheel_torque_is_stated_in_newtons(study, few_draws):
+    (direction,) = [d for d in study.directions if d.name == "Du x"]
+    state = machine_states(study, [direction], Programme(), {"Du x": 1.0})["Du x"]
+    true = load_bench().driveline.preload(state.wheel_torque)
+    assert state.preload == pytest.approx(true, rel=0.01)
+    mount = ProgrammeMount(name="Du", force_per_wheel_torque=(2.0, 0.0, 0.0))
+    stated = machine_states(study, [direction], Programme(mounts=(mount,)), {"Du x": 1.0})["Du x"]
+    assert stated.preload == pytest.approx(2.0 * state.wheel_torque)
+
+
+def test_weight_and_torque_act_together(study):
+    (direction,) = [d for d in study.directions if d.name == "TSM z"]
+
+    def state(**known):
+        programme = Programme(mounts=(ProgrammeMount(name="TSM", **known),))
+        return machine_states(study, [direction], programme, {"TSM z": 1.0})["TSM z"]
+
+    alone, weight = state(), (0.0, 0.0, -150.0)
+    under = state(weight_force_n=weight, curve_zero="under weight")
+    unloaded = state(weight_force_n=weight, curve_zero="unloaded")
+    assert not alone.with_weight
+    assert under.preload == pytest.approx(alone.preload - 150.0)
+    assert under.deflection == alone.deflection
+    assert unloaded.preload == under.preload
+    assert unloaded.deflection < alone.deflection
+    curve = direction.characterised.static_curve
+    assert np.interp(unloaded.deflection, curve.deflection, curve.force) == pytest.approx(
+        unloaded.preload, rel=0.01
+    )
+
+
+def test_a_frequency_that_was_not_measured_is_refused(study):
+    (direction,) = [d for d in study.directions if d.name == "TSM x"]
+    programme = Programme.model_validate({"test": {"frequencies_hz": [300.0]}})
+    with pytest.raises(InputError, match="at 300 Hz nothing was measured"):
+        machine_states(study, [direction], programme, {"TSM x": 1.0})
+
+
+def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, tolerance_run):
+    allocated = sheet_of(study, files=SheetFiles(tolerances=tolerance_run))
+    searched = sheet_of(study)
+    pick = study.wanted[study.space.names.index("TSM x")]
+    place = [d.name for d in study.directions].index("TSM x")
+    half = np.linspace(0.08, 0.30, 12)[place]
+    assert allocated.bands["TSM x"] == pytest.approx((pick * (1 - half), pick * (1 + half)))
+    assert searched.bands["TSM x"] == pytest.approx((0.85 * pick, 1.15 * pick))
+    assert "tolerance allocation" in allocated.rests_on
+    assert searched.rests_on == "± 15 % of the search, not asked for"
+    assert searched.specification.musts == {}
+
+
+def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
+    row = sheet.test.set_index("direction").loc["TSM x"]
+    low, high = row["accepted |K| from [N/mm]"], row["accepted |K| to [N/mm]"]
+    assert row["guarded from [N/mm]"] == pytest.approx(low / 0.98)
+    assert row["guarded to [N/mm]"] == pytest.approx(high / 1.02)
+    assert row["nominal K' [N/mm]"] ** 2 + row["nominal K'' [N/mm]"] ** 2 == pytest.approx(
+        (0.5 * (low + high)) ** 2
+    )
+    programme = Programme.model_validate({"test": {"uncertainty": 0.2}})
+    unsure = sheet_of(study, files=SheetFiles(box=box_run), programme=programme)
+    assert unsure.test["decides"].tolist() == ["no: this test cannot decide"]
+
+
+def test_the_asked_capability_leaves_the_stated_share_inside(sheet):
+    asked = asked_capability(0.95, 3)
+    inside = norm.cdf(3 * asked) - norm.cdf(-3 * asked)
+    assert inside**3 == pytest.approx(0.95)
+    sample = np.random.default_rng(3).normal(1.0, 0.05, 20)
+    half = 3.0 * measured_capability(asked, 20, 0.95) * sample.std(ddof=1)
+    found = capability(sample, sample.mean() - half, sample.mean() + half)
+    assert found.cpk_bound == pytest.approx(asked)
+    n = proving_parts(0.8, 1.33, 0.95)
+    assert measured_capability(0.8, n, 0.95) <= 1.33 < measured_capability(0.8, n - 1, 0.95)
+    assert sheet.process["asked by"].tolist() == ["acoustics", "usual"]
+    assert sheet.process["Cpk at least [1]"].tolist() == [asked_capability(0.95, 2), 1.33]
+
+
+def test_part_numbers_are_held_against_the_bands(sheet):
+    table = sheet.variants.set_index("part number")
+    assert table.loc["TSM A", "inside the bands"] == "no: TSM x"
+    assert table.loc["TSM B", "inside the bands"] == "yes"
+    assert table.loc["TSM A", "vehicles"] == "U06-1, U06-2, F39-1"
+
+
+def numbers(text):
+    return re.findall(r"(?<![\w.,])[−-]?\d+(?:[.,]\d+)?(?![\w])", text.replace("\u202f", ""))
+
+
+@pytest.mark.parametrize("language", list(Language))
+def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
+    study, box_run, sharing_run, tmp_path, few_draws, language
+):
+    files = SheetFiles(box=box_run, sharing=sharing_run)
+    content = sheet_of(study, files=files, language=language)
+    html, data = documents(content, "")
+    path = tmp_path / "sheet.xlsx"
+    path.write_bytes(data)
+    values, words = [], []
+    tables = openpyxl.load_workbook(path).worksheets
+    assert len(tables) > 9
+    for table in tables:
+        if table.title in ("curves", "Kennlinien"):
+            continue  # so many points that any number is one of them
+        for row in table.iter_rows(values_only=True):
+            values += [v for v in row if isinstance(v, int | float)]
+            words += [v for v in row if isinstance(v, str)]
+    known = {n.replace(",", ".") for n in numbers(" ".join(words))}
+    known |= {"14253", "1", "95", "90", "10", "-1"}  # of the standard and of the intervals
+    shown = numbers(page_text(html).partition("\n")[2])
+    assert len(shown) > 80
+    untraced = []
+    for text in shown:
+        plain = text.replace("−", "-").replace(",", ".")
+        digits = len(plain.partition(".")[2])
+        if plain not in known and not any(
+            abs(float(plain) - v) <= 0.5000001 * 10.0**-digits for v in values
+        ):
+            untraced.append(text)
+    assert untraced == []
+    assert ("Datenblock" in html) == (language is Language.de)
+
+
+def test_the_workbook_has_units_and_number_formats(sheet, tmp_path):
+    path = tmp_path / "sheet.xlsx"
+    path.write_bytes(documents(sheet, "")[1])
+    table = openpyxl.load_workbook(path)["data block"]
+    header = [cell.value for cell in table[1]]
+    column = header.index("accepted from [N/mm]")
+    assert table[2][column].number_format == "0.0"
+    assert table.freeze_panes == "A2"
+    numeric = [n for n, cell in zip(header, table[2], strict=True) if cell.data_type == "n"]
+    assert all(name.endswith("]") for name in numeric)
+
+
+@pytest.fixture(scope="module")
+def anonymous(front, box_run, tmp_path_factory, few_draws):
+    out = tmp_path_factory.mktemp("supplier")
+    result = report(front, "--mount", "TSM", "--anonymous", "--box", box_run, "--out", out)
+    assert result.exit_code == 0, result.output
+    return tuple(Path(line) for line in result.stdout.splitlines()[-2:])
+
+
+def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, front, study):
+    page, workbook = anonymous
+    html = page.read_text(encoding="utf-8")
+    fleet = study.platform.fleet.vehicles
+    secrets = [
+        *{vehicle.name for vehicle in fleet},
+        *{vehicle.group for vehicle in fleet},
+        *("u06_f39_f45", "Compact platform,", "robust_front", str(front), str(STUDIES)),
+        *("54.4", "deboom report", "EnM", "GeM", "three cylinders"),
+    ]
+    read = "\n".join([html, workbook_text(workbook.read_bytes()), page.name, workbook.name])
+    read = re.sub(r"\b[0-9a-f]{12,}\b|base64,[\w+/=]*", "", read).lower()
+    assert [secret for secret in secrets if secret.lower() in read] == []
+    assert not re.search(r"(src|href)=\"(?!data:|#)", html)
+
+
+def test_a_group_of_an_everyday_word_of_style_sheets_is_no_leak(tmp_path, few_draws):
+    platform = write_foreign_platform(tmp_path / "foreign", library=True)
+    path = platform / "platform.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace(f'"{GROUP}"', '"family"'), encoding="utf-8")
+    options = {"generations": 2, "population": 8, "samples": 4, "group": "family"}
+    options |= {"platform": platform, "mounts": MountSource.library_inside}
+    run = run_study(load_study(STUDIES / "u06_robust_front.py"), tmp_path, options)
+    result = report(run, "--mount", "Rear", "--anonymous", "--out", tmp_path / "out")
+    assert result.exit_code == 0, result.output
+    html = (tmp_path / "out" / "supplier_sheet_Rear_anonymous.html").read_text(encoding="utf-8")
+    assert "font: 8.6pt" in html
+    assert "weight force" in result.stderr
+
+
+def test_a_description_that_names_a_vehicle_is_refused_when_anonymous(sheet, study):
+    secret = replace(sheet, names=shown_names(study, anonymous=True), sources=NO_SOURCES)
+    documents(secret, "")  # as it is, it tells nothing
+    told = replace(sheet.mount, description="strut of U06-1")
+    with pytest.raises(InputError, match="would show 'U06"):
+        documents(replace(secret, mount=told), "")
+
+
+def filled(path, out, stiffness, language="measured", **cells):
+    """Fill in the table of a sheet: a stiffness per part [N/mm], and changed cells of its state."""
+    book = openpyxl.load_workbook(path)
+    table = book[language]
+    header = [cell.value for cell in table[1]]
+    state = [cell.value for cell in table[2]]
+    table.delete_rows(2, table.max_row)
+    for number, value in enumerate(stiffness, 1):
+        row = dict(zip(header, state, strict=True))
+        row |= {"part": f"P{number}", "batch": "B1", "|K| [N/mm]": value} | cells
+        table.append([row[name] for name in header])
+    book.save(out)
+    return out
+
+
+def accepted(*words):
+    return CliRunner().invoke(app, ["accept", *(str(w) for w in words)])
+
+
+def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_run, tmp_path):
+    _, workbook = anonymous
+    line = openpyxl.load_workbook(workbook)["test"]
+    head, row = ([cell.value for cell in line[k]] for k in (1, 2))
+    row = dict(zip(head, row, strict=True))
+    low, high = row["accepted |K| from [N/mm]"], row["accepted |K| to [N/mm]"]
+    middle = 0.5 * (low + high)
+    values = [*np.linspace(0.99, 1.01, 18) * middle, 1.005 * high, 1.1 * high]
+    path = filled(workbook, tmp_path / "back.xlsx", values)
+    platform = STUDIES / "data" / "u06_f39_f45"
+
+    result = accepted(box_run, path, "--platform", platform, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    run = Path(result.stdout.strip().splitlines()[-1])
+    summary = json.loads((run / "summary.json").read_text())
+    counts = [summary[f"n_{what}"] for what in ("passed", "undecided", "failed")]
+    assert counts == [18, 1, 1]
+    assert len(pd.read_csv(run / "levels.csv")) == 5
+    supplier = page_text((run / "supplier.html").read_text(encoding="utf-8"))
+    assert "P20" in supplier
+    assert "U06" not in supplier
+    assert "dB" not in supplier
+    # the supplier judges with the sheet alone, by K' and K''
+    angle = 0.1
+    parts = {"|K| [N/mm]": None, "K' [N/mm]": middle * np.cos(angle)}
+    parts |= {"K'' [N/mm]": middle * np.sin(angle)}
+    path = filled(workbook, tmp_path / "own.xlsx", [0.0, 0.0], **parts)
+    result = accepted(workbook, path, "--out", tmp_path)
+    assert result.exit_code == 2  # two pieces alike are copied measurements
+    assert "all 2 pieces have the value" in result.stderr
+
+
+@pytest.mark.parametrize(
+    ("cells", "sentence"),
+    [
+        ({"preload [N]": -600}, "was measured at -600 N preload, the sheet asks for"),
+        ({"amplitude [mm]": 2.0}, "was measured at 2 mm amplitude, the sheet asks for"),
+        ({"frequency [Hz]": 80}, "was measured at 80 Hz frequency, the sheet asks for"),
+        ({"direction": "TSM w"}, "the sheet has no direction 'TSM w'"),
+        ({"|K| [N/mm]": None}, "give |K| or both K' and K''"),
+        ({"K' [N/mm]": 100.0, "K'' [N/mm]": 1.0}, "correct the wrong one"),
+        ({"|K| [N/mm]": -5.0}, "a stiffness is above 0"),
+    ],
+)
+def test_a_delivery_at_another_state_is_one_sentence(anonymous, box_run, tmp_path, cells, sentence):
+    path = filled(anonymous[1], tmp_path / "back.xlsx", [300.0, 301.0], **cells)
+    result = accepted(box_run, path, "--out", tmp_path)
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.count("\n") == 1
+
+
+def test_missing_units_and_edited_sheets_are_refused(anonymous, box_run, tmp_path):
+    path = filled(anonymous[1], tmp_path / "back.xlsx", [300.0, 301.0])
+    book = openpyxl.load_workbook(path)
+    place = [cell.value for cell in book["measured"][1]].index("preload [N]")
+    book["measured"].cell(1, place + 1).value = "preload"
+    book.save(tmp_path / "unit.xlsx")
+    assert "has no unit" in accepted(box_run, tmp_path / "unit.xlsx", "--out", tmp_path).stderr
+    book = openpyxl.load_workbook(path)
+    cell = book["deboom"]["B2"]
+    cell.value = cell.value.replace('"upper": 0.84', '"upper": 0.99')
+    book.save(tmp_path / "edited.xlsx")
+    result = accepted(box_run, tmp_path / "edited.xlsx", "--out", tmp_path)
+    assert "its specification has been edited" in result.stderr
+
+
+def test_an_edited_box_of_a_finished_run_is_refused(anonymous, box_run, tmp_path):
+    copy = tmp_path / "solution_box" / "copy"
+    shutil.copytree(box_run, copy)
+    box = copy / "acceptance_box.json"
+    box.write_text(box.read_text().replace('"upper": 0.84', '"upper": 1.3'))
+    path = filled(anonymous[1], tmp_path / "back.xlsx", [300.0, 301.0])
+    assert "has been edited" in accepted(copy, path, "--out", tmp_path).stderr
+    assert "has been edited" in accepted(box, path, "--out", tmp_path).stderr
+    alone = tmp_path / "alone.json"
+    shutil.copy(box, alone)
+    result = accepted(alone, path, "--out", tmp_path)
+    assert "its checksum is not that of its entries" in result.stderr
+
+
+def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp_path, few_draws):
+    other = read_solution_box(box_run)
+    moved = tuple(
+        v.model_copy(update={"upper": 0.80}) if v.name == "TSM x" else v for v in other.variables
+    )
+    path = tmp_path / "box.json"
+    write_solution_box(path, other.model_copy(update={"variables": moved}))
+    words = ("--mount", "TSM", "--box", path, "--since", anonymous[1], "--out", tmp_path)
+    result = report(front, *words)
+    assert result.exit_code == 0, result.output
+    html = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
+    assert html.count(' moved"') == 4  # nominal, upper end, ±, static rate
+    changes = openpyxl.load_workbook(tmp_path / "supplier_sheet_TSM.xlsx")["changes"]
+    fields = [row[1] for row in changes.iter_rows(values_only=True, min_row=2)]
+    assert "accepted to [N/mm]" in fields
+    assert "accepted from [N/mm]" not in fields
+    wrong = report(front, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path)
+    assert "that sheet is of mount TSM" in wrong.stderr
+    assert "say --mount" in report(front, "--since", anonymous[1]).stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("format = 1\nvolume = 3\n", "unknown key 'volume'"),
+        ('format = 1\n[[mounts]]\nname = "TMS"\n', "there is no mount 'TMS' on this platform"),
+        ('format = 1\n[[mounts]]\nname = "A"\n[[mounts]]\nname = "A"\n', "'A' appears twice"),
+        ("format = 1\n[test]\nuncertainty = 2.0\n", "key 'uncertainty' in [test] is 2.0"),
+    ],
+)
+def test_a_programme_with_unknown_fields_is_one_sentence(tmp_path, text, sentence):
+    (tmp_path / "programme.toml").write_text(text)
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read_programme(tmp_path, ("A", "B"))
+    (tmp_path / "programme.toml").unlink()
+    assert read_programme(tmp_path, ("A",)) == Programme()
+
+
+def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, front, tmp_path):
+    def refused(sentence, wanted=study, **files):
+        with pytest.raises(InputError, match=sentence):
+            sheet_sources(wanted, SheetFiles(**files))
+
+    box, path = read_solution_box(box_run), tmp_path / "box.json"
+    write_solution_box(path, box.model_copy(update={"platform_sha256": "0" * 64}))
+    refused("found with other files", box=path)
+    other = tuple(BoxResponse(name=n, limit=54.0, share=1.0) for n in ("F39-1", "F39-2"))
+    write_solution_box(path, box.model_copy(update={"responses": other}))
+    refused("its vehicles are F39-1, F39-2", box=path)
+    refused("holds no acceptance_box.json", box=front)
+    refused("has no allocation.csv", tolerances=front)
+    refused("has no part_numbers.csv", sharing=tolerance_run)
+    refused("another design: run", replace(study, pick=Pick.knee), tolerances=tolerance_run)
+    foreign = pd.DataFrame({"direction": [], "part number": []})
+    copy = run_folder(tmp_path / "commonality" / "x", {"a": "0"}, {"part_numbers.csv": foreign})
+    refused("other files of the platform", sharing=copy)
+    (copy / "part_numbers.csv").write_text("nothing")
+    refused("has been edited", sharing=copy)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda copy: (copy / "front.csv").unlink(), "front.csv is missing"),
+        (lambda copy: (copy / "run.json").unlink(), "is no run folder"),
+    ],
+)
+def test_a_folder_that_is_not_whole_is_refused_in_one_sentence(front, tmp_path, change, sentence):
+    copy = tmp_path / front.parent.name / front.name
+    shutil.copytree(front, copy)
+    change(copy)
+    result = report(copy, "--out", tmp_path / "out")
+    assert result.exit_code == 2
+    assert sentence in result.stderr
+    assert result.stderr.count("\n") == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_an_unknown_mount_and_a_missing_flag_are_refused(front, tmp_path):
+    unknown = report(front, "--mount", "TMS", "--out", tmp_path / "out")
+    assert "no mount 'TMS': use EnM, GeM, TSM, Du" in unknown.stderr
+    plain = CliRunner().invoke(app, ["report", str(front)])
+    assert "--supplier" in plain.stderr
+    result = CliRunner().invoke(app, ["report", str(front), "--interactive", "--box", "b.json"])
+    assert "belong to --supplier" in result.stderr
+    assert not (tmp_path / "out").exists()

@@ -26,6 +26,7 @@ NEEDED = (
     "deboom/py.typed",
     "deboom/bench/data/fleet.json",
     "deboom/report/page.html",
+    "deboom/report/sheet.html",
     "deboom/studies/u06_platform.py",
     "deboom/studies/data/u06_f39_f45/platform.toml",
 )

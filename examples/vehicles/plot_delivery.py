@@ -16,12 +16,19 @@ from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, Del
 # A box as a study writes it (`deboom.read_solution_box`): here one direction of the strut.
 
 box = AcceptanceBox(
-    title="torque strut", platform="u06", platform_sha256="", group="U06", motion="coupled",
-    mounts="library", load_cases=(("g5_wot220", 1.0),), band=(20.0, 60.0),
+    title="torque strut", platform="u06", platform_sha256="none", group="U06", motion="coupled",
+    mounts="library", load_cases=(("g5_wot220", 1.0),), band_hz=(20.0, 60.0),
     quantity="mean level of the lines", unit="dB(A)", together=False,
-    variables=(BoxVariable("TSM x", 0.68, 0.83, 1.0, 532e3, "-1242 N, 29 Hz", 1.0, True),),
-    responses=(BoxResponse("U06-1", 62.0, 0.96),),
-    share_stated=0.95, share_verified=0.96, share_bound=0.95, confidence=0.95, n_parts=131072,
+    variables=(
+        BoxVariable(
+            name="TSM x", lower=0.68, upper=0.83, searched=(0.68, 1.38), nominal=0.8,
+            reference_stiffness_n_per_m=532e3, condition="-1242 N, 29 Hz", weight=1.0,
+            required=True,
+        ),
+    ),
+    responses=(BoxResponse(name="U06-1", limit=62.0, share=0.96),),
+    share_stated=0.95, share_verified=0.96, share_bound=0.95, share_measured_again=None,
+    confidence=0.95, n_parts=131072,
     law="uniform in the box", seed=1,
 )  # fmt: skip
 

@@ -51,7 +51,7 @@ from .notebook import verify as verify
 from .physics.elastic_centre import centre_of_stiffness as centre_of_stiffness
 from .physics.elastic_centre import dynamic_centre_of_stiffness as dynamic_centre_of_stiffness
 from .physics.sound_level import spl as spl
-from .study.accept import judged_delivery as judged_delivery
+from .study.delivery import judged_delivery as judged_delivery
 from .study.platform_model import check_platform as check_platform
 from .vehicles.booming_model import BoomingModel as BoomingModel
 from .vehicles.path_analysis import analyse_paths as analyse_paths

@@ -26,7 +26,6 @@ from deboom.report import Report
 from deboom.report.sheet import Sheet
 from deboom.study.delivery import (
     INTERVAL,
-    MILLI,
     Delivery,
     Demand,
     Verdict,
@@ -120,7 +119,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "The bar is the interval.",
         alt="Parts in their intervals",
     )
-    parts = _part_table(delivery)
+    parts = delivery.table
     others = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
     caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
     report.table("parts", parts, caption, shown=others)
@@ -182,21 +181,6 @@ def _levels(report: Report, delivery: Delivery) -> None:
         alt="Levels of the predicted cars less the limit",
     )
     report.table("levels", pd.DataFrame(rows), "One row per batch and vehicle.")
-
-
-def _part_table(delivery: Delivery) -> pd.DataFrame:
-    """One row per part: stiffness, share of today's, verdict and reason."""
-    axes = sorted({axis for judged in delivery.parts for axis in judged.factors})
-    rows = []
-    for judged in delivery.parts:
-        part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
-        row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
-        for axis, factor in factors.items():
-            today = delivery.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
-            row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
-        row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
-        rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason})
-    return pd.DataFrame(rows)
 
 
 def _batch_table(delivery: Delivery) -> pd.DataFrame:

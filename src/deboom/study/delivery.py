@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -30,6 +31,7 @@ from deboom.study.platform_model import (
     operation,
     platform_sha256,
 )
+from deboom.tabled import Tabled
 
 MILLI = 1e-3
 """From N/m to N/mm."""
@@ -220,7 +222,7 @@ def _state(asked: SheetDirection) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Delivery:
+class Delivery(Tabled):
     """A delivery, judged.
 
     `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
@@ -238,6 +240,21 @@ class Delivery:
     def parts(self) -> tuple[JudgedPart, ...]:
         """All parts."""
         return tuple(part for batch in self.batches for part in batch.parts)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per part: stiffness, share of today's, verdict and reason."""
+        axes = sorted({axis for judged in self.parts for axis in judged.factors})
+        rows = []
+        for judged in self.parts:
+            part, factors = judged.part, {axis: judged.factors.get(axis, np.nan) for axis in axes}
+            row: dict[str, object] = {"part": part.name, "batch": part.batch, "mount": part.mount}
+            for axis, factor in factors.items():
+                today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
+                row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
+            row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
+            rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason})
+        return pd.DataFrame(rows)
 
 
 def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple[str, ...]]:
@@ -265,7 +282,7 @@ def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple
 
 
 def judged_delivery(
-    demand: Demand,
+    demand: Demand | AcceptanceBox,
     parts: Sequence[DeliveredPart],
     platform: Platform | None,
     uncertainty: float,
@@ -277,21 +294,23 @@ def judged_delivery(
 
     Parameters
     ----------
-    demand : Demand
+    demand : Demand or AcceptanceBox
+        Intervals, and limits to predict levels against.
     parts : sequence of DeliveredPart
-        Measured at the conditions of the demand.
+        Parts, measured at the conditions of the demand [N/m].
     platform : Platform or None
-        That the box was found for; None: no levels are predicted.
+        Platform that the box was found for; None: no levels are predicted.
     uncertainty : float
-        Of a measured stiffness, relative, expanded to 95 % [1].
+        Uncertainty of a measured stiffness, relative, expanded to 95 % [1].
     seed : int
-        Of the predicted cars, from 1.
+        Seed of the predicted cars, from 1.
     over_today : bool
         Stiffnesses are over those of today's part [1].
 
     Returns
     -------
     Delivery
+        Verdict of each part and batch; ``table``, one row per part.
 
     Raises
     ------
@@ -306,7 +325,14 @@ def judged_delivery(
     not measured of a batch follows from what was, see `predicted_pieces`. Cars of a batch have
     their mount from it and all other mounts anywhere in the box. The box promises its share for
     parts all over it: a batch in a corner may keep every interval and still make loud cars.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.judged_delivery(box, parts, None, 0.02, seed=1).table  # doctest: +SKIP
     """
+    if isinstance(demand, AcceptanceBox):
+        demand = Demand.of_box(demand)
     if not 0.0 <= uncertainty < 0.5:
         raise InputError(f"--uncertainty {uncertainty:g}: give a share from 0 to below 0.5")
     judged = [_judged(demand, part, uncertainty, over_today) for part in parts]

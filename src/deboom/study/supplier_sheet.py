@@ -119,7 +119,7 @@ class MountSheet:
 
     def percent(self, share: float) -> str:
         """Write a share [1] in per cent, with the decimal sign of the language."""
-        text = f"{PERCENT * share:.1f} %"
+        text = f"{PERCENT * share:.4g} %"
         return self.say(text, text.replace(".", ","))
 
     @cached_property

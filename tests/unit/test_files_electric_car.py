@@ -163,15 +163,8 @@ def test_hoses_may_be_left_out(car: ElectricCar) -> None:
 
 def test_values_that_do_not_fit(car: ElectricCar) -> None:
     frf = car.pressure
-    scaled = Frf(frf.frequency, frf.values, frf.outputs, frf.inputs, "kPa/N")
-    with pytest.raises(InputError, match="functions in 'kPa/N' where Pa/N is needed"):
-        replace(car, pressure=scaled)
-    with pytest.raises(InputError, match="not those of the points' sensors, impacts and ear"):
-        replace(car, ear="passenger ear")
     with pytest.raises(InputError, match="coherence lies between 0 and 1"):
         replace(car, coherence=2 * np.ones_like(car.coherence))
-    with pytest.raises(InputError, match="0 hits per impact"):
-        replace(car, n_averages=0)
     shorter = Frf(frf.frequency[1:], frf.values[1:], frf.outputs, frf.inputs, frf.unit)
     with pytest.raises(InputError, match="different lines"):
         replace(car, pressure=shorter)

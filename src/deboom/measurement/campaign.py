@@ -45,7 +45,7 @@ class MeasuredMount(Protocol):
         """Names ``<mount> [<piece>] <axis>`` along one axis, one per piece."""
 
 
-@checked(engine_torque="f", static_force="f n")
+@checked(engine_torque="f", static_force="f n", static_force_names="n")
 class OperatingRun:
     """One ramp or load slice along one engine order, as the sensors deliver it.
 
@@ -72,20 +72,6 @@ class OperatingRun:
     static_force: RealArray
     static_force_names: tuple[str, ...]
 
-    def __post_init__(self) -> None:
-        problem = ""
-        shape = (self.frequency.size, len(self.static_force_names))
-        if self.static_force.shape != shape:
-            problem = f"static_force has shape {self.static_force.shape}, expected {shape}"
-        elif not np.array_equal(self.frequency, self.cell_force.frequency):
-            problem = "the frequency axes of acceleration and cell force differ"
-        elif self.acceleration.unit != "m/s^2":
-            problem = f"acceleration is in {self.acceleration.unit}, expected m/s^2"
-        elif self.cell_force.unit != "N":
-            problem = f"cell force is in {self.cell_force.unit}, expected N"
-        if problem:
-            raise InputError(f"run {self.name}: {problem}")
-
     @property
     def frequency(self) -> RealArray:
         """Lines of the engine order, shape (n_frequency,) [Hz]."""
@@ -97,7 +83,16 @@ class OperatingRun:
         return np.asarray(self.engine_torque * self.total_ratio)
 
 
-@checked(tacho="s", engine_torque="s", acceleration="s a", cell_force="s c", static_force="s n")
+@checked(
+    tacho="s",
+    engine_torque="s",
+    acceleration="s a",
+    acceleration_channels="a",
+    cell_force="s c",
+    cell_force_channels="c",
+    static_force="s n",
+    static_force_names="n",
+)
 class TimeRun:
     """Raw channels of one run over time, with the tacho that makes orders of them.
 
@@ -128,18 +123,6 @@ class TimeRun:
     cell_force_channels: tuple[str, ...]
     static_force: RealArray
     static_force_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        for item, array, names in (
-            ("acceleration", self.acceleration, self.acceleration_channels),
-            ("cell_force", self.cell_force, self.cell_force_channels),
-            ("static_force", self.static_force, self.static_force_names),
-        ):
-            expected = (len(self.tacho), len(names))
-            if array.shape != expected:
-                raise InputError(
-                    f"time run {self.name}: {item} has shape {array.shape}, expected {expected}"
-                )
 
 
 class RunDirection(Enum):
@@ -179,14 +162,6 @@ class ShakerRun:
     repeat: int
     response: Frf
 
-    def __post_init__(self) -> None:
-        owner = f"shaker run {self.mount} {self.piece} {self.axis}, repeat {self.repeat}"
-        if self.axis not in AXES:
-            raise InputError(f"{owner}: unknown axis '{self.axis}', use {', '.join(AXES)}")
-        _check_input(
-            self.response, " ".join(filter(None, (self.mount, self.piece, self.axis))), owner
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class PushRun:
@@ -201,17 +176,6 @@ class PushRun:
     push: Impact
     repeat: int
     response: Frf
-
-    def __post_init__(self) -> None:
-        owner = f"push {self.push.name} at {self.mount}, repeat {self.repeat}"
-        _check_input(self.response, self.push.name, owner)
-
-
-def _check_input(response: Frf, pushed: str, owner: str) -> None:
-    if response.inputs != (pushed,) or response.unit != "N/N":
-        raise InputError(
-            f"{owner}: input {list(response.inputs)} [{response.unit}], expected ['{pushed}'] [N/N]"
-        )
 
 
 @checked(deflection="n", force="n")

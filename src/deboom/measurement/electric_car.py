@@ -14,7 +14,6 @@ from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, refuse_doubled
 from deboom.measurement.compressor_test import (
-    ACCELERATION_PER_FORCE,
     SMALLEST_IMPACTS,
     SMALLEST_SENSORS,
     OperatingSweep,
@@ -23,7 +22,6 @@ from deboom.measurement.compressor_test import (
 )
 from deboom.measurement.noise_transfer import (
     POINT_LOADS,
-    PRESSURE_PER_FORCE,
     noise_transfer_at_points,
 )
 from deboom.measurement.quality import RigidConsistency, excitation_consistency
@@ -95,8 +93,7 @@ class ElectricCar:
     """Everything measured on one electric car and its compressor.
 
     Raises InputError: doubled points; a mount of sweeps or drawing without noise transfer
-    functions, or the other way round; a sweep without the ear; names, units or lines that do not
-    fit together.
+    functions, or the other way round; a sweep without the ear; lines that do not fit together.
 
     - `pressure`: output is the ear, inputs are the impacts of all points, in their order; struck
       with the compressor taken out [Pa/N].
@@ -116,21 +113,9 @@ class ElectricCar:
 
     def __post_init__(self) -> None:
         refuse_doubled([point.name for point in self.points], f"point of car {self.name}")
-        impacts = tuple(name for point in self.points for name in point.impact_names)
-        channels = tuple(name for point in self.points for name in point.channels)
-        for frf, unit, outputs in (
-            (self.pressure, PRESSURE_PER_FORCE, (self.ear,)),
-            (self.accelerance, ACCELERATION_PER_FORCE, channels),
-        ):
-            if frf.unit != unit:
-                raise self._error(f"functions in '{frf.unit}' where {unit} is needed: convert them")
-            if frf.inputs != impacts or frf.outputs != outputs:
-                raise self._error(
-                    f"the functions in {unit} are not those of the points' sensors, impacts and ear"
-                )
         if not np.array_equal(self.pressure.frequency, self.accelerance.frequency):
             raise self._error("pressure and acceleration have different lines")
-        check_coherence(self.coherence, self.pressure, self.n_averages, f"car {self.name}")
+        check_coherence(self.coherence, self.pressure, f"car {self.name}")
         for sweep in self.operation.sweeps:
             self._check_sweep(sweep)
 

@@ -16,10 +16,14 @@ from scipy.spatial import cKDTree
 from scipy.special import stdtrit
 from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.preprocessing import PolynomialFeatures
+from sklearn.utils import check_consistent_length
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
 
 from deboom.arrays import BoolArray, IntArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
+
+FOLDS = 5
+"""Groups of the cross-validation."""
 
 REACH = 0.1
 """Distance that a measured row vouches for, as a fraction of the ranges [1]."""
@@ -76,11 +80,6 @@ class TrainingRegion:
     upper: RealArray
     reach: float = REACH
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "reach", float(self.reach))
-        if not self.reach > 0:
-            raise InputError(f"the reach of measured rows is above 0, not {self.reach}")
-
     @classmethod
     def around(cls, X: RealArray) -> TrainingRegion:
         """Return the region about the rows of `X` (n, n_features)."""
@@ -123,7 +122,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     - `threshold`: rms error over mean absolute value that a piece may have [1].
     - `overlap`: fraction of the range of the first variable over which neighbours share rows and
       are blended linearly [1].
-    - `max_pieces`, `folds`: limits of the cross-validation.
+    - `max_pieces`: most pieces of the cross-validation.
     - `min_rows`: distinct rows that a piece holds at least; None is twice the number of terms.
     - `split_points_` (n_pieces - 1,): split points in the unit of the first variable, increasing.
     - `centre_`, `half_range_` (n_pieces, n_features): scaling of each piece's variables to [-1, 1]
@@ -173,7 +172,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         threshold: float = 0.03,
         overlap: float = 0.02,
         max_pieces: int = 5,
-        folds: int = 5,
         min_rows: int | None = None,
     ) -> None:
         self.pieces = pieces
@@ -181,7 +179,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         self.threshold = threshold
         self.overlap = overlap
         self.max_pieces = max_pieces
-        self.folds = folds
         self.min_rows = min_rows
 
     def check_parameters(self) -> None:
@@ -189,18 +186,13 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
         - raises InputError: the parameter, and what it may be.
         """
-        whole = {"max_pieces": 1, "folds": 2}
-        if self.pieces != "cv":
-            whole["pieces"] = 1
-        if self.min_rows is not None:
-            whole["min_rows"] = 1
-        for name, least in whole.items():
+        for name in ("max_pieces", "pieces", "min_rows"):
             value = getattr(self, name)
-            if not isinstance(value, Integral) or value < least:
+            if (value == "cv" and name == "pieces") or (value is None and name == "min_rows"):
+                continue
+            if not isinstance(value, Integral) or value < 1:
                 others = ' or "cv"' if name == "pieces" else ""
-                raise InputError(
-                    f"{name} is a whole number of at least {least}{others}, not {value!r}"
-                )
+                raise InputError(f"{name} is a whole number of at least 1{others}, not {value!r}")
         if not self.threshold > 0:
             raise InputError(f"threshold is a relative error above 0, not {self.threshold!r}")
         if not 0 <= self.overlap < 1:
@@ -224,7 +216,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         - `sample_weight` (n,), optional: inverse to the variance of each row; rows of weight 0 are
           left out.
         - `groups` (n,), optional: rows of one group (one run) are left out together in the
-          cross-validation; without it every `folds`-th row along the first variable is, which suits
+          cross-validation; without it every fifth row along the first variable is, which suits
           independent rows only.
         - raises InputError: parameters without sense, split points outside of the range, a piece
           without rows, groups that cannot be cross-validated.
@@ -238,12 +230,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             sample_weight, rows, dtype=np.float64, ensure_non_negative=True
         )
         kept = weight > 0
-        labels = None
-        if groups is not None:
-            labels = np.asarray(groups)
-            if labels.shape != weight.shape:
-                raise InputError(f"{labels.size} group labels for {weight.size} rows: one each")
-            labels = labels[kept]
+        check_consistent_length(rows, groups)
+        labels = None if groups is None else np.asarray(groups)[kept]
         outputs = np.asarray(observed, dtype=float).reshape(len(rows), -1)
         rows, outputs, weight = rows[kept], outputs[kept], weight[kept]
         split_points = self._choose_split_points(rows, outputs, weight, labels)
@@ -346,7 +334,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         """Return the fitted pieces as named arrays; the region stays with its owner."""
         check_is_fitted(self)
         arrays = {name: np.asarray(getattr(self, f"{name}_")) for name in _ARRAYS}
-        arrays["split_feature"] = np.asarray(0)
         return {prefix + name: array for name, array in arrays.items()}
 
     @classmethod
@@ -357,9 +344,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
         - raises InputError: an array that is missing, is not of numbers or of another shape.
         """
-        stored = named_arrays(arrays, prefix, (*_ARRAYS, "split_feature"))
-        if stored["split_feature"] != 0:
-            raise InputError("stored pieces along another variable than the first: fit it again")
+        stored = named_arrays(arrays, prefix, _ARRAYS)
         regressor = cls()
         for name in _ARRAYS:
             setattr(regressor, f"{name}_", frozen_copy(np.asarray(stored[name], dtype=float)))
@@ -390,10 +375,10 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         segments = self._segments(X, y, weight)
         if self.pieces == "cv":
             if groups is not None:
-                fold = np.unique(groups, return_inverse=True)[1] % self.folds
+                fold = np.unique(groups, return_inverse=True)[1] % FOLDS
             else:
                 fold = np.empty(len(position), dtype=int)
-                fold[np.argsort(position, kind="stable")] = np.arange(len(position)) % self.folds
+                fold[np.argsort(position, kind="stable")] = np.arange(len(position)) % FOLDS
             return self._cross_validated_splits(X, y, weight, fold, segments)
         if self.split == "threshold":
             split_points = _threshold_splits(segments, int(self.pieces), self.threshold)
@@ -402,8 +387,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return _least_squares_splits(segments, int(self.pieces))[-1]
 
     def _segments(self, X: RealArray, y: RealArray, weight: RealArray) -> _Segments:
-        min_rows = self.min_rows or 2 * comb(X.shape[1] + 3, 3)
-        return _Segments(X, y, weight, min_rows)
+        return _Segments(X, y, weight, self.min_rows or 2 * comb(X.shape[1] + 3, 3))
 
     def _cross_validated_splits(
         self, X: RealArray, y: RealArray, weight: RealArray, fold: IntArray, segments: _Segments
@@ -490,12 +474,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return _cubic_terms((X - self.centre_[piece]) / self.half_range_[piece])
 
     def _leverage(self, X: RealArray, piece: int) -> RealArray:
-        return _leverage(
-            self._terms(X, piece),
-            self.directions_[piece],
-            self.inverse_singular_[piece],
-            float(self.unseen_leverage_[piece]),
-        )
+        fitted = self.directions_, self.inverse_singular_, self.unseen_leverage_
+        return _leverage(self._terms(X, piece), *(array[piece] for array in fitted))
 
     def _shares(self, X: RealArray) -> tuple[RealArray, RealArray]:
         """Share of each piece at each row and its slope along the first variable, (k, n, 1)."""
@@ -684,12 +664,11 @@ class _Segments:
         weights = np.subtract.outer(self._weight_before[edges], self._weight_before[edges]).T
         size = self._size_before[edges]
         sizes = size[np.newaxis, :] - size[:, np.newaxis]
-        error = np.full(squares.shape, np.inf)
-        done = np.isfinite(squares)
-        weights = np.broadcast_to(weights[:, :, np.newaxis], squares.shape)[done]
-        rms = np.sqrt((squares * self._output_scale**2)[done] / weights)
-        error[done] = rms / np.maximum(sizes[done] / weights, np.finfo(float).tiny)
-        return np.asarray(error.max(axis=2))
+        with np.errstate(invalid="ignore", divide="ignore"):
+            rms = np.sqrt(squares * self._output_scale**2 / weights[:, :, np.newaxis])
+            mean = sizes / weights[:, :, np.newaxis]
+            error = rms / np.maximum(mean, np.finfo(float).tiny)
+        return np.asarray(np.where(np.isfinite(squares), error, np.inf).max(axis=2))
 
     def refined(self, edges: IntArray, chosen: IntArray, choose: _Chooser) -> IntArray:
         """Repeat a choice between ever closer cuts about the chosen ones, down to single rows."""

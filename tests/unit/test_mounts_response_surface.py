@@ -333,11 +333,16 @@ def test_a_state_measured_again_is_supported_at_the_edge_of_the_lines():
 @pytest.mark.parametrize(
     ("X", "y", "options", "words"),
     [
-        (LINES[:-1], STIFFNESS, {}, "one value per line"),
-        (LINES[:, :2], STIFFNESS, {}, "one value per line"),
+        (LINES[:-1], STIFFNESS, {}, r"stiffness: shape \(899\) is needed, not \(900,\)"),
+        (LINES[:, :2], STIFFNESS, {}, "preload, amplitude and frequency: shape .900, 3. is needed"),
         (LINES * [1, -1, 1], STIFFNESS, {}, "peak value of at least 0 m"),
         (LINES - [0, 0, 30], STIFFNESS, {}, "above 0 Hz"),
-        (LINES, np.where(np.arange(N) == 7, np.nan, STIFFNESS), {}, "stiffness of line 7 is not"),
+        (
+            LINES,
+            np.where(np.arange(N) == 7, np.nan, STIFFNESS),
+            {},
+            r"stiffness: a number is not finite at index \(7,\)",
+        ),
         (LINES, STIFFNESS, {"sample_weight": np.zeros(N)}, "weights are above 0"),
         (LINES[:0], STIFFNESS[:0], {}, "no lines"),
         (LINES[:20], STIFFNESS[:20], {}, "20 lines are too few for 1 pieces of 20 terms"),

@@ -20,7 +20,7 @@ from scipy.optimize import least_squares
 from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.exceptions import ConvergenceWarning
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, checked_array
 from deboom.errors import InputError
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion, named_arrays
 from deboom.physics.dynamic_stiffness import kelvin_voigt
@@ -193,23 +193,13 @@ class StiffnessModel(RegressorMixin, BaseEstimator, ABC):
         - raises InputError: lines that cannot be fitted: shapes, values that are not finite, too
           few of them; or a cross-validation without runs.
         """
-        points, stiffness = np.asarray(X, dtype=float), np.asarray(y, dtype=complex)
+        sizes: dict[str, int] = {}
+        points = checked_array(X, "n 3", "preload, amplitude and frequency", sizes)
+        stiffness = checked_array(y, "n", "stiffness", sizes, complex)
+        ones = np.ones(len(points)) if sample_weight is None else sample_weight
+        weight = checked_array(ones, "n", "weights of the lines", sizes)
         if stiffness.size == 0:
             raise InputError("there are no lines to fit a dynamic stiffness to")
-        weight = np.ones(len(stiffness))
-        if sample_weight is not None:
-            weight = np.asarray(sample_weight, dtype=float)
-        one_each = stiffness.shape == weight.shape and stiffness.ndim == 1
-        if points.shape != (len(stiffness), 3) or not one_each:
-            raise InputError(
-                "a dynamic stiffness needs one value per line: preload, amplitude and frequency "
-                f"have shape {points.shape}, the stiffness {stiffness.shape}, the weights "
-                f"{weight.shape}"
-            )
-        for name, column in zip((*VARIABLES, "stiffness"), (*points.T, stiffness), strict=True):
-            bad = np.flatnonzero(~np.isfinite(column))
-            if bad.size:
-                raise InputError(f"{name} of line {bad[0]} is not finite: leave the line out")
         if np.any(points[:, 1] < 0):
             raise InputError("a displacement amplitude is a peak value of at least 0 m")
         if np.any(points[:, 2] <= 0):

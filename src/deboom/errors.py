@@ -1,9 +1,22 @@
 """The one exception that a user is meant to read."""
 
+LONGEST_LINE = 1000
+"""Characters of a line of a message: what a file holds may be longer."""
+
 
 class InputError(ValueError):
     """Something the user brought is missing or wrong.
 
-    The message is one sentence that names the file, the item and the remedy. The command line
-    prints it alone, without a traceback, and exits with code 2.
+    The message is a sentence that names the file, the item and the remedy, or a line for each of
+    several faults. The command line prints it alone, without a traceback, and exits with code 2.
     """
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__("\n".join(map(_readable, str(message).split("\n"))))
+
+
+def _readable(line: str) -> str:
+    line = "".join(c if c.isprintable() else "?" for c in line)
+    if len(line) > LONGEST_LINE:
+        line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
+    return line

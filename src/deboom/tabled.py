@@ -1,6 +1,9 @@
-"""Results that a notebook shows as a table."""
+"""Results that a notebook shows as a table, and tables as CSV."""
 
 from __future__ import annotations
+
+import re
+from typing import Any
 
 import pandas as pd
 
@@ -25,3 +28,24 @@ class Tabled:
         return self.table.to_html(
             max_rows=SHOWN_ROWS, float_format=lambda value: f"{value:.5g}", index=False
         )
+
+
+# directions, dashes and numbers are no formulas, though they begin like one
+_FORMULA = re.compile(r"'*(?![+-]?(r?[xyz]|[\d.]+(e[+-]?\d+)?)?\Z)[=+\-@\t\r]", re.IGNORECASE)
+
+
+def csv_text(table: pd.DataFrame) -> str:
+    """Return a table as CSV; a text that a spreadsheet would take for a formula gets a quote."""
+    plain = table.copy()
+    for name in table.select_dtypes(include=["object", "string"]).columns:
+        plain[name] = table[name].map(_escaped)
+    return str(plain.to_csv(index=False, lineterminator="\n"))
+
+
+def unescaped(cell: str) -> str:
+    """Return the text of a cell that `csv_text` wrote."""
+    return cell[1:] if cell.startswith("'") and _FORMULA.match(cell) else cell
+
+
+def _escaped(value: Any) -> Any:
+    return f"'{value}" if isinstance(value, str) and _FORMULA.match(value) else value

@@ -18,9 +18,9 @@ from deboom.files.platform import (
     MountEntry,
     PlatformFile,
     VehicleEntry,
-    dump_platform_file,
 )
 from deboom.files.platform import PowertrainEntry as Powertrain
+from deboom.files.schema import dump_toml
 from deboom.mounts.characterised_mount import (
     CampaignRecord,
     CharacterisedDirection,
@@ -116,7 +116,7 @@ def write_foreign_platform(folder, *, library=False):
         pd.DataFrame(table).to_csv(folder / f"runs/{name}.csv", index=False)
         engine = {"frequency [Hz]": LINES, "engine torque [N m]": torque + 0.5 * LINES}
         pd.DataFrame(engine).to_csv(folder / f"runs/{name}_torque.csv", index=False)
-    dump_platform_file(folder / "platform.toml", _platform_file())
+    dump_toml(folder / "platform.toml", _platform_file())
     if library:
         _write_libraries(folder)
     return folder

@@ -14,9 +14,9 @@ from deboom.cli import app
 from deboom.files.compressor_model import read_compressor_model
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
-    dump_operating_test_file,
-    load_operating_test_file,
+    OperatingTestFile,
 )
+from deboom.files.schema import dump_toml, load_toml
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_unbalance.py"
@@ -48,9 +48,9 @@ def part(tmp_path_factory):
     plan = OperationPlan(mount_storage=0.9, mount_loss=1.1)
     folder = write_operating_test(tmp_path_factory.mktemp("part") / "test", 2, plan=plan)
     path = folder / OPERATING_TEST_FILE
-    file = load_operating_test_file(path)
+    file = load_toml(path, OperatingTestFile)
     soft = tuple(sweep for sweep in file.sweeps if sweep.hoses == "soft")
-    dump_operating_test_file(path, file.model_copy(update={"sweeps": soft}))
+    dump_toml(path, file.model_copy(update={"sweeps": soft}))
     return folder
 
 

@@ -7,16 +7,17 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from broken_files import edited, edits, refused
 
 from deboom.bench.compressor_operation import OperationPlan
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
 from deboom.files.electric_car import (
     ELECTRIC_CAR_FILE,
-    dump_electric_car_file,
-    load_electric_car_file,
+    ElectricCarFile,
     read_electric_car,
 )
+from deboom.files.schema import dump_toml, load_toml
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.electric_car import ElectricCar, PointKind
@@ -44,52 +45,45 @@ def _link(source: str, target: str) -> None:
     Path(target).hardlink_to(source)
 
 
-def _edit(folder: Path, old: str, new: str) -> None:
-    path = folder / ELECTRIC_CAR_FILE
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.unlink()
-    path.write_text(text.replace(old, new, 1), encoding="utf-8")
-
-
 def test_file_is_written_and_read_alike(written: Path, tmp_path: Path) -> None:
-    file = load_electric_car_file(written / ELECTRIC_CAR_FILE)
-    dump_electric_car_file(tmp_path / ELECTRIC_CAR_FILE, file)
-    assert load_electric_car_file(tmp_path / ELECTRIC_CAR_FILE) == file
+    file = load_toml(written / ELECTRIC_CAR_FILE, ElectricCarFile)
+    dump_toml(tmp_path / ELECTRIC_CAR_FILE, file)
+    assert load_toml(tmp_path / ELECTRIC_CAR_FILE, ElectricCarFile) == file
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "sentence"),
+    ("fault", "sentence"),
     [
-        ("format = 1", "format = 2", "format"),
-        ("hits_per_impact = 5", "hits_per_impact = 5\ncolour = 3", "colour"),
-        (
-            'name = "mount 2"',
-            'name = "mount 1"',
-            r"two \[\[points\]\] are named 'mount 1'",
+        *edits(
+            """
+format = 1 | format = 2 | format
+hits_per_impact = 5 | hits_per_impact = 5\\ncolour = 3 | colour
+name = "mount 2" | name = "mount 1" | two [[points]] are named 'mount 1'
+"M1 S1" | "M2 S1" | two [[points]] have the sensor 'M2 S1'
+"M1 I1x" | "M1 I9x" | impact 'M1 I9x' is not in positions.xlsx: add it there
+node = 901 | node = 902 | pressure 'driver ear' per M1 I1x ... is not in it: export it
+"MIC2101" | "MIC2102" | of microphone 'MIC2101', but 'driver ear' is 'MIC2102'
+kind = "hose" | kind = "pipe" | kind
+position_m = [ | position_mm = [ | position_m
+ntf/pressure.uff | ntf/sound.uff | sound.uff
+""",
+            "car.toml",
         ),
-        ('"M1 S1"', '"M2 S1"', r"two \[\[points\]\] have the sensor 'M2 S1'"),
-        ('"M1 I1x", ', "", "impact 'M1 I1x' belongs to no point of car.toml: name it there"),
-        ('"M1 I1x"', '"M1 I9x"', "impact 'M1 I9x' is not in positions.xlsx: add it there"),
-        ("node = 901", "node = 902", "pressure 'driver ear' per M1 I1x .* is not in it: export it"),
-        ('"MIC2101"', '"MIC2102"', "of microphone 'MIC2101', but 'driver ear' is 'MIC2102'"),
-        ('kind = "hose"', 'kind = "pipe"', "kind"),
-        ("position_m = [", "position_mm = [", "position_m"),
-        ("ntf/pressure.uff", "ntf/sound.uff", "sound.uff"),
+        (
+            edited("car.toml", '"M1 I1x", ', ""),
+            "impact 'M1 I1x' belongs to no point of car.toml: name it there",
+        ),
     ],
 )
-def test_facts_that_do_not_fit(folder: Path, old: str, new: str, sentence: str) -> None:
-    _edit(folder, old, new)
-    with pytest.raises(InputError, match=sentence):
-        read_electric_car(folder)
+def test_facts_that_do_not_fit(folder: Path, fault, sentence: str) -> None:
+    fault(folder)
+    refused(read_electric_car, folder, sentence)
 
 
 def test_ear_that_no_sweep_has(folder: Path) -> None:
-    _edit(folder, 'name = "driver ear"', 'name = "passenger ear"')
-    with pytest.raises(
-        InputError, match=r"sweep standard 7.5 bar has no pressure at 'passenger ear'.*record that"
-    ):
-        read_electric_car(folder)
+    edited("car.toml", 'name = "driver ear"', 'name = "passenger ear"')(folder)
+    words = "sweep standard 7.5 bar has no pressure at 'passenger ear' ... record that"
+    refused(read_electric_car, folder, words)
 
 
 def test_functions_of_another_unit(folder: Path) -> None:
@@ -113,7 +107,8 @@ def test_function_without_its_coherence(folder: Path) -> None:
     path.unlink()
     write_uff(path, functions, binary=True)
     with pytest.raises(
-        InputError, match=r"coherence of M1 I1x \(reference node 501 \+x\) is missing"
+        InputError,
+        match=r"coherence: function 'driver ear' per M1 I1x .*501 \+x\) is not in it",
     ):
         read_electric_car(folder)
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
+from broken_files import edits, refused
 
 from deboom.errors import InputError
 from deboom.files.inertance_test import (
@@ -14,10 +15,10 @@ from deboom.files.inertance_test import (
     DrawnMountSection,
     InertanceTestFile,
     ToleranceSection,
-    dump_inertance_test_file,
     read_inertance_test,
 )
 from deboom.files.rows import PlacedImpact, PlacedSensor, write_positions, write_table
+from deboom.files.schema import dump_toml
 from deboom.files.uff import UffFunction, write_uff
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -111,7 +112,7 @@ def written(tmp_path_factory):
     write_uff(folder / "frf.uff", functions(4, frf), binary=True)
     write_uff(folder / "coherence.uff", functions(6, coherence), binary=True)
     write_positions(folder / "positions.xlsx", SENSORS, IMPACTS)
-    dump_inertance_test_file(folder / INERTANCE_TEST_FILE, FILE)
+    dump_toml(folder / INERTANCE_TEST_FILE, FILE)
     return folder
 
 
@@ -120,16 +121,8 @@ def folder(written, tmp_path):
     return shutil.copytree(written, tmp_path / "copy")
 
 
-def refused(folder, *words):
-    with pytest.raises(InputError) as caught:
-        read_inertance_test(folder)
-    sentence = str(caught.value)
-    assert all(word in sentence for word in words), sentence
-    assert "\n" not in sentence
-
-
 def restate(folder, **changes):
-    dump_inertance_test_file(folder / INERTANCE_TEST_FILE, FILE.model_copy(update=changes))
+    dump_toml(folder / INERTANCE_TEST_FILE, FILE.model_copy(update=changes))
 
 
 def test_what_is_written_reads_back(written):
@@ -216,7 +209,7 @@ def edit_sheet(folder, sheet, change):
         (
             "sensors",
             lambda t: t.rename(columns={f"{a} [mm]": f"{a} [m]" for a in "xyz"}),
-            ("the sensors lie within", "mm and m"),
+            ("its position is up to 80 m", "is the unit right?"),
         ),
         (
             "impacts",
@@ -234,20 +227,32 @@ def edit_sheet(folder, sheet, change):
             lambda t: t.replace({"dx": {0.6: 0.9}}),
             ("positions.xlsx", "I6", "unit vector"),
         ),
-        ("impacts", lambda t: t.replace({"node": {24: 77}}), ("node 24 is no impact",)),
-        ("sensors", lambda t: t.replace({"node": {12: 77}}), ("node 12 is no sensor",)),
-        ("impacts", lambda t: t.assign(dy=-t["dy"]), ("recorded along", "correct the wrong one")),
+        (
+            "impacts",
+            lambda t: t.replace({"node": {24: 77}}),
+            ("reference node 24 -z is not in the tables; add it there",),
+        ),
+        (
+            "sensors",
+            lambda t: t.replace({"node": {12: 77}}),
+            ("node 12 +x is not in the tables; add it there",),
+        ),
+        (
+            "impacts",
+            lambda t: t.assign(dy=-t["dy"]),
+            ("reference node 21 -y is not", "they have it along +x, +y: correct the wrong one"),
+        ),
     ],
 )
 def test_bad_position_sheets(folder, sheet, change, words):
     edit_sheet(folder, sheet, change)
-    refused(folder, *words)
+    refused(read_inertance_test, folder, *words)
 
 
 def test_a_missing_sheet_is_named(folder):
     table = pd.read_excel(folder / "positions.xlsx", sheet_name="sensors")
     table.to_excel(folder / "positions.xlsx", sheet_name="sensors", index=False)
-    refused(folder, "has no sheet 'impacts', only sensors")
+    refused(read_inertance_test, folder, "has no sheet 'impacts', only sensors")
 
 
 def with_functions(folder, name, change):
@@ -263,18 +268,58 @@ def first(**changes):
 @pytest.mark.parametrize(
     ("name", "change", "words"),
     [
-        ("frf.uff", lambda all_of: [*all_of, all_of[7]], ("comes twice", "A1 y to I2")),
-        ("frf.uff", lambda all_of: all_of[1:], ("FRF of A1 x to I1", "is missing")),
-        ("coherence.uff", lambda all_of: all_of[:-1], ("coherence of A3 z to I6", "is missing")),
-        ("frf.uff", first(response_node=99), ("node 99 is no sensor", "position sheet")),
-        ("frf.uff", first(reference_node=98), ("node 98 is no impact",)),
-        ("frf.uff", first(response_direction="scalar"), ("its direction is scalar",)),
-        ("frf.uff", first(reference_direction="-x"), ("recorded along -x",)),
-        ("frf.uff", first(reference_direction="scalar"), ("recorded along scalar",)),
-        ("frf.uff", first(abscissa=LINES + 0.5), ("has other lines than",)),
-        ("frf.uff", first(ordinate="velocity", ordinate_unit="m/s"), ("it is velocity",)),
-        ("frf.uff", first(values=np.ones(3)), ("it is real",)),
-        ("coherence.uff", first(values=np.full(3, 1.1)), ("between 0 and 1",)),
+        (
+            "frf.uff",
+            lambda all_of: [*all_of, all_of[7]],
+            ("'A1 y' per I2", "is in it 2 times: keep one"),
+        ),
+        (
+            "frf.uff",
+            lambda all_of: all_of[1:],
+            ("FRF: acceleration 'A1 x' per I1", "is not in it: export it"),
+        ),
+        (
+            "coherence.uff",
+            lambda all_of: all_of[:-1],
+            ("coherence: function 'A3 z' per I6", "is not in it"),
+        ),
+        (
+            "frf.uff",
+            first(response_node=99),
+            ("node 99 +x is not in the tables; add it there, or export",),
+        ),
+        ("frf.uff", first(reference_node=98), ("reference node 98 +x is not in the tables",)),
+        (
+            "frf.uff",
+            first(response_direction="scalar"),
+            ("node 11 scalar is not in the tables; they have it along +x, +y, +z, -x",),
+        ),
+        (
+            "frf.uff",
+            first(reference_direction="-x"),
+            ("reference node 21 -x is not in the tables; they have it along +x, -y: correct",),
+        ),
+        (
+            "frf.uff",
+            first(reference_direction="scalar"),
+            ("reference node 21 scalar is not in the tables",),
+        ),
+        (
+            "frf.uff",
+            first(abscissa=LINES + 0.5),
+            ("differ: line 1 is 10.5 Hz and 10 Hz; export all",),
+        ),
+        (
+            "frf.uff",
+            first(ordinate="velocity", ordinate_unit="m/s"),
+            ("is not in it: export it", "there are node 11 +x velocity"),
+        ),
+        ("frf.uff", first(values=np.ones(3)), ("'A1 x' per I1 is real", "phase is needed")),
+        (
+            "coherence.uff",
+            first(values=np.full(3, 1.1)),
+            ("a coherence lies between 0 and 1: export it again",),
+        ),
         (
             "coherence.uff",
             lambda all_of: [replace(one, function_type=0) for one in all_of],
@@ -289,7 +334,7 @@ def first(**changes):
 )
 def test_bad_functions(folder, name, change, words):
     with_functions(folder, name, change)
-    refused(folder, *words)
+    refused(read_inertance_test, folder, *words)
 
 
 def test_a_line_at_0_hz(folder):
@@ -297,7 +342,7 @@ def test_a_line_at_0_hz(folder):
         with_functions(
             folder, name, lambda all_of: [replace(f, abscissa=LINES - 10.0) for f in all_of]
         )
-    refused(folder, "line at 0 Hz", "leave it out")
+    refused(read_inertance_test, folder, "line at 0 Hz", "leave it out")
 
 
 def test_a_value_that_is_not_finite(folder):
@@ -306,30 +351,30 @@ def test_a_value_that_is_not_finite(folder):
     value = frf[1, 0, 0].real.tobytes()
     assert data.count(value) == 1
     (folder / "frf.uff").write_bytes(data.replace(value, np.float64(np.nan).tobytes()))
-    refused(folder, "frf.uff", "node 11 +x", "nan")
+    refused(read_inertance_test, folder, "frf.uff", "node 11 +x", "nan")
 
 
 @pytest.mark.parametrize(
-    ("old", "new", "words"),
-    [
-        ('coherence = "coherence.uff"\n', "", ("'frf' needs the key 'coherence'", "noise")),
-        ("hits_per_impact = 4\n", "", ("needs the key 'hits_per_impact'",)),
-        ("weighed_mass_deviation_kg = 0.007\n", "", ("'weighed_mass_deviation_kg'", "scales")),
-        ("weighed_mass_kg = 7.1\n", "", ("needs the key 'weighed_mass_kg'",)),
-        ("sensor_gain = 0.02", "sensor_gain = 0.0", ("sensor_gain", "greater than 0")),
-        ("sensor_gain = 0.02", "sensor_gains = 0.02", ("did you mean 'sensor_gain'",)),
-        ("hammer_gain = 0.01\n", "", ("'hammer_gain' in [tolerances] is missing",)),
-        ("hits_per_impact = 4\n", 'hits_per_impact = 4\nhits = "hits"\n', ("'band_hz'",)),
-        ('frf = "frf.uff"\n', "", ("'coherence' needs the key 'frf'",)),
-        ('frf = "frf.uff"\ncoherence = "coherence.uff"\n', "", ("neither key 'frf' nor 'hits'",)),
-    ],
+    ("fault", "words"),
+    edits(
+        """
+coherence = "coherence.uff"\\n |  | 'frf' needs the key 'coherence' ... noise
+hits_per_impact = 4\\n |  | needs the key 'hits_per_impact'
+weighed_mass_deviation_kg = 0.007\\n |  | 'weighed_mass_deviation_kg' ... scales
+weighed_mass_kg = 7.1\\n |  | needs the key 'weighed_mass_kg'
+sensor_gain = 0.02 | sensor_gain = 0.0 | sensor_gain ... greater than 0
+sensor_gain = 0.02 | sensor_gains = 0.02 | did you mean 'sensor_gain'
+hammer_gain = 0.01\\n |  | 'hammer_gain' in [tolerances] is missing
+hits_per_impact = 4\\n | hits_per_impact = 4\\nhits = "hits"\\n | 'band_hz'
+frf = "frf.uff"\\n |  | 'coherence' needs the key 'frf'
+frf = "frf.uff"\\ncoherence = "coherence.uff"\\n |  | neither key 'frf' nor 'hits'
+""",
+        "compressor_test.toml",
+    ),
 )
-def test_bad_facts(folder, old, new, words):
-    path = folder / INERTANCE_TEST_FILE
-    text = path.read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), encoding="utf-8")
-    refused(folder, *words)
+def test_bad_facts(folder, fault, words):
+    fault(folder)
+    refused(read_inertance_test, folder, words)
 
 
 def test_bad_facts_that_no_line_alone_makes(folder):

@@ -15,7 +15,7 @@ from deboom.files.library_export import (
     write_library_uff,
     write_library_xlsx,
 )
-from deboom.files.uff import find, read_uff
+from deboom.files.uff import read_uff
 from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
@@ -144,18 +144,23 @@ def test_uff_holds_the_spectra_of_every_run(tmp_path):
     assert len(functions) == 4 * 2 * 3  # quantities, runs, directions with points
     points = MOUNTS[0].direction("z").map_points
     lines = points.run == "g5_wot220 falling"
-    here = [f for f in functions if f.id_lines[1] == "run g5_wot220 falling"]
-    stiffness = find(here, response_node=1, response_direction="+z", reference_node=1)
+    here = {
+        (f.function_type, f.ordinate): f
+        for f in functions
+        if (f.id_lines[1], f.response_node, f.response_direction)
+        == ("run g5_wot220 falling", 1, "+z")
+    }
+    assert len(here) == 4
+    stiffness = here[4, "force"]
     assert (stiffness.unit, stiffness.function_type) == ("N/m", 4)
     np.testing.assert_allclose(stiffness.abscissa, points.frequency[lines], rtol=1e-5)
     np.testing.assert_allclose(stiffness.values, points.dynamic_stiffness[lines], rtol=1e-11)
-    alone = {"response_node": 1, "response_direction": "+z", "reference_node": 0}
-    for ordinate, unit, values in (
-        ("force", "N", points.preload),
-        ("displacement", "m", points.amplitude),
-        ("general", "1", points.confidence),
+    for kind, ordinate, unit, values in (
+        (0, "force", "N", points.preload),
+        (0, "displacement", "m", points.amplitude),
+        (6, "general", "1", points.confidence),
     ):
-        function = find(here, ordinate=ordinate, **alone)
+        function = here[kind, ordinate]
         assert function.unit == unit
         np.testing.assert_allclose(function.values, values[lines], rtol=1e-11)
     assert stiffness.id_lines[2:] == (

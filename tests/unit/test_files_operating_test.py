@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from broken_files import edited, edits, refused
 
 from deboom.bench.compressor_operation import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
@@ -14,16 +15,16 @@ from deboom.files.inertance_test import read_placed_impacts, read_placed_sensors
 from deboom.files.operating_test import (
     HolderSection,
     MicrophoneSection,
+    OperatingTestFile,
     SweepNodes,
     SweepSection,
-    dump_operating_test_file,
-    load_operating_test_file,
     read_operating_test,
     read_sweep,
     write_sweep,
     write_sweep_record,
 )
 from deboom.files.rows import PlacedSensor, write_positions
+from deboom.files.schema import dump_toml, load_toml
 from deboom.files.uff import read_uff, write_uff
 
 SENSORS = tuple(
@@ -86,16 +87,6 @@ def rewrite(path, change):
     write_uff(path, [function for function in changed if function is not None], binary=True)
 
 
-def refused(folder, *words):
-    with pytest.raises(InputError) as error:
-        read_operating_test(folder)
-    sentence = str(error.value)
-    for word in words:
-        assert word in sentence, sentence
-    assert "\n" not in sentence
-    return sentence
-
-
 def test_spectra_read_back_with_holders_and_microphones(tmp_path):
     acceleration, holder, sound = drawn(8, 9), drawn(8, 6), drawn(8, 1)
     path = tmp_path / "sweep.uff"
@@ -145,7 +136,7 @@ def test_a_whole_test_reads_back(whole_folder):
 
 
 def test_holders_and_microphones_of_the_folder(test_folder):
-    file = load_operating_test_file(test_folder / "operation.toml")
+    file = load_toml(test_folder / "operation.toml", OperatingTestFile)
     sensors = read_placed_sensors(test_folder / file.sensor_table)
     nodes = SweepNodes(sensors, 1, (("mount 1", 301),), (("driver", 901),))
     values, holder, sound = drawn(8, 18), drawn(8, 3), drawn(8, 1)
@@ -174,7 +165,7 @@ def test_holders_and_microphones_of_the_folder(test_folder):
         "holders": (HolderSection(name="mount 1", node=301),),
         "microphones": (MicrophoneSection(name="driver", node=901),),
     }
-    dump_operating_test_file(test_folder / "operation.toml", file.model_copy(update=changed))
+    dump_toml(test_folder / "operation.toml", file.model_copy(update=changed))
     spectra, tracked = read_operating_test(test_folder).sweeps
     np.testing.assert_array_equal(spectra.holder.values, holder)
     assert spectra.sound.channels == ("driver",)
@@ -187,21 +178,30 @@ def test_holders_and_microphones_of_the_folder(test_folder):
 
 def test_a_missing_tacho_is_named(test_folder):
     rewrite(test_folder / SOFT, lambda f: None if f.response_node == 1 else f)
-    refused(test_folder, "sweep 'soft 7.5 bar'", "soft_7.5_bar.uff", "no tacho", "tacho_node")
+    refused(
+        read_operating_test,
+        test_folder,
+        "sweep 'soft 7.5 bar'",
+        "soft_7.5_bar.uff",
+        "no tacho",
+        "tacho_node",
+    )
 
 
 def test_a_missing_tacho_of_a_record_is_named(whole_folder):
     path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
     rewrite(path, lambda f: None if f.response_node == 1 else f)
-    refused(whole_folder, "soft_7.5_bar_over_time.uff", "no tacho")
+    refused(read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "no tacho")
     shutil.copy(whole_folder / SOFT, path)
-    refused(whole_folder, "soft_7.5_bar_over_time.uff", "sample_rate_hz")
+    refused(read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "sample_rate_hz")
 
 
 def test_a_dead_tacho_of_a_record_is_named(whole_folder):
     path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
     rewrite(path, lambda f: replace(f, values=0 * f.values) if f.response_node == 1 else f)
-    refused(whole_folder, "soft_7.5_bar_over_time.uff", "tacho carries no pulses")
+    refused(
+        read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "tacho carries no pulses"
+    )
 
 
 def test_a_tacho_that_lost_pulses_is_named(test_folder):
@@ -209,7 +209,9 @@ def test_a_tacho_that_lost_pulses_is_named(test_folder):
         test_folder / SOFT,
         lambda f: replace(f, values=f.values / 2) if f.response_node == 1 else f,
     )
-    refused(test_folder, "the tacho reads 510 rpm at 17 Hz", "repair the tacho")
+    refused(
+        read_operating_test, test_folder, "the tacho reads 510 rpm at 17 Hz", "repair the tacho"
+    )
 
 
 @pytest.mark.parametrize(
@@ -224,7 +226,7 @@ def test_a_tacho_that_lost_pulses_is_named(test_folder):
 )
 def test_sensors_that_were_moved_are_named(test_folder, before, after, words):
     edit(test_folder / "sensors.csv", before, after)
-    refused(test_folder, *words)
+    refused(read_operating_test, test_folder, *words)
 
 
 def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(whole_folder):
@@ -232,10 +234,18 @@ def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(who
     sensors, impacts = read_placed_sensors(sheet), read_placed_impacts(sheet)
     moved = replace(sensors[1], position=(0.08, -0.046, -0.04))
     write_positions(sheet, (sensors[0], moved, *sensors[2:]), impacts)
-    refused(whole_folder, "sensor A2 stands 1 mm", "the hammer test with hoses")
+    refused(
+        read_operating_test, whole_folder, "sensor A2 stands 1 mm", "the hammer test with hoses"
+    )
     other = replace(impacts[4], position=(0.095, -0.03, 0.027))
     write_positions(sheet, sensors, (*impacts[:4], other, *impacts[5:]))
-    refused(whole_folder, "hammer_with_hoses", "I13 has another place", "strike the same points")
+    refused(
+        read_operating_test,
+        whole_folder,
+        "hammer_with_hoses",
+        "I13 has another place",
+        "strike the same points",
+    )
 
 
 def spoilt(scale=None, **changes):
@@ -271,61 +281,65 @@ def spoilt(scale=None, **changes):
 )
 def test_damaged_channels_are_named(test_folder, change, words):
     rewrite(test_folder / SOFT, change)
-    refused(test_folder, "soft_7.5_bar.uff", *words)
+    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", *words)
 
 
 def test_damaged_and_missing_files_are_named(test_folder):
     path = test_folder / SOFT
     whole = path.read_bytes()
     path.write_bytes(whole[:-3000])
-    refused(test_folder, "soft_7.5_bar.uff")
+    refused(read_operating_test, test_folder, "soft_7.5_bar.uff")
     path.write_bytes(b"")
-    refused(test_folder, "soft_7.5_bar.uff", "is empty")
+    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", "is empty")
     path.unlink()
-    refused(test_folder, "soft_7.5_bar.uff", "cannot be read")
+    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", "cannot be read")
     path.write_bytes(whole)
     read_operating_test(test_folder)
     shutil.rmtree(test_folder / "hammer")
-    refused(test_folder, "compressor_test.toml cannot be read")
+    refused(read_operating_test, test_folder, "compressor_test.toml cannot be read")
     (test_folder / "operation.toml").unlink()
-    refused(test_folder, "operation.toml cannot be read")
+    refused(read_operating_test, test_folder, "operation.toml cannot be read")
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "words"),
-    [
-        ('hoses = "soft"', 'hoses = "absent"', ("[[sweeps]] 3", "'standard' or 'soft'")),
-        ("pressure_bar = 7.5", "pressure_pa = 7.5e5", ("unknown", "did you mean 'pressure_bar'")),
-        ('\nspectra = "sweeps/soft_7.5_bar.uff"', "", ("'soft 7.5 bar'", "'spectra'", "'record'")),
-        ('"standard 13.5 bar"', '"standard 7.5 bar"', ("two [[sweeps]] are named",)),
-        ("relative = 0.00212", "relative = -0.00212", ("'relative'",)),
-        ('sensor_table = "', 'sensor_table = "../', ("'sensor_table'", "without ..")),
-        ("length_m = 0.36", "length_m = 0.0", ("[[hoses]] 1", "length_m")),
-        ("direction = [-0.3", "direction = [0.0, 0.0, 0.0] # [", ("suction hose", "no length")),
-        (
-            "\n[deviations]",
-            '\n[[holders]]\nname = "m"\nnode = 1\n\n[deviations]',
-            ("node 1 stands",),
-        ),
-        (
-            "\n[deviations]",
-            '\n[[microphones]]\nname = "m"\nnode = 7\n\n[[holders]]\nname = "h"\nnode = 7\n\n'
-            "[deviations]",
-            ("node 7 stands for two",),
-        ),
-    ],
+    ("fault", "words"),
+    edits(
+        """
+hoses = "soft" | hoses = "absent" | [[sweeps]] 3 ... 'standard' or 'soft'
+pressure_bar = 7.5 | pressure_pa = 7.5e5 | unknown ... did you mean 'pressure_bar'
+\\nspectra = "sweeps/soft_7.5_bar.uff" |  | 'soft 7.5 bar' ... 'spectra' ... 'record'
+"standard 13.5 bar" | "standard 7.5 bar" | two [[sweeps]] are named
+relative = 0.00212 | relative = -0.00212 | 'relative'
+sensor_table = " | sensor_table = "../ | 'sensor_table' ... without ..
+length_m = 0.36 | length_m = 0.0 | [[hoses]] 1 ... length_m
+direction = [-0.3 | direction = [0.0, 0.0, 0.0] # [ | suction hose ... no length
+\\n[deviations] | \\n[[holders]]\\nname = "m"\\nnode = 1\\n\\n[deviations] | node 1 stands
+""",
+        "operation.toml",
+    ),
 )
-def test_wrong_keys_are_named(test_folder, before, after, words):
-    edit(test_folder / "operation.toml", before, after)
-    refused(test_folder, "operation.toml", *words)
+def test_wrong_keys_are_named(test_folder, fault, words):
+    fault(test_folder)
+    refused(read_operating_test, test_folder, "operation.toml", words)
 
 
 def test_a_record_without_its_rate_or_with_another_one_is_named(whole_folder):
     path = whole_folder / "operation.toml"
     edit(path, "sample_rate_hz = 2000.0", "sample_rate_hz = 1000.0")
-    refused(whole_folder, "over_time.uff", "0.0005 s apart")
+    refused(read_operating_test, whole_folder, "over_time.uff", "0.0005 s apart")
     edit(path, "sample_rate_hz = 1000.0", "")
-    refused(whole_folder, "operation.toml", "'record' and 'sample_rate_hz' come together")
+    refused(
+        read_operating_test,
+        whole_folder,
+        "operation.toml",
+        "'record' and 'sample_rate_hz' come together",
+    )
+
+
+def test_nodes_of_a_holder_and_a_microphone_are_two(test_folder):
+    both = '[[microphones]]\nname = "m"\nnode = 7\n\n[[holders]]\nname = "h"\nnode = 7\n\n'
+    edited("operation.toml", "[deviations]", f"{both}[deviations]")(test_folder)
+    refused(read_operating_test, test_folder, "node 7 stands for two of tacho, holders")
 
 
 def test_a_test_without_sweeps_is_refused(test_folder):
@@ -333,4 +347,4 @@ def test_a_test_without_sweeps_is_refused(test_folder):
     text = path.read_text(encoding="utf-8")
     text = re.sub(r"\[\[sweeps\]\]\n(?:.+\n)+\n", "", text)
     path.write_text(text.replace("tacho_node = 1", "tacho_node = 1\nsweeps = []"), encoding="utf-8")
-    refused(test_folder, "sweeps")
+    refused(read_operating_test, test_folder, "sweeps")

@@ -12,7 +12,6 @@ from deboom.files.uff import (
     DIRECTIONS,
     AxisDriftWarning,
     UffFunction,
-    find,
     read_uff,
     set_58,
     set_types,
@@ -443,22 +442,3 @@ def test_an_unknown_label_is_kept_as_it_stands(newtons):
     edit(newtons, FORCE_LABEL, b"force                lbf ")
     (read,) = read_uff(newtons)
     assert (read.ordinate_unit, read.values[0]) == ("lbf", 2.0)
-
-
-# ---- choosing
-
-
-def test_functions_are_found_by_dof_and_never_by_place():
-    functions = [spectrum(), transfer_function(), spectrum(ordinate="general", ordinate_unit="1")]
-    assert find(functions, response_node=901) is functions[1]
-    assert find(functions, reference_node=11, reference_direction="-z") is functions[1]
-    assert find(functions[::-1], response_node=11, ordinate="force") is functions[0]
-    with pytest.raises(InputError, match="2 functions have response node 11, response direction"):
-        find(functions, response_node=11, response_direction="+x")
-    with pytest.raises(
-        InputError, match=r"no function has response node 5: export it or .*; there are node 11 \+x"
-    ):
-        find(functions, response_node=5)
-    many = [spectrum(response_node=node) for node in range(1, 9)]
-    with pytest.raises(InputError, match=r"and 5 more$"):
-        find(many, response_node=99)

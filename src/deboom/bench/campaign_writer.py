@@ -70,7 +70,6 @@ from deboom.files.campaign import (
     ShakerEntry,
     TimeRunEntry,
     ToleranceEntry,
-    dump_campaign_file,
 )
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.rows import (
@@ -81,6 +80,7 @@ from deboom.files.rows import (
     write_curve,
     write_table,
 )
+from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -190,7 +190,7 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
     write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench, third_cell))
-    dump_campaign_file(folder / "campaign.toml", file)
+    dump_toml(folder / "campaign.toml", file)
     _write_readme(session)
     yield "campaign.toml"
 

@@ -66,7 +66,6 @@ from deboom.files.inertance_test import (
     DrawnMountSection,
     InertanceTestFile,
     ToleranceSection,
-    dump_inertance_test_file,
 )
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
@@ -77,7 +76,6 @@ from deboom.files.operating_test import (
     OperatingTestFile,
     SweepNodes,
     SweepSection,
-    dump_operating_test_file,
     write_sweep,
     write_sweep_record,
 )
@@ -89,6 +87,7 @@ from deboom.files.rows import (
     write_positions,
     write_table,
 )
+from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
 
@@ -303,7 +302,7 @@ def _write_test_file(
             for number, (position, rotation, stiffness) in enumerate(mounts, 1)
         ),
     )
-    dump_inertance_test_file(folder / INERTANCE_TEST_FILE, file)
+    dump_toml(folder / INERTANCE_TEST_FILE, file)
 
 
 def _write_test_readme(folder: Path, title: str, plan: CompressorPlan, hits: HitPlan) -> None:
@@ -538,7 +537,7 @@ def write_operation(
         holders=tuple(HolderSection(name=name, node=node) for name, node in holders),
         microphones=tuple(MicrophoneSection(name=name, node=node) for name, node in microphones),
     )
-    dump_operating_test_file(folder / OPERATING_TEST_FILE, file_content)
+    dump_toml(folder / OPERATING_TEST_FILE, file_content)
 
 
 def _write_operation_readme(folder: Path, title: str, plan: OperationPlan) -> None:

@@ -65,9 +65,9 @@ from deboom.files.electric_car import (
     ELECTRIC_CAR_FILE,
     ElectricCarFile,
     PointSection,
-    dump_electric_car_file,
 )
 from deboom.files.rows import write_positions
+from deboom.files.schema import dump_toml
 from deboom.files.uff import write_uff
 from deboom.files.vehicle import EarEntry
 
@@ -231,7 +231,7 @@ def _write_car_file(
             for point, name, position in zip(points, names, stated, strict=True)
         ),
     )
-    dump_electric_car_file(folder / ELECTRIC_CAR_FILE, file)
+    dump_toml(folder / ELECTRIC_CAR_FILE, file)
 
 
 def _write_readme(folder: Path, title: str, hits: HitPlan, plan: OperationPlan) -> None:

@@ -55,9 +55,9 @@ from deboom.files.platform import (
     PlatformFile,
     PowertrainEntry,
     VehicleEntry,
-    dump_platform_file,
 )
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, write_table
+from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit, write_torque_table
 from deboom.files.uff import UffFunction, write_uff
 
@@ -213,7 +213,7 @@ def _write_files(folder: Path, seed: int, fleet: BenchFleet) -> Iterator[str]:
     write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench))
     _write_readme(folder, bench, seed)
     file = _platform_file(bench, sheet, wheel_end_mass, fleet)
-    dump_platform_file(folder / "platform.toml", file)
+    dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
 
 

@@ -53,6 +53,7 @@ from deboom.bench.writing import (
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow, write_table
+from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import write_uff
 from deboom.files.vehicle import (
@@ -61,7 +62,6 @@ from deboom.files.vehicle import (
     PanelEntry,
     VehicleFile,
     VehicleRunEntry,
-    dump_vehicle_file,
 )
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
@@ -275,7 +275,7 @@ def _write_files(
         yield _write_run(session, setup, case, session.generator(_ROAD + number))
     _write_vehicle_truth(session)
     _write_tables(session, parts)
-    dump_vehicle_file(folder / VEHICLE_FILE, _vehicle_file(session, parts, load_cases, accelerance))
+    dump_toml(folder / VEHICLE_FILE, _vehicle_file(session, parts, load_cases, accelerance))
     yield VEHICLE_FILE
 
 

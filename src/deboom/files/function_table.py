@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 import subprocess
 import sys
@@ -20,7 +21,17 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import InputError
 from deboom.files.disk import read_bytes
-from deboom.files.tables import Unit, name_and_unit, number_in, parse_unit, read_columns
+from deboom.files.schema import noting, telling
+from deboom.files.tables import (
+    RANGES,
+    SAME_LINE,
+    Unit,
+    name_and_unit,
+    number_in,
+    parse_unit,
+    read_columns,
+    refuse_beyond,
+)
 from deboom.files.uff import UffFunction, read_uff
 from deboom.physics.order_tracking import frequency_of_order
 
@@ -30,6 +41,10 @@ TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not Fun
 
 IN_SI = "in SI units, whatever the channel table says"
 """Last ID line of a function that was written into a campaign by deboom."""
+TIME_SIGNAL = 1
+"""UFF function type over time; all others are over frequency."""
+_QUANTITIES = {RANGES[name].unit: name for name in RANGES if name != "position"}
+"""SI unit of functions → quantity in the table of ranges."""
 SPEED_TOLERANCE = 0.5
 """Largest difference between a line and the tacho's speed times the order, in line spacings."""
 
@@ -55,8 +70,9 @@ class Dof:
         Name of the quantity for messages; ``""`` is the ordinate.
     unit : Unit or None
         Unit that the channel table states; None where the file must state the SI unit itself.
-    either_way : bool
-        The file may hold the function against the direction; its sign is turned then.
+    accepted : tuple of str
+        Directions that the file may state; by default `direction` alone. Against a response's
+        direction the sign is turned.
     """
 
     name: str
@@ -66,24 +82,50 @@ class Dof:
     sign: float = 1.0
     quantity: str = ""
     unit: Unit | None = None
-    either_way: bool = False
+    accepted: tuple[str, ...] = ()
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """Directions that the file may state."""
+        return self.accepted or (self.direction,)
 
 
 ANY_REFERENCE = Dof("", 0, "scalar")
 """Reference of spectra, and of files whose functions share one."""
 
 
+def same_lines(a: RealArray, b: RealArray) -> bool:
+    """Tell whether lines are the same, but for the digits that a file keeps."""
+    return a.size == b.size and not _differing(a, b).size
+
+
+def first_difference(a: RealArray, b: RealArray) -> str:
+    """Return in words where lines differ first."""
+    n = min(a.size, b.size)
+    different = _differing(a[:n], b[:n])
+    if not different.size:
+        return f"{a.size} and {b.size} lines"
+    i = int(different[0])
+    return f"line {i + 1} is {a[i]:.9g} Hz and {b[i]:.9g} Hz"
+
+
+def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
+    return np.flatnonzero(np.abs(a - b) > SAME_LINE * np.diff(a).min())
+
+
 class FunctionMatrix:
-    """UFF file, asked for functions by their DoF; all share one axis.
+    """Functions of a file, asked for by their DoF; all share one axis.
 
     Parameters
     ----------
     path : Path
-        UFF file.
+        File of the functions.
     item : str
         Item that it holds, for messages; may be ``""``.
     function_types : tuple of int
         UFF function types that are accepted.
+    functions : sequence of UffFunction, optional
+        Functions to choose from; by default those of the UFF file.
 
     Raises
     ------
@@ -91,17 +133,28 @@ class FunctionMatrix:
         The file cannot be read as UFF; its functions have different axes.
     """
 
-    def __init__(self, path: Path, item: str, function_types: tuple[int, ...]) -> None:
+    def __init__(
+        self,
+        path: Path,
+        item: str,
+        function_types: tuple[int, ...],
+        functions: Sequence[UffFunction] | None = None,
+    ) -> None:
         self.path = path
         self.item = item
         self.function_types = function_types
-        self.functions = read_uff(path)
-        first = self.functions[0]
-        self.axis: RealArray = first.abscissa
+        self.functions = read_uff(path) if functions is None else tuple(functions)
+        self.axis: RealArray = self.functions[0].abscissa if self.functions else np.zeros(0)
         for function in self.functions:
-            if not np.array_equal(function.abscissa, self.axis):
+            if TIME_SIGNAL not in function_types and function.abscissa_quantity != "frequency":
                 raise self.error(
-                    f"the axes of {first.dof} and {function.dof} differ: export all on the same "
+                    f"the abscissa of {function.dof} is {function.abscissa_quantity}: export it "
+                    "over frequency in Hz"
+                )
+            if not same_lines(self.axis, function.abscissa):
+                raise self.error(
+                    f"the axes of {self.functions[0].dof} and {function.dof} differ: "
+                    f"{first_difference(self.axis, function.abscissa)}; export all on the same "
                     "lines"
                 )
 
@@ -125,7 +178,7 @@ class FunctionMatrix:
         responses, references : sequence of Dof
             Rows and columns.
         ordinate, unit : str
-            Quantity in a word, and SI unit of the function, such as ``Pa/N``.
+            Quantity in a word, and SI unit of the function, such as ``Pa/N``; ``""`` for any.
         is_complex : bool
             The functions are spectra; otherwise real ones.
 
@@ -137,17 +190,82 @@ class FunctionMatrix:
         Raises
         ------
         InputError
-            A function that is missing, doubled, of another type, unit or microphone, or real
+            Functions that are missing, doubled, of another type, unit or microphone, or real
             instead of complex and the other way round.
         """
-        rows = [
-            [
-                self._values(response, reference, ordinate, unit, is_complex)
-                for reference in references
-            ]
-            for response in responses
-        ]
-        return np.moveaxis(np.array(rows, dtype=np.complex128), 2, 0)
+        shape = (self.axis.size, len(responses), len(references))
+        values = np.zeros(shape, dtype=np.complex128)
+        with telling(None) as tell:
+            for row, response in enumerate(responses):
+                for column, reference in enumerate(references):
+                    with noting(tell):
+                        values[:, row, column] = self.function(
+                            response, reference, ordinate=ordinate, unit=unit, is_complex=is_complex
+                        )
+        return values
+
+    def function(
+        self, response: Dof, reference: Dof, *, ordinate: str, unit: str, is_complex: bool = True
+    ) -> RealOrComplexArray:
+        """Return the values of one pair of DoF, see `values`."""
+        of = f" per {reference.name}" if reference.name else ""
+        what = f"{response.quantity or ordinate or 'function'} '{response.name}'{of}"
+        function = self._at(what, response, reference, ordinate)
+        if response.entity and function.response_name != response.entity:
+            raise self.error(
+                f"{what} is of microphone '{function.response_name}', but '{response.name}' is "
+                f"'{response.entity}': microphones must not be mixed, measure this one again"
+            )
+        if function.function_type not in self.function_types:
+            known = " or ".join(map(str, self.function_types))
+            raise self.error(
+                f"{what} has UFF function type {function.function_type}: export it as {known}"
+            )
+        if np.iscomplexobj(function.values) != is_complex:
+            remedy = (
+                "real: export real and imaginary part, phase is needed"
+                if is_complex
+                else "complex: export it as real values"
+            )
+            raise self.error(f"{what} is {remedy}")
+        self._check_unit(what, function, response.unit or reference.unit, unit)
+        if unit in _QUANTITIES:
+            try:
+                refuse_beyond(_QUANTITIES[unit], function.values)
+            except InputError as error:
+                raise self.error(f"{what}: {error}") from None
+        turned = function.response_direction not in ("scalar", response.direction)
+        return function.values * (response.sign * reference.sign * (-1.0 if turned else 1.0))
+
+    def check_known(self, responses: Sequence[Dof], references: Sequence[Dof] = ()) -> None:
+        """Refuse functions that no table knows: they would be left out without a word.
+
+        Raises
+        ------
+        InputError
+            A response, or a reference where any is given, at an unknown node or direction.
+        """
+        stated = (
+            ("", responses, [(f.response_node, f.response_direction) for f in self.functions]),
+            (
+                "reference ",
+                references,
+                [(f.reference_node, f.reference_direction) for f in self.functions],
+            ),
+        )
+        with telling(None) as tell:
+            for what, dofs, places in stated:
+                known = {(dof.node, direction) for dof in dofs for direction in dof.directions}
+                for node, direction in dict.fromkeys(places) if dofs else ():
+                    if (node, direction) not in known:
+                        here = [along for at, along in sorted(known) if at == node]
+                        remedy = (
+                            f"they have it along {', '.join(here)}: correct the wrong one"
+                            if here
+                            else "add it there, or export without it"
+                        )
+                        sentence = f"{what}node {node} {direction} is not in the tables"
+                        tell(self.error(f"{sentence}; {remedy}"))
 
     def check_order(self, order: float, remedy: str) -> None:
         """Refuse functions whose first ID line states another engine order.
@@ -182,46 +300,20 @@ class FunctionMatrix:
                 "order again"
             )
 
-    def _values(
-        self, response: Dof, reference: Dof, ordinate: str, unit: str, is_complex: bool
-    ) -> RealOrComplexArray:
-        of = f" per {reference.name}" if reference.name else ""
-        what = f"{response.quantity or ordinate} '{response.name}'{of}"
-        function = self._function(what, response, reference, ordinate)
-        if response.entity and function.response_name != response.entity:
-            raise self.error(
-                f"{what} is of microphone '{function.response_name}', but '{response.name}' is "
-                f"'{response.entity}': microphones must not be mixed, measure this one again"
-            )
-        if function.function_type not in self.function_types:
-            known = " or ".join(map(str, self.function_types))
-            raise self.error(
-                f"{what} has UFF function type {function.function_type}: export it as {known}"
-            )
-        if np.iscomplexobj(function.values) != is_complex:
-            remedy = (
-                "real: export real and imaginary part, phase is needed"
-                if is_complex
-                else "complex: export it as real values"
-            )
-            raise self.error(f"{what} is {remedy}")
-        self._check_unit(what, function, response, unit)
-        turned = function.response_direction != response.direction
-        return function.values * (-response.sign if turned else response.sign)
-
-    def _function(self, what: str, response: Dof, reference: Dof, ordinate: str) -> UffFunction:
+    def _at(self, what: str, response: Dof, reference: Dof, ordinate: str) -> UffFunction:
         """Return the one function of a pair of DoF."""
-        directions = {response.direction}
-        if response.either_way and response.direction != "scalar":
-            directions = {sign + response.direction.lstrip("+-") for sign in "+-"}
+        here = self._by_node[response.node]
         matches = [
             function
-            for function in self._by_response[response.node, ordinate]
-            if function.response_direction in directions
+            for function in here
+            if function.ordinate == (ordinate or function.ordinate)
+            and function.response_direction in response.directions
             and (
                 not reference.name
-                or (function.reference_node, function.reference_direction)
-                == (reference.node, reference.direction)
+                or (
+                    function.reference_node == reference.node
+                    and function.reference_direction in reference.directions
+                )
             )
         ]
         if len(matches) == 1:
@@ -229,27 +321,38 @@ class FunctionMatrix:
         dof = f"node {response.node} {response.direction}"
         if reference.name:
             dof += f", reference node {reference.node} {reference.direction}"
-        state = f"is in it {len(matches)} times: keep one" if matches else "is not in it: export it"
-        raise self.error(f"{what} ({dof}) {state}, or correct the tables")
+        if matches:
+            raise self.error(f"{what} ({dof}) is in it {len(matches)} times: keep one")
+        near = [one for one in here if one.reference_node == reference.node]
+        others = list(dict.fromkeys(one.dof for one in near or here or self.functions))
+        more = f" and {len(others) - 3} more" if len(others) > 3 else ""
+        there_are = f"; there are {'; '.join(others[:3])}{more}" if others else ""
+        raise self.error(
+            f"{what} ({dof}) is not in it: export it, or correct the tables{there_are}"
+        )
 
-    def _check_unit(self, what: str, function: UffFunction, response: Dof, unit: str) -> None:
-        if response.unit is None:
-            if function.unit != unit:
-                raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
-        elif function.id_lines[-1] != IN_SI:
-            stated = parse_unit(function.file_unit or "1")
-            if stated.factor != response.unit.factor:
+    def _check_unit(self, what: str, function: UffFunction, table: Unit | None, unit: str) -> None:
+        if unit and not function.ordinate_unit:
+            says = f" (the channel table says '{table.label}')" if table else ""
+            raise self.error(
+                f"{what} has no unit: write a unit label or a data set 164 into the file{says}"
+            )
+        if unit and function.unit != unit:
+            raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
+        if table is not None and function.id_lines[-1] != IN_SI:
+            stated = parse_unit(function.file_unit)
+            if not math.isclose(stated.factor, table.factor, rel_tol=1e-9):
                 raise self.error(
                     f"{what} is in '{function.file_unit}', but the channel table says "
-                    f"'{response.unit.label}': correct the wrong one"
+                    f"'{table.label}': correct the wrong one"
                 )
 
     @cached_property
-    def _by_response(self) -> dict[tuple[int, str], list[UffFunction]]:
-        by_response = defaultdict[tuple[int, str], list[UffFunction]](list)
+    def _by_node(self) -> dict[int, list[UffFunction]]:
+        by_node = defaultdict[int, list[UffFunction]](list)
         for function in self.functions:
-            by_response[function.response_node, function.ordinate].append(function)
-        return by_response
+            by_node[function.response_node].append(function)
+        return by_node
 
 
 _FREQUENCY = "frequency"

@@ -15,65 +15,50 @@ import numpy.typing as npt
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.platform import NotNegative, Positive, RelativePath
+from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, FunctionMatrix
 from deboom.files.rows import (
     HAMMER_QUANTITIES,
     HammerChannel,
     HammerPoint,
     SensorRow,
+    impact_of,
     read_table,
     sensor_of,
+    struck,
     write_table,
 )
-from deboom.files.schema import StrictModel, dump_toml, load_toml
-from deboom.files.tables import parse_unit
+from deboom.files.schema import (
+    NotNegative,
+    Positive,
+    RelativePath,
+    StrictModel,
+    dump_toml,
+    load_toml,
+    noting,
+    telling,
+)
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.measurement.impact_test import HammerMeasurement, HammerTest
-from deboom.measurement.sensors import Impact, Sensor
+from deboom.measurement.sensors import Sensor
 
 HAMMER_TEST_FILE = "hammer_test.toml"
-_AXES = ("x", "y", "z")
 
 
 class HammerTestFile(StrictModel):
     """The whole file ``hammer_test.toml``."""
 
     format: Literal[1]
-    """Version of this format."""
-    title: str
-    """What a reader calls the test."""
-    sample_rate_hz: Positive
-    """Of every block; UFF itself keeps six digits of its inverse."""
-    pretrigger_s: NotNegative
-    """From the first sample to the trigger."""
-    force_range_n: Positive | None = None
-    """Largest force that the hammer's channel can hold; left out where it is not known."""
-    impact_table: RelativePath
-    """CSV: where the hammer struck, and the UFF file of its hits."""
-    channel_table: RelativePath
-    """CSV: which UFF node and direction is which response."""
-    sensor_table: RelativePath | None = None
-    """CSV: position sheet of triaxial sensors; left out where there is none."""
+    title: str  # what a reader calls the test
+    sample_rate_hz: Positive  # of every block; UFF itself keeps six digits of its inverse
+    pretrigger_s: NotNegative  # from the first sample to the trigger
+    force_range_n: Positive | None = None  # largest force that the hammer's channel can hold
+    impact_table: RelativePath  # where the hammer struck, and the UFF file of its hits; CSV
+    channel_table: RelativePath  # which UFF node and direction is which response; CSV
+    sensor_table: RelativePath | None = None  # position sheet of triaxial sensors; CSV
 
 
-def check_force_direction(point: HammerPoint, direction: str) -> None:
-    """Compare the UFF direction of a recorded force with the table."""
-    if direction == "scalar":
-        return
-    axis = np.zeros(3)
-    axis[_AXES.index(direction[-1])] = -1.0 if direction.startswith("-") else 1.0
-    if not axis @ np.array(point.direction) > np.cos(np.deg2rad(25.0)):
-        raise InputError(
-            f"the force is recorded along {direction}, the table says {point.direction}: correct "
-            "the wrong one"
-        )
-
-
-TIME_SIGNAL = 1
 STEP_DIGITS = 1e-5
 """Relative error of a time step that six digits may cause."""
-_FORCE = ""
-"""Key of the force among the responses, none of which has an empty name."""
 _HIT = re.compile(r"hit\s+(\d+)\b")
 
 
@@ -104,10 +89,7 @@ def read_hammer_test(folder: Path | str) -> HammerTest:
         sensors = tuple(map(sensor_of, read_table(folder / facts.sensor_table, SensorRow)))
     return HammerTest(
         title=facts.title,
-        impacts=tuple(
-            Impact(point.impact, np.array(point.position), np.array(point.direction))
-            for point in points
-        ),
+        impacts=tuple(map(impact_of, points)),
         sensors=sensors,
         measurements=tuple(
             _measurement(folder / point.file, point, channels, facts) for point in points
@@ -118,49 +100,49 @@ def read_hammer_test(folder: Path | str) -> HammerTest:
 def _measurement(
     path: Path, point: HammerPoint, channels: tuple[HammerChannel, ...], facts: HammerTestFile
 ) -> HammerMeasurement:
-    def error(sentence: str) -> InputError:
-        return InputError(f"{path}: impact '{point.impact}': {sentence}")
-
-    by_dof = {(c.node, c.direction, c.quantity): c for c in channels}
-    blocks: dict[int, dict[str, RealArray]] = defaultdict(dict)
-    for function in read_uff(path):
-        try:
-            hit = _hit_of(function, facts)
-            dof = (function.response_node, function.response_direction, function.ordinate)
-            name, sign = _FORCE, 1.0
-            if dof in by_dof:
-                _check_unit(function, by_dof[dof])
-                name, sign = by_dof[dof].channel, by_dof[dof].sign
-            elif function.response_node == point.node and function.ordinate == "force":
-                check_force_direction(point, function.response_direction)
-                if function.ordinate_unit != "N":
-                    raise InputError("its unit is not stated: write N into the file")
-            else:
-                raise InputError(
-                    f"it is neither the force at node {point.node} nor a response of the channel "
-                    "table: add it there, or export without it"
+    item = f"impact '{point.impact}'"
+    push, responses = struck(point, alone=True), [channel.dof for channel in channels]
+    hits: dict[int, list[UffFunction]] = defaultdict(list)
+    with telling(None) as tell:
+        for function in read_uff(path):
+            try:
+                hits[_hit_of(function, facts)].append(function)
+            except InputError as error:
+                tell(InputError(f"{path}: {item}: {function.dof}: {error}"))
+    if sorted(hits) != list(range(1, len(hits) + 1)):
+        raise InputError(
+            f"{path}: {item}: it holds hits {sorted(hits)}: number them from 1 without a gap"
+        )
+    force, response = [], []
+    with telling(None) as tell:
+        for hit in sorted(hits):
+            with noting(tell):
+                blocks = FunctionMatrix(path, f"{item}: hit {hit}", (TIME_SIGNAL,), hits[hit])
+                blocks.check_known([push, *responses])
+                columns = [
+                    blocks.function(
+                        channel.dof,
+                        ANY_REFERENCE,
+                        ordinate=channel.quantity,
+                        unit=HAMMER_QUANTITIES[channel.quantity],
+                        is_complex=False,
+                    )
+                    for channel in channels
+                ]
+                force.append(
+                    blocks.function(
+                        push, ANY_REFERENCE, ordinate="force", unit="N", is_complex=False
+                    )
                 )
-            if name in blocks[hit]:
-                raise InputError(f"it comes twice for hit {hit}: keep one")
-        except InputError as reason:
-            raise error(f"{function.dof}: {reason}") from None
-        blocks[hit][name] = sign * np.asarray(function.values, dtype=np.float64)
-    names = [_FORCE, *(channel.channel for channel in channels)]
-    hits = sorted(blocks)
-    if hits != list(range(1, len(hits) + 1)):
-        raise error(f"it holds hits {hits}: number them from 1 without a gap")
-    for hit in hits:
-        missing = [name or "the force" for name in names if name not in blocks[hit]]
-        if missing:
-            raise error(f"hit {hit} has no block of {', '.join(missing)}: export every channel")
-    lengths = sorted({values.size for block in blocks.values() for values in block.values()})
+                response.append(np.column_stack(columns))
+    lengths = sorted({values.size for values in force})
     if len(lengths) > 1:
-        raise error(f"its blocks have {lengths} samples: export all with one length")
-    response = [np.column_stack([blocks[hit][name] for name in names[1:]]) for hit in hits]
+        sentence = f"its blocks have {lengths} samples: export all with one length"
+        raise InputError(f"{path}: {item}: {sentence}")
     return HammerMeasurement(
         impact=point.impact,
-        force=np.stack([blocks[hit][_FORCE] for hit in hits]),
-        response=np.stack(response),
+        force=np.stack(force).real,
+        response=np.stack(response).real,
         channels=tuple(c.channel for c in channels),
         units=tuple(HAMMER_QUANTITIES[c.quantity] for c in channels),
         rate=facts.sample_rate_hz,
@@ -172,7 +154,7 @@ def _measurement(
 
 def _hit_of(function: UffFunction, facts: HammerTestFile) -> int:
     """Return the number of the hit of a block that is one."""
-    if function.function_type != TIME_SIGNAL or np.iscomplexobj(function.values):
+    if function.function_type != TIME_SIGNAL:
         raise InputError(
             f"it is of UFF function type {function.function_type}: export real time blocks, type 1"
         )
@@ -195,20 +177,6 @@ def _hit_of(function: UffFunction, facts: HammerTestFile) -> int:
             "the trigger: let it start there, or at 0, or correct the file"
         )
     return int(named[1])
-
-
-def _check_unit(function: UffFunction, channel: HammerChannel) -> None:
-    stated = parse_unit(function.file_unit) if function.file_unit else None
-    if stated is None or stated.si != channel.unit.si:
-        raise InputError(
-            f"it is in '{function.file_unit}', the channel table says '{channel.unit.label}': "
-            "state the unit in the file, and the same in both"
-        )
-    if not math.isclose(stated.factor, channel.unit.factor, rel_tol=1e-9):
-        raise InputError(
-            f"it is in '{function.file_unit}', the channel table says '{channel.unit.label}': "
-            "correct the wrong one"
-        )
 
 
 @dataclass(frozen=True)
@@ -313,29 +281,21 @@ def _functions(
     functions = []
     for hit, (push, answer) in enumerate(zip(force, response, strict=True), 1):
         recorded = [("force", point.impact, point.node, point.uff_direction, push)]
-        for channel, values in zip(sheet.channels, answer.T, strict=True):
-            recorded.append(
-                (
-                    channel.quantity,
-                    channel.channel,
-                    channel.node,
-                    channel.direction,
-                    channel.sign * values,
-                )
+        recorded += [
+            (channel.quantity, channel.channel, channel.node, channel.direction, values)
+            for channel, values in zip(
+                sheet.channels, (answer * [c.sign for c in sheet.channels]).T, strict=True
             )
+        ]
         functions += [
             UffFunction(
                 abscissa=time,
                 values=values,
-                function_type=1,
+                function_type=TIME_SIGNAL,
                 response_node=node,
                 response_direction=direction,
-                reference_node=0,
-                reference_direction="scalar",
                 ordinate=quantity,
                 ordinate_unit=HAMMER_QUANTITIES[quantity],
-                denominator="none",
-                denominator_unit="",
                 id_lines=(f"hit {hit}", f"impact {point.impact}", name),
             )
             for quantity, name, node, direction, values in recorded

@@ -14,6 +14,7 @@ from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.platform import PLATFORM_FILE, MountEntry
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
+from deboom.files.tables import write_frame
 from deboom.mounts.mount import AXES
 
 _TABLE = """\
@@ -313,7 +314,7 @@ def _write_header(path: Path, channels: pd.DataFrame, *, transfer: bool) -> None
         header += [f"{name} {part} [{row.unit}]" for part in ("real", "imag")]
     table = pd.DataFrame(columns=header)
     if path.suffix == ".csv":
-        replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+        write_frame(path, table)
     else:
         memory = io.BytesIO()
         table.to_excel(memory, index=False)

@@ -2,21 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.files.function_table import Dof, FunctionMatrix
-from deboom.files.inertance_test import read_inertance_test, read_placed_sensors
-from deboom.files.platform import Positive, RelativePath, Row3
+from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix
+from deboom.files.inertance_test import (
+    SAME_PLACE,
+    read_inertance_test,
+    read_placed_sensors,
+    same_place,
+    triaxial,
+)
+from deboom.files.platform import SPECTRA
 from deboom.files.rows import PlacedSensor
-from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
+from deboom.files.schema import (
+    AtLeastOne,
+    Number,
+    Positive,
+    RelativePath,
+    Row3,
+    Several,
+    StrictModel,
+    Title,
+    doubled,
+    load_toml,
+    telling,
+    values_of,
+)
 from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.channels import Spectrum, TimeRecord
 from deboom.measurement.compressor_test import (
@@ -29,22 +47,26 @@ from deboom.measurement.compressor_test import (
 from deboom.measurement.order_tracking import tracked_sweep
 from deboom.physics.rigid_body import rotation_matrix
 
-Row = tuple[str, int, str]
-"""Name, node and direction of a channel."""
+ENTITY_NAME = 10
+"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
 
 
 def _channels(
-    file: FunctionMatrix, rows: Sequence[Row], ordinate: str, unit: str, *, is_complex: bool = True
+    file: FunctionMatrix,
+    dofs: Sequence[Dof],
+    ordinate: str,
+    unit: str,
+    *,
+    is_complex: bool = True,
 ) -> ComplexArray:
     """Channels along positive axes, none of them dead, shape (n_line, n_channel)."""
-    dofs = [Dof(*row, either_way=True) for row in rows]
     values = file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
-    for (name, node, direction), column in zip(rows, values.T, strict=True):
-        if not np.any(column):
-            raise file.error(
-                f"{ordinate} '{name}' (node {node} {direction}) is dead, 0 throughout: repair the "
-                "channel and measure again"
-            )
+    with telling(None) as tell:
+        for dof, column in zip(dofs, values.T, strict=True):
+            if not np.any(column):
+                what = f"{ordinate} '{dof.name}' (node {dof.node} {dof.direction})"
+                remedy = "repair the channel and measure again"
+                tell(file.error(f"{what} is dead, 0 throughout: {remedy}"))
     return values
 
 
@@ -61,14 +83,6 @@ def _tacho(file: FunctionMatrix, node: int, ordinate: str) -> RealArray:
     if np.iscomplexobj(matches[0].values):
         raise file.error(f"the tacho (node {node}) is complex: correct tacho_node")
     return matches[0].values.astype(np.float64)
-
-
-_SPECTRA = (0, 12, 27)
-"""UFF function types that hold complex spectra: general, spectrum, order function."""
-_OVER_TIME = (1,)
-ENTITY_NAME = 10
-"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
-_AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -92,6 +106,18 @@ class SweepNodes:
     tacho: int
     holders: tuple[tuple[str, int], ...] = ()
     microphones: tuple[tuple[str, int], ...] = ()
+
+    @property
+    def channels(self) -> tuple[tuple[str, tuple[Dof, ...], str, str], ...]:
+        """What is measured, the DoF of its channels, their quantity and unit."""
+        sensors = tuple(dof for s in self.sensors for dof in triaxial(s.sensor, s.node))
+        holders = tuple(dof for name, node in self.holders for dof in triaxial(name, node))
+        microphones = tuple(Dof(name, node, "scalar") for name, node in self.microphones)
+        return (
+            ("acceleration", sensors, "acceleration", "m/s^2"),
+            ("holder", holders, "acceleration", "m/s^2"),
+            ("sound", microphones, "pressure", "Pa"),
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,8 +191,9 @@ def write_sweep(
         Columns that are not the channels of the nodes, or a file that cannot be written.
     """
     lines = ("order 1", *notes)
-    columns = _columns(path, nodes, acceleration, holder, sound)
-    columns.append(("tacho", nodes.tacho, "scalar", "rpm", "rpm", np.asarray(60.0 * frequency)))
+    columns = _columns(path, nodes, (acceleration, holder, sound))
+    tacho = Dof("tacho", nodes.tacho, "scalar")
+    columns.append((tacho, "rpm", "rpm", np.asarray(60.0 * frequency)))
     write_uff(path, _functions(frequency, columns, 0, lines), binary=True)
 
 
@@ -202,8 +229,8 @@ def write_sweep_record(
     # UFF keeps six digits of a step
     step = float(f"{1 / rate:.5e}")
     time = np.asarray(step * np.arange(len(tacho)), dtype=np.float64)
-    columns = _columns(path, nodes, acceleration, holder, sound)
-    columns.append(("tacho", nodes.tacho, "scalar", "general", "1", tacho))
+    columns = _columns(path, nodes, (acceleration, holder, sound))
+    columns.append((Dof("tacho", nodes.tacho, "scalar"), "general", "1", tacho))
     write_uff(path, _functions(time, columns, 1, notes), binary=True)
 
 
@@ -216,28 +243,22 @@ def read_sweep(path: Path, nodes: SweepNodes) -> SweepSpectra:
         The file cannot be read as UFF; the tacho is missing or does not fit the lines; a channel is
         missing, doubled, dead, real, or of another order, type or unit.
     """
-    file = FunctionMatrix(path, "", _SPECTRA)
-    frequency = file.axis
+    file = FunctionMatrix(path, "", SPECTRA)
     file.check_order(1.0, "an unbalance is of order 1, export that")
     file.check_speed(_tacho(file, nodes.tacho, "speed in rpm"), 1.0)
-
-    def spectrum(rows: list[Row], ordinate: str, unit: str) -> Spectrum | None:
-        if not rows:
-            return None
-        return Spectrum(frequency, _channels(file, rows, ordinate, unit), _names(rows), unit)
-
-    acceleration = spectrum(_sensor_rows(nodes), "acceleration", "m/s^2")
+    spectra = []
+    for _, dofs, ordinate, unit in nodes.channels:
+        values = _channels(file, dofs, ordinate, unit) if dofs else None
+        names = tuple(dof.name for dof in dofs)
+        spectra.append(None if values is None else Spectrum(file.axis, values, names, unit))
+    acceleration, holder, sound = spectra
     assert acceleration is not None
-    return SweepSpectra(
-        acceleration,
-        spectrum(_holder_rows(nodes), "acceleration", "m/s^2"),
-        spectrum(_microphone_rows(nodes), "pressure", "Pa"),
-    )
+    return SweepSpectra(acceleration, holder, sound)
 
 
 def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord:
     """Read channels over time."""
-    file = FunctionMatrix(path, "", _OVER_TIME)
+    file = FunctionMatrix(path, "", (TIME_SIGNAL,))
     stated = (file.axis.size - 1) / (file.axis[-1] - file.axis[0])
     if abs(stated / rate - 1) > 1e-4:
         raise InputError(
@@ -245,65 +266,33 @@ def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord
             f"{rate:g}: correct the wrong one"
         )
     tacho = _tacho(file, nodes.tacho, "general")
-
-    def record(rows: list[Row], ordinate: str, unit: str) -> TimeRecord | None:
-        if not rows:
-            return None
-        return TimeRecord(
-            _channels(file, rows, ordinate, unit, is_complex=False).real, rate, _names(rows), unit
-        )
-
-    acceleration = record(_sensor_rows(nodes), "acceleration", "m/s^2")
+    records = []
+    for _, dofs, ordinate, unit in nodes.channels:
+        values = _channels(file, dofs, ordinate, unit, is_complex=False).real if dofs else None
+        names = tuple(dof.name for dof in dofs)
+        records.append(None if values is None else TimeRecord(values, rate, names, unit))
+    acceleration, holder, sound = records
     assert acceleration is not None
-    return SweepRecord(
-        tacho,
-        acceleration,
-        record(_holder_rows(nodes), "acceleration", "m/s^2"),
-        record(_microphone_rows(nodes), "pressure", "Pa"),
-    )
+    return SweepRecord(tacho, acceleration, holder, sound)
 
 
-_Column = tuple[str, int, str, str, str, RealOrComplexArray]
-"""Name, node, direction, quantity, unit and values."""
-
-
-def _sensor_rows(nodes: SweepNodes) -> list[Row]:
-    return [(f"{s.sensor} {axis}", s.node, f"+{axis}") for s in nodes.sensors for axis in _AXES]
-
-
-def _holder_rows(nodes: SweepNodes) -> list[Row]:
-    return [(f"{name} {axis}", node, f"+{axis}") for name, node in nodes.holders for axis in _AXES]
-
-
-def _microphone_rows(nodes: SweepNodes) -> list[Row]:
-    return [(name, node, "scalar") for name, node in nodes.microphones]
-
-
-def _names(rows: list[Row]) -> tuple[str, ...]:
-    return tuple(name for name, *_ in rows)
+_Column = tuple[Dof, str, str, RealOrComplexArray]
+"""DoF, quantity, unit and values."""
 
 
 def _columns(
-    path: Path,
-    nodes: SweepNodes,
-    acceleration: RealOrComplexArray,
-    holder: RealOrComplexArray | None,
-    sound: RealOrComplexArray | None,
+    path: Path, nodes: SweepNodes, parts: Sequence[RealOrComplexArray | None]
 ) -> list[_Column]:
     columns: list[_Column] = []
-    for what, rows, values, ordinate, unit in (
-        ("acceleration", _sensor_rows(nodes), acceleration, "acceleration", "m/s^2"),
-        ("holder", _holder_rows(nodes), holder, "acceleration", "m/s^2"),
-        ("sound", _microphone_rows(nodes), sound, "pressure", "Pa"),
-    ):
+    for (what, dofs, ordinate, unit), values in zip(nodes.channels, parts, strict=True):
         width = 0 if values is None else values.shape[1]
-        if width != len(rows):
+        if width != len(dofs):
             raise InputError(
-                f"{path}: {what} has {width} columns, the nodes have {len(rows)} channels"
+                f"{path}: {what} has {width} columns, the nodes have {len(dofs)} channels"
             )
         if values is not None:
             columns += [
-                (*row, ordinate, unit, column) for row, column in zip(rows, values.T, strict=True)
+                (dof, ordinate, unit, column) for dof, column in zip(dofs, values.T, strict=True)
             ]
     return columns
 
@@ -316,25 +305,18 @@ def _functions(
             abscissa=axis,
             values=values,
             function_type=kind,
-            response_node=node,
-            response_direction=direction,
-            reference_node=0,
-            reference_direction="scalar",
+            response_node=dof.node,
+            response_direction=dof.direction,
             ordinate=ordinate,
             ordinate_unit=unit,
-            denominator="none",
-            denominator_unit="",
             id_lines=tuple(notes),
-            response_name=name.replace(" ", "")[:ENTITY_NAME],
+            response_name=dof.name.replace(" ", "")[:ENTITY_NAME],
         )
-        for name, node, direction, ordinate, unit, values in columns
+        for dof, ordinate, unit, values in columns
     ]
 
 
 OPERATING_TEST_FILE = "operation.toml"
-
-Title = Annotated[str, Field(min_length=1)]
-Node = Annotated[int, Field(ge=1)]
 
 
 class DeviationSection(StrictModel):
@@ -344,54 +326,35 @@ class DeviationSection(StrictModel):
     ``floor √(1 + (corner/f)²)`` of the channels.
     """
 
-    relative: Positive
-    """Over the amplitude [1]."""
-    floor_m_s2: Positive
-    """Far above the corner."""
-    corner_hz: Positive
-    """Below it the floor grows as 1/f."""
+    relative: Positive  # over the amplitude [1]
+    floor_m_s2: Positive  # far above the corner
+    corner_hz: Positive  # below it the floor grows as 1/f
 
 
 class SweepSection(StrictModel):
     """One run-up at one pressure, as spectra of first order or over time."""
 
-    name: Title
-    """Such as ``standard 7.5 bar``."""
-    hoses: Literal["standard", "soft"]
-    """Those of the vehicle, or long soft ones with masses on them."""
-    pressure_bar: Positive
-    """Of the gas at the outlet."""
-    spectra: RelativePath | None = None
-    """UFF file of the order spectra."""
-    record: RelativePath | None = None
-    """UFF file of the channels over time, with the tacho; instead of `spectra`."""
-    sample_rate_hz: Positive | None = None
-    """Of the record, exact; UFF keeps six digits of it."""
+    name: Title  # such as standard 7.5 bar
+    hoses: Literal["standard", "soft"]  # the vehicle's, or long soft ones with masses on them
+    pressure_bar: Positive  # of the gas at the outlet
+    spectra: RelativePath | None = None  # UFF of the order spectra
+    record: RelativePath | None = None  # instead: UFF of the channels over time, with the tacho
+    sample_rate_hz: Positive | None = None  # of the record, exact; UFF keeps six digits of it
 
 
 class HoseSection(StrictModel):
     """A hose as drawn and catalogued: start values, not truth."""
 
-    name: Title
-    """Such as ``suction hose``."""
-    position_m: Row3
-    """Of the port on the compressor, from the origin of the position sheet."""
-    direction: Row3
-    """From the port to the body, of any length."""
-    length_m: Positive
-    """Between its ends."""
-    tension_n: Positive
-    """EA."""
-    torsion_n_m2: Positive
-    """GJ."""
-    bending_n_m2: Positive
-    """EI."""
-    line_mass_kg_per_m: Positive
-    """With what flows in it."""
-    loss_factor: Positive
-    """Of all three stiffnesses."""
-    torsion_radius_m: Positive
-    """Radius of gyration of the section about its axis."""
+    name: Title  # such as suction hose
+    position_m: Row3  # of the port on the compressor, from the origin of the position sheet
+    direction: Row3  # from the port to the body, of any length
+    length_m: Positive  # between its ends
+    tension_n: Positive  # EA
+    torsion_n_m2: Positive  # GJ
+    bending_n_m2: Positive  # EI
+    line_mass_kg_per_m: Positive  # with what flows in it
+    loss_factor: Positive  # of all three stiffnesses
+    torsion_radius_m: Positive  # radius of gyration of the section about its axis
 
 
 class HolderSection(StrictModel):
@@ -400,114 +363,62 @@ class HolderSection(StrictModel):
     An accelerometer under an angle is turned before it is delivered.
     """
 
-    name: Title
-    """Of the mount, such as ``mount 1``; its channels are ``mount 1 x`` and so on."""
-    node: Node
-    """In the UFF files."""
+    name: Title  # of the mount, such as mount 1; its channels are mount 1 x and so on
+    node: Number  # in the UFF files
 
 
 class MicrophoneSection(StrictModel):
     """A microphone."""
 
-    name: Title
-    """Such as ``driver``."""
-    node: Node
-    """In the UFF files, direction scalar."""
+    name: Title  # such as driver
+    node: Number  # in the UFF files, direction scalar
 
 
 class OperatingTestFile(StrictModel):
     """The whole file ``operation.toml``."""
 
     format: Literal[1]
-    """Version of this format."""
-    title: Title
-    """What a reader calls the test."""
-    hammer: RelativePath
-    """Folder of the hammer test without hoses, with its ``compressor_test.toml``."""
-    hammer_with_hoses: RelativePath | None = None
-    """Folder of the one with the standard hoses, compressor off."""
-    sensor_table: RelativePath
-    """Position sheet of the accelerometers as they stood in the sweeps, CSV or Excel."""
-    tacho_node: Node
-    """In the UFF files, direction scalar; one pulse per revolution, where the rotor's mark is on
-    the y axis."""
-    rotor_inertia_kg_m2: Positive | None = None
-    """Polar moment of the rotor, from its data sheet."""
-    deviations: DeviationSection
-    """How well the spectra of the accelerometers are known."""
-    sweeps: Annotated[tuple[SweepSection, ...], Field(strict=False, min_length=1)]
-    """All run-ups."""
-    hoses: Annotated[tuple[HoseSection, ...], Field(strict=False)] = ()
-    """Left out where there is no drawing."""
-    holders: Annotated[tuple[HolderSection, ...], Field(strict=False)] = ()
-    """Left out where there were none."""
-    microphones: Annotated[tuple[MicrophoneSection, ...], Field(strict=False)] = ()
-    """Left out where there were none."""
+    title: Title  # what a reader calls the test
+    hammer: RelativePath  # folder of the hammer test without hoses
+    hammer_with_hoses: RelativePath | None = None  # the same with standard hoses, compressor off
+    sensor_table: RelativePath  # accelerometers as they stood in the sweeps, CSV or Excel
+    tacho_node: Number  # scalar; one pulse per revolution, where the rotor's mark is on the y axis
+    rotor_inertia_kg_m2: Positive | None = None  # polar moment, from its data sheet
+    deviations: DeviationSection  # how well the spectra of the accelerometers are known
+    sweeps: AtLeastOne[SweepSection]
+    hoses: Several[HoseSection] = ()  # left out where there is no drawing
+    holders: Several[HolderSection] = ()
+    microphones: Several[MicrophoneSection] = ()
 
-
-def load_operating_test_file(path: Path) -> OperatingTestFile:
-    """Read and check ``operation.toml``.
-
-    Raises
-    ------
-    InputError
-        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; a
-        sweep without a file, with two, or with a record of unknown rate; doubled names or nodes.
-    """
-    file = load_toml(path, OperatingTestFile)
-    _check(path, file)
-    return file
-
-
-def dump_operating_test_file(path: Path, file: OperatingTestFile) -> None:
-    """Write ``operation.toml``; what is written is read back and compared first.
-
-    Raises
-    ------
-    InputError
-        The content would be refused on reading, or the file cannot be written.
-    """
-    _check(path, file)
-    dump_toml(path, file)
-
-
-def _check(path: Path, file: OperatingTestFile) -> None:
-    for sweep in file.sweeps:
-        where = f"{path}: [[sweeps]] '{sweep.name}'"
-        if (sweep.spectra is None) == (sweep.record is None):
-            raise InputError(
-                f"{where}: name its order spectra with the key 'spectra', or its channels over "
-                "time with the key 'record', one of both"
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for sweeps without their file, and for what comes twice."""
+        for sweep in self.sweeps:
+            if (sweep.spectra is None) == (sweep.record is None):
+                yield (
+                    f"[[sweeps]] '{sweep.name}': name its order spectra with the key 'spectra', or "
+                    "its channels over time with the key 'record', one of both"
+                )
+            if (sweep.record is None) != (sweep.sample_rate_hz is None):
+                yield (
+                    f"[[sweeps]] '{sweep.name}': the keys 'record' and 'sample_rate_hz' come "
+                    "together"
+                )
+        for section in ("sweeps", "hoses", "holders", "microphones"):
+            names = [entry.name for entry in getattr(self, section)]
+            yield from doubled(f"[[{section}]] are named", names)
+        nodes = [self.tacho_node, *(holder.node for holder in self.holders)]
+        nodes += [microphone.node for microphone in self.microphones]
+        for node in dict.fromkeys(node for node in nodes if nodes.count(node) > 1):
+            yield (
+                f"node {node} stands for two of tacho, holders and microphones: give each its own"
             )
-        if (sweep.record is None) != (sweep.sample_rate_hz is None):
-            raise InputError(f"{where}: the keys 'record' and 'sample_rate_hz' come together")
-    for section, entries in (
-        ("sweeps", file.sweeps),
-        ("hoses", file.hoses),
-        ("holders", file.holders),
-        ("microphones", file.microphones),
-    ):
-        refuse_doubled(path, f"[[{section}]] are named", [entry.name for entry in entries])
-    nodes = [file.tacho_node]
-    nodes += [holder.node for holder in file.holders]
-    nodes += [microphone.node for microphone in file.microphones]
-    twice = next((node for node in nodes if nodes.count(node) > 1), None)
-    if twice is not None:
-        raise InputError(
-            f"{path}: node {twice} stands for two of tacho, holders and microphones: give each its "
-            "own"
-        )
 
 
-SAME_PLACE = 1e-4
-"""Largest difference of a place between two position sheets [m]: rounding."""
 SAME_ANGLE = 2e-4
 """Largest difference of a direction between two position sheets [rad]: rounding."""
 
 _BAR = 1e5
 _HAMMER = "the hammer test"
-
-__all__ = ["OPERATING_TEST_FILE", "read_operating_test"]
 
 
 def read_operating_test(folder: Path | str) -> OperatingTest:
@@ -541,7 +452,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
     """
     folder = Path(folder)
     path = folder / OPERATING_TEST_FILE
-    file = load_operating_test_file(path)
+    file = load_toml(path, OperatingTestFile)
     table = folder / file.sensor_table
     sensors = read_placed_sensors(table)
     hammer = read_inertance_test(folder / file.hammer)
@@ -567,7 +478,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
             hammer_with_hoses=with_hoses,
             sweeps=sweeps,
             rotor_inertia=file.rotor_inertia_kg_m2,
-            hoses=_hoses(file),
+            hoses=tuple(HoseDrawing(**values_of(hose)) for hose in file.hoses),
             input_files=tuple(dict.fromkeys(read)),
         )
     except InputError as error:
@@ -588,7 +499,7 @@ def _sweep(
             assert entry.record is not None
             assert entry.sample_rate_hz is not None
             record = read_sweep_record(folder / entry.record, nodes, entry.sample_rate_hz)
-            parts = [one for one in (record.acceleration, record.holder, record.sound) if one]
+            parts = [part for part in (record.acceleration, record.holder, record.sound) if part]
             try:
                 tracked = tracked_sweep(record.tacho, parts)
             except InputError as error:
@@ -610,59 +521,44 @@ def _sweep(
         raise InputError(f"sweep '{entry.name}': {error}") from None
 
 
-def _hoses(file: OperatingTestFile) -> tuple[HoseDrawing, ...]:
-    return tuple(
-        HoseDrawing(
-            name=hose.name,
-            position=np.array(hose.position_m),
-            direction=np.array(hose.direction),
-            length=hose.length_m,
-            tension=hose.tension_n,
-            torsion=hose.torsion_n_m2,
-            bending=hose.bending_n_m2,
-            line_mass=hose.line_mass_kg_per_m,
-            loss_factor=hose.loss_factor,
-            torsion_radius=hose.torsion_radius_m,
-        )
-        for hose in file.hoses
-    )
-
-
 def _check_sensors(
     table: Path, sensors: tuple[PlacedSensor, ...], test: InertanceTest, which: str = _HAMMER
 ) -> None:
     """Refuse sensors that were moved, turned, added or left out between the tests."""
-    there = tuple(sensor.sensor for sensor in sensors)
+    names = tuple(sensor.sensor for sensor in sensors)
     struck = tuple(sensor.name for sensor in test.sensors)
-    if there != struck:
+    if names != struck:
         raise InputError(
-            f"{table}: the sensors {', '.join(there)} are not those of {which}, "
+            f"{table}: the sensors {', '.join(names)} are not those of {which}, "
             f"{', '.join(struck)}, in their order: leave the sensors where they were struck"
         )
-    for placed, sensor in zip(sensors, test.sensors, strict=True):
-        off = float(np.abs(np.array(placed.position) - sensor.position).max())
-        turned = _largest_turn(rotation_matrix(placed.angles), sensor.orientation)
-        if off > SAME_PLACE or turned > SAME_ANGLE:
-            raise InputError(
-                f"{table}: sensor {placed.sensor} stands {1e3 * off:.3g} mm and "
-                f"{np.rad2deg(turned):.3g}° from where it stood in {which}: errors of placement no "
-                "longer cancel; strike again with the sensors as they are, or correct the sheet"
-            )
+    with telling(None) as tell:
+        for placed, sensor in zip(sensors, test.sensors, strict=True):
+            off = float(np.abs(np.array(placed.position) - sensor.position).max())
+            turned = _angle(rotation_matrix(placed.angles), sensor.orientation)
+            if off > SAME_PLACE or turned > SAME_ANGLE:
+                tell(
+                    InputError(
+                        f"{table}: sensor {placed.sensor} stands {1e3 * off:.3g} mm and "
+                        f"{np.rad2deg(turned):.3g}° from where it stood in {which}: errors of "
+                        "placement no longer cancel; strike again with the sensors as they are, or "
+                        "correct the sheet"
+                    )
+                )
 
 
 def _check_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> None:
     # other names are refused with the operating test itself
-    for impact, other in zip(test.impacts, hammer.impacts, strict=False):
-        off = np.abs([impact.position - other.position, impact.direction - other.direction])
-        if impact.name == other.name and off.max() > SAME_PLACE:
-            raise InputError(
-                f"{folder}: {impact.name} has another place or direction than in {_HAMMER}: strike "
-                "the same points with hoses and without, or correct the sheet"
-            )
+    with telling(None) as tell:
+        for impact, other in zip(test.impacts, hammer.impacts, strict=False):
+            if impact.name == other.name and not same_place(impact, other):
+                sentence = f"{folder}: {impact.name} has another place or direction than in "
+                remedy = "strike the same points with hoses and without, or correct the sheet"
+                tell(InputError(f"{sentence}{_HAMMER}: {remedy}"))
 
 
-def _largest_turn(one: RealArray, other: RealArray) -> float:
+def _angle(first: RealArray, second: RealArray) -> float:
     """Angle between two orientations [rad]."""
     # ‖A − B‖ = 2√2 sin(θ/2), which is exact for small angles where the trace is not
-    half = min(float(np.linalg.norm(one - other)) / np.sqrt(8), 1.0)
+    half = min(float(np.linalg.norm(first - second)) / np.sqrt(8), 1.0)
     return float(2 * np.arcsin(half))

@@ -3,19 +3,28 @@
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Literal
 
 import numpy as np
 import numpy.typing as npt
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import Field, ValidationInfo, field_validator
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError
-from deboom.files.function_table import TABLE_ENDINGS, is_table, read_function_table
+from deboom.files.function_table import (
+    ANY_REFERENCE,
+    TABLE_ENDINGS,
+    Dof,
+    FunctionMatrix,
+    FunctionTable,
+    first_difference,
+    is_table,
+    read_function_table,
+    same_lines,
+)
 from deboom.files.rows import (
     NOISE_TRANSFER,
     QUANTITY_UNIT,
@@ -25,36 +34,34 @@ from deboom.files.rows import (
     table_columns,
 )
 from deboom.files.schema import (
+    AtLeastOne,
+    Axis,
+    Inertia,
+    Name,
     Note,
+    NotNegative,
+    Number,
+    Positive,
+    RelativePath,
+    Several,
     StrictModel,
-    dump_toml,
+    beyond_gears,
+    doubled,
     has_name,
     load_toml,
-    load_what_is_right,
     noting,
-    refuse,
-    refuse_doubled,
+    telling,
 )
-from deboom.files.tables import SAME_LINE, parse_unit, read_rows, read_torque_table
-from deboom.files.uff import UffFunction, find, read_uff
+from deboom.files.tables import read_rows, read_torque_table
+from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.powertrain import Powertrain
 
-
-def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
-    """Quantity and name of every row of a channel table, right or wrong."""
-    rows = read_rows(path, *table_columns(ChannelRow), note=lambda _error: None)
-    return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
-
-
-_FRF = (4,)
-_SPECTRA = (0, 12, 27)
+FRF = 4
+SPECTRA = (0, 12, 27)
 """UFF function types that hold complex spectra: general, spectrum, order function."""
-
-
-_Choice = Callable[[ChannelRow], UffFunction]
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,26 +72,24 @@ class Columns:
     ----------
     path : Path
         The file.
-    rows : tuple of ChannelRow
-        One per column.
-    functions : tuple of UffFunction
-        The same columns as they were read.
+    item : str
+        Item that it holds, for messages.
+    names : tuple of str
+        Channels, one per column.
+    frequency : array, shape (f,)
+        Lines of the file [Hz].
+    values : array, shape (f, n_channel)
+        Values along the positive axes, in SI.
+    ear : str
+        Name of the microphone; ``""`` where the file states none.
     """
 
     path: Path
-    rows: tuple[ChannelRow, ...]
-    functions: tuple[UffFunction, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Channel names."""
-        return tuple(row.channel for row in self.rows)
-
-    @property
-    def values(self) -> npt.NDArray[np.complex128]:
-        """Values along the positive axes, shape (n_frequency, n_channel), in SI."""
-        signed = [row.sign * f.values for row, f in zip(self.rows, self.functions, strict=True)]
-        return np.stack(signed, axis=-1).astype(np.complex128)
+    item: str
+    names: tuple[str, ...]
+    frequency: RealArray
+    values: npt.NDArray[np.complex128]
+    ear: str = ""
 
 
 def noise_transfer_columns(
@@ -92,9 +97,9 @@ def noise_transfer_columns(
     item: str,
     ear_node: int | None,
     rows: Sequence[ChannelRow],
-    note: Note = refuse,
+    note: Note | None = None,
 ) -> Columns:
-    """Choose the noise transfer functions of a vehicle.
+    """Read the noise transfer functions of a vehicle.
 
     Parameters
     ----------
@@ -106,8 +111,8 @@ def noise_transfer_columns(
         Response node; not asked for in a table.
     rows : sequence of ChannelRow
         The paths, in the order wanted.
-    note : callable
-        Gets every path at fault, which is left out; by default the first one is raised.
+    note : callable, optional
+        Gets every path at fault, which is left out; without, they are raised as one error.
 
     Raises
     ------
@@ -115,34 +120,18 @@ def noise_transfer_columns(
         A path without its function, or with one of another type, unit or quantity; functions of
         different microphones (response names).
     """
-    choose = _by_name(path) if is_table(path) else _by_path(path, ear_node)
-    columns = _columns(path, item, rows, choose, _FRF, note)
-    microphones = sorted({function.response_name for function in columns.functions})
-    if len(microphones) > 1:
-        note(
-            InputError(
-                f"{path}: {item}: noise transfer functions of different microphones "
-                f"({', '.join(map(repr, microphones))}) are mixed at node {ear_node}: measure all "
-                "paths with one, or correct the response names"
-            )
-        )
-    return columns
-
-
-def _by_path(path: Path, ear_node: int | None) -> _Choice:
-    functions = read_uff(path)
-
-    def choose(row: ChannelRow) -> UffFunction:
-        return find(
-            functions,
-            response_node=ear_node,
-            response_direction="scalar",
-            reference_node=row.node,
-            reference_direction=row.direction,
-            ordinate="pressure",
-        )
-
-    return choose
+    with telling(note) as tell:
+        matrix, right = _opened(path, item, rows, (FRF,), tell)
+        node = 0 if is_table(path) else ear_node or 0
+        ears = {f.response_name for f in matrix.functions if f.response_node == node}
+        if len(ears) > 1:
+            names = ", ".join(map(repr, sorted(ears)))
+            sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
+            remedy = "measure all paths with one, or correct the response names"
+            tell(matrix.error(f"{sentence}node {node}: {remedy}"))
+        ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
+        columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
+    return replace(columns, ear="".join(sorted(ears)[:1]))
 
 
 def operating_columns(
@@ -150,230 +139,148 @@ def operating_columns(
     item: str,
     order: float | None,
     rows: Sequence[ChannelRow],
-    note: Note = refuse,
+    note: Note | None = None,
 ) -> tuple[Columns, ...]:
-    """Choose the operating spectra of a load case: displacement, then force."""
-    choose = _by_name(path) if is_table(path) else _by_node(path, order)
-    return tuple(
-        _columns(
-            path, item, [row for row in rows if row.quantity == quantity], choose, _SPECTRA, note
+    """Read the operating spectra of a load case: displacement, then force."""
+    with telling(note) as tell:
+        matrix, right = _opened(path, item, rows, SPECTRA, tell)
+        if order is not None:
+            matrix.check_order(order, "correct it, or the dominant_order of the engine")
+        by_quantity = {
+            name: [row for row in right if row.quantity == name]
+            for name in ("displacement", "force")
+        }
+        columns = tuple(
+            _columns(matrix, part, [(row.dof, ANY_REFERENCE) for row in part], quantity, tell)
+            for quantity, part in by_quantity.items()
         )
-        for quantity in ("displacement", "force")
+    return columns
+
+
+def _opened(
+    path: Path, item: str, rows: Sequence[ChannelRow], types: tuple[int, ...], tell: Note
+) -> tuple[FunctionMatrix, list[ChannelRow]]:
+    """Functions of a file at the nodes of the rows, and the rows that can be asked for."""
+    if not is_table(path):
+        nodes = {row.node for row in rows}
+        functions = [
+            function
+            for function in read_uff(path)
+            if (function.reference_node if FRF in types else function.response_node) in nodes
+        ]
+        return FunctionMatrix(path, item, types, functions), list(rows)
+    table = read_function_table(path)
+    functions, right = [], []
+    for row in rows:
+        try:
+            functions.append(_of_table(table, row))
+            right.append(row)
+        except InputError as error:
+            tell(InputError(f"{path}: {item}: {row.quantity} '{row.channel}': {error}"))
+    return FunctionMatrix(path, item, types, functions), right
+
+
+def _of_table(table: FunctionTable, row: ChannelRow) -> UffFunction:
+    """Make a function of the table's columns, at the degree of freedom of the channel table."""
+    transfer = row.quantity == NOISE_TRANSFER
+    unit, values = table.spectrum(row.channel if transfer else f"{row.channel} {row.quantity}")
+    ordinate, _, denominator = unit.si.partition("/")
+    return UffFunction(
+        abscissa=table.frequency,
+        values=values,
+        function_type=FRF if transfer else SPECTRA[0],
+        response_node=0 if transfer else row.node,
+        response_direction="scalar" if transfer else row.direction,
+        reference_node=row.node if transfer else 0,
+        reference_direction=row.direction if transfer else "scalar",
+        ordinate="pressure" if transfer else row.quantity,
+        ordinate_unit=ordinate,
+        denominator="force" if denominator else "none",
+        denominator_unit=denominator,
+        response_name="ear" if transfer else "",
+        file_unit=unit.label,
     )
 
 
-def _by_node(path: Path, order: float | None) -> _Choice:
-    functions = read_uff(path)
-
-    def choose(row: ChannelRow) -> UffFunction:
-        function = find(
-            functions,
-            response_node=row.node,
-            response_direction=row.direction,
-            ordinate=row.quantity,
-        )
-        match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
-        if match and order is not None and float(match[1]) != order:
-            raise InputError(
-                f"it is of order {match[1]}, but the dominant_order of the engine is {order:g}: "
-                "correct the wrong one"
-            )
-        return function
-
-    return choose
-
-
-def _by_name(path: Path) -> _Choice:
-    """Make functions of the table's columns, at the degrees of freedom of the channel table."""
-    table = read_function_table(path)
-
-    def choose(row: ChannelRow) -> UffFunction:
-        transfer = row.quantity == NOISE_TRANSFER
-        name = row.channel if transfer else f"{row.channel} {row.quantity}"
-        unit, values = table.spectrum(name)
-        ordinate, _, denominator = unit.si.partition("/")
-        return UffFunction(
-            abscissa=table.frequency,
-            values=values,
-            function_type=_FRF[0] if transfer else _SPECTRA[0],
-            response_node=0 if transfer else row.node,
-            response_direction="scalar" if transfer else row.direction,
-            reference_node=row.node if transfer else 0,
-            reference_direction=row.direction if transfer else "scalar",
-            ordinate="pressure" if transfer else row.quantity,
-            ordinate_unit=ordinate,
-            denominator="force" if denominator else "none",
-            denominator_unit=denominator,
-            response_name="ear" if transfer else "",
-            file_unit=unit.label,
-        )
-
-    return choose
+def _columns(
+    matrix: FunctionMatrix,
+    rows: Sequence[ChannelRow],
+    dofs: Sequence[tuple[Dof, Dof]],
+    ordinate: str,
+    tell: Note,
+) -> Columns:
+    """Columns of the rows without a fault."""
+    columns: dict[str, RealOrComplexArray] = {}
+    for row, (response, reference) in zip(rows, dofs, strict=True):
+        with noting(tell):
+            unit = QUANTITY_UNIT[row.quantity]
+            values = matrix.function(response, reference, ordinate=ordinate, unit=unit)
+            if row.quantity == NOISE_TRANSFER and not np.any(values):
+                raise matrix.error(
+                    f"{row.quantity} '{row.channel}' is 0 at all lines: measure it again, or take "
+                    "the axis out of transfer_axes"
+                )
+            columns[row.channel] = values
+    table = np.zeros((matrix.axis.size, len(columns)), dtype=np.complex128)
+    for number, column in enumerate(columns.values()):
+        table[:, number] = column
+    return Columns(matrix.path, matrix.item, tuple(columns), matrix.axis, table)
 
 
-def common_axis(files: Sequence[Columns], note: Note = refuse) -> npt.NDArray[np.float64]:
-    """Return the frequency lines that all functions share [Hz]; the first function sets them."""
-    there = [columns for columns in files if columns.functions]
+def common_axis(files: Sequence[Columns], note: Note | None = None) -> RealArray:
+    """Return the frequency lines that all files share [Hz]; the first one sets them."""
+    there = [columns for columns in files if columns.names]
     if not there:
         return np.zeros(0)
-    first = there[0].functions[0]
-    lines = first.abscissa
-    told: set[Path] = set()
-    for columns in there:
-        try:
-            _check_axis(columns, there[0].path, first)
-        except InputError as error:
-            if columns.path not in told:
-                note(error)
-            told.add(columns.path)
-    return lines
+    first = there[0]
+    with telling(note) as tell:
+        for columns in {each.path: each for each in there}.values():
+            if not same_lines(first.frequency, columns.frequency):
+                where = first_difference(first.frequency, columns.frequency)
+                tell(
+                    InputError(
+                        f"the frequency axes of {first.path} ({first.item}) and {columns.path} "
+                        f"({columns.item}) differ: {where}; measure or export both on the same "
+                        "lines"
+                    )
+                )
+    return first.frequency
 
 
-def _check_axis(columns: Columns, path: Path, first: UffFunction) -> None:
-    lines = first.abscissa
-    for function in columns.functions:
-        if function.abscissa_quantity != "frequency":
-            raise InputError(
-                f"{columns.path} ({function.dof}): the abscissa is "
-                f"{function.abscissa_quantity}: export it over frequency in Hz"
-            )
-        if not _same(lines, function.abscissa):
-            raise InputError(
-                f"the frequency axes of {path} ({first.dof}) and {columns.path} "
-                f"({function.dof}) differ: {_first_difference(lines, function.abscissa)}; "
-                "measure or export both on the same lines"
-            )
-
-
-def _same(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> bool:
-    """Tell whether lines are the same, but for the digits that a file keeps."""
-    return a.size == b.size and not _differing(a, b).size
-
-
-def _differing(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> npt.NDArray[np.intp]:
-    return np.flatnonzero(np.abs(a - b) > SAME_LINE * np.diff(a).min())
-
-
-def _first_difference(a: npt.NDArray[np.float64], b: npt.NDArray[np.float64]) -> str:
-    n = min(a.size, b.size)
-    different = _differing(a[:n], b[:n])
-    if not different.size:
-        return f"{a.size} and {b.size} lines"
-    i = int(different[0])
-    return f"line {i + 1} is {a[i]:.9g} Hz and {b[i]:.9g} Hz"
-
-
-def _columns(
-    path: Path,
-    item: str,
-    rows: Sequence[ChannelRow],
-    choose: _Choice,
-    types: tuple[int, ...],
-    note: Note,
-) -> Columns:
-    found: dict[ChannelRow, UffFunction] = {}
-    for row in rows:
-        try:
-            function = choose(row)
-            _check(function, row, types)
-        except InputError as error:
-            what = f"{item}, {row.quantity} of '{row.channel}'"
-            note(InputError(f"{path}: {what}: {error}"))
-        else:
-            found[row] = function
-    return Columns(path, tuple(found), tuple(found.values()))
-
-
-def _check(function: UffFunction, row: ChannelRow, types: tuple[int, ...]) -> None:
-    if function.function_type not in types:
-        known = " or ".join(map(str, types))
-        raise InputError(f"UFF function type {function.function_type}: export it as type {known}")
-    if not np.iscomplexobj(function.values):
-        raise InputError("its values are real: export real and imaginary part, phase is needed")
-    if not function.ordinate_unit:
-        raise InputError(
-            "it has no unit: write a unit label or a data set 164 into the file (the channel table "
-            f"says '{row.unit.label}')"
-        )
-    if function.unit != QUANTITY_UNIT[row.quantity]:
-        raise InputError(f"it is in '{function.unit}': export it in {QUANTITY_UNIT[row.quantity]}")
-    if not np.isclose(parse_unit(function.file_unit).factor, row.unit.factor, rtol=1e-9, atol=0):
-        raise InputError(
-            f"it is in '{function.file_unit}', but the channel table says '{row.unit.label}': "
-            "correct the wrong one"
-        )
-
-
-def _plain_name(name: str) -> str:
-    if not name or any(character.isspace() for character in name):
-        raise ValueError("a name needs at least one character and no blanks")
-    return name
-
-
-def _inside(name: str) -> str:
-    path = PurePosixPath(name)
-    if not name or path.is_absolute() or ".." in path.parts or "\\" in name or ":" in name:
-        raise ValueError("a file is named relative to the platform folder, with / and without ..")
-    return name
-
-
-def _symmetric_positive(rows: Matrix3) -> Matrix3:
-    matrix = np.array(rows)
-    if not np.array_equal(matrix, matrix.T) or np.any(np.linalg.eigvalsh(matrix) <= 0):
-        raise ValueError("an inertia tensor is symmetric and positive definite")
-    return rows
-
-
-Name = Annotated[str, AfterValidator(_plain_name)]
-RelativePath = Annotated[str, AfterValidator(_inside)]
-Positive = Annotated[float, Field(gt=0)]
-NotNegative = Annotated[float, Field(ge=0)]
-# TOML has arrays only, no tuples: the container is converted, its items stay strict
-Row3 = Annotated[tuple[float, float, float], Field(strict=False)]
-Matrix3 = Annotated[tuple[Row3, Row3, Row3], Field(strict=False)]
+def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
+    """Quantity and name of every row of a channel table, right or wrong."""
+    rows = read_rows(path, *table_columns(ChannelRow), note=lambda _error: None)
+    return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
 
 
 class Engine(StrictModel):
     """The engine and its gearbox."""
 
-    cylinders: Annotated[int, Field(ge=1)]
-    """Number of cylinders."""
-    dominant_order: Positive
-    """Engine order of the operating spectra [cycles per revolution]."""
-    total_ratios: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)]
-    """Engine speed over wheel speed, gear 1 first [1]."""
+    cylinders: Number
+    dominant_order: Positive  # of the operating spectra [cycles per revolution]
+    total_ratios: AtLeastOne[Positive]  # engine speed over wheel speed, gear 1 first [1]
 
 
 class PowertrainEntry(StrictModel):
-    """Nominal rigid-body data from the data sheet, with tolerances."""
+    """Nominal rigid-body data from the data sheet, with half widths as tolerances."""
 
     mass_kg: Positive
-    """Mass [kg]."""
     mass_tolerance_kg: NotNegative
-    """Half width [kg]."""
-    inertia_kg_m2: Annotated[Matrix3, AfterValidator(_symmetric_positive)]
-    """Matrix entries about the centre of gravity, vehicle axes [kg m²]."""
-    inertia_tolerance: NotNegative
-    """Half width relative to the diagonal [1]."""
-    centre_of_gravity_tolerance_m: NotNegative
-    """Half width per axis [m]."""
+    inertia_kg_m2: Inertia  # matrix entries about the centre of gravity, vehicle axes
+    inertia_tolerance: NotNegative  # relative to the diagonal [1]
+    centre_of_gravity_tolerance_m: NotNegative  # per axis
 
 
 class MountEntry(StrictModel):
     """One mount."""
 
-    name: Name
-    """Short, such as ``TSM``."""
-    description: str
-    """In words, for the report."""
-    pieces: Annotated[tuple[Name, ...], Field(strict=False, min_length=2)] | None = None
-    """Pieces that share the part number; left out for a single piece."""
-    transfer_axes: Annotated[tuple[Literal["x", "y", "z"], ...], Field(strict=False)]
-    """Axes whose force reaches the cabin."""
+    name: Name  # short, such as TSM
+    description: str  # in words, for the report
+    pieces: Annotated[Several[Name], Field(min_length=2)] | None = None  # of one part number
+    transfer_axes: Several[Axis]  # whose force reaches the cabin
+    # mass of the body on each piece where that is not the powertrain, from the data sheet
     body_mass_kg: Positive | None = None
-    """Mass of the body on each piece where that is not the powertrain, from the data sheet [kg]."""
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
-    """Half width [kg]; stated with the mass."""
 
     @field_validator("body_mass_tolerance_kg")
     @classmethod
@@ -394,14 +301,11 @@ class MountEntry(StrictModel):
 class VehicleEntry(StrictModel):
     """One vehicle and the file of its noise transfer functions."""
 
-    name: Name
-    """Such as ``U06-1``."""
-    group: Name
-    """Vehicles of one body, such as ``U06``."""
-    noise_transfer: RelativePath
-    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
-    ear_node: Annotated[int, Field(ge=1)] | None = Field(default=None, validate_default=True)
-    """Response node of the driver's ear in a UFF file; a table has none."""
+    name: Name  # such as U06-1
+    group: Name  # vehicles of one body, such as U06
+    noise_transfer: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
+    # response node of the driver's ear in a UFF file; a table has none
+    ear_node: Number | None = Field(default=None, validate_default=True)
 
     @field_validator("ear_node")
     @classmethod
@@ -415,130 +319,47 @@ class VehicleEntry(StrictModel):
 class LoadCaseEntry(StrictModel):
     """One run and the file of its operating spectra."""
 
-    name: Name
-    """Short key, such as ``g5_wot220``."""
-    title: str
-    """In words, for the report."""
-    gear: Annotated[int, Field(ge=1)]
-    """Gear of the run."""
-    torque_limit_nm: Positive
-    """Engine torque limit [N m]."""
-    operating: RelativePath
-    """UFF file, or a table: CSV, xlsx or MATLAB's mat."""
-    torque_table: RelativePath | None = None
-    """CSV or xlsx with the engine torque at every line; left out where it was not recorded."""
+    name: Name  # short key, such as g5_wot220
+    title: str  # in words, for the report
+    gear: Number
+    torque_limit_nm: Positive  # of the engine
+    operating: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
+    torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
 
 
 class PlatformFile(StrictModel):
     """The whole file ``platform.toml``."""
 
     format: Literal[1]
-    """Version of this format."""
-    name: Name
-    """Short key of the platform."""
-    title: str
-    """What a reader calls it."""
-    description: str
-    """A paragraph for the report."""
-    mount_table: RelativePath
-    """CSV or xlsx with the positions of the mounts."""
-    channel_table: RelativePath
-    """CSV or xlsx that says which UFF node and direction is which channel."""
-    default_load_case: Name
-    """Name of the load case that is meant when none is asked for."""
+    name: Name  # short key of the platform
+    title: str  # what a reader calls it
+    description: str  # a paragraph for the report
+    mount_table: RelativePath  # positions of the mounts, CSV or xlsx
+    channel_table: RelativePath  # which UFF node and direction is which channel, CSV or xlsx
+    default_load_case: Name  # meant when none is asked for
     engine: Engine
-    """Engine and gearbox."""
-    powertrain: PowertrainEntry | None = None
-    """Nominal rigid-body data; without them the motion is taken as measured."""
-    mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
-    """In the order of the design variables."""
-    vehicles: Annotated[tuple[VehicleEntry, ...], Field(strict=False, min_length=1)]
-    """In the order of the report."""
-    load_cases: Annotated[tuple[LoadCaseEntry, ...], Field(strict=False, min_length=1)]
-    """In the order of the report."""
+    powertrain: PowertrainEntry | None = None  # without, the motion is taken as measured
+    mounts: AtLeastOne[MountEntry]  # in the order of the design variables
+    vehicles: AtLeastOne[VehicleEntry]  # in the order of the report
+    load_cases: AtLeastOne[LoadCaseEntry]  # in the order of the report
 
-
-def load_platform_file(path: Path) -> PlatformFile:
-    """Read and check ``platform.toml``.
-
-    Parameters
-    ----------
-    path : Path
-        The TOML file.
-
-    Returns
-    -------
-    PlatformFile
-        Every key checked for its name, type and range.
-
-    Raises
-    ------
-    InputError
-        The file is missing or is not TOML; a key is unknown, missing, mistyped or out of range; two
-        items share a name; a gear has no ratio; the default load case does not exist.
-    """
-    platform = load_toml(path, PlatformFile)
-    _check_names(path, platform)
-    return platform
-
-
-def load_right_platform_file(path: Path, note: Note) -> PlatformFile:
-    """Read ``platform.toml``, tell all its faults, and return what is right of it.
-
-    Raises
-    ------
-    InputError
-        The file is missing or is not TOML; see also
-        `deboom.files.schema.load_what_is_right`.
-    """
-    platform = load_what_is_right(path, PlatformFile, note)
-    _check_names(path, platform, note)
-    return platform
-
-
-def dump_platform_file(path: Path, platform: PlatformFile) -> None:
-    """Write ``platform.toml``; what is written is read back and compared first.
-
-    Raises
-    ------
-    InputError
-        The content would be refused on reading, or the file cannot be written.
-    """
-    _check_names(path, platform)
-    dump_toml(path, platform)
-
-
-def _check_names(path: Path, platform: PlatformFile, note: Note = refuse) -> None:
-    """Compare the entries with each other; keys at fault, which may be missing, are passed over."""
-    named: list[tuple[str, list[str]]] = [
-        ("[[mounts]]", [mount.name for mount in platform.mounts]),
-        ("[[vehicles]]", [vehicle.name for vehicle in platform.vehicles]),
-        ("[[load_cases]]", [case.name for case in platform.load_cases]),
-    ]
-    for mount in platform.mounts:
-        named.append((f"pieces of mount {mount.name}", list(mount.piece_names)))
-        axes = list(getattr(mount, "transfer_axes", ()))
-        named.append((f"transfer_axes of mount {mount.name}", axes))
-    for section, names in named:
-        refuse_doubled(path, f"{section} are named", names, note)
-    ratios = getattr(getattr(platform, "engine", None), "total_ratios", None)
-    for case in platform.load_cases:
-        if ratios is not None and getattr(case, "gear", 0) > len(ratios):
-            note(
-                InputError(
-                    f"{path}: load case '{case.name}' is in gear {case.gear}, but total_ratios in "
-                    f"[engine] has {len(ratios)} gears: add the ratio"
-                )
-            )
-    known = [case.name for case in platform.load_cases]
-    default = getattr(platform, "default_load_case", None)
-    if default is not None and default not in known:
-        note(
-            InputError(
-                f"{path}: default_load_case '{default}' is not among the load cases "
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for names that come twice, gears and load cases that are not there."""
+        for section in ("mounts", "vehicles", "load_cases"):
+            names = [entry.name for entry in getattr(self, section)]
+            yield from doubled(f"[[{section}]] are named", names)
+        known = [case.name for case in self.load_cases]
+        if getattr(self, "default_load_case", known[0]) not in known:
+            yield (
+                f"default_load_case '{self.default_load_case}' is not among the load cases "
                 f"{', '.join(known)}: name one of them"
             )
-        )
+        gears = [(case.name, getattr(case, "gear", 0)) for case in self.load_cases]
+        yield from beyond_gears("load case", gears, self.engine.total_ratios)
+        for mount in self.mounts:
+            yield from doubled(f"pieces of mount {mount.name} are named", mount.piece_names)
+            axes = f"transfer_axes of mount {mount.name} are named"
+            yield from doubled(axes, mount.transfer_axes)
 
 
 def mounts_of(
@@ -546,7 +367,7 @@ def mounts_of(
     entries: Sequence[MountEntry],
     table: Path,
     rows: Sequence[MountRow],
-    note: Note = refuse,
+    note: Note | None = None,
 ) -> tuple[Mount, ...]:
     """Put mounts and positions together.
 
@@ -570,30 +391,22 @@ def mounts_of(
     """
     known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
-    for key in positions:
-        if key not in known:
-            note(
-                InputError(
-                    f"{table}: mount '{key[0]}', piece '{key[1]}' is not in {path}: "
-                    "correct its name or add it there"
-                )
-            )
-
-    def position(entry: MountEntry, piece: str) -> tuple[float, float, float]:
-        if (entry.name, piece) not in positions:
-            note(
-                InputError(
-                    f"{table}: no row for mount '{entry.name}', piece '{piece}': add its position"
-                )
-            )
-        return positions.get((entry.name, piece), (math.nan,) * 3)
-
+    with telling(note) as tell:
+        for mount, piece in sorted(positions.keys() - known):
+            sentence = f"{table}: mount '{mount}', piece '{piece}' is not in {path}: "
+            tell(InputError(f"{sentence}correct its name or add it there"))
+        for mount, piece in sorted(known - positions.keys()):
+            sentence = f"{table}: no row for mount '{mount}', piece '{piece}': add its position"
+            tell(InputError(sentence))
+    nowhere = (math.nan,) * 3
     return tuple(
         Mount(
             name=entry.name,
             description=entry.description,
             pieces=entry.piece_names,
-            positions=tuple(position(entry, piece) for piece in entry.piece_names),
+            positions=tuple(
+                positions.get((entry.name, piece), nowhere) for piece in entry.piece_names
+            ),
             transfer_axes=entry.transfer_axes,
             body_mass=entry.body_mass_kg,
             body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
@@ -603,7 +416,6 @@ def mounts_of(
 
 
 PLATFORM_FILE = "platform.toml"
-_OF_A_MOUNT = ("name", "description", "transfer_axes", "body_mass_kg", "body_mass_tolerance_kg")
 
 
 @dataclass(frozen=True, eq=False)
@@ -679,7 +491,7 @@ def read_platform(folder: Path) -> Platform:
         missing, unknown or doubled; a vehicle without one of the paths; frequency axes that
         differ. The sentence names the file, the item and the remedy.
     """
-    file = load_platform_file(folder / PLATFORM_FILE)
+    file = load_toml(folder / PLATFORM_FILE, PlatformFile)
     return assembled(folder, file, read_contents(folder, file))
 
 
@@ -711,68 +523,80 @@ class Contents:
     engine_torque: Mapping[str, RealArray]
 
 
-def read_contents(folder: Path, file: PlatformFile, note: Note = refuse) -> Contents:
+def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) -> Contents:
     """Read all files that ``platform.toml`` names.
 
     Parameters
     ----------
     folder : Path
-        Holds them.
+        Folder of the platform.
     file : PlatformFile
-        Keys at fault are absent, see `deboom.files.platform.load_right_platform_file`.
-    note : callable
-        Gets every fault; by default the first one is raised.
+        Its keys; those at fault are absent.
+    note : callable, optional
+        Gets every fault; without, they are raised as one error.
     """
     mounts: tuple[Mount, ...] | None = None
-    mount_rows: tuple[MountRow, ...] | None = None
     rows: tuple[ChannelRow, ...] = ()
-    row_faults: list[InputError] = []
-    if hasattr(file, "mount_table"):
-        with noting(note):
-            mount_rows = read_table(folder / file.mount_table, MountRow, note)
-    if mount_rows and all(
-        has_name(entry.name) and all(hasattr(entry, key) for key in _OF_A_MOUNT)
-        for entry in file.mounts
-    ):
-        with noting(note):
-            mounts = mounts_of(
-                folder / PLATFORM_FILE, file.mounts, folder / file.mount_table, mount_rows, note
-            )
-    if hasattr(file, "channel_table"):
-        with noting(row_faults.append):
-            rows = read_table(folder / file.channel_table, ChannelRow, row_faults.append)
-        for fault in row_faults:
-            note(fault)
-        if rows and mounts:
-            # a row at fault has been told: its channel is not missing as well
-            named = _named_channels(folder / file.channel_table) if row_faults else frozenset()
-            _check_channels(folder / file.channel_table, rows, mounts, note, named)
-    wanted = _by_quantity(rows, mounts) if mounts else _in_table_order(rows)
-    order = getattr(getattr(file, "engine", None), "dominant_order", None)
     noise_transfer: dict[str, Columns] = {}
     operating: dict[str, tuple[Columns, ...]] = {}
-    for vehicle in (one for one in file.vehicles if hasattr(one, "noise_transfer")):
-        path, item = folder / vehicle.noise_transfer, f"vehicle {vehicle.name}"
-        node = getattr(vehicle, "ear_node", None)
-        with noting(note):
-            noise_transfer[vehicle.name] = noise_transfer_columns(
-                path, item, node, wanted[NOISE_TRANSFER], note
-            )
-    for case in (one for one in file.load_cases if hasattr(one, "operating")):
-        path, item = folder / case.operating, f"load case {case.name}"
-        with noting(note):
-            operating[case.name] = operating_columns(
-                path, item, order, [*wanted["displacement"], *wanted["force"]], note
-            )
-    frequency = common_axis(
-        [*noise_transfer.values(), *(c for pair in operating.values() for c in pair)], note
-    )
-    engine_torque = {}
-    for case in file.load_cases:
-        if case.torque_table:
-            with noting(note):
-                engine_torque[case.name] = read_torque_table(folder / case.torque_table, frequency)
+    engine_torque: dict[str, RealArray] = {}
+    with telling(note) as tell:
+        if hasattr(file, "mount_table"):
+            with noting(tell):
+                mounts = _mounts(folder, file, tell)
+        if hasattr(file, "channel_table"):
+            rows = _channel_rows(folder / file.channel_table, mounts, tell)
+        wanted = _by_quantity(rows, mounts) if mounts else _in_table_order(rows)
+        order = getattr(getattr(file, "engine", None), "dominant_order", None)
+        for vehicle in file.vehicles:
+            if hasattr(vehicle, "noise_transfer"):
+                path, item = folder / vehicle.noise_transfer, f"vehicle {vehicle.name}"
+                node = getattr(vehicle, "ear_node", None)
+                with noting(tell):
+                    noise_transfer[vehicle.name] = noise_transfer_columns(
+                        path, item, node, wanted[NOISE_TRANSFER], tell
+                    )
+        for case in file.load_cases:
+            if hasattr(case, "operating"):
+                path, item = folder / case.operating, f"load case {case.name}"
+                channels = [*wanted["displacement"], *wanted["force"]]
+                with noting(tell):
+                    operating[case.name] = operating_columns(path, item, order, channels, tell)
+        every = [*noise_transfer.values(), *(part for pair in operating.values() for part in pair)]
+        frequency = common_axis(every, tell)
+        for case in file.load_cases:
+            if getattr(case, "torque_table", None) and frequency.size:
+                with noting(tell):
+                    path = folder / str(case.torque_table)
+                    engine_torque[case.name] = read_torque_table(path, frequency)
     return Contents(mounts, rows, frequency, noise_transfer, operating, engine_torque)
+
+
+def _mounts(folder: Path, file: PlatformFile, tell: Note) -> tuple[Mount, ...] | None:
+    """Mounts of the platform; None with a fault in an entry of theirs."""
+    table = folder / file.mount_table
+    rows = read_table(table, MountRow, tell)
+    right = all(
+        has_name(entry.name) and all(hasattr(entry, key) for key in MountEntry.model_fields)
+        for entry in file.mounts
+    )
+    if not rows or not right:
+        return None
+    return mounts_of(folder / PLATFORM_FILE, file.mounts, table, rows, tell)
+
+
+def _channel_rows(path: Path, mounts: Sequence[Mount] | None, tell: Note) -> tuple[ChannelRow, ...]:
+    """Rows of the channel table, compared with the mounts."""
+    faults: list[InputError] = []
+    rows: tuple[ChannelRow, ...] = ()
+    with noting(faults.append):
+        rows = read_table(path, ChannelRow, faults.append)
+    for fault in faults:
+        tell(fault)
+    if rows and mounts:
+        # a row at fault has been told: its channel is not missing as well
+        _check_channels(path, rows, mounts, tell, _named_channels(path) if faults else frozenset())
+    return rows
 
 
 def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
@@ -822,7 +646,7 @@ def _powertrain(entry: PowertrainEntry | None) -> Powertrain | None:
 
 
 def _vehicle(entry: VehicleEntry, columns: Columns, frequency: RealArray) -> Vehicle:
-    ear = columns.functions[0].response_name or f"node {entry.ear_node}"
+    ear = columns.ear or f"node {entry.ear_node}"
     values = columns.values[:, np.newaxis, :]
     return Vehicle(entry.name, entry.group, Frf(frequency, values, (ear,), columns.names, "Pa/N"))
 

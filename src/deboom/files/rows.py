@@ -17,13 +17,24 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes
-from deboom.files.schema import Note, noting, refuse
-from deboom.files.tables import Row, Unit, parse_unit, read_rows, refuse_second, write_frame
+from deboom.files.function_table import Dof
+from deboom.files.schema import Note, noting, telling
+from deboom.files.tables import (
+    Row,
+    Unit,
+    parse_unit,
+    read_rows,
+    refuse_beyond,
+    refuse_second,
+    write_frame,
+)
 from deboom.files.uff import DIRECTIONS
-from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.physics.rigid_body import rotation_matrix
 
 _AXES = ("x", "y", "z")
+_WRONG = object()
+"""Stands for a cell that has been told to be wrong."""
 _ANY_TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
 
 Vector = tuple[float, float, float]
@@ -81,7 +92,7 @@ class TableRow:
 _Row = TypeVar("_Row", bound=TableRow)
 
 
-def read_table(path: Path, kind: type[_Row], note: Note = refuse) -> tuple[_Row, ...]:
+def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
     """Read a table of rows of one kind, in SI.
 
     Parameters
@@ -90,9 +101,9 @@ def read_table(path: Path, kind: type[_Row], note: Note = refuse) -> tuple[_Row,
         CSV or xlsx; its columns may stand in any order.
     kind : type of TableRow
         States the columns.
-    note : callable
-        Gets every fault; by default the first one is raised. A number at fault is nan, a row with
-        another fault is left out.
+    note : callable, optional
+        Gets every fault; without, they are raised as one error. A number at fault is nan, a row
+        with another fault is left out.
 
     Raises
     ------
@@ -102,22 +113,26 @@ def read_table(path: Path, kind: type[_Row], note: Note = refuse) -> tuple[_Row,
     """
     columns = _columns(kind)
     plain, with_unit = _headers(columns)
-    rows = read_rows(path, plain, with_unit, kind.sheet, note)
-    for numbers in columns.values():
-        if rows and isinstance(numbers, _Numbers) and numbers.one_unit:
-            _check_one_unit(rows[0], numbers.names)
-    seen: dict[str, int] = {}
     read: list[_Row] = []
-    for row in rows:
-        with noting(note):
-            item = kind(**{field: _value(row, field, columns[field], note) for field in columns})
-            try:
-                item._check(read)
-            except InputError as error:
-                raise row.error(str(error)) from None
-            for words in item._unique:
-                refuse_second(seen, words, row)
-            read.append(item)
+    with telling(note) as tell:
+        rows = read_rows(path, plain, with_unit, kind.sheet, tell)
+        for numbers in columns.values():
+            if rows and isinstance(numbers, _Numbers) and numbers.one_unit:
+                _check_one_unit(rows[0], numbers.names)
+        seen: dict[str, int] = {}
+        for row in rows:
+            values = {field: _value(row, field, columns[field], tell) for field in columns}
+            if _WRONG in values.values():
+                continue
+            with noting(tell):
+                item = kind(**values)
+                try:
+                    item._check(read)
+                except InputError as error:
+                    raise row.error(str(error)) from None
+                for words in item._unique:
+                    refuse_second(seen, words, row)
+                read.append(item)
     return tuple(read)
 
 
@@ -187,25 +202,34 @@ def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
     return plain, with_unit
 
 
-def _value(row: Row, field: str, column: Any, note: Note) -> Any:
-    """One field of a row."""
+def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
+    """One field of a row; a fault of it is told."""
     if isinstance(column, _Numbers):
-        numbers = tuple(_number_or_nan(row, name, note) for name in column.names)
+        numbers = tuple(_number_or_nan(row, name, tell) for name in column.names)
+        if column.si == "m":
+            try:
+                refuse_beyond("position", np.nan_to_num(numbers))
+            except InputError as error:
+                tell(row.error(str(error)))
         return numbers if len(numbers) > 1 else numbers[0]
-    if column is int:
-        return row.node(field)
-    if column is Unit:
-        return _unit(row, field)
-    if column is _InUnitOfRow:
-        return row.number(field) * _unit(row, "unit").factor if row.cells[field] else math.inf
-    return row.cells[field] if column is _MayBeEmpty else row.filled(field)
+    try:
+        if column is int:
+            return row.node(field)
+        if column is Unit:
+            return _unit(row, field)
+        if column is _InUnitOfRow:
+            return row.number(field) * _unit(row, "unit").factor if row.cells[field] else math.inf
+        return row.cells[field] if column is _MayBeEmpty else row.filled(field)
+    except InputError as error:
+        tell(error)
+        return _WRONG
 
 
-def _number_or_nan(row: Row, column: str, note: Note) -> float:
+def _number_or_nan(row: Row, column: str, tell: Note) -> float:
     try:
         return row.number(column)
     except InputError as error:
-        note(error)
+        tell(error)
         return math.nan
 
 
@@ -321,17 +345,24 @@ class SensorRow(TableRow):
             )
 
 
-def sensor_of(row: SensorRow) -> Sensor:
-    """Return the sensor, its angles made an orientation."""
+def sensor_of(row: SensorRow | PlacedSensor) -> Sensor:
+    """Return the sensor, its angles made an orientation; a placed one is an accelerometer."""
+    sheet = row if isinstance(row, SensorRow) else None
     return Sensor(
         name=row.sensor,
-        kind=SensorKind(row.kind),
-        model=row.model,
-        mount=row.mount,
-        piece=row.piece,
+        kind=SensorKind(sheet.kind) if sheet else SensorKind.ACCELEROMETER,
+        model=sheet.model if sheet else "",
+        mount=sheet.mount if sheet else "",
+        piece=sheet.piece if sheet else "",
         position=np.array(row.position),
         orientation=rotation_matrix(row.angles),
     )
+
+
+def impact_of(row: PlacedImpact | HammerPoint | ImpactRow) -> Impact:
+    """Return the impact."""
+    along = row.vector if isinstance(row, ImpactRow) else row.direction
+    return Impact(row.impact, np.array(row.position), np.array(along))
 
 
 @dataclass(frozen=True)
@@ -432,6 +463,31 @@ class HammerPoint(TableRow):
         parts = Path(self.file)
         if parts.is_absolute() or ".." in parts.parts:
             raise InputError(f"file '{self.file}' is not inside the folder: copy it there")
+
+
+FARTHEST_DIRECTION = 25.0
+"""Between the direction in a UFF file and the one of the position sheet [deg]."""
+
+
+def struck(point: PlacedImpact | HammerPoint, *, alone: bool) -> Dof:
+    """Return the DoF of a hammer's force; files may state the nearest axis for its direction.
+
+    Parameters
+    ----------
+    point : PlacedImpact or HammerPoint
+        Where it struck.
+    alone : bool
+        No other impact has its node: a file may state no direction at all.
+    """
+    nearest = math.cos(math.radians(FARTHEST_DIRECTION))
+    accepted = [
+        f"{sign}{axis}"
+        for axis, part in zip(_AXES, point.direction, strict=True)
+        for sign in "+-"
+        if _sign(sign) * part > nearest
+    ]
+    accepted += ["scalar"] if alone else []
+    return Dof(point.impact, point.node, point.uff_direction, accepted=tuple(accepted))
 
 
 def uff_direction(vector: Vector) -> str:
@@ -542,9 +598,57 @@ QUANTITY_UNIT = {"displacement": "m", "force": "N", NOISE_TRANSFER: "Pa/N"}
 """Quantities of a platform's channels and their SI units."""
 
 
+class _Channel(TableRow):
+    """Channel of a table and the UFF DoF that holds it."""
+
+    channel: str
+    quantity: str
+    node: int
+    direction: str
+    unit: Unit
+
+    @property
+    def sign(self) -> float:
+        """−1 for a channel recorded against its axis, else +1."""
+        return _sign(self.direction)
+
+    @property
+    def dof(self) -> Dof:
+        """DoF of the files."""
+        return Dof(
+            self.channel,
+            self.node,
+            self.direction,
+            sign=self.sign,
+            quantity=self.quantity,
+            unit=self.unit,
+        )
+
+    def _check_dof(self, si: Mapping[str, str], axis: str) -> None:
+        """Refuse an unknown quantity, and a direction or unit that does not fit the channel."""
+        if self.quantity not in si:
+            raise InputError(f"unknown quantity '{self.quantity}', use {', '.join(si)}")
+        along = (f"+{axis}", f"-{axis}") if axis in _AXES else tuple(DIRECTIONS.values())
+        if self.direction not in DIRECTIONS.values():
+            raise InputError(
+                f"channel '{self.channel}' has direction '{self.direction}', which is none: use "
+                f"{', '.join(along)}"
+            )
+        if axis and self.direction not in along:
+            raise InputError(
+                f"{self.quantity} '{self.channel}' has direction '{self.direction}', which is not "
+                f"along '{axis}': two axes may be swapped; correct the name or the direction"
+            )
+        if self.unit.si != si[self.quantity]:
+            raise InputError(
+                f"{self.quantity} '{self.channel}' is in '{self.unit.label}', which is no unit of "
+                f"it: use {si[self.quantity]} or a multiple"
+            )
+
+
 @dataclass(frozen=True)
-class CampaignChannel(TableRow):
-    """Channel and the UFF DoF that holds it in every run.
+class CampaignChannel(_Channel):
+    """Channel of a campaign; it is at the same DoF in every run.
 
     Parameters
     ----------
@@ -567,11 +671,6 @@ class CampaignChannel(TableRow):
     unit: Unit
 
     @property
-    def sign(self) -> float:
-        """−1 for a channel recorded against its axis, else +1."""
-        return _sign(self.direction)
-
-    @property
     def _unique(self) -> tuple[str, ...]:
         ordinate, along = CAMPAIGN_QUANTITIES[self.quantity][0], self.direction.lstrip("+-")
         return (
@@ -582,7 +681,7 @@ class CampaignChannel(TableRow):
     def _check(self, _earlier: Sequence[Self]) -> None:
         si = {quantity: unit for quantity, (_, unit) in CAMPAIGN_QUANTITIES.items()}
         axis = self.channel.rpartition(" ")[2]
-        _check_channel(self, si, axis if self.quantity.endswith(("acceleration", "force")) else "")
+        self._check_dof(si, axis if self.quantity.endswith(("acceleration", "force")) else "")
         first = next((other for other in _earlier if other.quantity == self.quantity), self)
         if first.unit.factor != self.unit.factor:
             raise InputError(
@@ -592,8 +691,8 @@ class CampaignChannel(TableRow):
 
 
 @dataclass(frozen=True)
-class HammerChannel(TableRow):
-    """Response to the hammer and the UFF DoF that holds it.
+class HammerChannel(_Channel):
+    """Response to the hammer.
 
     Parameters
     ----------
@@ -619,11 +718,6 @@ class HammerChannel(TableRow):
     range: Annotated[float, _InUnitOfRow] = math.inf
 
     @property
-    def sign(self) -> float:
-        """−1 for a channel recorded against its axis, else +1."""
-        return _sign(self.direction)
-
-    @property
     def _unique(self) -> tuple[str, ...]:
         along = self.direction.lstrip("+-")
         return (
@@ -634,7 +728,7 @@ class HammerChannel(TableRow):
     def _check(self, _earlier: Sequence[Self]) -> None:
         axis = self.channel.rpartition(" ")[2]
         has_axis = axis in _AXES and self.quantity != "pressure"
-        _check_channel(self, HAMMER_QUANTITIES, axis if has_axis else "")
+        self._check_dof(HAMMER_QUANTITIES, axis if has_axis else "")
         if not self.range > 0:
             raise InputError(
                 f"channel '{self.channel}': a range is positive; leave it empty if unknown"
@@ -642,8 +736,8 @@ class HammerChannel(TableRow):
 
 
 @dataclass(frozen=True)
-class ChannelRow(TableRow):
-    """Measured channel of a platform and the UFF DoF that holds it.
+class ChannelRow(_Channel):
+    """Measured channel of a platform.
 
     Parameters
     ----------
@@ -671,11 +765,6 @@ class ChannelRow(TableRow):
     unit: Unit
 
     @property
-    def sign(self) -> float:
-        """−1 for a channel measured against its axis, else +1."""
-        return _sign(self.direction)
-
-    @property
     def _unique(self) -> tuple[str, ...]:
         return (
             f"{self.quantity} '{self.channel}'",
@@ -696,35 +785,11 @@ class ChannelRow(TableRow):
                 f"channel '{self.channel}' of mount '{self.mount}', piece '{self.piece}', axis "
                 f"'{self.axis}' must be named '{name}'"
             )
-        _check_channel(self, QUANTITY_UNIT, self.axis)
+        self._check_dof(QUANTITY_UNIT, self.axis)
 
 
 def _sign(direction: str) -> float:
     return -1.0 if direction.startswith("-") else 1.0
-
-
-def _check_channel(
-    row: CampaignChannel | HammerChannel | ChannelRow, si: Mapping[str, str], axis: str
-) -> None:
-    """Refuse an unknown quantity, and a direction or unit that does not fit the channel."""
-    if row.quantity not in si:
-        raise InputError(f"unknown quantity '{row.quantity}', use {', '.join(si)}")
-    along = (f"+{axis}", f"-{axis}") if axis in _AXES else tuple(DIRECTIONS.values())
-    if row.direction not in DIRECTIONS.values():
-        raise InputError(
-            f"channel '{row.channel}' has direction '{row.direction}', which is none: use "
-            f"{', '.join(along)}"
-        )
-    if axis and row.direction not in along:
-        raise InputError(
-            f"{row.quantity} '{row.channel}' has direction '{row.direction}', which is not along "
-            f"'{axis}': two axes may be swapped; correct the name or the direction"
-        )
-    if row.unit.si != si[row.quantity]:
-        raise InputError(
-            f"{row.quantity} '{row.channel}' is in '{row.unit.label}', which is no unit of it: use "
-            f"{si[row.quantity]} or a multiple"
-        )
 
 
 def read_curve(path: Path) -> tuple[RealArray, RealArray]:

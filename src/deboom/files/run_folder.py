@@ -17,13 +17,16 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Any, BinaryIO
+from typing import Annotated, Any, BinaryIO
 
 import numpy as np
 import pandas as pd
+from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_bytes
+from deboom.files.schema import wrong_entries
+from deboom.tabled import csv_text
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -57,7 +60,7 @@ class Run:
         table : DataFrame
             Columns ``name [unit]``; the index is not saved.
         """
-        self.save_text(name, table.to_csv(index=False, lineterminator="\n"))
+        self.save_text(name, csv_text(table))
 
     def save_json(self, name: str, content: Mapping[str, Any]) -> None:
         """Save a mapping as JSON, UTF-8.
@@ -499,5 +502,23 @@ def _shown(record: Path) -> bool:
     return not record.parent.name.startswith(".")
 
 
+class _Record(BaseModel):
+    """Entries of ``run.json`` that are relied on; studies add others."""
+
+    model_config = ConfigDict(strict=True)
+
+    study: str = ""
+    question: str | None = None
+    command: str | None = None
+    seed: Annotated[int, Field(ge=0)] = 0
+    arguments: dict[str, Any] = {}
+    headlines: dict[str, Any] | None = None
+    inputs_sha256: dict[str, str] | None = None
+    files_sha256: dict[str, str] | None = None
+
+
 def _read(path: Path) -> dict[str, Any]:
-    return read_json(path, "the record of this run is damaged")
+    record = read_json(path, "the record of this run is damaged")
+    for sentence in wrong_entries(_Record, record):
+        raise InputError(f"{path}: {sentence}; the record of this run is damaged")
+    return record

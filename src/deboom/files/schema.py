@@ -1,34 +1,27 @@
-"""TOML files with strict keys: a wrong key is named, and what is written reads back."""
+"""TOML files with strict keys: all faults are told at once, and what is written reads back."""
 
 from __future__ import annotations
 
 import difflib
 import json
+import re
 import tomllib
-from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from pathlib import Path
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, nullcontext, suppress
+from pathlib import Path, PurePosixPath
 from types import UnionType
-from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
+from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic_core import ErrorDetails
+import numpy as np
+from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from deboom.errors import InputError
 from deboom.files.disk import read_text, replace_text
 
 Note = Callable[[InputError], None]
 
-
-def refuse(error: InputError) -> None:
-    """Stop at the first fault.
-
-    Raises
-    ------
-    InputError
-        Always.
-    """
-    raise error
+MOST_FAULTS = 10
+"""Faults of a file that one error lists."""
 
 
 @contextmanager
@@ -40,29 +33,54 @@ def noting(note: Note) -> Iterator[None]:
         note(error)
 
 
-def refuse_doubled(path: Path, what: str, names: Sequence[Hashable], note: Note = refuse) -> None:
-    """Refuse a name, or a tuple of them, that comes twice.
-
-    Parameters
-    ----------
-    path : Path
-        File of the names.
-    what : str
-        Items of the names with a verb, such as ``[[mounts]] are named``.
-    names : sequence of str or tuple
-        Names in the order of the file.
-    note : callable
-        Gets the fault; by default it is raised.
+@contextmanager
+def telling(note: Note | None) -> Iterator[Note]:
+    """Give what tells a fault: `note`, or else a list that is raised as one error at the end.
 
     Raises
     ------
     InputError
-        A name comes twice.
+        Without `note`: a sentence for each of the first ten faults, and the number of the others.
+    """
+    if note is not None:
+        yield note
+        return
+    faults: list[InputError] = []
+    with noting(faults.append):
+        yield faults.append
+    sentences = list(dict.fromkeys(map(str, faults)))
+    if sentences:
+        more = len(sentences) - MOST_FAULTS
+        lines = sentences[:MOST_FAULTS] + ([f"and {more} more"] if more > 0 else [])
+        raise InputError("\n".join(lines))
+
+
+def doubled(what: str, names: Sequence[Hashable]) -> Iterator[str]:
+    """Give the sentence for a name, or a tuple of them, that comes twice.
+
+    Parameters
+    ----------
+    what : str
+        Items of the names with a verb, such as ``[[mounts]] are named``.
+    names : sequence of str or tuple
+        Names in the order of the file.
     """
     if len(set(names)) < len(names):
         name = next(name for name in names if names.count(name) > 1)
         words = " ".join(map(str, name)) if isinstance(name, tuple) else name
-        note(InputError(f"{path}: two {what} '{words}': keep or rename one"))
+        yield f"two {what} '{words}': keep or rename one"
+
+
+def beyond_gears(
+    what: str, gears: Iterable[tuple[str, int]], ratios: Sequence[float]
+) -> Iterator[str]:
+    """Give a sentence for every name, such as of a run, whose gear has no ratio."""
+    for name, gear in gears:
+        if gear > len(ratios):
+            yield (
+                f"{what} '{name}' is in gear {gear}, but total_ratios in [engine] has "
+                f"{len(ratios)} gears: add the ratio"
+            )
 
 
 class StrictModel(BaseModel):
@@ -70,12 +88,63 @@ class StrictModel(BaseModel):
 
     model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
 
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for everything that does not fit together."""
+        return iter(())
+
+
+def _plain_name(name: str) -> str:
+    if not name or any(c.isspace() or not c.isprintable() for c in name):
+        raise ValueError("a name needs at least one character and no blanks")
+    return name
+
+
+def _inside(name: str) -> str:
+    path = PurePosixPath(name)
+    wrong = ".." in path.parts or any(c in "\\:\0" for c in name)
+    if not name or path.is_absolute() or wrong:
+        raise ValueError("a file is named relative to the platform folder, with / and without ..")
+    return name
+
+
+def _symmetric_positive(rows: Matrix3) -> Matrix3:
+    matrix = np.array(rows)
+    if not np.array_equal(matrix, matrix.T) or np.any(np.linalg.eigvalsh(matrix) <= 0):
+        raise ValueError("an inertia tensor is symmetric and positive definite")
+    return rows
+
+
+_T = TypeVar("_T")
+# TOML has arrays only, no tuples: the container is converted, its items stay strict
+Several: TypeAlias = Annotated[tuple[_T, ...], Field(strict=False)]
+AtLeastOne: TypeAlias = Annotated[tuple[_T, ...], Field(strict=False, min_length=1)]
+Name = Annotated[str, AfterValidator(_plain_name)]
+Title = Annotated[str, Field(min_length=1)]
+RelativePath = Annotated[str, AfterValidator(_inside)]
+Positive = Annotated[float, Field(gt=0)]
+NotNegative = Annotated[float, Field(ge=0)]
+Number = Annotated[int, Field(ge=1)]
+Axis = Literal["x", "y", "z"]
+Row3 = Annotated[tuple[float, float, float], Field(strict=False)]
+Matrix3 = Annotated[tuple[Row3, Row3, Row3], Field(strict=False)]
+Inertia = Annotated[Matrix3, AfterValidator(_symmetric_positive)]
+
+_UNIT = re.compile(r"_(deg|rad|hz|kg(_m2|_per_m)?|m(_s2)?|nm|n(_m2|_per_m)?)$")
+
+
+def values_of(entry: StrictModel) -> dict[str, Any]:
+    """Return the values of a section by their keys without the unit, in SI."""
+    values = {}
+    for key, value in entry:
+        values[_UNIT.sub("", key)] = np.deg2rad(value).tolist() if key.endswith("_deg") else value
+    return values
+
 
 _UNNAMED = "[["
 _Model = TypeVar("_Model", bound=StrictModel)
 
 
-def load_toml(path: Path, model: type[_Model]) -> _Model:
+def load_toml(path: Path, model: type[_Model], note: Note | None = None) -> _Model:
     """Read and check a TOML file.
 
     Parameters
@@ -84,26 +153,8 @@ def load_toml(path: Path, model: type[_Model]) -> _Model:
         The file.
     model : type
         Its keys; fields that are models, or tuples of models, are its sections.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range.
-    """
-    return _parsed(path, read_text(path), model)
-
-
-def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
-    """Read a TOML file, tell all its faults, and return what is right of it.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-    model : type
-        As for `load_toml`.
-    note : callable
-        Gets an `InputError` for every key at fault.
+    note : callable, optional
+        Gets every fault; without, they are raised as one error.
 
     Returns
     -------
@@ -115,31 +166,18 @@ def load_what_is_right(path: Path, model: type[_Model], note: Note) -> _Model:
     Raises
     ------
     InputError
-        The file is missing or no TOML.
+        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range, or
+        does not fit the others.
     """
-    text = read_text(path)
+    return _parsed(path, read_text(path), model, note)
+
+
+def wrong_entries(model: type[BaseModel], document: Mapping[str, Any]) -> Iterator[str]:
+    """Give a sentence for each entry of a JSON document that is not as the model says."""
     try:
-        return model.model_validate(_raw(path, text))
+        model.model_validate(document)
     except ValidationError as error:
-        details = error.errors(include_url=False)
-        # an unknown key first: it explains a missing one
-        for detail in sorted(details, key=lambda one: one["type"] != "extra_forbidden"):
-            # pydantic counts the right entries of a list alone
-            if detail["type"] != "too_short" or not detail["input"]:
-                note(InputError(f"{path}: {_detail_sentence(detail, model)}"))
-    raw = _raw(path, text)
-    right = _right_keys(model, raw)
-    for name, section in _sections(model).items():
-        content = raw.get(name)
-        if get_origin(model.model_fields[name].annotation) is tuple:
-            entries = content if isinstance(content, list) else []
-            right[name] = tuple(
-                section.model_construct(**{"name": f"{_UNNAMED}{name}]] {number}"} | keys)
-                for number, keys in enumerate((_right_keys(section, entry) for entry in entries), 1)
-            )
-        elif isinstance(content, dict):
-            right[name] = section.model_construct(**_right_keys(section, content))
-    return model.model_construct(**right)
+        yield from _sentences(error, model)
 
 
 def has_name(name: str) -> bool:
@@ -169,11 +207,11 @@ def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -
     path : Path
         The file.
     content : StrictModel
-        What the file holds.
+        Content of the file.
     section : str
         Name of the list, such as ``runs``.
     entry : StrictModel
-        To add.
+        New entry.
 
     Raises
     ------
@@ -197,10 +235,74 @@ def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -
     replace_text(path, text)
 
 
+def _parsed(path: Path, text: str, model: type[_Model], note: Note | None = None) -> _Model:
+    try:
+        raw = tomllib.loads(text)
+    except RecursionError:
+        raise InputError(f"{path} is nested too deeply: write it as the guide shows") from None
+    except ValueError as error:  # a fault of TOML, or an integer of thousands of digits
+        raise InputError(f"{path} is not TOML: {error}") from None
+    return checked_document(path, raw, model, note)
+
+
+def checked_document(
+    path: Path, raw: Mapping[str, Any], model: type[_Model], note: Note | None = None
+) -> _Model:
+    """Check the entries of a document, such as of a JSON file.
+
+    - `path`: file, for the errors.
+    - `raw`: entries as read.
+    - `model`, `note`: as for `load_toml`.
+    - raises InputError: a key is unknown, missing, mistyped or out of range, or does not fit the
+      others.
+    """
+    complete = True
+    with telling(note) as tell:
+        try:
+            content = model.model_validate(raw)
+        except ValidationError as error:
+            complete = False
+            for sentence in _sentences(error, model):
+                tell(InputError(f"{path}: {sentence}"))
+            content = _what_is_right(model, raw)
+        if complete or note is not None:
+            # a key at fault has been told: what is compared with it waits
+            with nullcontext() if complete else suppress(AttributeError):
+                for sentence in content.faults():
+                    tell(InputError(f"{path}: {sentence}"))
+    return content
+
+
+def _what_is_right(model: type[_Model], raw: Mapping[str, Any]) -> _Model:
+    right = _right_keys(model, raw)
+    for name, section in _sections(model).items():
+        content = raw.get(name)
+        if get_origin(model.model_fields[name].annotation) is tuple:
+            entries = content if isinstance(content, list) else []
+            right[name] = tuple(
+                section.model_construct(**{"name": f"{_UNNAMED}{name}]] {number}"} | keys)
+                for number, keys in enumerate((_right_keys(section, entry) for entry in entries), 1)
+            )
+        elif isinstance(content, dict):
+            right[name] = section.model_construct(**_right_keys(section, content))
+    return model.model_construct(**right)
+
+
+def _right_keys(model: type[BaseModel], raw: Any) -> dict[str, Any]:
+    """Keys of a section that pydantic has nothing against."""
+    if not isinstance(raw, dict):
+        return {}
+    try:
+        return dict(model.model_validate(raw))
+    except ValidationError as error:
+        wrong = {str(detail["loc"][0]) for detail in error.errors() if detail["loc"]}
+        return {key: value for key, value in raw.items() if key not in wrong}
+
+
 def _sections(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
     """Fields that are models or tuples of models."""
-    found = {name: _model_in(field.annotation) for name, field in model.model_fields.items()}
-    return {name: section for name, section in found.items() if section is not None}
+    models = {name: _model_in(field.annotation) for name, field in model.model_fields.items()}
+    return {name: section for name, section in models.items() if section is not None}
 
 
 def _model_in(annotation: Any) -> type[BaseModel] | None:
@@ -211,81 +313,47 @@ def _model_in(annotation: Any) -> type[BaseModel] | None:
     return None
 
 
-def _raw(path: Path, text: str) -> dict[str, Any]:
-    try:
-        return tomllib.loads(text)
-    except RecursionError:
-        raise InputError(f"{path} is nested too deeply: write it as the guide shows") from None
-    except ValueError as error:  # a fault of TOML, or an integer of thousands of digits
-        raise InputError(f"{path} is not TOML: {error}") from None
-
-
-def _right_keys(model: type[BaseModel], raw: Any) -> dict[str, Any]:
-    """Keys of a section that pydantic has nothing against."""
-    if not isinstance(raw, dict):
-        return {}
-    try:
-        return dict(model.model_validate(raw))
-    except ValidationError as error:
-        wrong = {str(detail["loc"][0]) for detail in error.errors(include_url=False)}
-        return {key: value for key, value in raw.items() if key not in wrong}
-
-
-def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
-    return checked_document(path, _raw(path, text), model)
-
-
-def checked_document(path: Path, raw: Mapping[str, Any], model: type[_Model]) -> _Model:
-    """Check the entries of a document, such as of a JSON file.
-
-    Parameters
-    ----------
-    path : Path
-        File, for the error.
-    raw : mapping
-        Entries as read.
-    model : type
-        As for `load_toml`.
-
-    Raises
-    ------
-    InputError
-        A key is unknown, missing, mistyped or out of range.
-    """
-    try:
-        return model.model_validate(raw)
-    except ValidationError as error:
-        raise InputError(f"{path}: {_sentence(error, model)}") from None
-
-
-def _sentence(error: ValidationError, model: type[BaseModel]) -> str:
-    """Say the most helpful one of pydantic's errors: an unknown key explains a missing one."""
-    details = error.errors(include_url=False)
-    detail = next((d for d in details if d["type"] == "extra_forbidden"), details[0])
-    return _detail_sentence(detail, model)
-
-
-def _detail_sentence(detail: ErrorDetails, model: type[BaseModel]) -> str:
+def _sentences(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
+    """Give a sentence for each of pydantic's errors, unknown keys first."""
     sections = _sections(model)
-    section, key = _place(detail["loc"] or ("",), sections)
-    where = f"key '{key}' in {section}"
-    if detail["type"] == "extra_forbidden":
-        known = sections.get(str(detail["loc"][0]), model).model_fields
-        close = difflib.get_close_matches(key, known, n=1)
-        remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
-        return f"unknown {where}; {remedy}"
-    if detail["type"] == "missing":
-        return f"{where} is missing: add it"
-    rule = detail["msg"].removeprefix("Value error, ")
-    if detail["type"] == "value_error" and isinstance(detail["input"], dict):
-        return f"{section}: {rule}"
-    return f"{where} is {json.dumps(detail['input'], default=str)}: {rule[:1].lower()}{rule[1:]}"
+    explained: set[tuple[str, str]] = set()
+    details = error.errors(include_url=False)
+    for detail in sorted(details, key=lambda each: each["type"] != "extra_forbidden"):
+        section, key = _place(detail["loc"], sections)
+        where = f"key '{key}' in {section}"
+        if detail["type"] == "extra_forbidden":
+            known = sections.get(str(detail["loc"][0]), model).model_fields
+            close = difflib.get_close_matches(key[:100], known, n=1)
+            explained |= {(section, name) for name in close}
+            remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
+            yield f"unknown {where}; {remedy}"
+        elif detail["type"] == "missing":
+            if (section, key) not in explained:
+                yield f"{where} is missing: add it"
+        # pydantic counts the right entries of a list alone: a wrong one is told itself
+        elif detail["type"] != "too_short" or not any(
+            other["loc"][: len(detail["loc"])] == detail["loc"] != other["loc"] for other in details
+        ):
+            rule = detail["msg"].removeprefix("Value error, ")
+            if detail["type"] == "value_error" and isinstance(detail["input"], dict):
+                yield f"{section}: {rule}"
+                continue
+            yield f"{where} is {_short(detail['input'])}: {rule[:1].lower()}{rule[1:]}"
+
+
+def _short(value: Any) -> str:
+    """JSON of a value, as far as an engineer needs it."""
+    try:
+        text = json.dumps(value, default=str)
+    except (ValueError, RecursionError):
+        text = type(value).__name__
+    return text if len(text) <= 100 else f"{text[:60]} ... {text[-20:]}"
 
 
 def _place(
     location: tuple[int | str, ...], sections: dict[str, type[BaseModel]]
 ) -> tuple[str, str]:
-    first, *rest = location
+    first, *rest = location or ("",)
     section = "the top level"
     if rest and first in sections:
         section = f"[{first}]"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -14,6 +15,7 @@ from typing import Any
 from zipfile import ZipFile
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from openpyxl import Workbook, load_workbook
 from openpyxl.cell import WriteOnlyCell
@@ -23,7 +25,8 @@ from openpyxl.utils import get_column_letter
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_text
-from deboom.files.schema import Note, noting, refuse
+from deboom.files.schema import Note, noting, telling
+from deboom.tabled import csv_text, unescaped
 
 _TO_SI: dict[str, tuple[str, float]] = {
     "1": ("1", 1.0),
@@ -111,7 +114,75 @@ def parse_unit(label: str) -> Unit:
     )
 
 
-MOST_ROWS, MOST_COLUMNS = 200_000, 2_000
+@dataclass(frozen=True)
+class Range:
+    """Magnitudes that a quantity has in a car.
+
+    Parameters
+    ----------
+    unit : str
+        SI unit of the limits.
+    usual : (float, float)
+        Limits between which it lies as a rule.
+    largest : float
+        Limit above which its unit or the file is wrong.
+    shown, factor : str, float
+        Unit in which it is shown, and the factor to it.
+    """
+
+    unit: str
+    usual: tuple[float, float]
+    largest: float
+    shown: str
+    factor: float = 1.0
+
+    def sentence(self, lowest: float, highest: float) -> str:
+        """Return magnitudes beside the usual ones, and a warning where they lie outside."""
+        low, high = (self.factor * limit for limit in self.usual)
+        text = f"{self.factor * lowest:.3g} to {self.factor * highest:.3g} {self.shown}"
+        wrong = lowest < self.usual[0] or highest > self.usual[1]
+        warning = "; WARNING, unusual: is a unit wrong?" if wrong else ""
+        return f"{text} (usual {low:g} to {high:g}){warning}"
+
+
+RANGES = {
+    "position": Range("m", (0.0, 5.0), 50.0, "m"),
+    "displacement": Range("m", (1e-9, 5e-3), 10.0, "mm", 1e3),
+    "force": Range("N", (1e-3, 1e4), 1e8, "N"),
+    "acceleration": Range("m/s^2", (1e-6, 1e3), 1e7, "m/s²"),
+    "pressure": Range("Pa", (1e-7, 1e2), 1e6, "Pa"),
+    "noise transfer function": Range("Pa/N", (1e-6, 0.3), 1e4, "Pa/N"),
+    "stiffness": Range("N/m", (5e3, 2e7), 1e12, "N/mm", 1e-3),
+    "engine torque": Range("N m", (0.0, 1500.0), 1e5, "N m"),
+    "level": Range("dB(A)", (10.0, 110.0), 200.0, "dB(A)"),
+}
+"""Quantity → its range, the one table of them."""
+
+
+def refuse_beyond(quantity: str, values: npt.ArrayLike) -> None:
+    """Refuse magnitudes that no car has.
+
+    Parameters
+    ----------
+    quantity : str
+        Key of `RANGES`.
+    values : array_like
+        Finite values of any shape, in SI.
+
+    Raises
+    ------
+    InputError
+        The largest magnitude is above the limit.
+    """
+    size, limit = float(np.max(np.abs(values), initial=0.0)), RANGES[quantity]
+    if size > limit.largest:
+        raise InputError(
+            f"its {quantity} is up to {size:.3g} {limit.unit}, and none is above "
+            f"{limit.largest:g} {limit.unit}: is the unit right?"
+        )
+
+
+MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 2_000, 4_000_000
 """Size of a table above which it is taken for a mistake."""
 LARGEST_WORKBOOK = 512 * MEBIBYTE
 _OLE2 = b"\xd0\xcf\x11\xe0"
@@ -210,7 +281,7 @@ def read_rows(
     plain: Sequence[str],
     with_unit: Mapping[str, str],
     sheet: str | None = None,
-    note: Note = refuse,
+    note: Note | None = None,
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
 
@@ -224,8 +295,8 @@ def read_rows(
         Columns with a unit in their header, and the SI unit of it.
     sheet : str, optional
         Of an Excel file; by default its first one. A CSV file has only one.
-    note : callable
-        Gets every fault of the header; by default the first one is raised.
+    note : callable, optional
+        Gets every fault of the header; without, they are raised as one error.
 
     Returns
     -------
@@ -263,17 +334,16 @@ def read_rows(
             state = "is missing" if name not in names else "is unknown or doubled"
             sentence = f"column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
             faults.append(InputError(f"{path}: {sentence}"))
-    for fault in faults:
-        note(fault)
-    if faults:
-        return ()
     rows = []
-    for line, row in enumerate(cells[1:], 2):
-        texts = [text.strip() for text in row]
-        if any(texts):
-            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
-    if not rows:
-        note(InputError(f"{path} has a header and no rows: add one row per item"))
+    with telling(note) as tell:
+        for fault in faults:
+            tell(fault)
+        for line, row in enumerate(cells[1:] if not faults else (), 2):
+            texts = [text.strip() for text in row]
+            if any(texts):
+                rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
+        if not rows and not faults:
+            tell(InputError(f"{path} has a header and no rows: add one row per item"))
     return tuple(rows)
 
 
@@ -321,9 +391,18 @@ def _cells(path: Path, sheet: str | None) -> list[list[str]]:
     """Texts of a table, a list per line, all of one length."""
     rows = _excel_cells(path, sheet) if _is_excel(path) else _text_cells(path)
     width = max(map(len, rows), default=0)
+    if len(rows) > MOST_ROWS or width > MOST_COLUMNS or len(rows) * width > MOST_CELLS:
+        raise _too_large(path, len(rows), width)
     if not width:
         raise InputError(f"{path} is empty: export it again")
     return [row + [""] * (width - len(row)) for row in rows]
+
+
+def _too_large(path: Path, row: int, width: int) -> InputError:
+    return InputError(
+        f"{path}: row {row} has {width} cells, at most {MOST_ROWS} rows, {MOST_COLUMNS} columns "
+        f"and {MOST_CELLS} cells are read: delete stray cells far from the table, or split it"
+    )
 
 
 def _text_cells(path: Path) -> list[list[str]]:
@@ -332,7 +411,8 @@ def _text_cells(path: Path) -> list[list[str]]:
     header = text.partition("\n")[0]
     german = ";" in header and "," not in header
     try:
-        rows = list(csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ","))
+        lines = csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ",")
+        rows = list(itertools.islice(lines, MOST_ROWS + 1))
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
     width = len(rows[0]) if rows else 0
@@ -342,6 +422,7 @@ def _text_cells(path: Path) -> list[list[str]]:
                 f"{path} is no comma-separated table: line {line} has {len(row)} cells and the "
                 f"header {width}"
             )
+    rows = [[unescaped(cell) for cell in row] for row in rows]
     if german:
         rows = [[_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows]
     return rows
@@ -396,11 +477,8 @@ def _sheet_cells(path: Path, sheet: Any) -> list[list[str]]:
     sheet.reset_dimensions()  # what the file states of its size may be anything
     rows: list[list[str]] = []
     for number, cells in enumerate(sheet.iter_rows(values_only=True), 1):
-        if number > MOST_ROWS or len(cells) > MOST_COLUMNS:
-            raise InputError(
-                f"{path}: row {number} of a sheet has {len(cells)} cells, at most {MOST_ROWS} rows "
-                f"and {MOST_COLUMNS} columns are read: delete stray cells far from the table"
-            )
+        if number * len(cells) > MOST_CELLS or number > MOST_ROWS or len(cells) > MOST_COLUMNS:
+            raise _too_large(path, number, len(cells))
         rows.append([_cell_text(value) for value in cells])
     return rows
 
@@ -440,7 +518,7 @@ def write_frame(path: Path, table: pd.DataFrame) -> None:
     InputError
         The file cannot be written.
     """
-    replace_text(path, table.to_csv(index=False, lineterminator="\n"))
+    replace_text(path, csv_text(table))
 
 
 def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
@@ -559,7 +637,12 @@ def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
             f"{lines[other[0]]:.9g} Hz, where the spectra have {frequency[other[0]]:.9g} Hz: "
             "export the torque on the lines of the spectra"
         )
-    return np.array([row.number("engine torque") for row in rows])
+    torque = np.array([row.number("engine torque") for row in rows])
+    try:
+        refuse_beyond("engine torque", torque)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    return torque
 
 
 def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArray) -> None:

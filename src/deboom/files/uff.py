@@ -74,12 +74,12 @@ class UffFunction:
     function_type: int
     response_node: int
     response_direction: str
-    reference_node: int
-    reference_direction: str
-    ordinate: str
-    ordinate_unit: str
-    denominator: str
-    denominator_unit: str
+    reference_node: int = 0
+    reference_direction: str = "scalar"
+    ordinate: str = "unknown"
+    ordinate_unit: str = ""
+    denominator: str = "none"
+    denominator_unit: str = ""
     id_lines: tuple[str, ...] = ()
     response_name: str = ""
     reference_name: str = ""
@@ -136,55 +136,6 @@ class UffFunction:
     def unit(self) -> str:
         """SI unit of the values, such as ``m`` or ``Pa/N``."""
         return "/".join(filter(None, (self.ordinate_unit, self.denominator_unit)))
-
-
-def find(
-    functions: Sequence[UffFunction],
-    *,
-    response_node: int | None = None,
-    response_direction: str | None = None,
-    reference_node: int | None = None,
-    reference_direction: str | None = None,
-    ordinate: str | None = None,
-) -> UffFunction:
-    """Return the one function of a DoF; what is left out is not asked for.
-
-    Parameters
-    ----------
-    functions : sequence of UffFunction
-        Such as ``read_uff`` returns.
-    response_node, reference_node : int, optional
-        Node numbers.
-    response_direction, reference_direction : str, optional
-        ``+x`` … ``-rz`` or ``scalar``.
-    ordinate : str, optional
-        Quantity in a word, such as ``force``.
-
-    Raises
-    ------
-    InputError
-        No function of this DoF, or more than one: the order in the file never decides.
-    """
-    asked = {
-        "response_node": response_node,
-        "response_direction": response_direction,
-        "reference_node": reference_node,
-        "reference_direction": reference_direction,
-        "ordinate": ordinate,
-    }
-    asked = {name: value for name, value in asked.items() if value is not None}
-    found = [f for f in functions if all(getattr(f, name) == v for name, v in asked.items())]
-    if len(found) == 1:
-        return found[0]
-    wish = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in asked.items())
-    if found:
-        raise InputError(f"{len(found)} functions have {wish or 'no condition'}: keep one of them")
-    there = sorted({f.dof for f in functions})
-    more = f" and {len(there) - 3} more" if len(there) > 3 else ""
-    raise InputError(
-        f"no function has {wish}: export it or correct the DoF; there are "
-        f"{'; '.join(there[:3])}{more}"
-    )
 
 
 LARGEST_LINE_ERROR = 0.05
@@ -446,15 +397,6 @@ def _unit(
         )
     return unit
 
-
-__all__ = [
-    "AxisDriftWarning",
-    "UffFunction",
-    "find",
-    "read_uff",
-    "set_types",
-    "write_uff",
-]
 
 # the same rule as pyuff's: -1 in columns 5 and 6, then the end of the line or blanks to column 80
 _SEPARATOR = re.compile(rb"    -1(?=\r|\n|\Z| {74})")

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -11,17 +12,31 @@ from pydantic import Field
 
 from deboom.errors import InputError
 from deboom.files.function_table import Dof, FunctionMatrix
-from deboom.files.platform import Engine, MountEntry, Name, Positive, RelativePath, mounts_of
+from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.rows import (
     CampaignChannel,
     ImpactRow,
     MountRow,
     PanelRow,
     SensorRow,
+    impact_of,
     read_table,
     sensor_of,
 )
-from deboom.files.schema import StrictModel, dump_toml, load_toml, refuse_doubled
+from deboom.files.schema import (
+    AtLeastOne,
+    Name,
+    Number,
+    Positive,
+    RelativePath,
+    Several,
+    StrictModel,
+    Title,
+    beyond_gears,
+    doubled,
+    load_toml,
+    telling,
+)
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
@@ -29,20 +44,67 @@ from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
-from deboom.measurement.sensors import Impact
 
-_FRF = (4,)
+VEHICLE_FILE = "vehicle.toml"
+_VOLUME_ACCELERATION_UNIT = "m/s^2/m^3/s^2"
+_ACCELERANCE = "(m/s^2)/N"
 
 
 class PanelEntry(StrictModel):
     """``[panels]`` in ``vehicle.toml``: what was measured at the panels of the cabin."""
 
-    table: RelativePath
-    """Position sheet, CSV."""
-    motion: RelativePath
-    """UFF: acceleration of the panels inwards per volume acceleration at the ears."""
-    pressure: RelativePath
-    """UFF: pressure at the panels per volume acceleration at the ears."""
+    table: RelativePath  # position sheet, CSV
+    motion: RelativePath  # UFF: acceleration inwards per volume acceleration at the ears
+    pressure: RelativePath  # UFF: pressure at the panels per volume acceleration at the ears
+
+
+class EarEntry(StrictModel):
+    """One ear and the one microphone that stands for it."""
+
+    name: Title  # such as driver ear
+    node: Number  # in the UFF files: of the microphone, and of the loudspeaker in its place
+    # serial number, the response name of all of its functions
+    microphone: Annotated[str, Field(min_length=1, max_length=10)]
+
+
+class VehicleRunEntry(StrictModel):
+    """One run of the assembled vehicle."""
+
+    name: Name  # such as g5_wot220
+    gear: Number
+    torque_limit_nm: Positive  # of the engine
+    file: RelativePath  # UFF: pressure at the ears and acceleration, over the dominant order
+
+
+class VehicleFile(StrictModel):
+    """Keys of ``vehicle.toml``."""
+
+    format: Literal[1]
+    name: Name  # such as U06-1
+    group: Name  # vehicles of one body, such as U06
+    title: str  # in words, for the report
+    mount_table: RelativePath  # virtual points, CSV
+    sensor_table: RelativePath  # position sheet of all accelerometers, CSV or Excel
+    channel_table: RelativePath  # nodes of their channels, CSV
+    impact_table: RelativePath  # position sheet of the blows, CSV
+    source_sensors: Several[Name]  # on the powertrain and on wheel ends; others are on the body
+    direct: RelativePath  # UFF: pressure at the ears per force of the hammer
+    reciprocal: RelativePath  # UFF: acceleration on the body per volume acceleration at the ears
+    accelerance: RelativePath | None = None  # UFF: acceleration on the body per hammer force
+    panels: PanelEntry | None = None  # left out where not measured
+    engine: Engine  # for the order of the runs
+    ears: AtLeastOne[EarEntry]  # in the order of the results
+    mounts: AtLeastOne[MountEntry]  # one without body mass carries the powertrain
+    runs: Several[VehicleRunEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for names and nodes that come twice, and for gears without a ratio."""
+        for section in ("ears", "mounts", "runs"):
+            names = [entry.name for entry in getattr(self, section)]
+            yield from doubled(f"[[{section}]] are named", names)
+        yield from doubled("[[ears]] have the node", [ear.node for ear in self.ears])
+        gears = [(run.name, run.gear) for run in self.runs]
+        yield from beyond_gears("run", gears, self.engine.total_ratios)
 
 
 def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMeasurement:
@@ -51,8 +113,8 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
     names = tuple(row.panel for row in rows)
     dofs = [Dof(row.panel, row.node, "scalar") for row in rows]
     ear_names = tuple(ear.name for ear in ears)
-    motion = FunctionMatrix(folder / entry.motion, "panels", _FRF)
-    pressure = FunctionMatrix(folder / entry.pressure, "panels", _FRF)
+    motion = FunctionMatrix(folder / entry.motion, "panels", (FRF,))
+    pressure = FunctionMatrix(folder / entry.pressure, "panels", (FRF,))
     if not np.array_equal(motion.axis, pressure.axis):
         raise InputError(f"{pressure.path} and {motion.path} have different lines: export alike")
     return PanelMeasurement(
@@ -77,98 +139,6 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
     )
 
 
-VEHICLE_FILE = "vehicle.toml"
-
-
-class EarEntry(StrictModel):
-    """One ear and the one microphone that stands for it."""
-
-    name: Annotated[str, Field(min_length=1)]
-    """Such as ``driver ear``."""
-    node: Annotated[int, Field(ge=1)]
-    """In the UFF files: of the microphone, and of the loudspeaker in its place."""
-    microphone: Annotated[str, Field(min_length=1, max_length=10)]
-    """Serial number, the response name of all of its functions."""
-
-
-class VehicleRunEntry(StrictModel):
-    """One run of the assembled vehicle."""
-
-    name: Name
-    """Such as ``g5_wot220``."""
-    gear: Annotated[int, Field(ge=1)]
-    """Gear of the run."""
-    torque_limit_nm: Positive
-    """Engine torque limit [N m]."""
-    file: RelativePath
-    """UFF file: pressure at the ears and acceleration, over the dominant order."""
-
-
-class VehicleFile(StrictModel):
-    """Keys of ``vehicle.toml``."""
-
-    format: Literal[1]
-    """Of this file."""
-    name: Name
-    """Such as ``U06-1``."""
-    group: Name
-    """Vehicles of one body, such as ``U06``."""
-    title: str
-    """In words, for the report."""
-    mount_table: RelativePath
-    """Virtual points, CSV."""
-    sensor_table: RelativePath
-    """Position sheet of all accelerometers, CSV or Excel."""
-    channel_table: RelativePath
-    """Nodes of their channels, CSV."""
-    impact_table: RelativePath
-    """Position sheet of the blows, CSV."""
-    source_sensors: Annotated[tuple[Name, ...], Field(strict=False)]
-    """Accelerometers on the powertrain and on wheel ends; all others are on the body."""
-    direct: RelativePath
-    """UFF: pressure at the ears per force of the hammer."""
-    reciprocal: RelativePath
-    """UFF: acceleration on the body per volume acceleration at the ears."""
-    accelerance: RelativePath | None = None
-    """UFF: acceleration on the body per force of the hammer; left out where not recorded."""
-    panels: PanelEntry | None = None
-    """Panels of the cabin under the loudspeaker; left out where not measured."""
-    engine: Engine
-    """For the order of the runs."""
-    ears: Annotated[tuple[EarEntry, ...], Field(strict=False, min_length=1)]
-    """In the order of the results."""
-    mounts: Annotated[tuple[MountEntry, ...], Field(strict=False, min_length=1)]
-    """As in ``platform.toml``; one without body mass carries the powertrain."""
-    runs: Annotated[tuple[VehicleRunEntry, ...], Field(strict=False)] = ()
-    """May be empty."""
-
-
-def load_vehicle_file(path: Path) -> VehicleFile:
-    """Read and check ``vehicle.toml``."""
-    vehicle = load_toml(path, VehicleFile)
-    refuse_doubled(path, "[[ears]] are named", [ear.name for ear in vehicle.ears])
-    refuse_doubled(path, "[[ears]] have the node", [str(ear.node) for ear in vehicle.ears])
-    refuse_doubled(path, "[[mounts]] are named", [mount.name for mount in vehicle.mounts])
-    refuse_doubled(path, "[[runs]] are named", [run.name for run in vehicle.runs])
-    for run in vehicle.runs:
-        if run.gear > len(vehicle.engine.total_ratios):
-            raise InputError(
-                f"{path}: run '{run.name}' is in gear {run.gear}, but engine.total_ratios names "
-                f"{len(vehicle.engine.total_ratios)} gears: correct one of them"
-            )
-    return vehicle
-
-
-def dump_vehicle_file(path: Path, vehicle: VehicleFile) -> None:
-    """Write ``vehicle.toml``; what is written is read back and compared first."""
-    dump_toml(path, vehicle)
-
-
-_SPECTRA = (0, 12, 27)
-_VOLUME_ACCELERATION_UNIT = "m/s^2/m^3/s^2"
-_ACCELERANCE = "(m/s^2)/N"
-
-
 def read_vehicle(folder: Path) -> MeasuredVehicle:
     """Read a vehicle's folder and check that its files fit together.
 
@@ -189,7 +159,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         them, or with one of another microphone, type or unit; a mount without blows or sensors. The
         sentence names the file, the item and the remedy.
     """
-    file = load_vehicle_file(folder / VEHICLE_FILE)
+    file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table
     rows = read_table(mount_table, MountRow)
     mounts = mounts_of(folder / VEHICLE_FILE, file.mounts, mount_table, rows)
@@ -207,11 +177,11 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     ear_names = tuple(ear.name for ear in ears)
     blow_names = tuple(row.impact for row in impact_rows)
 
-    direct = FunctionMatrix(folder / file.direct, "hammer", _FRF)
-    reciprocal = FunctionMatrix(folder / file.reciprocal, "loudspeaker", _FRF)
+    direct = FunctionMatrix(folder / file.direct, "hammer", (FRF,))
+    reciprocal = FunctionMatrix(folder / file.reciprocal, "loudspeaker", (FRF,))
     accelerance = None
     if file.accelerance:
-        accelerances = FunctionMatrix(folder / file.accelerance, "hammer", _FRF)
+        accelerances = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
         accelerance = Frf(
             accelerances.axis,
             accelerances.values(body_dofs, blows, ordinate="acceleration", unit="m/s^2/N"),
@@ -233,11 +203,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         ),
         powertrain_mounts=tuple(mount.name for mount in mounts if mount.body_mass is None),
         impacts={
-            point: tuple(
-                Impact(row.impact, np.array(row.position), np.array(row.vector))
-                for row in impact_rows
-                if _point(row) == point
-            )
+            point: tuple(impact_of(row) for row in impact_rows if _point(row) == point)
             for point in points
         },
         direct=Frf(
@@ -269,7 +235,7 @@ def _run(
     ears: Sequence[Dof],
     channels: Sequence[Dof],
 ) -> VehicleRun:
-    matrix = FunctionMatrix(folder / entry.file, f"run '{entry.name}'", _SPECTRA)
+    matrix = FunctionMatrix(folder / entry.file, f"run '{entry.name}'", SPECTRA)
     pressure = matrix.values(ears, ordinate="pressure", unit="Pa")[:, :, 0]
     acceleration = matrix.values(channels, ordinate="acceleration", unit="m/s^2")[:, :, 0]
     return VehicleRun(
@@ -288,16 +254,15 @@ def _run(
 def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> dict[str, Dof]:
     """Return the DoF of every accelerometer channel, in the order of the position sheet."""
     path = folder / file.channel_table
-    table = {row.channel: row for row in read_table(path, CampaignChannel)}
+    # the files themselves must be in SI, whatever the table says
+    table = {row.channel: replace(row.dof, unit=None) for row in read_table(path, CampaignChannel)}
     wanted = [f"{row.sensor} {axis}" for row in sensors for axis in "xyz"]
-    missing = [name for name in wanted if name not in table]
-    if missing:
-        raise InputError(f"{path}: no row for channel {missing[0]}: add its node and direction")
-    return {name: _dof(table[name]) for name in wanted}
-
-
-def _dof(row: CampaignChannel) -> Dof:
-    return Dof(row.channel, row.node, row.direction, sign=row.sign)
+    with telling(None) as tell:
+        for name in wanted:
+            if name not in table:
+                sentence = f"{path}: no row for channel {name}: add its node and direction"
+                tell(InputError(sentence))
+    return {name: table[name] for name in wanted}
 
 
 def _check_places(
@@ -310,27 +275,28 @@ def _check_places(
     """Every blow and sensor belongs to a mount, and every mount has both."""
     names = [row.sensor for row in sensors]
     unknown = [name for name in file.source_sensors if name not in names]
-    if unknown:
-        raise InputError(
-            f"{folder / VEHICLE_FILE}: source_sensors {unknown} are not in {file.sensor_table}"
-        )
     on_body = [row for row in sensors if row.sensor not in file.source_sensors]
-    for table, what, places in (
-        (file.impact_table, "blow of the hammer", [_point(row) for row in impacts]),
-        (file.sensor_table, "accelerometer on the body", [_point(row) for row in on_body]),
-    ):
-        for place in places:
-            if place not in points:
-                raise InputError(
-                    f"{folder / table}: '{place}' is no mount or piece of {VEHICLE_FILE}, there "
-                    f"are {', '.join(points)}: correct one of them"
-                )
-        for point in points:
-            if point not in places:
-                raise InputError(
-                    f"{folder / table}: {point} has no {what}: a path without noise transfer "
-                    "function cannot be judged; measure it, or leave the mount out"
-                )
+    with telling(None) as tell:
+        if unknown:
+            where = folder / VEHICLE_FILE
+            sentence = f"{where}: source_sensors {unknown} are not in {file.sensor_table}"
+            tell(InputError(f"{sentence}: add them there, or correct their names"))
+        for table, what, places in (
+            (file.impact_table, "blow of the hammer", [_point(row) for row in impacts]),
+            (file.sensor_table, "accelerometer on the body", [_point(row) for row in on_body]),
+        ):
+            for place in dict.fromkeys(places):
+                if place not in points:
+                    sentence = f"{folder / table}: '{place}' is no mount or piece of {VEHICLE_FILE}"
+                    remedy = f"there are {', '.join(points)}: correct one of them"
+                    tell(InputError(f"{sentence}, {remedy}"))
+            for point in points:
+                if point not in places:
+                    sentence = f"{folder / table}: {point} has no {what}: a path without noise "
+                    remedy = (
+                        "transfer function cannot be judged; measure it, or leave the mount out"
+                    )
+                    tell(InputError(sentence + remedy))
 
 
 def _point(row: ImpactRow | SensorRow) -> str:

@@ -431,9 +431,18 @@ def _refuse_too_short(shaft: ShaftAngle, ends: RealArray) -> None:
         )
 
 
+MOST_LINES = 20_000
+"""Lines of an order spectrum above which its step is taken for a mistake."""
+
+
 def _multiples(low: float, high: float, step: float, unit: str) -> RealArray:
     """Whole multiples of a step from low to high, at least two of them."""
     first, last = np.ceil(low / step - 1e-9), np.floor(high / step + 1e-9)
+    if last - first > MOST_LINES:
+        raise InputError(
+            f"{last - first:.3g} lines lie between {low:.1f} and {high:.1f} {unit} in steps of "
+            f"{step:g}: take a larger step"
+        )
     if last <= first:
         raise InputError(
             f"fewer than two lines lie between {low:.1f} and {high:.1f} {unit} in steps of "

@@ -19,6 +19,7 @@ from deboom.errors import InputError
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
+from deboom.tabled import csv_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -284,10 +285,7 @@ class Report:
 
         Tables are UTF-8 with Unix line ends and floats that read back exactly.
         """
-        contents = {
-            f"{stem}.csv": frame.to_csv(index=False, lineterminator="\n").encode()
-            for stem, frame in self.tables.items()
-        }
+        contents = {f"{stem}.csv": csv_text(frame).encode() for stem, frame in self.tables.items()}
         contents |= {f"figures/{stem}.png": png for stem, png in self.figures.items()}
         contents |= {f"{s}.json": _json(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments

@@ -19,14 +19,15 @@ from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.campaign import (
     CAMPAIGN_FILE,
+    CampaignFile,
     add_operating_run,
-    load_campaign_file,
     new_run_file,
     read_campaign,
     read_time_run,
 )
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
+from deboom.files.schema import load_toml
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.noise_transfer import POINT_LOADS
@@ -187,7 +188,7 @@ def track_untracked(folder: Path, say: Callable[[str], None]) -> None:
     - `say`: called with each line of the reports.
     - raises InputError: as `orders_into_campaign`; runs that were tracked before stay.
     """
-    file = load_campaign_file(Path(folder) / CAMPAIGN_FILE)
+    file = load_toml(Path(folder) / CAMPAIGN_FILE, CampaignFile)
     there = [(run.mount_set, run.name) for run in file.runs]
     for entry in file.time_runs:
         if (entry.mount_set, entry.name) not in there:

@@ -109,7 +109,8 @@ def refresh_overview(results: Path) -> Path | None:
         entries, damaged = readable_runs(results)
         page = render_overview(run_cards(entries, results), [str(error) for error in damaged])
         replace_text(results / INDEX, page)
-    except InputError as error:
+    # whatever stands in the folder beside it: a run that has ended well does not fail for a page
+    except Exception as error:
         print(f"deboom: no overview: {error}", file=sys.stderr)
         return None
     return results / INDEX

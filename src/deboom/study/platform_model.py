@@ -21,13 +21,14 @@ from deboom.files.library_export import read_library_json
 from deboom.files.platform import (
     PLATFORM_FILE,
     Platform,
+    PlatformFile,
     assembled,
-    load_right_platform_file,
     read_contents,
     read_platform,
 )
 from deboom.files.run_folder import hash_files
-from deboom.files.schema import noting
+from deboom.files.schema import load_toml, noting
+from deboom.files.tables import RANGES
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount, refuse_active_mounts
@@ -585,7 +586,9 @@ class PlatformCheck:
         """What a platform without a fault holds, one item a line; empty with one."""
         if self.faults or self.platform is None:
             return ""
-        return "\n".join(f"{name:<13}{text}" for name, text in _summary(self.platform))
+        lines = list(_summary(self.platform))
+        width = max(len(name) for name, _ in lines) + 2
+        return "\n".join(f"{name:<{width}}{text}" for name, text in lines)
 
 
 def check_platform(folder: Path) -> PlatformCheck:
@@ -621,7 +624,7 @@ def check_platform(folder: Path) -> PlatformCheck:
         sentence = f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
         return PlatformCheck((sentence,), (), None)
     with noting(faults.append):
-        file = load_right_platform_file(folder / PLATFORM_FILE, faults.append)
+        file = load_toml(folder / PLATFORM_FILE, PlatformFile, faults.append)
         contents = read_contents(folder, file, faults.append)
         if contents.mounts is None:
             waiting.append("whether the tables fit the mounts")
@@ -682,7 +685,33 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
         f"of order {case.order:g}",
     )
+    for name, sizes in _sizes(platform).items():
+        yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
     if (platform.folder / LIBRARY_FILE).exists():
         yield "library", f"{LIBRARY_FILE} fits all mounts"
     else:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def _sizes(platform: Platform) -> dict[str, RealArray]:
+    """Return magnitudes of what was measured: of a channel, the median over its lines."""
+    cases = platform.load_cases
+    forces = [np.median(np.abs(case.force.values), axis=0) for case in cases]
+    motions = [np.median(np.abs(case.displacement.values), axis=0) for case in cases]
+    vehicles = platform.fleet.vehicles
+    transfer = [np.median(np.abs(each.noise_transfer.values), axis=0) for each in vehicles]
+    levels = []
+    for case in cases:
+        paths = path_contributions(platform.fleet, platform.mounts, case, study_band(platform))
+        pressure = paths.pressure(np.ones((1, len(paths.variable_names))))[0]
+        levels.append(spl(pressure, paths.frequency, axis=-1).max(axis=-1))
+    sizes = {
+        "position": np.abs([place for mount in platform.mounts for place in mount.positions]),
+        "displacement": np.concatenate(motions),
+        "force": np.concatenate(forces),
+        "stiffness": np.concatenate([f / s for f, s in zip(forces, motions, strict=True)]),
+        "noise transfer function": np.concatenate(transfer, axis=None),
+        "level": np.concatenate(levels),
+    }
+    torques = [np.abs(case.engine_torque) for case in cases if case.engine_torque is not None]
+    return sizes | ({"engine torque": np.concatenate(torques)} if torques else {})

@@ -13,8 +13,10 @@ import ast
 import difflib
 import importlib.util
 import inspect
+import math
 import sys
 import time
+import traceback
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -28,6 +30,7 @@ from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
+from deboom.files.disk import read_text
 from deboom.files.run_folder import (
     LOCK,
     RECORD,
@@ -121,9 +124,13 @@ def question_of(path: Path) -> str:
     """
     path = find_study(path)
     try:
-        docstring = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
+        docstring = ast.get_docstring(ast.parse(read_text(path)))
     except SyntaxError as error:
         raise InputError(f"{path}: line {error.lineno} is not Python ({error.msg})") from error
+    except (ValueError, RecursionError, MemoryError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path} is not Python ({error or 'nested too deeply'})") from None
     if not docstring:
         raise InputError(f"{path}: a study's docstring is its question, and this file has none")
     return " ".join(docstring.split("\n\n")[0].split())
@@ -199,9 +206,16 @@ def _module(path: Path) -> ModuleType:
     sys.modules[name] = module  # dataclasses look their annotations up there
     try:
         spec.loader.exec_module(module)
-    except BaseException:
+    except Exception as error:
         del sys.modules[name]
-        raise
+        if shipped or isinstance(error, InputError):
+            raise
+        here = [
+            f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)
+        ]
+        where = f" line {here[-1]}" if here else ""
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}{where} cannot be imported ({what}): correct it") from error
     return module
 
 
@@ -484,6 +498,7 @@ def study_command(wanted: str | Path) -> typer.Typer:
         names = ("context", "out", "resume", "other_code")
         context, out, resume, other_code = (arguments.pop(name) for name in names)
         with one_sentence_errors():
+            _check_numbers(arguments)
             if resume is None:
                 folder = run_study(study, out, arguments)
             else:
@@ -501,6 +516,17 @@ def study_command(wanted: str | Path) -> typer.Typer:
     app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
     app.command()(command)
     return app
+
+
+def _check_numbers(arguments: Mapping[str, Any]) -> None:
+    """Refuse numbers that no option means, before any work."""
+    for name, value in arguments.items():
+        values = value if isinstance(value, tuple | list) else (value,)
+        option = f"--{name.replace('_', '-')} {value}"
+        if any(isinstance(each, float) and not math.isfinite(each) for each in values):
+            raise InputError(f"{option}: give a finite number")
+        if name == "tolerance" and not 0.0 < value < 1.0:
+            raise InputError(f"{option}: a tolerance lies between 0 and 1, both excluded")
 
 
 def _common_options(

@@ -1,0 +1,456 @@
+"""Break every kind of input that deboom reads, and see that it answers with a sentence.
+
+``python benchmarks/fuzz.py --seconds 600`` (``make fuzz``). Each case is a small valid folder with
+one or two things broken, read in a process of its own with 60 s and 2 GB. It ends as
+
+- sentence: refused with an `InputError`; accepted: read without complaint;
+- traceback, hang, crash, half-written: a fault of deboom, printed with the seed that repeats it.
+"""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import importlib
+import io
+import json
+import os
+import random
+import re
+import resource
+import shutil
+import signal
+import sqlite3
+import sys
+import tempfile
+import time
+import traceback
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+
+import openpyxl
+
+from deboom.errors import InputError
+
+LARGEST_MEMORY, LONGEST, LONGEST_SENTENCE = 2 * 2**30, 60.0, 2000
+FAULTS = ("traceback", "hang", "crash", "half-written")
+NAMES = ("", " ", "$x$", "<b>", '"', "'", ";", "../..", "a\0b", "=1+1", "ü", "x" * 100_000, "nan")
+NUMBERS = (
+    "0",
+    "-1",
+    "1e308",
+    "1e-308",
+    "1e999",
+    "nan",
+    "inf",
+    "-0",
+    "1_0",
+    "１",
+    "0x10",
+    "9" * 5000,
+)
+VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9" * 99_999)
+
+
+def reader(name: str) -> Callable[[Path], object]:
+    """Return a function of deboom, such as ``files.campaign:read_campaign``."""
+    module, function = name.split(":")
+    return lambda path: getattr(importlib.import_module(f"deboom.{module}"), function)(path)
+
+
+def command(*words: str) -> Callable[[Path], object]:
+    """Return a command; the folder of the case stands for ``@``."""
+
+    def call(folder: Path) -> None:
+        from deboom.cli import app
+
+        arguments = [word.replace("@", str(folder)) for word in words]
+        raise SystemExit(app(arguments, standalone_mode=False))
+
+    return call
+
+
+def _platform(folder: Path) -> None:
+    from deboom.choices import FunctionFiles
+    from deboom.files.new_platform import new_platform
+
+    new_platform(
+        folder,
+        mounts=("EnM", "Du=left,right"),
+        vehicles=("car",),
+        group="family",
+        load_cases=("run",),
+        files=FunctionFiles.csv,
+    )
+    toml = folder / "platform.toml"
+    text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(), flags=re.M)
+    case = 'operating = "operating/run.csv"'
+    toml.write_text(text.replace(case, f'{case}\ntorque_table = "torque.csv"'))
+    lines = [20.0 + 4.0 * k for k in range(11)]
+    rows = [f"{line},{100 + line}" for line in lines]
+    (folder / "torque.csv").write_text("\n".join(["frequency [Hz],engine torque [N m]", *rows]))
+    for path in (folder / "noise_transfer/car.csv", folder / "operating/run.csv"):
+        names = path.read_text().strip().split(",")
+        sizes = [100.0 if "force" in n else 1e-3 if "displacement" in n else 0.01 for n in names]
+        table = [[line, *(size * (1 + line / 60) for size in sizes[1:])] for line in lines]
+        text = "\n".join([",".join(names), *(",".join(map(str, row)) for row in table)])
+        path.write_text(f"{text}\n")
+    book = openpyxl.load_workbook(folder / "mounts.xlsx")
+    for row in book.worksheets[0].iter_rows(min_row=2, min_col=3):
+        for cell in row:
+            cell.value = 0.25
+    book.save(folder / "mounts.xlsx")
+
+
+def _platform_uff(folder: Path) -> None:
+    from deboom.studies import __path__ as studies
+
+    there = Path(next(iter(studies))) / "data" / "u06_f39_f45"
+    folder.mkdir()
+    for name in ("platform.toml", "mounts.csv", "channels.csv", "noise_transfer", "operating"):
+        copy = shutil.copytree if (there / name).is_dir() else shutil.copy
+        copy(there / name, folder / name)
+    text = (folder / "platform.toml").read_text()
+    for section, kept in (("vehicles", 'name = "U06-1"'), ("load_cases", 'name = "g5_wot220"')):
+        blocks = [b for b in text.split("\n\n") if not b.startswith(f"[[{section}]]") or kept in b]
+        text = "\n\n".join(blocks) + "\n"
+    (folder / "platform.toml").write_text(text)
+    for path in folder.rglob("*.uff"):
+        if path.name not in ("U06-1.uff", "g5_wot220.uff"):
+            path.unlink()
+
+
+def _matlab(folder: Path) -> None:
+    import numpy as np
+    from scipy.io import savemat
+
+    folder.mkdir()
+    names = np.array(["TSM x", "TSM y force"], dtype=object)
+    lines = np.arange(20.0, 30.0)
+    values = np.ones((10, 2)) * (1 + 2j)
+    savemat(folder / "a.mat", {"frequency": lines, "names": names, "values": values, "units": "N"})
+
+
+def _campaign(folder: Path) -> None:
+    import numpy as np
+
+    from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
+    from deboom.bench.campaign_writer import write_campaign
+    from deboom.bench.operating_run import PlannedRun
+
+    time_run = TimeRunPlan(last_speed=1700.0, duration=2.0, sample_rate=2048.0)
+    runs = (PlannedRun(5, 220.0, full_load=True),)
+    plan = CampaignPlan(("M1",), runs, 1, frequency=np.arange(30.0, 41.0), time_run=time_run)
+    write_campaign(folder, 1, plan)
+
+
+def _written(function: str, *arguments: object, **keywords: object) -> Callable[[Path], None]:
+    def build(folder: Path) -> None:
+        module, name = function.split(":")
+        getattr(importlib.import_module(f"deboom.bench.{module}"), name)(
+            folder, *arguments, **keywords
+        )
+        shutil.rmtree(folder / "truth", ignore_errors=True)
+
+    return build
+
+
+def _hits(folder: Path) -> None:
+    from deboom.bench.compressor_truth import CompressorPlan
+    from deboom.bench.compressor_writer import write_compressor_test
+    from deboom.choices import CalibrationLevel
+
+    whole = folder.with_name("whole_compressor")
+    write_compressor_test(whole, 1, CalibrationLevel.C2, CompressorPlan(hits=True))
+    shutil.copytree(whole / "hits", folder)
+    lines = (folder / "impacts.csv").read_text().splitlines(keepends=True)
+    (folder / "impacts.csv").write_text("".join(lines[:2]))
+
+
+def _limits(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "a.toml").write_text(
+        "format = 1\nrisk_percent = 5.0\n[static_unbalance]\nat_most_g_mm = 25.0\n[[stiffness]]\n"
+        'direction = "x"\nfrom_hz = 20.0\nto_hz = 60.0\nat_most_n_per_mm = 90.0\n'
+    )
+
+
+def _parts(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "a.toml").write_text(
+        'format = 1\nhardness_share = 0.5\n[[parts]]\nnumber = "A"\nplaces = ["EnM", "GeM"]\n'
+        'pieces = 2\n[[tolerances]]\nvariable = "EnM x"\ntolerance = 0.1\n'
+    )
+
+
+def _study(folder: Path) -> None:
+    folder.mkdir()
+    (folder / "a.py").write_text(
+        '"""What is it?"""\nfrom dataclasses import dataclass\n\n\n@dataclass(frozen=True)\n'
+        "class Options:\n    seed: int = 1\n\n\ndef prepare(options):\n    return options\n\n\n"
+        "def run(model, options, context):\n    return model\n"
+    )
+
+
+def _results(folder: Path) -> None:
+    from deboom.files.run_folder import finish_run, start_run
+
+    record = {"study": "s", "question": "q?", "arguments": {"seed": 1}, "seed": 1, "command": "c"}
+    run = start_run(folder, "s", seed=1, record=record)
+    run.save_json("summary.json", {"a": 1.0})
+    run.save_text("front.csv", "a [1],b\n1,2\n")
+    finish_run(run)
+
+
+def _library(folder: Path) -> None:
+    from deboom.studies import __path__ as studies
+
+    from deboom.files.library_export import read_library_json, write_library_json
+    from deboom.mounts.library import open_library
+
+    there = Path(next(iter(studies))) / "data" / "u06_f39_f45" / "mounts.library.json"
+    campaigns, mounts = read_library_json(there)
+    folder.mkdir()
+    names = {mounts[0].identity.campaign}
+    campaigns = tuple(record for record in campaigns if record.name in names)
+    write_library_json(folder / "a.json", campaigns, mounts[:1])
+    with open_library(str(folder / "a.db"), create=True) as library:
+        library.add(campaigns, mounts[:1])
+
+
+KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
+    "platform": (_platform, command("check", "@")),
+    "platform of UFF": (_platform_uff, command("check", "@")),
+    "MATLAB": (_matlab, lambda f: reader("files.function_table:read_function_table")(f / "a.mat")),
+    "campaign": (_campaign, reader("files.campaign:read_campaign")),
+    "orders": (_campaign, command("orders", "@", "g5_wot220_time", "--name", "again")),
+    "vehicle": (
+        _written("vehicle_writer:write_vehicle", 1, load_cases=(), accelerance=False),
+        lambda f: reader("files.vehicle:read_vehicle")(f),
+    ),
+    "compressor": (
+        _written("compressor_writer:write_compressor_test", 1),
+        reader("files.inertance_test:read_inertance_test"),
+    ),
+    "operation": (
+        _written("compressor_writer:write_operating_test", 1),
+        reader("files.operating_test:read_operating_test"),
+    ),
+    "electric car": (
+        _written("electric_car_writer:write_electric_car", 1),
+        reader("files.electric_car:read_electric_car"),
+    ),
+    "hammer test": (_hits, reader("files.hammer_test:read_hammer_test")),
+    "limits": (_limits, lambda f: reader("files.limits:read_component_limits")(f / "a.toml")),
+    "part numbers": (_parts, lambda f: reader("files.limits:load_parts")(f / "a.toml")),
+    "study": (_study, command("run", "@/a.py", "--help")),
+    "list of runs": (_results, command("list", "@", "--html")),
+    "library": (_library, command("library", "show", "@/a.db")),
+    "import": (_library, command("library", "import", "@/new.db", "@/a.json")),
+}
+OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
+"""Files that a command may write."""
+
+
+def broken(folder: Path, chance: random.Random) -> str:
+    """Break one file of a folder; return what was done."""
+    there = sorted(p for p in folder.rglob("*") if p.is_file())
+    if not there:
+        return "nothing left"
+    path = chance.choice(there)
+    ways: list[Callable[[Path, random.Random], None]] = [_bytes, _cut, _other_file]
+    special = {".xlsx": _cells, ".json": _json, ".db": _rows, ".mat": _bytes, ".uff": _text}
+    ways += [special.get(path.suffix, _text)] * 5
+    way = chance.choice(ways)
+    try:
+        way(path, chance)
+    except Exception:  # already so broken that only bytes can be changed
+        way = _bytes
+        way(path, chance)
+    return f"{way.__name__.strip('_')} {path.relative_to(folder)}"
+
+
+def _bytes(path: Path, chance: random.Random) -> None:
+    data = bytearray(path.read_bytes() or b"\0")
+    for _ in range(chance.choice((1, 3, 30))):
+        data[chance.randrange(len(data))] = chance.randrange(256)
+    path.write_bytes(data)
+
+
+def _cut(path: Path, chance: random.Random) -> None:
+    data = path.read_bytes()
+    at = chance.randrange(len(data) + 1)
+    path.write_bytes(chance.choice((data[:at], data[at:], data[:at] * 2, data + b"\0" * at, b"")))
+
+
+def _other_file(path: Path, chance: random.Random) -> None:
+    path.unlink()
+    way = chance.randrange(5)
+    if way == 0:
+        os.mkfifo(path)
+    elif way == 1:
+        path.symlink_to(chance.choice(("/dev/zero", "/dev/null", path.name)))
+    elif way == 2:
+        path.mkdir()
+    elif way == 3:
+        path.write_bytes(chance.choice((b"\xff\xfe", b"\xd0\xcf\x11\xe0" * 200, b"PK\x03\x04")))
+
+
+def _text(path: Path, chance: random.Random) -> None:
+    text = path.read_bytes().decode("latin-1")
+    words = list(re.finditer(r"[^\s,;\"'=\[\]{}]+", text))
+    way = chance.randrange(6)
+    if way == 0 or not words:
+        lines = text.splitlines(keepends=True) or [""]
+        place = chance.randrange(len(lines))
+        lines[place : place + 1] = lines[place : place + 1] * chance.choice((0, 2))
+        text = "".join(lines)
+    elif way == 1:
+        text += chance.choice(("[" * 5000, "a = " + "[" * 5000, '{"a":' * 5000, "\n,,,,,,,,,\n"))
+    else:
+        word = chance.choice(words)
+        number = re.fullmatch(r"[+-]?[\d.]+(e[+-]?\d+)?", word[0])
+        new = chance.choice(NUMBERS if number and way < 5 else NAMES)
+        text = text[: word.start()] + new + text[word.end() :]
+    path.write_bytes(text.encode("utf-8" if "ü" in text else "latin-1", "replace"))
+
+
+def _json(path: Path, chance: random.Random) -> None:
+    document = json.loads(path.read_text())
+    inside, trail = document, []
+    while isinstance(inside, dict | list) and inside and (len(trail) < 2 or chance.random() < 0.7):
+        key = chance.choice(list(inside) if isinstance(inside, dict) else range(len(inside)))
+        trail.append((inside, key))
+        inside = inside[key]
+    holder, key = trail[-1]
+    if isinstance(holder, dict) and chance.random() < 0.2:
+        del holder[key]
+    else:
+        holder[key] = chance.choice((*VALUES, float("nan"), "os.system", "DELETE FROM mount"))
+    path.write_text(json.dumps(document))
+
+
+def _cells(path: Path, chance: random.Random) -> None:
+    book = openpyxl.load_workbook(path)
+    sheet = chance.choice(book.worksheets)
+    if chance.random() < 0.2:
+        sheet.cell(*chance.choice(((1_048_576, 16_384), (1, 16_384), (1_048_576, 1)))).value = "x"
+    else:
+        cell = sheet.cell(chance.randint(1, sheet.max_row), chance.randint(1, sheet.max_column))
+        new = chance.choice((None, True, -1, 1e308, "=1/0", "nan", "x" * 30_000, "$", "1,5"))
+        cell.value = new
+    book.save(path)
+
+
+def _rows(path: Path, chance: random.Random) -> None:
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        tables = [
+            row[0] for row in base.execute("SELECT name FROM sqlite_master WHERE type='table'")
+        ]
+        table = chance.choice(tables)
+        columns = [row[1] for row in base.execute(f'PRAGMA table_info("{table}")')]
+        value = chance.choice((None, "x", -1, 1e308, b"\0\1", "DELETE FROM mount", "os.system"))
+        with contextlib.suppress(sqlite3.Error):
+            base.execute(f'UPDATE "{table}" SET "{chance.choice(columns)}" = ?', (value,))
+
+
+def outcome(read: Callable[[Path], object], folder: Path) -> tuple[str, str]:
+    """Read a folder in a process of its own; return the class and what it said."""
+    before = {p: p.lstat().st_mtime_ns for p in folder.rglob("*")}
+    sys.dont_write_bytecode = True
+    said = folder.with_suffix(".txt")
+    child = os.fork()
+    if child == 0:
+        _child(read, folder, said)
+    end = time.monotonic() + LONGEST
+    status = None
+    while status is None and time.monotonic() < end:
+        done, code = os.waitpid(child, os.WNOHANG)
+        status = code if done else time.sleep(0.005)
+    if status is None:
+        os.kill(child, signal.SIGKILL)
+        os.waitpid(child, 0)
+        return "hang", ""
+    text = said.read_text(errors="replace") if said.exists() else ""
+    if os.WIFSIGNALED(status):
+        return "crash", f"signal {os.WTERMSIG(status)} {text}"
+    changed = [
+        p
+        for p in folder.rglob("*")
+        if before.get(p) != p.lstat().st_mtime_ns and p.is_file() and p.name not in OUTPUTS
+    ]
+    if changed or list(folder.parent.glob(f"{folder.name}/**/.write-*")):
+        return "half-written", f"{changed} {text}"
+    return ("accepted", "sentence", "traceback")[min(os.WEXITSTATUS(status), 2)], text
+
+
+def _child(read: Callable[[Path], object], folder: Path, said: Path) -> None:
+    code = 0
+    told = io.StringIO()
+    try:
+        used = int(Path("/proc/self/statm").read_text().split()[0]) * resource.getpagesize()
+        resource.setrlimit(resource.RLIMIT_AS, (used + LARGEST_MEMORY,) * 2)
+        with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(told):
+            try:
+                read(folder)
+            except InputError as error:
+                print(error, file=told)
+                raise SystemExit(2) from None
+    except SystemExit as error:
+        lines = told.getvalue().splitlines()
+        said.write_text(told.getvalue()[:3000])
+        readable = lines and max(map(len, lines)) < LONGEST_SENTENCE
+        code = {2: 1 if readable else 2}.get(error.code, 2 if error.code else 0)
+    except BaseException:
+        code = 2
+        said.write_text(traceback.format_exc())
+    finally:
+        os._exit(code)
+
+
+def main() -> int:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--seconds", type=float, default=600.0)
+    parser.add_argument("--cases", type=int, default=10**9)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--kind", help="one kind of input only")
+    asked = parser.parse_args()
+    end = time.monotonic() + asked.seconds
+    counts: Counter[tuple[str, str]] = Counter()
+    kinds = [asked.kind] if asked.kind else list(KINDS)
+    with tempfile.TemporaryDirectory(prefix="fuzz-") as place:
+        good = Path(place) / "good"
+        good.mkdir()
+        for number, kind in enumerate(kinds):
+            with contextlib.redirect_stdout(io.StringIO()):
+                KINDS[kind][0](good / f"kind{number}")
+            found = outcome(
+                KINDS[kind][1], shutil.copytree(good / f"kind{number}", Path(place) / "ok")
+            )
+            assert found[0] == "accepted", f"{kind} is not valid: {found}"
+            shutil.rmtree(Path(place) / "ok")
+        for case in range(asked.cases):
+            if time.monotonic() > end:
+                break
+            number = case % len(kinds)
+            chance = random.Random(f"{asked.seed} {kinds[number]} {case // len(kinds)}")
+            folder = shutil.copytree(good / f"kind{number}", Path(place) / "case")
+            done = " and ".join(broken(folder, chance) for _ in range(chance.choice((1, 1, 1, 2))))
+            kind_of_end, text = outcome(KINDS[kinds[number]][1], folder)
+            counts[kinds[number], kind_of_end] += 1
+            if kind_of_end in FAULTS:
+                print(f"{kind_of_end}: {kinds[number]}, case {case}: {done}\n{text}", flush=True)
+            shutil.rmtree(folder)
+            (Path(place) / "case.txt").unlink(missing_ok=True)
+    ends = ("sentence", "accepted", *FAULTS)
+    print(f"{'kind':<18}" + "".join(f"{name:>13}" for name in ends))
+    for kind in kinds:
+        print(f"{kind:<18}" + "".join(f"{counts[kind, name]:>13}" for name in ends))
+    faults = sum(count for (_, name), count in counts.items() if name in FAULTS)
+    print(f"{counts.total()} cases, seed {asked.seed}: {faults} faults")
+    return 1 if faults or not counts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -600,17 +600,10 @@ ID_LINE = 80
 def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
     """Return where the file of a new operating run goes.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign.
-    mount_set, name : str
-        Of the run.
-
-    Raises
-    ------
-    InputError
-        The run is there already, or a file in its place; a name with a blank or a slash.
+    - `folder`: of the campaign.
+    - `mount_set`, `name`: of the run.
+    - raises InputError: the run is there already, or a file in its place; a name with a blank or a
+      slash.
     """
     path = Path(folder) / CAMPAIGN_FILE
     file = load_toml(path, CampaignFile)
@@ -632,26 +625,13 @@ def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
 def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()) -> Path:
     """Add an operating run to a campaign, in SI; the campaign has all of it or stays as it was.
 
-    Parameters
-    ----------
-    folder : Path
-        Of the campaign.
-    run : OperatingRun
-        With the channels of the campaign's channel table.
-    notes : sequence of str
-        Up to two lines on where it comes from, for the ID lines of the file; they are cut at 80
-        characters.
-
-    Returns
-    -------
-    Path
-        The file of its spectra.
-
-    Raises
-    ------
-    InputError
-        As `new_run_file`; a channel of the table that the run does not have; a table without
-        engine speed; files that cannot be written.
+    - `folder`: of the campaign.
+    - `run`: with the channels of the campaign's channel table.
+    - `notes`: up to two lines on where it comes from, for the ID lines of the file; they are cut at
+      80 characters.
+    - returns: the file of its spectra.
+    - raises InputError: as `new_run_file`; a channel of the table that the run does not have; a
+      table without engine speed; files that cannot be written.
     """
     place = new_run_file(folder, run.mount_set, run.name)
     path = Path(folder) / CAMPAIGN_FILE

@@ -30,17 +30,10 @@ class CheckpointFolder:
     Every file appears complete or not at all, whenever the process is killed. The folder is made
     with the first file.
 
-    Parameters
-    ----------
-    folder : Path
-        Of this search alone; its parent exists.
-    inputs_sha256 : mapping of str to str
-        Input files of the search and their hashes, such as `hash_files` gives.
-
-    Raises
-    ------
-    InputError
-        The folder holds a search with other inputs: the sentence names the first such file.
+    - `folder`: of this search alone; its parent exists.
+    - `inputs_sha256`: input files of the search and their hashes, such as `hash_files` gives.
+    - raises InputError: the folder holds a search with other inputs: the sentence names the first
+      such file.
     """
 
     folder: Path
@@ -65,10 +58,7 @@ class CheckpointFolder:
     def load(self) -> dict[str, Any] | None:
         """Return the facts about the search; None before they were first saved.
 
-        Raises
-        ------
-        InputError
-            A damaged file.
+        - raises InputError: a damaged file.
         """
         path = self.folder / "search.json"
         return read_json(path, "it is damaged, start a new run") if path.exists() else None
@@ -82,10 +72,7 @@ class CheckpointFolder:
     def kept(self, number: int) -> dict[str, AnyArray] | None:
         """Return the evaluations of one generation; None if they were not kept.
 
-        Raises
-        ------
-        InputError
-            A damaged file.
+        - raises InputError: a damaged file.
         """
         return _read_npz(self.folder / "evaluations" / f"{number:06d}.npz")
 
@@ -101,21 +88,11 @@ class CheckpointFolder:
 def read_evaluations(folder: Path) -> dict[str, AnyArray]:
     """Return every evaluation of a search, in the order in which they were made.
 
-    Parameters
-    ----------
-    folder : Path
-        Of a `CheckpointFolder`, such as ``<run>/search``, whether its run is finished or not.
-
-    Returns
-    -------
-    dict of str to array
-        ``generation``, shape (n,), from 1, and the columns that the search kept, such as
-        ``designs`` (n, k), ``mean`` and ``sigma`` (n, r).
-
-    Raises
-    ------
-    InputError
-        No evaluations, or a damaged file.
+    - `folder`: of a `CheckpointFolder`, such as ``<run>/search``, whether its run is finished or
+      not.
+    - returns: ``generation``, shape (n,), from 1, and the columns that the search kept, such as
+      ``designs`` (n, k), ``mean`` and ``sigma`` (n, r).
+    - raises InputError: no evaluations, or a damaged file.
     """
     paths = sorted((folder / "evaluations").glob("[0-9]*.npz"))
     if not paths:

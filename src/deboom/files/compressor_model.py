@@ -21,13 +21,7 @@ VERSION = 1
 def compressor_document(compressor: IdentifiedCompressor) -> dict[str, Any]:
     """Put a compressor into words and numbers that JSON knows; units stand in the keys.
 
-    Parameters
-    ----------
-    compressor : IdentifiedCompressor
-
-    Returns
-    -------
-    dict
+    - `compressor`.
     """
     model = compressor.model
     return {
@@ -70,16 +64,9 @@ def compressor_document(compressor: IdentifiedCompressor) -> dict[str, Any]:
 def write_compressor_model(path: Path, compressor: IdentifiedCompressor) -> None:
     """Write a compressor; the file appears complete or not at all.
 
-    Parameters
-    ----------
-    path : Path
-        Replaced if it is there.
-    compressor : IdentifiedCompressor
-
-    Raises
-    ------
-    InputError
-        A folder that cannot be written.
+    - `path`: replaced if it is there.
+    - `compressor`.
+    - raises InputError: a folder that cannot be written.
     """
     document = compressor_document(compressor)
     replace_text(path, json.dumps(document, indent=1, ensure_ascii=False, allow_nan=False) + "\n")
@@ -88,18 +75,9 @@ def write_compressor_model(path: Path, compressor: IdentifiedCompressor) -> None
 def read_compressor_model(path: Path) -> IdentifiedCompressor:
     """Read what `write_compressor_model` wrote; `model` is the compressor.
 
-    Parameters
-    ----------
-    path : Path
-
-    Returns
-    -------
-    IdentifiedCompressor
-
-    Raises
-    ------
-    InputError
-        The file is missing, no JSON, of another format or version, or lacks an entry.
+    - `path`.
+    - raises InputError: the file is missing, no JSON, of another format or version, or lacks an
+      entry.
     """
     kind = "identified compressor: `deboom identify` writes one"
     document = read_document(path, FORMAT, VERSION, kind, "identify the compressor again")

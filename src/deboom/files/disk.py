@@ -24,17 +24,9 @@ LARGEST_TEXT = 64 * MEBIBYTE
 def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
     """Return the content of a regular file.
 
-    Parameters
-    ----------
-    path : Path
-        The file; devices and pipes are refused, because they may never end.
-    largest : int
-        Largest size that is read [bytes].
-
-    Raises
-    ------
-    InputError
-        The file is missing, no regular file, too large or not readable.
+    - `path`: the file; devices and pipes are refused, because they may never end.
+    - `largest`: largest size that is read [bytes].
+    - raises InputError: the file is missing, no regular file, too large or not readable.
     """
     try:
         state = path.stat()
@@ -57,10 +49,7 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
 def read_text(path: Path) -> str:
     """Return the UTF-8 text of a regular file, see `read_bytes`.
 
-    Raises
-    ------
-    InputError
-        As `read_bytes`, or the file is no UTF-8 text.
+    - raises InputError: as `read_bytes`, or the file is no UTF-8 text.
     """
     try:
         return read_bytes(path, LARGEST_TEXT).decode("utf-8")
@@ -71,17 +60,10 @@ def read_text(path: Path) -> str:
 def read_json(path: Path, remedy: str) -> dict[str, Any]:
     """Return the object that a JSON file holds.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    remedy : str
-        Advice for the error, such as ``export it again``.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, is no JSON object, is nested too deeply or holds NaN.
+    - `path`: the file.
+    - `remedy`: advice for the error, such as ``export it again``.
+    - raises InputError: the file cannot be read, is no JSON object, is nested too deeply or holds
+      NaN.
     """
 
     def refuse(constant: str) -> NoReturn:
@@ -103,21 +85,11 @@ def read_json(path: Path, remedy: str) -> dict[str, Any]:
 def read_document(path: Path, form: str, version: int, kind: str, remedy: str) -> dict[str, Any]:
     """Return the entries of a JSON document that states its format and version.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    form, version : str, int
-        The format and the version that are read.
-    kind : str
-        End of the sentence ``<path> is no …`` for a file of another format.
-    remedy : str
-        Advice for the error.
-
-    Raises
-    ------
-    InputError
-        As `read_json`, or another format or version.
+    - `path`: the file.
+    - `form`, `version`: the format and the version that are read.
+    - `kind`: end of the sentence ``<path> is no …`` for a file of another format.
+    - `remedy`: advice for the error.
+    - raises InputError: as `read_json`, or another format or version.
     """
     document = read_json(path, remedy)
     if document.pop("format", None) != form:
@@ -134,10 +106,7 @@ def read_document(path: Path, form: str, version: int, kind: str, remedy: str) -
 def replace_bytes(path: Path, data: bytes) -> None:
     """Write a file through a temporary one beside it; an existing file is replaced in one step.
 
-    Raises
-    ------
-    InputError
-        The folder is missing or cannot be written.
+    - raises InputError: the folder is missing or cannot be written.
     """
     try:
         with tempfile.TemporaryDirectory(prefix=".write-", dir=path.parent) as folder:
@@ -158,10 +127,7 @@ def replace_bytes(path: Path, data: bytes) -> None:
 def replace_text(path: Path, text: str) -> None:
     """Write UTF-8 text with the line ends it has, as `replace_bytes` does.
 
-    Raises
-    ------
-    InputError
-        The folder is missing or cannot be written.
+    - raises InputError: the folder is missing or cannot be written.
     """
     replace_bytes(path, text.encode("utf-8"))
 
@@ -170,20 +136,9 @@ def replace_text(path: Path, text: str) -> None:
 def complete_or_not_at_all(folder: Path) -> Iterator[Path]:
     """Give a sibling folder to write to, and rename it to `folder` at the end.
 
-    Parameters
-    ----------
-    folder : Path
-        A new or an empty folder.
-
-    Yields
-    ------
-    Path
-        ``<folder>.unfinished``; deleted if an error leaves the block.
-
-    Raises
-    ------
-    InputError
-        A folder that is not empty or cannot be written.
+    - `folder`: a new or an empty folder.
+    - yields: ``<folder>.unfinished``; deleted if an error leaves the block.
+    - raises InputError: a folder that is not empty or cannot be written.
     """
     target = folder.resolve()
     if target.exists() and not target.is_dir():

@@ -24,23 +24,11 @@ _RESERVED = ("doe", "design", "plan", "failure")
 def read_designs(path: Path, space: DesignSpace) -> RealArray:
     """Read a user's table of designs.
 
-    Parameters
-    ----------
-    path : Path
-        ``.csv`` or ``.xlsx`` (first sheet), one column per design variable, in any order.
-    space : DesignSpace
-        Its variables.
-
-    Returns
-    -------
-    array, shape (n, k)
-        [units of the space].
-
-    Raises
-    ------
-    InputError
-        The file is missing or no table, a column is missing, unknown or without its unit, an entry
-        is no number or outside its bounds: names line and column.
+    - `path`: ``.csv`` or ``.xlsx`` (first sheet), one column per design variable, in any order.
+    - `space`: its variables.
+    - returns (n, k): [units of the space].
+    - raises InputError: the file is missing or no table, a column is missing, unknown or without
+      its unit, an entry is no number or outside its bounds: names line and column.
     """
     plain, with_unit = _columns(space)
     return _designs(read_rows(path, plain, with_unit), space)
@@ -49,10 +37,8 @@ def read_designs(path: Path, space: DesignSpace) -> RealArray:
 def doe_frame(doe: Doe) -> pd.DataFrame:
     """Return a DOE as the table that `read_doe` reads.
 
-    Raises
-    ------
-    InputError
-        A response with the name of a variable or of one of the table's own columns.
+    - raises InputError: a response with the name of a variable or of one of the table's own
+      columns.
     """
     taken = [*_RESERVED, *doe.space.names]
     for name in doe.response_names:
@@ -83,28 +69,13 @@ def read_doe(
 ) -> Doe:
     """Read a whole DOE, to continue it.
 
-    Parameters
-    ----------
-    path : Path
-        As `doe_frame` makes it, ``.csv`` or ``.xlsx``.
-    space : DesignSpace
-        Of the DOE to come.
-    response_names : sequence of str
-        Of the DOE to come.
-    response_unit : str
-        Of all responses.
-    name : str
-        Of the DOE to come.
-
-    Returns
-    -------
-    Doe
-
-    Raises
-    ------
-    InputError
-        See `read_designs`; also a DOE of another name, an unknown failure code, a design with a
-        failure code and responses or with neither.
+    - `path`: as `doe_frame` makes it, ``.csv`` or ``.xlsx``.
+    - `space`: of the DOE to come.
+    - `response_names`: of the DOE to come.
+    - `response_unit`: of all responses.
+    - `name`: of the DOE to come.
+    - raises InputError: see `read_designs`; also a DOE of another name, an unknown failure code, a
+      design with a failure code and responses or with neither.
     """
     plain, with_unit = _columns(space)
     rows = read_rows(path, (*_RESERVED, *plain, *response_names), with_unit)

@@ -53,26 +53,16 @@ SPEED_TOLERANCE = 0.5
 class Dof:
     """Degree of freedom of the files and what it stands for.
 
-    Parameters
-    ----------
-    name : str
-        Channel, blow or ear.
-    node : int
-        Node in the UFF file.
-    direction : str
-        ``scalar``, or such as ``-y``.
-    entity : str
-        Name that every function of this response must carry, such as the serial number of its
-        microphone; ``""`` where any will do.
-    sign : float
-        −1 for a channel recorded against its axis.
-    quantity : str
-        Name of the quantity for messages; ``""`` is the ordinate.
-    unit : Unit or None
-        Unit that the channel table states; None where the file must state the SI unit itself.
-    accepted : tuple of str
-        Directions that the file may state; by default `direction` alone. Against a response's
-        direction the sign is turned.
+    - `name`: channel, blow or ear.
+    - `node`: node in the UFF file.
+    - `direction`: ``scalar``, or such as ``-y``.
+    - `entity`: name that every function of this response must carry, such as the serial number of
+      its microphone; ``""`` where any will do.
+    - `sign`: −1 for a channel recorded against its axis.
+    - `quantity`: name of the quantity for messages; ``""`` is the ordinate.
+    - `unit`: unit that the channel table states; None where the file must state the SI unit itself.
+    - `accepted`: directions that the file may state; by default `direction` alone. Against a
+      response's direction the sign is turned.
     """
 
     name: str
@@ -116,21 +106,11 @@ def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
 class FunctionMatrix:
     """Functions of a file, asked for by their DoF; all share one axis.
 
-    Parameters
-    ----------
-    path : Path
-        File of the functions.
-    item : str
-        Item that it holds, for messages; may be ``""``.
-    function_types : tuple of int
-        UFF function types that are accepted.
-    functions : sequence of UffFunction, optional
-        Functions to choose from; by default those of the UFF file.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read as UFF; its functions have different axes.
+    - `path`: file of the functions.
+    - `item`: item that it holds, for messages; may be ``""``.
+    - `function_types`: UFF function types that are accepted.
+    - `functions`: functions to choose from; by default those of the UFF file.
+    - raises InputError: the file cannot be read as UFF; its functions have different axes.
     """
 
     def __init__(
@@ -173,25 +153,13 @@ class FunctionMatrix:
     ) -> ComplexArray:
         """Return the functions of all pairs of DoF.
 
-        Parameters
-        ----------
-        responses, references : sequence of Dof
-            Rows and columns.
-        ordinate, unit : str
-            Quantity in a word, and SI unit of the function, such as ``Pa/N``; ``""`` for any.
-        is_complex : bool
-            The functions are spectra; otherwise real ones.
-
-        Returns
-        -------
-        array, shape (n_line, n_response, n_reference)
-            [unit].
-
-        Raises
-        ------
-        InputError
-            Functions that are missing, doubled, of another type, unit or microphone, or real
-            instead of complex and the other way round.
+        - `responses`, `references`: rows and columns.
+        - `ordinate`, `unit`: quantity in a word, and SI unit of the function, such as ``Pa/N``;
+          ``""`` for any.
+        - `is_complex`: the functions are spectra; otherwise real ones.
+        - returns (n_line, n_response, n_reference): [unit].
+        - raises InputError: functions that are missing, doubled, of another type, unit or
+          microphone, or real instead of complex and the other way round.
         """
         shape = (self.axis.size, len(responses), len(references))
         values = np.zeros(shape, dtype=np.complex128)
@@ -240,10 +208,8 @@ class FunctionMatrix:
     def check_known(self, responses: Sequence[Dof], references: Sequence[Dof] = ()) -> None:
         """Refuse functions that no table knows: they would be left out without a word.
 
-        Raises
-        ------
-        InputError
-            A response, or a reference where any is given, at an unknown node or direction.
+        - raises InputError: a response, or a reference where any is given, at an unknown node or
+          direction.
         """
         stated = (
             ("", responses, [(f.response_node, f.response_direction) for f in self.functions]),
@@ -270,10 +236,7 @@ class FunctionMatrix:
     def check_order(self, order: float, remedy: str) -> None:
         """Refuse functions whose first ID line states another engine order.
 
-        Raises
-        ------
-        InputError
-            There is one.
+        - raises InputError: there is one.
         """
         for function in self.functions:
             match = re.match(r"order\s+(\d+(?:\.\d+)?)", function.id_lines[0])
@@ -285,10 +248,7 @@ class FunctionMatrix:
     def check_speed(self, speed: RealArray, order: float) -> None:
         """Refuse lines that are not the tacho's speed [rpm] times the order.
 
-        Raises
-        ------
-        InputError
-            A line differs by more than half a spacing.
+        - raises InputError: a line differs by more than half a spacing.
         """
         error = np.abs(frequency_of_order(speed, order) - self.axis)
         wrong = error > SPEED_TOLERANCE * np.diff(self.axis).min()
@@ -379,12 +339,9 @@ np.savez(sys.argv[2], allow_pickle=False, **{**numbers, **texts})
 class FunctionTable:
     """Functions of one file, as they stand there.
 
-    Parameters
-    ----------
-    frequency : array, shape (n,)
-        [Hz].
-    functions : mapping of str to (str, array of shape (n,)) or InputError
-        Name to unit label and complex values [that unit], or to what is wrong with it.
+    - `frequency` (n,): [Hz].
+    - `functions` (n,): name to unit label and complex values [that unit], or to what is wrong with
+      it.
     """
 
     frequency: RealArray
@@ -393,10 +350,7 @@ class FunctionTable:
     def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
         """Return unit and values of a function, in SI.
 
-        Raises
-        ------
-        InputError
-            It is not there, or at fault.
+        - raises InputError: it is not there, or at fault.
         """
         if name not in self.functions:
             known = ", ".join(map(repr, list(self.functions)[:3])) or "none"
@@ -427,17 +381,10 @@ def is_table(path: Path) -> bool:
 def read_function_table(path: Path) -> FunctionTable:
     """Read every function of a table.
 
-    Parameters
-    ----------
-    path : Path
-        ``.csv``, ``.xlsx`` or ``.mat``.
-
-    Raises
-    ------
-    InputError
-        The file is missing, damaged or no such table; it has no frequency in Hz, or one that is no
-        finite number or does not increase. What is wrong with a single function is told when it is
-        asked for.
+    - `path`: ``.csv``, ``.xlsx`` or ``.mat``.
+    - raises InputError: the file is missing, damaged or no such table; it has no frequency in Hz,
+      or one that is no finite number or does not increase. What is wrong with a single function is
+      told when it is asked for.
     """
     table = _from_mat(path) if path.suffix.lower() == ".mat" else _from_columns(path)
     lines = table.frequency

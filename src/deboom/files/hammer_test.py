@@ -65,20 +65,9 @@ _HIT = re.compile(r"hit\s+(\d+)\b")
 def read_hammer_test(folder: Path | str) -> HammerTest:
     """Read all impacts, in SI and along positive axes.
 
-    Parameters
-    ----------
-    folder : path
-        With ``hammer_test.toml`` and what it names.
-
-    Returns
-    -------
-    HammerTest
-
-    Raises
-    ------
-    InputError
-        A file is missing or damaged; a block is missing, doubled, of another channel, type, unit,
-        rate, length or direction than the tables say; a block that names no hit.
+    - `folder`: with ``hammer_test.toml`` and what it names.
+    - raises InputError: a file is missing or damaged; a block is missing, doubled, of another
+      channel, type, unit, rate, length or direction than the tables say; a block that names no hit.
     """
     folder = Path(folder)
     facts = load_toml(folder / HAMMER_TEST_FILE, HammerTestFile)
@@ -183,22 +172,13 @@ def _hit_of(function: UffFunction, facts: HammerTestFile) -> int:
 class HammerSheet:
     """All of an impact test but its blocks.
 
-    Parameters
-    ----------
-    title : str
-        Of the test.
-    rate : float
-        Samples per second [Hz].
-    pretrigger : float
-        From the first sample of a block to the trigger [s].
-    points : sequence of HammerPoint
-        Where the hammer strikes; each names its file.
-    channels : sequence of HammerChannel
-        Responses, in SI units.
-    sensors : sequence of SensorRow
-        Position sheet; none where responses have no position.
-    force_range : float
-        Largest force that the hammer's channel can hold [N]; infinite is not known.
+    - `title`: of the test.
+    - `rate`: samples per second [Hz].
+    - `pretrigger`: from the first sample of a block to the trigger [s].
+    - `points`: where the hammer strikes; each names its file.
+    - `channels`: responses, in SI units.
+    - `sensors`: position sheet; none where responses have no position.
+    - `force_range`: largest force that the hammer's channel can hold [N]; infinite is not known.
     """
 
     title: str
@@ -219,23 +199,13 @@ def write_hammer_test(
 ) -> None:
     """Write facts, tables and one UFF file per impact.
 
-    Parameters
-    ----------
-    folder : path
-        Made if it is not there; the facts are written last.
-    sheet : HammerSheet
-        What the blocks are.
-    hits : mapping of str to (array, array)
-        Name of the impact to force, shape (n_hit, n_sample) [N], and response, shape (n_hit,
-        n_sample, n_channel), along positive axes [SI units].
-    binary : bool
-        Data sets 58b; ASCII is three times as large.
-
-    Raises
-    ------
-    InputError
-        Impacts other than the sheet's, shapes that disagree, a unit that is not SI, or a file that
-        cannot be written.
+    - `folder`: made if it is not there; the facts are written last.
+    - `sheet`: what the blocks are.
+    - `hits`: name of the impact to force, shape (n_hit, n_sample) [N], and response, shape (n_hit,
+      n_sample, n_channel), along positive axes [SI units].
+    - `binary`: data sets 58b; ASCII is three times as large.
+    - raises InputError: impacts other than the sheet's, shapes that disagree, a unit that is not
+      SI, or a file that cannot be written.
     """
     folder = Path(folder)
     names = [point.impact for point in sheet.points]

@@ -56,10 +56,7 @@ SMALLEST_SPAN, LARGEST_SPAN = 0.01, 10.0
 def read_placed_sensors(path: Path) -> tuple[PlacedSensor, ...]:
     """Read the table ``sensor, node, x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]``.
 
-    Raises
-    ------
-    InputError
-        As `read_table`, or positions that no machine on mounts has.
+    - raises InputError: as `read_table`, or positions that no machine on mounts has.
     """
     sensors = read_table(path, PlacedSensor)
     _check_span(path, "sensors", [sensor.position for sensor in sensors])
@@ -69,10 +66,7 @@ def read_placed_sensors(path: Path) -> tuple[PlacedSensor, ...]:
 def read_placed_impacts(path: Path) -> tuple[PlacedImpact, ...]:
     """Read the table ``impact, node, x [mm], y [mm], z [mm], dx, dy, dz``.
 
-    Raises
-    ------
-    InputError
-        As `read_table`, or positions that no machine on mounts has.
+    - raises InputError: as `read_table`, or positions that no machine on mounts has.
     """
     impacts = read_table(path, PlacedImpact)
     _check_span(path, "impacts", [impact.position for impact in impacts])
@@ -99,12 +93,8 @@ _NAMES = {FRF: "FRF", COHERENCE: "coherence"}
 class Places:
     """The position sheets that give the nodes of a UFF file a meaning.
 
-    Parameters
-    ----------
-    sensors : tuple of PlacedSensor
-        Rows: three channels each.
-    impacts : tuple of PlacedImpact
-        Columns.
+    - `sensors`: rows: three channels each.
+    - `impacts`: columns.
     """
 
     sensors: tuple[PlacedSensor, ...]
@@ -137,25 +127,12 @@ def triaxial(name: str, node: int) -> tuple[Dof, ...]:
 def read_inertances(path: Path, places: Places) -> tuple[RealArray, ComplexArray]:
     """Read the FRFs from all impacts to all channels.
 
-    Parameters
-    ----------
-    path : Path
-        UFF file; functions of other types in it are left alone.
-    places : Places
-        Nodes of sensors and impacts.
-
-    Returns
-    -------
-    frequency : array, shape (f,)
-        [Hz].
-    values : array, shape (f, n_channel, n_impact)
-        Along positive axes of the sensors [m/s² per N].
-
-    Raises
-    ------
-    InputError
-        An FRF that is missing, doubled, at an unknown node, of other lines, real, or of another
-        unit than acceleration over force.
+    - `path`: UFF file; functions of other types in it are left alone.
+    - `places`: nodes of sensors and impacts.
+    - returns (f,) `frequency`: [Hz].
+    - returns (f, n_channel, n_impact) `values`: Along positive axes of the sensors [m/s² per N].
+    - raises InputError: an FRF that is missing, doubled, at an unknown node, of other lines, real,
+      or of another unit than acceleration over force.
     """
     matrix = _of_type(path, FRF)
     matrix.check_known(places.responses, places.references)

@@ -28,19 +28,10 @@ def write_library_xlsx(
 
     Numbers keep 16 digits; JSON keeps them all.
 
-    Parameters
-    ----------
-    path : Path
-        Replaced if it is there.
-    campaigns : sequence of CampaignRecord
-        Those of the mounts.
-    mounts : sequence of CharacterisedMount
-        What to write.
-
-    Raises
-    ------
-    InputError
-        More points than a sheet has rows, a folder that cannot be written.
+    - `path`: replaced if it is there.
+    - `campaigns`: those of the mounts.
+    - `mounts`: what to write.
+    - raises InputError: more points than a sheet has rows, a folder that cannot be written.
     """
     sheets = export_tables(campaigns, mounts)
     for name, table in sheets.items():
@@ -57,15 +48,8 @@ def write_library_json(
 ) -> None:
     """Write mounts as JSON: complete, and `read_library_json` gives back the same.
 
-    Parameters
-    ----------
-    path, campaigns, mounts
-        As for `write_library_xlsx`.
-
-    Raises
-    ------
-    InputError
-        A folder that cannot be written.
+    - `path`, `campaigns`, `mounts`: as for `write_library_xlsx`.
+    - raises InputError: a folder that cannot be written.
     """
     document = to_document(campaigns, mounts)
     replace_text(path, json.dumps(document, ensure_ascii=False, allow_nan=False) + "\n")
@@ -76,10 +60,8 @@ def read_library_json(
 ) -> tuple[tuple[CampaignRecord, ...], tuple[CharacterisedMount, ...]]:
     """Read what `write_library_json` wrote.
 
-    Raises
-    ------
-    InputError
-        The file is missing, no JSON, of another format or version, or lacks an entry.
+    - raises InputError: the file is missing, no JSON, of another format or version, or lacks an
+      entry.
     """
     document = read_json(path, "export it again")
     try:
@@ -96,22 +78,12 @@ def write_library_uff(path: Path, mounts: Sequence[CharacterisedMount]) -> tuple
     coherence, all over frequency. Surfaces and static curves are no spectra: xlsx and JSON hold
     them.
 
-    Parameters
-    ----------
-    path : Path
-        Replaced if it is there.
-    mounts : sequence of CharacterisedMount
-        Nodes count from 1 in this order.
-
-    Returns
-    -------
-    tuple of str
-        Runs left out because they have a single line, which UFF cannot hold: ``<mount> … <run>``.
-
-    Raises
-    ------
-    InputError
-        No spectrum at all, a frequency twice in one run, a label that does not fit its field.
+    - `path`: replaced if it is there.
+    - `mounts`: nodes count from 1 in this order.
+    - returns: runs left out because they have a single line, which UFF cannot hold: ``<mount> …
+      <run>``.
+    - raises InputError: no spectrum at all, a frequency twice in one run, a label that does not fit
+      its field.
     """
     functions: list[UffFunction] = []
     left_out = []

@@ -58,15 +58,10 @@ class RotationalStiffnessEntry(_BandEntry):
 class ComponentLimitsFile(StrictModel):
     """Content of a file of limits of a component.
 
-    Parameters
-    ----------
-    format : int
-        1.
-    risk_percent : float
-        Largest probability that a part which breaks a limit passes.
-    static_unbalance, dynamic_unbalance : section, optional
-    stiffness, rotational_stiffness : tuple
-        Arrays of tables; at least one limit in all.
+    - `format`: 1.
+    - `risk_percent`: largest probability that a part which breaks a limit passes.
+    - `static_unbalance`, `dynamic_unbalance`.
+    - `stiffness`, `rotational_stiffness`: arrays of tables; at least one limit in all.
     """
 
     format: Literal[1]
@@ -80,11 +75,8 @@ class ComponentLimitsFile(StrictModel):
 def read_component_limits(path: Path) -> ComponentLimits:
     """Read a file of limits and convert it to SI.
 
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range; there
-        is no limit in it, or a stiffness without a bound.
+    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
+      of range; there is no limit in it, or a stiffness without a bound.
     """
     content = load_toml(path, ComponentLimitsFile)
     static, dynamic = content.static_unbalance, content.dynamic_unbalance
@@ -177,14 +169,11 @@ class MountStiffnessEntry(StrictModel):
 class LimitsFile(StrictModel):
     """Content of a file of limits.
 
-    Parameters
-    ----------
-    format : int
-        1.
-    kept_by : str
-        ``design``: the design itself keeps the limits; ``every part``: each of its tolerance draws.
-    sag, travel, natural_frequency, stiffness : tuple
-        The limits, each an array of tables; at least one in all.
+    - `format`: 1.
+    - `kept_by`: ``design``: the design itself keeps the limits; ``every part``: each of its
+      tolerance draws.
+    - `sag`, `travel`, `natural_frequency`, `stiffness`: the limits, each an array of tables; at
+      least one in all.
     """
 
     format: Literal[1]
@@ -198,11 +187,8 @@ class LimitsFile(StrictModel):
 def load_limits(path: Path) -> LimitsFile:
     """Read a file of limits.
 
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range; there
-        is no limit in it.
+    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
+      of range; there is no limit in it.
     """
     content = load_toml(path, LimitsFile)
     if not (content.sag or content.travel or content.natural_frequency or content.stiffness):
@@ -227,16 +213,10 @@ Share = Annotated[float, Field(ge=0.0, le=1.0)]
 class PartEntry(StrictModel):
     """A part number.
 
-    Parameters
-    ----------
-    number : str
-        Its name.
-    places : tuple of str
-        Mounts that take it.
-    pieces : int
-        Behind each variable of a place, such as 2 for left and right.
-    hardness_share, batch_share : float, optional
-        Of the variance, where they are not those of the file [1].
+    - `number`: its name.
+    - `places`: mounts that take it.
+    - `pieces`: behind each variable of a place, such as 2 for left and right.
+    - `hardness_share`, `batch_share`: of the variance, where they are not those of the file [1].
     """
 
     number: str
@@ -256,14 +236,9 @@ class ToleranceEntry(StrictModel):
 class MeasuredEntry(StrictModel):
     """Where scatter was measured.
 
-    Parameters
-    ----------
-    library : str
-        Mount library (SQLite), or its export as JSON; a path from the file.
-    prior_sigma : float
-        Standard deviation that was assumed before any part was measured [1].
-    prior_weight : float
-        Degrees of freedom that the assumption counts like.
+    - `library`: mount library (SQLite), or its export as JSON; a path from the file.
+    - `prior_sigma`: standard deviation that was assumed before any part was measured [1].
+    - `prior_weight`: degrees of freedom that the assumption counts like.
     """
 
     library: str
@@ -274,19 +249,13 @@ class MeasuredEntry(StrictModel):
 class PartScatterFile(StrictModel):
     """Content of a file of parts.
 
-    Parameters
-    ----------
-    format : int
-        1.
-    hardness_share : float, optional
-        Share of the variance that all axes of a piece have in common [1]. Default is what was
-        measured, or 0.
-    batch_share : float, optional
-        Share of the variance that all pieces of a batch have in common [1]. Likewise.
-    measured : MeasuredEntry, optional
-        Tolerances come from there: three standard deviations.
-    parts, tolerances : tuple
-        Part numbers; tolerances of single variables, before those that were measured.
+    - `format`: 1.
+    - `hardness_share`: share of the variance that all axes of a piece have in common [1]. Default
+      is what was measured, or 0.
+    - `batch_share`: share of the variance that all pieces of a batch have in common [1]. Likewise.
+    - `measured`: tolerances come from there: three standard deviations.
+    - `parts`, `tolerances`: part numbers; tolerances of single variables, before those that were
+      measured.
     """
 
     format: Literal[1]
@@ -300,11 +269,8 @@ class PartScatterFile(StrictModel):
 def load_parts(path: Path) -> PartScatterFile:
     """Read a file of parts.
 
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range; a part
-        number or a variable stands there twice.
+    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
+      of range; a part number or a variable stands there twice.
     """
     content = load_toml(path, PartScatterFile)
     for what, names in (

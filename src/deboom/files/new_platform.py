@@ -60,17 +60,11 @@ def readme_text(
 ) -> str:
     """Return ``README.md``.
 
-    Parameters
-    ----------
-    name : str
-        Of the folder.
-    group : str
-        Of the vehicles.
-    transfer, operating : sequence of (str, str)
-        Files of noise transfer functions with their vehicle, and of operating spectra with their
-        load case.
-    files : FunctionFiles
-        Their format.
+    - `name`: of the folder.
+    - `group`: of the vehicles.
+    - `transfer`, `operating`: files of noise transfer functions with their vehicle, and of
+      operating spectra with their load case.
+    - `files`: their format.
     """
     header_only = files in (FunctionFiles.csv, FunctionFiles.xlsx)
     state = "there, with its columns: add the lines" if header_only else "put it here"
@@ -179,31 +173,15 @@ def new_platform(
 ) -> Path:
     """Write the folder of a new platform, to fill in.
 
-    Parameters
-    ----------
-    folder : Path
-        That does not exist; it appears complete or not at all.
-    mounts : sequence of str
-        Names; ``name=piece,piece`` for pieces of one part number.
-    vehicles : sequence of str
-        Names, all in one group.
-    group : str
-        Its name.
-    load_cases : sequence of str
-        Names of the runs; the first one is the default.
-    files : FunctionFiles
-        Format of transfer functions and spectra.
-
-    Returns
-    -------
-    Path
-        The folder.
-
-    Raises
-    ------
-    InputError
-        A folder that exists or cannot be written; a name that is empty, has blanks or characters
-        that no file name may have, or comes twice; a mount of one named piece.
+    - `folder`: that does not exist; it appears complete or not at all.
+    - `mounts`: names; ``name=piece,piece`` for pieces of one part number.
+    - `vehicles`: names, all in one group.
+    - `group`: its name.
+    - `load_cases`: names of the runs; the first one is the default.
+    - `files`: format of transfer functions and spectra.
+    - returns: the folder.
+    - raises InputError: a folder that exists or cannot be written; a name that is empty, has blanks
+      or characters that no file name may have, or comes twice; a mount of one named piece.
     """
     if folder.exists():
         raise InputError(f"{folder} is there already: name a new folder, or fill this one in")

@@ -89,17 +89,11 @@ def _tacho(file: FunctionMatrix, node: int, ordinate: str) -> RealArray:
 class SweepNodes:
     """What the nodes of the UFF files are.
 
-    Parameters
-    ----------
-    sensors : tuple of PlacedSensor
-        Triaxial accelerometers on the compressor, in their own axes.
-    tacho : int
-        Direction scalar.
-    holders : tuple of (str, int)
-        Name and node of each triaxial accelerometer on the body side of a mount, in the axes of
-        the position sheet.
-    microphones : tuple of (str, int)
-        Name and node, direction scalar.
+    - `sensors`: triaxial accelerometers on the compressor, in their own axes.
+    - `tacho`: direction scalar.
+    - `holders`: name and node of each triaxial accelerometer on the body side of a mount, in the
+      axes of the position sheet.
+    - `microphones`: name and node, direction scalar.
     """
 
     sensors: tuple[PlacedSensor, ...]
@@ -124,12 +118,9 @@ class SweepNodes:
 class SweepSpectra:
     """What one file of order spectra holds.
 
-    Parameters
-    ----------
-    acceleration : Spectrum
-        Channels ``A1 x`` … of the compressor [m/s^2].
-    holder, sound : Spectrum or None
-        Channels ``mount 1 x`` … [m/s^2] and the microphones [Pa]; None where there are none.
+    - `acceleration`: channels ``A1 x`` … of the compressor [m/s^2].
+    - `holder`, `sound`: channels ``mount 1 x`` … [m/s^2] and the microphones [Pa]; None where there
+      are none.
     """
 
     acceleration: Spectrum
@@ -141,13 +132,9 @@ class SweepSpectra:
 class SweepRecord:
     """What one file over time holds.
 
-    Parameters
-    ----------
-    tacho : array, shape (n_sample,)
-        [V or 1].
-    acceleration : TimeRecord
-        As in `SweepSpectra`.
-    holder, sound : TimeRecord or None
+    - `tacho` (n_sample,): [V or 1].
+    - `acceleration`: as in `SweepSpectra`.
+    - `holder`, `sound`.
     """
 
     tacho: RealArray
@@ -168,27 +155,15 @@ def write_sweep(
 ) -> None:
     """Write order spectra, and the speed of the tacho, as UFF functions of type 0.
 
-    Parameters
-    ----------
-    path : Path
-        UFF file.
-    nodes : SweepNodes
-        What is written.
-    frequency : array, shape (f,)
-        Of the rotation, evenly spaced [Hz].
-    acceleration : array, shape (f, 3 n_sensor)
-        Complex peak, phase from the tacho's pulse [m/s²].
-    holder : array, shape (f, 3 n_holder), optional
-        [m/s²].
-    sound : array, shape (f, n_microphone), optional
-        [Pa].
-    notes : sequence of str
-        Up to four lines on where it comes from.
-
-    Raises
-    ------
-    InputError
-        Columns that are not the channels of the nodes, or a file that cannot be written.
+    - `path`: UFF file.
+    - `nodes`: what is written.
+    - `frequency` (f,): of the rotation, evenly spaced [Hz].
+    - `acceleration` (f, 3 n_sensor): complex peak, phase from the tacho's pulse [m/s²].
+    - `holder` (f, 3 n_holder): [m/s²].
+    - `sound` (f, n_microphone): [Pa].
+    - `notes`: up to four lines on where it comes from.
+    - raises InputError: columns that are not the channels of the nodes, or a file that cannot be
+      written.
     """
     lines = ("order 1", *notes)
     columns = _columns(path, nodes, (acceleration, holder, sound))
@@ -210,21 +185,11 @@ def write_sweep_record(
 ) -> None:
     """Write channels over time as UFF functions of type 1.
 
-    Parameters
-    ----------
-    path, nodes, notes
-        As for `write_sweep`.
-    rate : float
-        Samples per second; ``operation.toml`` keeps it exactly [Hz].
-    tacho : array, shape (n_sample,)
-        One pulse per revolution; its rising edge marks the angle [1].
-    acceleration, holder, sound : array, shape (n_sample, ...)
-        As for `write_sweep`, over time.
-
-    Raises
-    ------
-    InputError
-        As `write_sweep`.
+    - `path`, `nodes`, `notes`: as for `write_sweep`.
+    - `rate`: samples per second; ``operation.toml`` keeps it exactly [Hz].
+    - `tacho` (n_sample,): one pulse per revolution; its rising edge marks the angle [1].
+    - `acceleration`, `holder`, `sound` (n_sample, ...): as for `write_sweep`, over time.
+    - raises InputError: as `write_sweep`.
     """
     # UFF keeps six digits of a step
     step = float(f"{1 / rate:.5e}")
@@ -237,11 +202,8 @@ def write_sweep_record(
 def read_sweep(path: Path, nodes: SweepNodes) -> SweepSpectra:
     """Read order spectra.
 
-    Raises
-    ------
-    InputError
-        The file cannot be read as UFF; the tacho is missing or does not fit the lines; a channel is
-        missing, doubled, dead, real, or of another order, type or unit.
+    - raises InputError: the file cannot be read as UFF; the tacho is missing or does not fit the
+      lines; a channel is missing, doubled, dead, real, or of another order, type or unit.
     """
     file = FunctionMatrix(path, "", SPECTRA)
     file.check_order(1.0, "an unbalance is of order 1, export that")

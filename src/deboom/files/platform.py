@@ -68,20 +68,12 @@ SPECTRA = (0, 12, 27)
 class Columns:
     """Channels of one quantity from one file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    item : str
-        Item that it holds, for messages.
-    names : tuple of str
-        Channels, one per column.
-    frequency : array, shape (f,)
-        Lines of the file [Hz].
-    values : array, shape (f, n_channel)
-        Values along the positive axes, in SI.
-    ear : str
-        Name of the microphone; ``""`` where the file states none.
+    - `path`: the file.
+    - `item`: item that it holds, for messages.
+    - `names`: channels, one per column.
+    - `frequency` (f,): lines of the file [Hz].
+    - `values` (f, n_channel): values along the positive axes, in SI.
+    - `ear`: name of the microphone; ``""`` where the file states none.
     """
 
     path: Path
@@ -101,24 +93,13 @@ def noise_transfer_columns(
 ) -> Columns:
     """Read the noise transfer functions of a vehicle.
 
-    Parameters
-    ----------
-    path : Path
-        UFF file, or a table (`deboom.files.function_table`).
-    item : str
-        Whose it is, for messages.
-    ear_node : int or None
-        Response node; not asked for in a table.
-    rows : sequence of ChannelRow
-        The paths, in the order wanted.
-    note : callable, optional
-        Gets every path at fault, which is left out; without, they are raised as one error.
-
-    Raises
-    ------
-    InputError
-        A path without its function, or with one of another type, unit or quantity; functions of
-        different microphones (response names).
+    - `path`: UFF file, or a table (`deboom.files.function_table`).
+    - `item`: whose it is, for messages.
+    - `ear_node`: response node; not asked for in a table.
+    - `rows`: the paths, in the order wanted.
+    - `note`: gets every path at fault, which is left out; without, they are raised as one error.
+    - raises InputError: a path without its function, or with one of another type, unit or quantity;
+      functions of different microphones (response names).
     """
     with telling(note) as tell:
         matrix, right = _opened(path, item, rows, (FRF,), tell)
@@ -371,23 +352,12 @@ def mounts_of(
 ) -> tuple[Mount, ...]:
     """Put mounts and positions together.
 
-    Parameters
-    ----------
-    path : Path
-        File of the entries, for messages.
-    entries : sequence of MountEntry
-        In the order of the result.
-    table : Path
-        File of the rows, for messages.
-    rows : sequence of MountRow
-        One per mount and piece, in any order.
-    note : callable
-        Gets every fault; by default the first one is raised. A position at fault is nan.
-
-    Raises
-    ------
-    InputError
-        A row without its mount, a mount or piece without its row.
+    - `path`: file of the entries, for messages.
+    - `entries`: in the order of the result.
+    - `table`: file of the rows, for messages.
+    - `rows`: one per mount and piece, in any order.
+    - `note`: gets every fault; by default the first one is raised. A position at fault is nan.
+    - raises InputError: a row without its mount, a mount or piece without its row.
     """
     known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
@@ -422,25 +392,16 @@ PLATFORM_FILE = "platform.toml"
 class Platform:
     """Everything measured on one platform.
 
-    Parameters
-    ----------
-    name, title, description : str
-        Short key, a name for readers, a paragraph.
-    folder : Path
-        Where it was read from.
-    mounts : tuple of Mount
-        In the order of the design variables.
-    powertrain : Powertrain or None
-        Nominal mass and inertia, with tolerances, as the data sheet states them; None: not stated.
-    fleet : Fleet
-        The vehicles, each with its noise transfer functions from a force at each path, inputs
-        ``<mount> <axis>``, to the pressure at the driver's ear.
-    load_cases : tuple of LoadCase
-        All on the same frequency lines as the noise transfer functions.
-    default_load_case : str
-        Name of the load case that is meant when none is asked for.
-    input_files : tuple of Path
-        Every file that was read.
+    - `name`, `title`, `description`: short key, a name for readers, a paragraph.
+    - `folder`: where it was read from.
+    - `mounts`: in the order of the design variables.
+    - `powertrain`: nominal mass and inertia, with tolerances, as the data sheet states them; None:
+      not stated.
+    - `fleet`: the vehicles, each with its noise transfer functions from a force at each path,
+      inputs ``<mount> <axis>``, to the pressure at the driver's ear.
+    - `load_cases`: all on the same frequency lines as the noise transfer functions.
+    - `default_load_case`: name of the load case that is meant when none is asked for.
+    - `input_files`: every file that was read.
     """
 
     name: str
@@ -457,10 +418,7 @@ class Platform:
     def load_case(self, name: str) -> LoadCase:
         """Return a load case by its name.
 
-        Raises
-        ------
-        InputError
-            No such load case.
+        - raises InputError: no such load case.
         """
         for case in self.load_cases:
             if case.name == name:
@@ -499,20 +457,12 @@ def read_platform(folder: Path) -> Platform:
 class Contents:
     """What the files of a platform hold, as far as they are right.
 
-    Parameters
-    ----------
-    mounts : tuple of Mount
-        In the order of ``platform.toml``; None if one of its entries is at fault.
-    channels : tuple of ChannelRow
-        In the order of their table; empty if it cannot be read.
-    frequency : array, shape (f,)
-        Lines that all functions share [Hz].
-    noise_transfer : dict of str to Columns
-        By vehicle.
-    operating : dict of str to (Columns, Columns)
-        Displacement and force, by load case.
-    engine_torque : dict of str to array
-        By load case, where it was recorded [N m].
+    - `mounts`: in the order of ``platform.toml``; None if one of its entries is at fault.
+    - `channels`: in the order of their table; empty if it cannot be read.
+    - `frequency` (f,): lines that all functions share [Hz].
+    - `noise_transfer`: by vehicle.
+    - `operating`: displacement and force, by load case.
+    - `engine_torque`: by load case, where it was recorded [N m].
     """
 
     mounts: tuple[Mount, ...] | None
@@ -526,14 +476,9 @@ class Contents:
 def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) -> Contents:
     """Read all files that ``platform.toml`` names.
 
-    Parameters
-    ----------
-    folder : Path
-        Folder of the platform.
-    file : PlatformFile
-        Its keys; those at fault are absent.
-    note : callable, optional
-        Gets every fault; without, they are raised as one error.
+    - `folder`: folder of the platform.
+    - `file`: its keys; those at fault are absent.
+    - `note`: gets every fault; without, they are raised as one error.
     """
     mounts: tuple[Mount, ...] | None = None
     rows: tuple[ChannelRow, ...] = ()
@@ -602,13 +547,9 @@ def _channel_rows(path: Path, mounts: Sequence[Mount] | None, tell: Note) -> tup
 def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
     """Put a platform together from files without a fault.
 
-    Parameters
-    ----------
-    folder : Path
-    file : PlatformFile
-        Complete.
-    contents : Contents
-        Complete.
+    - `folder`.
+    - `file`: complete.
+    - `contents`: complete.
     """
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]

@@ -95,21 +95,13 @@ _Row = TypeVar("_Row", bound=TableRow)
 def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
     """Read a table of rows of one kind, in SI.
 
-    Parameters
-    ----------
-    path : Path
-        CSV or xlsx; its columns may stand in any order.
-    kind : type of TableRow
-        States the columns.
-    note : callable, optional
-        Gets every fault; without, they are raised as one error. A number at fault is nan, a row
-        with another fault is left out.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no table; a column is missing, unknown or without its unit; an entry
-        is empty or no finite number; a row does not fit together, or repeats another.
+    - `path`: CSV or xlsx; its columns may stand in any order.
+    - `kind`: states the columns.
+    - `note`: gets every fault; without, they are raised as one error. A number at fault is nan, a
+      row with another fault is left out.
+    - raises InputError: the file is missing or no table; a column is missing, unknown or without
+      its unit; an entry is empty or no finite number; a row does not fit together, or repeats
+      another.
     """
     columns = _columns(kind)
     plain, with_unit = _headers(columns)
@@ -137,13 +129,7 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
 
 
 def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
-    """Write the table that `read_table` reads, as CSV or Excel by the suffix of `path`.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write the table that `read_table` reads, as CSV or Excel by the suffix of `path`."""
     if path.suffix.lower() == ".xlsx":
         _write_sheets(path, {kind: rows})
     else:
@@ -153,13 +139,7 @@ def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
 def write_positions(
     path: Path, sensors: Sequence[PlacedSensor], impacts: Sequence[PlacedImpact]
 ) -> None:
-    """Write both position sheets into one Excel file, in mm and degrees.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write both position sheets into one Excel file, in mm and degrees."""
     _write_sheets(path, {PlacedSensor: sensors, PlacedImpact: impacts})
 
 
@@ -288,12 +268,8 @@ _Direction = Annotated[Vector, _Numbers(("dx", "dy", "dz"))]
 class MountRow(TableRow):
     """Position of one piece of a mount.
 
-    Parameters
-    ----------
-    mount, piece : str
-        Names; the piece of a single one is ``""``.
-    position : (x, y, z)
-        Virtual point in vehicle axes, from the powertrain's centre of gravity [m].
+    - `mount`, `piece`: names; the piece of a single one is ``""``.
+    - `position`: virtual point in vehicle axes, from the powertrain's centre of gravity [m].
     """
 
     mount: str
@@ -309,20 +285,13 @@ class MountRow(TableRow):
 class SensorRow(TableRow):
     """Triaxial sensor of a position sheet.
 
-    Parameters
-    ----------
-    sensor : str
-        Name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
-    kind : str
-        ``accelerometer`` or ``force cell``.
-    model : str
-        Entry of the sensor catalogue.
-    mount, piece : str
-        Mount that it belongs to; the piece of a single one is ``""``.
-    position : (x, y, z)
-        From the powertrain's centre of gravity [m].
-    angles : (rx, ry, rz)
-        Turns of vehicle axes into sensor axes, about the fixed axes x, then y, then z [rad].
+    - `sensor`: name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
+    - `kind`: ``accelerometer`` or ``force cell``.
+    - `model`: entry of the sensor catalogue.
+    - `mount`, `piece`: mount that it belongs to; the piece of a single one is ``""``.
+    - `position`: from the powertrain's centre of gravity [m].
+    - `angles`: turns of vehicle axes into sensor axes, about the fixed axes x, then y, then z
+      [rad].
     """
 
     sensor: str
@@ -369,16 +338,11 @@ def impact_of(row: PlacedImpact | HammerPoint | ImpactRow) -> Impact:
 class PlacedSensor(TableRow):
     """Triaxial accelerometer with its node in the UFF files.
 
-    Parameters
-    ----------
-    sensor : str
-        Name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
-    node : int
-        In the UFF files, where directions are those of the sensor's own axes.
-    position : (x, y, z)
-        [m].
-    angles : (rx, ry, rz)
-        Turns of the sheet's axes into the sensor's, about the fixed axes x, then y, then z [rad].
+    - `sensor`: name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
+    - `node`: in the UFF files, where directions are those of the sensor's own axes.
+    - `position`: [m].
+    - `angles`: turns of the sheet's axes into the sensor's, about the fixed axes x, then y, then z
+      [rad].
     """
 
     sheet: ClassVar[str | None] = "sensors"
@@ -396,16 +360,10 @@ class PlacedSensor(TableRow):
 class PlacedImpact(TableRow):
     """Place where the hammer strikes, and along which way.
 
-    Parameters
-    ----------
-    impact : str
-        Name, such as ``I07``.
-    node : int
-        In the UFF files; impacts of different directions may share one.
-    position : (x, y, z)
-        [m].
-    direction : (dx, dy, dz)
-        Unit vector along which a positive force pushes [1].
+    - `impact`: name, such as ``I07``.
+    - `node`: in the UFF files; impacts of different directions may share one.
+    - `position`: [m].
+    - `direction`: unit vector along which a positive force pushes [1].
     """
 
     sheet: ClassVar[str | None] = "impacts"
@@ -429,18 +387,11 @@ class PlacedImpact(TableRow):
 class HammerPoint(TableRow):
     """Point that was struck, and the file of its hits.
 
-    Parameters
-    ----------
-    impact : str
-        Name, such as ``I07`` or ``EnM x``.
-    node : int
-        UFF node of the force.
-    file : str
-        UFF file of its hits, relative to the folder.
-    position : (x, y, z)
-        [m].
-    direction : (dx, dy, dz)
-        Unit vector along which a positive force pushes [1].
+    - `impact`: name, such as ``I07`` or ``EnM x``.
+    - `node`: UFF node of the force.
+    - `file`: UFF file of its hits, relative to the folder.
+    - `position`: [m].
+    - `direction`: unit vector along which a positive force pushes [1].
     """
 
     impact: str
@@ -472,12 +423,8 @@ FARTHEST_DIRECTION = 25.0
 def struck(point: PlacedImpact | HammerPoint, *, alone: bool) -> Dof:
     """Return the DoF of a hammer's force; files may state the nearest axis for its direction.
 
-    Parameters
-    ----------
-    point : PlacedImpact or HammerPoint
-        Where it struck.
-    alone : bool
-        No other impact has its node: a file may state no direction at all.
+    - `point`: where it struck.
+    - `alone`: no other impact has its node: a file may state no direction at all.
     """
     nearest = math.cos(math.radians(FARTHEST_DIRECTION))
     accepted = [
@@ -502,18 +449,11 @@ def uff_direction(vector: Vector) -> str:
 class ImpactRow(TableRow):
     """Blow of the hammer on a vehicle's body.
 
-    Parameters
-    ----------
-    impact : str
-        Name, such as ``I3 y``.
-    mount, piece : str
-        Mount around which it lies; the piece of a single one is ``""``.
-    node : int
-        Reference node in the UFF files.
-    direction : str
-        Direction of a positive force, such as ``-y``: into the body.
-    position : (x, y, z)
-        From the powertrain's centre of gravity [m].
+    - `impact`: name, such as ``I3 y``.
+    - `mount`, `piece`: mount around which it lies; the piece of a single one is ``""``.
+    - `node`: reference node in the UFF files.
+    - `direction`: direction of a positive force, such as ``-y``: into the body.
+    - `position`: from the powertrain's centre of gravity [m].
     """
 
     impact: str
@@ -542,18 +482,11 @@ class ImpactRow(TableRow):
 class PanelRow(TableRow):
     """Panel of the cabin.
 
-    Parameters
-    ----------
-    panel : str
-        Name, such as ``trunk floor``.
-    node : int
-        In the UFF files, of its accelerometer and of its microphone.
-    normal : (nx, ny, nz)
-        Unit vector into the cabin [1].
-    position : (x, y, z)
-        From the powertrain's centre of gravity [m].
-    area : float
-        Area with which its motion changes the volume of the cabin [m²].
+    - `panel`: name, such as ``trunk floor``.
+    - `node`: in the UFF files, of its accelerometer and of its microphone.
+    - `normal`: unit vector into the cabin [1].
+    - `position`: from the powertrain's centre of gravity [m].
+    - `area`: area with which its motion changes the volume of the cabin [m²].
     """
 
     panel: str
@@ -650,18 +583,12 @@ class _Channel(TableRow):
 class CampaignChannel(_Channel):
     """Channel of a campaign; it is at the same DoF in every run.
 
-    Parameters
-    ----------
-    channel : str
-        ``<sensor> <axis>``; ``<mount> [<piece>] <axis>`` of a static force; else the quantity.
-    quantity : str
-        Key of `CAMPAIGN_QUANTITIES`.
-    node : int
-        Response node.
-    direction : str
-        Direction along the sensor's axis, such as ``+x``; a negative one turns the sign.
-    unit : Unit
-        Unit as the table states it.
+    - `channel`: ``<sensor> <axis>``; ``<mount> [<piece>] <axis>`` of a static force; else the
+      quantity.
+    - `quantity`: key of `CAMPAIGN_QUANTITIES`.
+    - `node`: response node.
+    - `direction`: direction along the sensor's axis, such as ``+x``; a negative one turns the sign.
+    - `unit`: unit as the table states it.
     """
 
     channel: str
@@ -694,20 +621,12 @@ class CampaignChannel(_Channel):
 class HammerChannel(_Channel):
     """Response to the hammer.
 
-    Parameters
-    ----------
-    channel : str
-        Name, such as ``A1 x`` or ``driver ear``.
-    quantity : str
-        Key of `HAMMER_QUANTITIES`.
-    node : int
-        Response node.
-    direction : str
-        ``+x`` … ``-z`` or ``scalar``; one against the axis in the name turns the sign.
-    unit : Unit
-        Unit as the table states it.
-    range : float
-        Largest value that the channel can hold, in SI; infinite where it is not known.
+    - `channel`: name, such as ``A1 x`` or ``driver ear``.
+    - `quantity`: key of `HAMMER_QUANTITIES`.
+    - `node`: response node.
+    - `direction`: ``+x`` … ``-z`` or ``scalar``; one against the axis in the name turns the sign.
+    - `unit`: unit as the table states it.
+    - `range`: largest value that the channel can hold, in SI; infinite where it is not known.
     """
 
     channel: str
@@ -739,20 +658,12 @@ class HammerChannel(_Channel):
 class ChannelRow(_Channel):
     """Measured channel of a platform.
 
-    Parameters
-    ----------
-    channel : str
-        ``<mount> [<piece>] <axis>``, such as ``Du left x``.
-    quantity : str
-        Key of `QUANTITY_UNIT`.
-    mount, piece, axis : str
-        Parts of the name; noise transfer functions have no piece.
-    node : int
-        Response node; of a noise transfer function, the reference node.
-    direction : str
-        ``+x`` … ``-z``, along the axis; a negative one turns the sign of the channel.
-    unit : Unit
-        Unit as the table states it.
+    - `channel`: ``<mount> [<piece>] <axis>``, such as ``Du left x``.
+    - `quantity`: key of `QUANTITY_UNIT`.
+    - `mount`, `piece`, `axis`: parts of the name; noise transfer functions have no piece.
+    - `node`: response node; of a noise transfer function, the reference node.
+    - `direction`: ``+x`` … ``-z``, along the axis; a negative one turns the sign of the channel.
+    - `unit`: unit as the table states it.
     """
 
     channel: str
@@ -795,15 +706,8 @@ def _sign(direction: str) -> float:
 def read_curve(path: Path) -> tuple[RealArray, RealArray]:
     """Read the table ``deflection [mm], force [N]`` of a supplier.
 
-    Returns
-    -------
-    deflection, force : array, shape (n,)
-        [m], [N].
-
-    Raises
-    ------
-    InputError
-        No such table, or no finite numbers.
+    - returns (n,) `deflection, force`: [m], [N].
+    - raises InputError: no such table, or no finite numbers.
     """
     rows = read_rows(path, (), {"deflection": "m", "force": "N"})
     values = np.array([[row.number("deflection"), row.number("force")] for row in rows])

@@ -36,14 +36,10 @@ RECORD = "run.json"
 class Run:
     """A run that has started.
 
-    Parameters
-    ----------
-    folder : Path
-        ``<out>/<study>/<run>.unfinished``.
-    seed : int
-        Of the run.
-    created : tuple of Path
-        Folders that did not exist before, outermost first; `discard` takes them away again.
+    - `folder`: ``<out>/<study>/<run>.unfinished``.
+    - `seed`: Of the run.
+    - `created`: Folders that did not exist before, outermost first; `discard` takes them away
+      again.
     """
 
     folder: Path
@@ -53,22 +49,15 @@ class Run:
     def save_table(self, name: str, table: pd.DataFrame) -> None:
         """Save a table as CSV: UTF-8, Unix line ends, floats that read back exactly.
 
-        Parameters
-        ----------
-        name : str
-            File name within the run folder, such as ``front.csv``.
-        table : DataFrame
-            Columns ``name [unit]``; the index is not saved.
+        - `name`: File name within the run folder, such as ``front.csv``.
+        - `table`: Columns ``name [unit]``; the index is not saved.
         """
         self.save_text(name, csv_text(table))
 
     def save_json(self, name: str, content: Mapping[str, Any]) -> None:
         """Save a mapping as JSON, UTF-8.
 
-        Raises
-        ------
-        ValueError
-            A number that is not finite: JSON has no word for it.
+        - raises ValueError: A number that is not finite: JSON has no word for it.
         """
         self.save_text(name, _json_text(content))
 
@@ -79,10 +68,8 @@ class Run:
     def save_bytes(self, name: str, data: bytes) -> None:
         """Save a file, complete or not at all; folders such as ``figures/`` are made.
 
-        Raises
-        ------
-        InputError
-            The name leaves the run folder, the run is finished, or the file cannot be written.
+        - raises InputError: The name leaves the run folder, the run is finished, or the file cannot
+          be written.
         """
         relative = PurePosixPath(name)
         if not relative.name or relative.is_absolute() or ".." in relative.parts or "\\" in name:
@@ -105,26 +92,14 @@ def start_run(out: Path, study: str, *, seed: int, record: Mapping[str, Any]) ->
     The name of the run, such as ``2026-11-21_104530_seed1``, is the time (UTC) and the seed; a
     second run of the same second gets ``_2``.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of all results; made when missing.
-    study : str
-        Name of the study: letters, digits, ``_`` and ``-``.
-    seed : int
-        From 1.
-    record : mapping
-        What the run was asked for; becomes ``run.json``. The folder never exists without it.
-
-    Returns
-    -------
-    Run
-        Takes files until `finish_run`.
-
-    Raises
-    ------
-    InputError
-        A seed below 1, a study name that is no folder name, or a folder that cannot be written.
+    - `out`: Folder of all results; made when missing.
+    - `study`: Name of the study: letters, digits, ``_`` and ``-``.
+    - `seed`: From 1.
+    - `record`: What the run was asked for; becomes ``run.json``. The folder never exists without
+      it.
+    - returns: Takes files until `finish_run`.
+    - raises InputError: A seed below 1, a study name that is no folder name, or a folder that
+      cannot be written.
     """
     if isinstance(seed, bool) or not isinstance(seed, int) or seed < 1:
         raise InputError(f"seed {seed!r} of study {study}: choose a whole number from 1")
@@ -148,10 +123,7 @@ def start_run(out: Path, study: str, *, seed: int, record: Mapping[str, Any]) ->
 def finish_run(run: Run) -> Path:
     """Rename ``<run>.unfinished`` to ``<run>`` and return the finished folder.
 
-    Raises
-    ------
-    InputError
-        The folder cannot be renamed.
+    - raises InputError: The folder cannot be renamed.
     """
     final = _final(run.folder)
     try:
@@ -167,17 +139,10 @@ def finish_run(run: Run) -> Path:
 def environment_record(packages: Sequence[str]) -> dict[str, Any]:
     """Record what the numbers depend on beside input and seed.
 
-    Parameters
-    ----------
-    packages : sequence of str
-        Distribution names.
-
-    Returns
-    -------
-    dict
-        ``python``, ``platform``, ``packages`` (name → version, null when not installed),
-        ``sources_sha256`` (see `hash_sources`) and ``git`` (``revision`` and ``dirty`` of deboom's
-        own checkout; null for an installed package).
+    - `packages`: Distribution names.
+    - returns: ``python``, ``platform``, ``packages`` (name → version, null when not installed),
+      ``sources_sha256`` (see `hash_sources`) and ``git`` (``revision`` and ``dirty`` of deboom's
+      own checkout; null for an installed package).
     """
     return {
         "python": platform.python_version(),
@@ -207,10 +172,7 @@ def hash_sources(package: Path) -> str:
 def hash_files(paths: Iterable[Path], relative_to: Path) -> dict[str, str]:
     """Return the SHA-256 of files under their path from a folder, in the order of these names.
 
-    Raises
-    ------
-    InputError
-        A file cannot be read.
+    - raises InputError: A file cannot be read.
     """
     hashes = {}
     for path in paths:
@@ -317,10 +279,7 @@ else:
 def held(folder: Path) -> Iterator[None]:
     """Hold a run folder; when the work is done the lock's file goes as well.
 
-    Raises
-    ------
-    InputError
-        Another process holds it.
+    - raises InputError: Another process holds it.
     """
     path = folder / LOCK
     with path.open("ab") as file:
@@ -352,12 +311,8 @@ def is_held(folder: Path) -> bool:
 class RunEntry:
     """A run as it stands on disk.
 
-    Parameters
-    ----------
-    folder : Path
-        ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``.
-    record : dict
-        Its ``run.json``.
+    - `folder`: ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``.
+    - `record`: Its ``run.json``.
     """
 
     folder: Path
@@ -400,10 +355,7 @@ class RunEntry:
 def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError, ...]]:
     """Return all runs whose record can be read, and what is wrong with the others.
 
-    Raises
-    ------
-    InputError
-        There is no such folder.
+    - raises InputError: There is no such folder.
     """
     if not results.is_dir():
         raise InputError(f"{results}: there is no such folder; `deboom run` makes it")
@@ -419,10 +371,8 @@ def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError
 def read_run(folder: Path) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
-    Raises
-    ------
-    InputError
-        The folder holds no run, its record is damaged, or two studies have a run of this name.
+    - raises InputError: The folder holds no run, its record is damaged, or two studies have a run
+      of this name.
     """
     bare = len(folder.parts) == 1 and not folder.exists()
     named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
@@ -439,11 +389,8 @@ def read_run(folder: Path) -> RunEntry:
 def check_files(entry: RunEntry) -> None:
     """Refuse a run whose files are not those that it wrote.
 
-    Raises
-    ------
-    InputError
-        A run that is not finished, one without hashes of its files, a file that is missing or
-        that has been edited: names it.
+    - raises InputError: A run that is not finished, one without hashes of its files, a file that is
+      missing or that has been edited: names it.
     """
     if not entry.finished:
         raise InputError(f"run {entry.folder} is not finished: go on with it by --resume")
@@ -466,20 +413,11 @@ def check_files(entry: RunEntry) -> None:
 def find_run(out: Path, study: str, wanted: str) -> RunEntry:
     """Return a run of a study by its name or folder.
 
-    Parameters
-    ----------
-    out : Path
-        Folder of all results.
-    study : str
-        Name of the study.
-    wanted : str
-        Name of the run or path of its folder, with or without the mark of an unfinished one. A
-        run that has finished in the meantime is found as well.
-
-    Raises
-    ------
-    InputError
-        No such run, a run of another study, or a damaged record.
+    - `out`: Folder of all results.
+    - `study`: Name of the study.
+    - `wanted`: Name of the run or path of its folder, with or without the mark of an unfinished
+      one. A run that has finished in the meantime is found as well.
+    - raises InputError: No such run, a run of another study, or a damaged record.
     """
     plain = wanted.rstrip("/\\").removesuffix(UNFINISHED)
     candidates = [

@@ -37,10 +37,8 @@ def noting(note: Note) -> Iterator[None]:
 def telling(note: Note | None) -> Iterator[Note]:
     """Give what tells a fault: `note`, or else a list that is raised as one error at the end.
 
-    Raises
-    ------
-    InputError
-        Without `note`: a sentence for each of the first ten faults, and the number of the others.
+    - raises InputError: without `note`: a sentence for each of the first ten faults, and the number
+      of the others.
     """
     if note is not None:
         yield note
@@ -58,12 +56,8 @@ def telling(note: Note | None) -> Iterator[Note]:
 def doubled(what: str, names: Sequence[Hashable]) -> Iterator[str]:
     """Give the sentence for a name, or a tuple of them, that comes twice.
 
-    Parameters
-    ----------
-    what : str
-        Items of the names with a verb, such as ``[[mounts]] are named``.
-    names : sequence of str or tuple
-        Names in the order of the file.
+    - `what`: items of the names with a verb, such as ``[[mounts]] are named``.
+    - `names`: names in the order of the file.
     """
     if len(set(names)) < len(names):
         name = next(name for name in names if names.count(name) > 1)
@@ -147,27 +141,14 @@ _Model = TypeVar("_Model", bound=StrictModel)
 def load_toml(path: Path, model: type[_Model], note: Note | None = None) -> _Model:
     """Read and check a TOML file.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    model : type
-        Its keys; fields that are models, or tuples of models, are its sections.
-    note : callable, optional
-        Gets every fault; without, they are raised as one error.
-
-    Returns
-    -------
-    StrictModel
-        Without the keys at fault: ``getattr(content, key, None)``. Lists of sections are there;
-        an entry without a name is called by its place, see `has_name`. Complete if nothing was
-        told.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no TOML; a key is unknown, missing, mistyped or out of range, or
-        does not fit the others.
+    - `path`: the file.
+    - `model`: its keys; fields that are models, or tuples of models, are its sections.
+    - `note`: gets every fault; without, they are raised as one error.
+    - returns: without the keys at fault: ``getattr(content, key, None)``. Lists of sections are
+      there; an entry without a name is called by its place, see `has_name`. Complete if nothing was
+      told.
+    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
+      of range, or does not fit the others.
     """
     return _parsed(path, read_text(path), model, note)
 
@@ -188,10 +169,7 @@ def has_name(name: str) -> bool:
 def dump_toml(path: Path, content: StrictModel) -> None:
     """Write a TOML file; what is written is read back and compared first.
 
-    Raises
-    ------
-    InputError
-        The content would be refused on reading, or the file cannot be written.
+    - raises InputError: the content would be refused on reading, or the file cannot be written.
     """
     text = _toml(content)
     if _parsed(path, text, type(content)) != content:
@@ -202,22 +180,12 @@ def dump_toml(path: Path, content: StrictModel) -> None:
 def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -> None:
     """Add an entry to a list of sections at the end of a TOML file; the rest stays as it stands.
 
-    Parameters
-    ----------
-    path : Path
-        The file.
-    content : StrictModel
-        Content of the file.
-    section : str
-        Name of the list, such as ``runs``.
-    entry : StrictModel
-        New entry.
-
-    Raises
-    ------
-    InputError
-        The new content would be refused, the file has changed meanwhile, holds the list in another
-        form than ``[[section]]``, or cannot be written. It stays as it was then.
+    - `path`: the file.
+    - `content`: content of the file.
+    - `section`: name of the list, such as ``runs``.
+    - `entry`: new entry.
+    - raises InputError: the new content would be refused, the file has changed meanwhile, holds the
+      list in another form than ``[[section]]``, or cannot be written. It stays as it was then.
     """
     wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
     lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]

@@ -67,14 +67,9 @@ _SPELLING = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " "
 class Unit:
     """A unit label and its way into SI.
 
-    Parameters
-    ----------
-    label : str
-        As it stands in the file, such as ``mm``.
-    si : str
-        The SI unit of the same quantity, such as ``m``.
-    factor : float
-        ``value [si] = factor · value [label]``.
+    - `label`: as it stands in the file, such as ``mm``.
+    - `si`: the SI unit of the same quantity, such as ``m``.
+    - `factor`: ``value [si] = factor · value [label]``.
     """
 
     label: str
@@ -85,20 +80,9 @@ class Unit:
 def parse_unit(label: str) -> Unit:
     """Return the unit that a label names.
 
-    Parameters
-    ----------
-    label : str
-        Such as ``mm``, ``N``, ``m/s^2`` or, as a ratio of two known units, ``Pa/N``.
-
-    Returns
-    -------
-    Unit
-        Its SI unit and factor.
-
-    Raises
-    ------
-    InputError
-        An unknown label, or none at all. A unit is never guessed.
+    - `label`: such as ``mm``, ``N``, ``m/s^2`` or, as a ratio of two known units, ``Pa/N``.
+    - returns: its SI unit and factor.
+    - raises InputError: an unknown label, or none at all. A unit is never guessed.
     """
     text = " ".join(label.translate(_SPELLING).split())
     if text in _TO_SI:
@@ -118,16 +102,10 @@ def parse_unit(label: str) -> Unit:
 class Range:
     """Magnitudes that a quantity has in a car.
 
-    Parameters
-    ----------
-    unit : str
-        SI unit of the limits.
-    usual : (float, float)
-        Limits between which it lies as a rule.
-    largest : float
-        Limit above which its unit or the file is wrong.
-    shown, factor : str, float
-        Unit in which it is shown, and the factor to it.
+    - `unit`: SI unit of the limits.
+    - `usual`: limits between which it lies as a rule.
+    - `largest`: limit above which its unit or the file is wrong.
+    - `shown`, `factor`: unit in which it is shown, and the factor to it.
     """
 
     unit: str
@@ -162,17 +140,9 @@ RANGES = {
 def refuse_beyond(quantity: str, values: npt.ArrayLike) -> None:
     """Refuse magnitudes that no car has.
 
-    Parameters
-    ----------
-    quantity : str
-        Key of `RANGES`.
-    values : array_like
-        Finite values of any shape, in SI.
-
-    Raises
-    ------
-    InputError
-        The largest magnitude is above the limit.
+    - `quantity`: key of `RANGES`.
+    - `values`: finite values of any shape, in SI.
+    - raises InputError: the largest magnitude is above the limit.
     """
     size, limit = float(np.max(np.abs(values), initial=0.0)), RANGES[quantity]
     if size > limit.largest:
@@ -198,16 +168,10 @@ _ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 class Row:
     """One row of a table.
 
-    Parameters
-    ----------
-    path : Path
-        Of the table.
-    line : int
-        In the file; the header is line 1.
-    cells : mapping of str to str
-        Column name, without its unit, to text.
-    units : mapping of str to Unit
-        Of the columns that have one.
+    - `path`: of the table.
+    - `line`: in the file; the header is line 1.
+    - `cells`: column name, without its unit, to text.
+    - `units`: of the columns that have one.
     """
 
     path: Path
@@ -222,10 +186,7 @@ class Row:
     def filled(self, column: str) -> str:
         """Return the text of a cell that must not be empty.
 
-        Raises
-        ------
-        InputError
-            It is empty.
+        - raises InputError: it is empty.
         """
         if not self.cells[column]:
             raise self.error(f"column '{column}' is empty: fill it in")
@@ -234,10 +195,7 @@ class Row:
     def number(self, column: str) -> float:
         """Return a finite number, in SI where its column has a unit.
 
-        Raises
-        ------
-        InputError
-            It is no number, or not finite.
+        - raises InputError: it is no number, or not finite.
         """
         text = self.cells[column]
         number = number_in(text)
@@ -252,10 +210,7 @@ class Row:
     def node(self, column: str = "node") -> int:
         """Return the number of a UFF node.
 
-        Raises
-        ------
-        InputError
-            It is no whole number from 1.
+        - raises InputError: it is no whole number from 1.
         """
         node = number_in(self.cells[column])
         if not (math.isfinite(node) and node.is_integer() and node >= 1):
@@ -266,10 +221,7 @@ class Row:
 def refuse_second(seen: dict[str, int], key: str, row: Row) -> None:
     """Refuse what stands in an earlier line already; otherwise note its line in `seen`.
 
-    Raises
-    ------
-    InputError
-        It does.
+    - raises InputError: it does.
     """
     if key in seen:
         raise row.error(f"{key} already stands in line {seen[key]}: correct one of them")
@@ -285,29 +237,14 @@ def read_rows(
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
 
-    Parameters
-    ----------
-    path : Path
-        ``.csv`` or ``.xlsx``.
-    plain : sequence of str
-        Columns without a unit; all must be there, in any order.
-    with_unit : mapping of str to str
-        Columns with a unit in their header, and the SI unit of it.
-    sheet : str, optional
-        Of an Excel file; by default its first one. A CSV file has only one.
-    note : callable, optional
-        Gets every fault of the header; without, they are raised as one error.
-
-    Returns
-    -------
-    tuple of Row
-        Rows that are not empty; none if the header is at fault.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no table, or has no such sheet; a column is missing, unknown or
-        doubled, or one that needs a unit has none or another quantity's; no row.
+    - `path`: ``.csv`` or ``.xlsx``.
+    - `plain`: columns without a unit; all must be there, in any order.
+    - `with_unit`: columns with a unit in their header, and the SI unit of it.
+    - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
+    - `note`: gets every fault of the header; without, they are raised as one error.
+    - returns: rows that are not empty; none if the header is at fault.
+    - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
+      unknown or doubled, or one that needs a unit has none or another quantity's; no row.
     """
     cells = _cells(path, sheet)
     if sheet is not None and _is_excel(path):
@@ -350,15 +287,8 @@ def read_rows(
 def read_columns(path: Path) -> dict[str, tuple[str, ...]]:
     """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
 
-    Returns
-    -------
-    dict of str to tuple of str
-        Header, as it stands, to the texts below it; empty rows at the end are left out.
-
-    Raises
-    ------
-    InputError
-        The file is missing or no table, a header comes twice, or there is no row.
+    - returns: header, as it stands, to the texts below it; empty rows at the end are left out.
+    - raises InputError: the file is missing or no table, a header comes twice, or there is no row.
     """
     cells = [[text.strip() for text in row] for row in _cells(path, None)]
     filled = [number for number, row in enumerate(cells) if any(row)]
@@ -511,35 +441,17 @@ _WIDEST = 60
 
 
 def write_frame(path: Path, table: pd.DataFrame) -> None:
-    """Write a table as CSV, without its index.
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
-    """
+    """Write a table as CSV, without its index."""
     replace_text(path, csv_text(table))
 
 
 def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
     """Write tables as an xlsx file for people: headers stay in view, columns are wide enough.
 
-    Parameters
-    ----------
-    sheets : mapping of str to DataFrame
-        Name of the sheet → table with columns ``name [unit]``; the index is not written.
-    title : str
-        In the properties of the file. No user name gets there.
-
-    Returns
-    -------
-    bytes
-        Missing values are empty cells, text that looks like a formula is text.
-
-    Raises
-    ------
-    InputError
-        No sheet, or a name that a sheet cannot have.
+    - `sheets`: name of the sheet → table with columns ``name [unit]``; the index is not written.
+    - `title`: in the properties of the file. No user name gets there.
+    - returns: missing values are empty cells, text that looks like a formula is text.
+    - raises InputError: no sheet, or a name that a sheet cannot have.
     """
     if not sheets:
         raise InputError("a workbook needs at least one sheet")
@@ -604,23 +516,11 @@ SAME_LINE = 1e-3
 def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
     """Read the table ``frequency [Hz], engine torque [N m]``.
 
-    Parameters
-    ----------
-    path : Path
-        CSV, one row per line.
-    frequency : array, shape (f,)
-        Lines of the run's spectra [Hz]; nothing is interpolated.
-
-    Returns
-    -------
-    array, shape (f,)
-        Engine torque [N m].
-
-    Raises
-    ------
-    InputError
-        The file is missing or no such table, an entry is no finite number, or its lines are not
-        those of the spectra.
+    - `path`: CSV, one row per line.
+    - `frequency` (f,): lines of the run's spectra [Hz]; nothing is interpolated.
+    - returns (f,): engine torque [N m].
+    - raises InputError: the file is missing or no such table, an entry is no finite number, or its
+      lines are not those of the spectra.
     """
     rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
     lines = np.array([row.number("frequency") for row in rows])
@@ -648,19 +548,9 @@ def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
 def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArray) -> None:
     """Write the table that `read_torque_table` reads.
 
-    Parameters
-    ----------
-    path : Path
-        CSV; replaced if it is there.
-    frequency : array, shape (f,)
-        [Hz].
-    engine_torque : array, shape (f,)
-        [N m].
-
-    Raises
-    ------
-    InputError
-        The file cannot be written.
+    - `path`: CSV; replaced if it is there.
+    - `frequency` (f,): [Hz].
+    - `engine_torque` (f,): [N m].
     """
     write_frame(
         path, pd.DataFrame({"frequency [Hz]": frequency, "engine torque [N m]": engine_torque})

@@ -32,41 +32,28 @@ DIRECTIONS: dict[int, str] = {0: "scalar"} | {
 class UffFunction:
     """One function at a nodal DoF: UFF data set 58, in SI.
 
-    Parameters
-    ----------
-    abscissa : array, shape (n,)
-        Increasing, n ≥ 2 [Hz] or [s].
-    values : array, shape (n,)
-        Real or complex, finite [ordinate_unit, over denominator_unit where there is one].
-    function_type : int
-        UFF code: 0 general, 1 time, 2 auto spectrum, 3 cross spectrum, 4 frequency response,
-        6 coherence, 9 power spectral density.
-    response_node, reference_node : int
-        Node numbers; 0 is none.
-    response_direction, reference_direction : str
-        ``+x -x +y … +rz -rz``, or ``scalar`` for none.
-    ordinate, denominator : str
-        Quantity in a word: ``displacement``, ``velocity``, ``acceleration``, ``force``,
-        ``pressure``, ``general``, ``unknown``, …; the denominator may be ``none``.
-    ordinate_unit, denominator_unit : str
-        SI label, such as ``m``, ``N``, ``Pa``. A function that was read keeps the file's own label
-        where deboom does not know it, and has ``""`` where the file states no unit.
-    id_lines : sequence of str
-        Up to five lines of text; filled up to five.
-    response_name, reference_name : str
-        Entity names, at most 10 characters.
-    abscissa_quantity : str
-        ``frequency``, ``time``, …; left out, it is ``time`` for function type 1 and ``frequency``
-        for the others.
-    file_unit : str
-        The unit label as it stood in the file, such as ``mm`` or ``Pa/N``; ``""`` for a function
-        that was not read, or whose file states none.
-
-    Raises
-    ------
-    InputError
-        Arrays of different lengths, an abscissa that does not increase, a value that is not finite
-        (node, direction and line are named), an unknown direction, more than five ID lines.
+    - `abscissa` (n,): increasing, n ≥ 2 [Hz] or [s].
+    - `values` (n,): real or complex, finite [ordinate_unit, over denominator_unit where there is
+      one].
+    - `function_type`: UFF code: 0 general, 1 time, 2 auto spectrum, 3 cross spectrum, 4 frequency
+      response, 6 coherence, 9 power spectral density.
+    - `response_node`, `reference_node`: node numbers; 0 is none.
+    - `response_direction`, `reference_direction`: ``+x -x +y … +rz -rz``, or ``scalar`` for none.
+    - `ordinate`, `denominator`: quantity in a word: ``displacement``, ``velocity``,
+      ``acceleration``, ``force``, ``pressure``, ``general``, ``unknown``, …; the denominator may be
+      ``none``.
+    - `ordinate_unit`, `denominator_unit`: SI label, such as ``m``, ``N``, ``Pa``. A function that
+      was read keeps the file's own label where deboom does not know it, and has ``""`` where the
+      file states no unit.
+    - `id_lines`: up to five lines of text; filled up to five.
+    - `response_name`, `reference_name`: entity names, at most 10 characters.
+    - `abscissa_quantity`: ``frequency``, ``time``, …; left out, it is ``time`` for function type 1
+      and ``frequency`` for the others.
+    - `file_unit`: the unit label as it stood in the file, such as ``mm`` or ``Pa/N``; ``""`` for a
+      function that was not read, or whose file states none.
+    - raises InputError: arrays of different lengths, an abscissa that does not increase, a value
+      that is not finite (node, direction and line are named), an unknown direction, more than five
+      ID lines.
     """
 
     abscissa: RealArray = field(repr=False)
@@ -185,10 +172,8 @@ class AxisDriftWarning(UserWarning):
 def set_58(function: UffFunction, binary: bool) -> dict[str, Any]:
     """Return the dictionary that pyuff writes for a function.
 
-    Raises
-    ------
-    InputError
-        Anything that would not read back as it was given; see `deboom.files.uff.write_uff`.
+    - raises InputError: anything that would not read back as it was given; see
+      `deboom.files.uff.write_uff`.
     """
     if function.function_type not in _WRITABLE_TYPES:
         raise InputError(
@@ -417,26 +402,14 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
 
     The file appears complete or not at all; an existing file is replaced.
 
-    Parameters
-    ----------
-    path : path
-        The file; its folder must exist.
-    functions : sequence of UffFunction
-        In SI.
-    binary : bool
-        Data sets 58b in double precision; ASCII keeps 12 digits.
-
-    Raises
-    ------
-    InputError
-        A name over 10 characters, text over its field, a unit that is missing or not SI, a function
-        type or quantity that cannot be written, an uneven abscissa in binary, or an abscissa whose
-        6 stored digits err by more than 0.05 of a line spacing (time: 1 deg at 140 Hz).
-
-    Warns
-    -----
-    AxisDriftWarning
-        The abscissa will read back changed, within these bounds.
+    - `path`: the file; its folder must exist.
+    - `functions`: in SI.
+    - `binary`: data sets 58b in double precision; ASCII keeps 12 digits.
+    - raises InputError: a name over 10 characters, text over its field, a unit that is missing or
+      not SI, a function type or quantity that cannot be written, an uneven abscissa in binary, or
+      an abscissa whose 6 stored digits err by more than 0.05 of a line spacing (time: 1 deg at 140
+      Hz).
+    - warns AxisDriftWarning: the abscissa will read back changed, within these bounds.
     """
     path = Path(path)
     if not functions:
@@ -510,10 +483,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
 def set_types(path: Path | str) -> tuple[int, ...]:
     """List the data set types of a UFF file in their order, such as ``(164, 58, 58)``.
 
-    Raises
-    ------
-    InputError
-        The file is missing, empty, not UFF or truncated.
+    - raises InputError: the file is missing, empty, not UFF or truncated.
     """
     return tuple(int(kind) for kind in _opened(Path(path)).get_set_types())
 

@@ -142,22 +142,11 @@ def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMe
 def read_vehicle(folder: Path) -> MeasuredVehicle:
     """Read a vehicle's folder and check that its files fit together.
 
-    Parameters
-    ----------
-    folder : Path
-        Holds ``vehicle.toml``.
-
-    Returns
-    -------
-    MeasuredVehicle
-        In SI.
-
-    Raises
-    ------
-    InputError
-        A file that is missing or damaged; a blow, channel or ear without its function, with two of
-        them, or with one of another microphone, type or unit; a mount without blows or sensors. The
-        sentence names the file, the item and the remedy.
+    - `folder`: holds ``vehicle.toml``.
+    - returns: in SI.
+    - raises InputError: a file that is missing or damaged; a blow, channel or ear without its
+      function, with two of them, or with one of another microphone, type or unit; a mount without
+      blows or sensors. The sentence names the file, the item and the remedy.
     """
     file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table

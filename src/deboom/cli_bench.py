@@ -16,14 +16,67 @@ bench_app = typer.Typer(
 )
 
 Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the files.")]
+Seed = Annotated[
+    int,
+    typer.Option(
+        help="From 1. Draws errors and noise, and what stands on the bench; a platform and a "
+        "vehicle of seed 1 are of the frozen fleet."
+    ),
+]
+NoiseFree = Annotated[
+    bool, typer.Option("--noise-free", help="Every sensor and hit as stated, no noise.")
+]
+Level = Annotated[
+    CalibrationLevel,
+    typer.Option(
+        help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, position "
+        "and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, 1.5 deg; C3 "
+        "3 %, 2 mm, 2 deg."
+    ),
+]
+Case = Annotated[
+    CompressorCase,
+    typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
+]
+IdenticalMounts = Annotated[
+    bool,
+    typer.Option(
+        "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
+    ),
+]
+Softening = Annotated[bool, typer.Option("--softening", help="Mounts soften with their amplitude.")]
+FlexibleReceiver = Annotated[
+    bool, typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them.")
+]
+Hoses = Annotated[
+    HoseCase,
+    typer.Option(
+        help="The standard hoses: drawn: as catalogued; scattered: stiffness, mass and loss 0.75 "
+        "to 1.3 times that; displaced: ports, directions and lengths are off, too."
+    ),
+]
+HammerWithHoses = Annotated[
+    bool,
+    typer.Option(
+        "--hammer-with-hoses",
+        help="A second hammer test with the standard hoses, compressor off: what identifies hoses "
+        "best.",
+    ),
+]
+MountStorage = Annotated[
+    float,
+    typer.Option(
+        help="Real part of the mounts' stiffness while it runs, over that under the hammer: "
+        "warmth, preload, amplitude. Try 0.9: the thesis's route errs below 50 Hz."
+    ),
+]
+MountLoss = Annotated[float, typer.Option(help="The same of the imaginary part. Try 1.1.")]
 
 
 @bench_app.command("write")
 def write(
     folder: Folder,
-    seed: Annotated[
-        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
-    ] = 1,
+    seed: Seed = 1,
     library: Annotated[
         bool,
         typer.Option(
@@ -63,7 +116,7 @@ def write(
 @bench_app.command("campaign")
 def campaign(
     folder: Folder,
-    seed: Annotated[int, typer.Option(help="From 1. The bench: its sensors and noise.")] = 1,
+    seed: Seed = 1,
     mount_set: Annotated[
         list[str] | None,
         typer.Option(
@@ -71,9 +124,7 @@ def campaign(
             "May be repeated; by default M1 to M5 and that mix."
         ),
     ] = None,
-    noise_free: Annotated[
-        bool, typer.Option("--noise-free", help="Every sensor as stated, no noise.")
-    ] = False,
+    noise_free: NoiseFree = False,
     time_run: Annotated[
         bool, typer.Option("--time-run", help="One run as time data with tacho as well.")
     ] = False,
@@ -119,19 +170,12 @@ def campaign(
 @bench_app.command("vehicle")
 def vehicle(
     folder: Folder,
-    seed: Annotated[
-        int, typer.Option(help="From 1. Seed 1 is the frozen fleet; others draw a new one.")
-    ] = 1,
+    seed: Seed = 1,
     name: Annotated[str, typer.Option("--vehicle", help="Of the fleet.")] = "U06-1",
     mount_set: Annotated[
         str, typer.Option(help="Parts under its powertrain: M0, M1, … or EnM1-GeM2-TSM3-Du4.")
     ] = "M1",
-    exact: Annotated[
-        bool,
-        typer.Option(
-            "--noise-free", help="Every sensor as stated, no noise, mounts as on the bench."
-        ),
-    ] = False,
+    noise_free: NoiseFree = False,
 ) -> None:
     """Write one vehicle as a laboratory measures it.
 
@@ -145,7 +189,7 @@ def vehicle(
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
-        errors = NO_VEHICLE_ERRORS if exact else VehicleErrors()
+        errors = NO_VEHICLE_ERRORS if noise_free else VehicleErrors()
         write_vehicle(folder, seed, name, mount_set, errors, progress=progress)
         typer.echo(folder.as_posix())
 
@@ -153,34 +197,12 @@ def vehicle(
 @bench_app.command("compressor")
 def compressor(
     folder: Folder,
-    level: Annotated[
-        CalibrationLevel,
-        typer.Option(
-            help="How well sensors and impacts are calibrated and placed, 1 sigma of gain, "
-            "position and angle: C0.5 0.5 %, 0.5 mm, 0.5 deg; C1 1 %, 1 mm, 1 deg; C2 2 %, 1.5 mm, "
-            "1.5 deg; C3 3 %, 2 mm, 2 deg."
-        ),
-    ] = CalibrationLevel.C2,
-    seed: Annotated[
-        int, typer.Option(help="From 1. Draws the compressor, the errors and the noise.")
-    ] = 1,
-    case: Annotated[
-        CompressorCase,
-        typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
-    ] = CompressorCase.RANDOM,
-    identical_mounts: Annotated[
-        bool,
-        typer.Option(
-            "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
-        ),
-    ] = False,
-    softening: Annotated[
-        bool, typer.Option("--softening", help="Mounts soften with their amplitude, hit by hit.")
-    ] = False,
-    flexible_receiver: Annotated[
-        bool,
-        typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them."),
-    ] = False,
+    level: Level = CalibrationLevel.C2,
+    seed: Seed = 1,
+    case: Case = CompressorCase.RANDOM,
+    identical_mounts: IdenticalMounts = False,
+    softening: Softening = False,
+    flexible_receiver: FlexibleReceiver = False,
     flexible_body: Annotated[
         float,
         typer.Option(
@@ -191,10 +213,7 @@ def compressor(
     hits: Annotated[
         bool, typer.Option("--hits", help="Every hit over time as well, 30 MB more.")
     ] = False,
-    noise_free: Annotated[
-        bool,
-        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
-    ] = False,
+    noise_free: NoiseFree = False,
 ) -> None:
     """Write a roving-hammer test on a mounted refrigerant compressor.
 
@@ -219,59 +238,15 @@ def compressor(
 @bench_app.command("operation")
 def operation(
     folder: Folder,
-    level: Annotated[
-        CalibrationLevel,
-        typer.Option(
-            help="How well sensors and impacts are calibrated and placed, see deboom bench "
-            "compressor."
-        ),
-    ] = CalibrationLevel.C2,
-    seed: Annotated[
-        int,
-        typer.Option(
-            help="From 1. Draws compressor, hoses, errors and noise; the compressor is the one of "
-            "deboom bench compressor."
-        ),
-    ] = 1,
-    case: Annotated[
-        CompressorCase,
-        typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
-    ] = CompressorCase.RANDOM,
-    hoses: Annotated[
-        HoseCase,
-        typer.Option(
-            help="The standard hoses: drawn: as catalogued; scattered: stiffness, mass and loss "
-            "0.75 to 1.3 times that; displaced: ports, directions and lengths are off, too."
-        ),
-    ] = HoseCase.SCATTERED,
-    hammer_with_hoses: Annotated[
-        bool,
-        typer.Option(
-            "--hammer-with-hoses",
-            help="A second hammer test with the standard hoses, compressor off: what identifies "
-            "hoses best.",
-        ),
-    ] = False,
-    mount_storage: Annotated[
-        float,
-        typer.Option(
-            help="Real part of the mounts' stiffness while it runs, over that under the hammer: "
-            "warmth, preload, amplitude. Try 0.9: the thesis's route errs below 50 Hz."
-        ),
-    ] = 1.0,
-    mount_loss: Annotated[
-        float, typer.Option(help="The same of the imaginary part. Try 1.1.")
-    ] = 1.0,
-    softening: Annotated[
-        bool,
-        typer.Option(
-            "--softening", help="Mounts soften with their amplitude: hit by hit, speed by speed."
-        ),
-    ] = False,
-    flexible_receiver: Annotated[
-        bool,
-        typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them."),
-    ] = False,
+    level: Level = CalibrationLevel.C2,
+    seed: Seed = 1,
+    case: Case = CompressorCase.RANDOM,
+    hoses: Hoses = HoseCase.SCATTERED,
+    hammer_with_hoses: HammerWithHoses = False,
+    mount_storage: MountStorage = 1.0,
+    mount_loss: MountLoss = 1.0,
+    softening: Softening = False,
+    flexible_receiver: FlexibleReceiver = False,
     sense: Annotated[
         int, typer.Option(help="1: the rotor turns from y to z; -1: from z to y.")
     ] = 1,
@@ -282,10 +257,7 @@ def operation(
             help="A run-up from 50 to 60 Hz over time with tacho as well, 3 MB; readers track it.",
         ),
     ] = False,
-    noise_free: Annotated[
-        bool,
-        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
-    ] = False,
+    noise_free: NoiseFree = False,
 ) -> None:
     """Write the test of a running refrigerant compressor: its unbalance shakes it.
 
@@ -325,33 +297,14 @@ def electric_car(
         int | None,
         typer.Option(help="From 1. Draws another, unselected fleet; the frozen one if left out."),
     ] = None,
-    level: Annotated[
-        CalibrationLevel,
-        typer.Option(help="How well sensors and impacts are calibrated and placed, on both."),
-    ] = CalibrationLevel.C2,
-    seed: Annotated[int, typer.Option(help="From 1. Draws hoses, errors and noise.")] = 1,
-    identical_mounts: Annotated[
-        bool,
-        typer.Option(
-            "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
-        ),
-    ] = False,
-    hoses: Annotated[
-        HoseCase, typer.Option(help="The true hoses of the car, against their drawing.")
-    ] = HoseCase.SCATTERED,
-    hammer_with_hoses: Annotated[
-        bool,
-        typer.Option("--hammer-with-hoses", help="Strike the compressor with its hoses as well."),
-    ] = False,
-    mount_storage: Annotated[
-        float,
-        typer.Option(help="Real part of the mounts' stiffness in the car, over that on the rig."),
-    ] = 1.0,
-    mount_loss: Annotated[float, typer.Option(help="The same of the imaginary part.")] = 1.0,
-    noise_free: Annotated[
-        bool,
-        typer.Option("--noise-free", help="Every sensor and hit as stated, no noise."),
-    ] = False,
+    level: Level = CalibrationLevel.C2,
+    seed: Seed = 1,
+    identical_mounts: IdenticalMounts = False,
+    hoses: Hoses = HoseCase.SCATTERED,
+    hammer_with_hoses: HammerWithHoses = False,
+    mount_storage: MountStorage = 1.0,
+    mount_loss: MountLoss = 1.0,
+    noise_free: NoiseFree = False,
 ) -> None:
     """Write one electric car and its compressor as a laboratory measures them.
 

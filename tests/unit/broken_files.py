@@ -118,8 +118,9 @@ def put(path, data):
 
 
 def files(folder):
-    """Return the content of every file."""
-    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+    """Return the content of every file but Python's own."""
+    paths = [path for path in folder.rglob("*") if path.is_file() and path.suffix != ".pyc"]
+    return {path: path.read_bytes() for path in paths}
 
 
 def refused(read, folder, *words):

@@ -552,6 +552,8 @@ def _content(path: Path, index: int, file: Any, header_only: bool = False) -> Ma
     try:
         with _quiet():
             content: dict[str, Any] = file.read_sets(index, header_only=header_only)
+        if not header_only and content["type"] == 58:
+            content["data"], content["x"]  # another data type leaves them out
     except Exception:  # pyuff raises bare Exception without a reason
         raise InputError(
             f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; "

@@ -90,6 +90,8 @@ class FittedSurface:
 
     def __post_init__(self) -> None:
         _check_text("model of a surface", self.model, needed=True)
+        if not self.model.isidentifier():
+            raise InputError(f"a surface has the model {self.model!r}, which is no name of a class")
         owner = f"surface {self.model}"
         if not len(self.units) == len(self.variables) == self.lower.size:
             raise InputError(

@@ -126,7 +126,8 @@ def question_of(path: Path) -> str:
     try:
         docstring = ast.get_docstring(ast.parse(read_text(path)))
     except SyntaxError as error:
-        raise InputError(f"{path}: line {error.lineno} is not Python ({error.msg})") from error
+        where = f": line {error.lineno}" if error.lineno else ""
+        raise InputError(f"{path}{where} is not Python ({error.msg})") from error
     except (ValueError, RecursionError, MemoryError) as error:
         if isinstance(error, InputError):
             raise

@@ -73,7 +73,7 @@ def _refused_by_name() -> Iterator[None]:
         raise InputError(f"the entry {error} is missing; export it again") from None
     except InputError:
         raise
-    except (TypeError, ValueError, AttributeError) as error:
+    except (TypeError, ValueError, AttributeError, SyntaxError, OverflowError) as error:
         raise InputError(f"an entry is of another kind ({error}); export it again") from None
 
 

@@ -1,6 +1,7 @@
 """Build the distributions, check them, and use the wheel in a new environment and an empty folder.
 
 What a user without the repository has: the studies, the demonstration platform, the README's lines.
+The wheel is built from the source distribution, so that this one is complete as well.
 """
 
 from __future__ import annotations
@@ -46,8 +47,9 @@ def main() -> None:
             (facts,) = (name for name in names if name.endswith(".dist-info/METADATA"))
             Metadata.from_email(content.read(facts))  # refuses what an index would refuse
         missing = [name for name in NEEDED if name not in names]
-        if missing:
-            sys.exit(f"{wheel.name} lacks {', '.join(missing)}")
+        strange = [n for n in names if not re.match(r"deboom(/|-[^/]+\.dist-info/)", n)]
+        if missing or strange:
+            sys.exit(f"{wheel.name} lacks {missing} and should not hold {strange}")
         venv.create(home, with_pip=True)
         scripts = home / ("Scripts" if os.name == "nt" else "bin")
         python, constraints = str(scripts / "python"), str(ROOT / "constraints.txt")

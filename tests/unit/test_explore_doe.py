@@ -175,7 +175,6 @@ def test_other_variables_and_responses_are_refused():
 @pytest.mark.parametrize(
     ("changes", "sentence"),
     [
-        ({"plans": ("p",)}, "one code and plan per design"),
         ({"failures": (Failure.NONE, Failure.NOT_FINITE)}, "design 2 .* failure code and resp"),
         ({"designs": np.ones((2, 3))}, "design 2 of the DOE repeats an earlier one"),
     ],

@@ -136,12 +136,10 @@ def test_groups_are_factors_in_the_order_they_appear():
     ("change", "message"),
     [
         ({"groups": ("a", "a", "a")}, "all variables are in the group 'a'"),
-        ({"groups": ("a", "b")}, "2 groups for 3 variables"),
         ({"upper": np.array([1.0, 0.0, 1.0])}, "variable 'x2' does not vary"),
         ({"sigma": np.array([1.0, 1.0, 0.0])}, "variable 'x3' does not vary"),
         ({"sigma": np.array([1.0, 1.0])}, r"sigma: shape \(3\) is needed, not \(2,\)"),
         ({"lower": np.array([0.0, np.nan, 0.0])}, "lower: a number is not finite"),
-        ({"names": ("x", "x", "y")}, "each with a name of its own"),
     ],
 )
 def test_inputs_that_cannot_be_analysed_are_refused(change, message):

@@ -239,7 +239,6 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
         (lambda: tabulated_curve("TSM x", [0.1, 0.2], [3.0, -1.0]), "at least 0"),
         (lambda: ToleranceCost(np.array([-1.0]), np.array([0.15])), "weights of at least 0"),
         (lambda: ToleranceCost(np.ones(1), np.zeros(1)), "references above 0"),
-        (lambda: CostCurves(()), "needs one cost curve"),
         (lambda: SigmaTarget(0.0), "give more than 0"),
         (lambda: ShareTarget(np.zeros(1), 1.0), "between 0 and 1"),
         (lambda: ShareTarget(np.array([np.nan]), 0.9), "finite"),

@@ -58,11 +58,6 @@ class Box:
     upper: RealArray
 
     def __post_init__(self) -> None:
-        if self.lower.size != len(self.names):
-            raise InputError(
-                f"a box of the {len(self.names)} variables {list(self.names)} needs one end of "
-                f"each kind for each, not {self.lower.size}"
-            )
         for name, low, high in zip(self.names, self.lower, self.upper, strict=True):
             if low > high:
                 raise InputError(

@@ -34,8 +34,7 @@ from deboom.explore.space import Progress, checked_seed, sobol_points
 from deboom.tabled import Tabled
 
 _TRIED = 1024  # designs over the bounds that are tried first
-_DESCENT_STEPS = 60  # of each descent towards the limit
-_STAGE_STEPS = 60  # of each stage of a box
+_STEPS = 60  # of each descent towards the limit, and of each stage of a box
 _NARROWEST = 1e-3  # width of an interval, as a part of its bounds, that counts as one
 _SMALLEST_GAIN = 1e-6  # of the logarithm of the volume, at which a stage ends
 _ON_BOUND = 1e-9  # distance, as a part of the bounds' distance, at which an end lies on its bound
@@ -294,7 +293,7 @@ def _descend(question: BoxQuestion, start: RealArray) -> RealArray:
         method="SLSQP",
         bounds=[(0.0, 1.0)] * len(start) + [(None, None)],
         constraints={"type": "ineq", "fun": below, "jac": slope},
-        options={"maxiter": _DESCENT_STEPS, "ftol": 1e-9},
+        options={"maxiter": _STEPS, "ftol": 1e-9},
     )
     both = np.array([start, low + np.clip(end.x[:-1], 0.0, 1.0) * span])
     return np.asarray(both[int(np.argmin(_ranked_excess(question, both)))])
@@ -400,7 +399,7 @@ def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, ta
             "fun": lambda place: allowed - missed(place)[0],
             "jac": lambda place: -missed(place)[1],
         },
-        options={"maxiter": _STAGE_STEPS, "ftol": _SMALLEST_GAIN},
+        options={"maxiter": _STEPS, "ftol": _SMALLEST_GAIN},
     )
     ends = np.clip(np.sort(ends_of(end.x), axis=0), question.lower, question.upper)
     return Box(question.names, *ends)
@@ -565,8 +564,8 @@ def bisection_box(
 ) -> BisectionBox:
     """Return the box of one tolerance about a design (k,) that plain bisection finds."""
     point = question.checked(design)
-    calibration = (effort or BoxEffort()).calibration
-    unit = sobol_points(len(point), calibration, seed=seed, purpose="size of a box")
+    effort = effort or BoxEffort()
+    unit = sobol_points(len(point), effort.calibration, seed=seed, purpose="size of a box")
 
     def cut(tolerance: float) -> Box:
         whole = tolerance_box(question.names, point, tolerance)
@@ -576,8 +575,7 @@ def bisection_box(
             np.minimum(whole.upper, question.upper),
         )
 
-    good, share = 0.0, question.share_of(cut(0.0), unit[:1])
-    bad = 1.0
+    good, bad, share = 0.0, 1.0, question.share_of(cut(0.0), unit[:1])
     for _ in range(14):
         middle = 0.5 * (good + bad)
         kept = question.share_of(cut(middle), unit)

@@ -141,7 +141,7 @@ def _check_size(n_variables: int, n_samples: int) -> None:
         )
 
 
-@checked(loadings="k m ?")
+@checked(loadings="k m")
 class ToleranceStructure:
     """A linear map from independent standard-normal draws to the scatter of the variables.
 
@@ -157,20 +157,6 @@ class ToleranceStructure:
     names: tuple[str, ...]
     loadings: RealArray
     draw_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        if self.loadings.shape != (len(self.names), len(self.draw_names)):
-            raise InputError(
-                f"loadings of shape {self.loadings.shape} for {len(self.names)} variables and "
-                f"{len(self.draw_names)} draws: give one row per variable and one column per draw"
-            )
-        length = np.sqrt(np.einsum("km,km->k", self.loadings, self.loadings))
-        for name, size in zip(self.names, length, strict=True):
-            if not 0.0 < size < 1.0 + 1e-9:
-                raise InputError(
-                    f"the loadings of '{name}' have the length {size:g}: scale them to 1, or the "
-                    "variable's tolerance would grow"
-                )
 
     @property
     def n_draws(self) -> int:
@@ -208,20 +194,6 @@ class PartNumber:
     pieces: int = 1
     hardness_share: float = 0.0
     batch_share: float = 0.0
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "places", tuple(self.places))
-        if not self.places or len(set(self.places)) < len(self.places):
-            raise InputError(
-                f"part number '{self.name}' sits at {list(self.places)}: name every place once"
-            )
-        if self.pieces < 1:
-            raise InputError(f"part number '{self.name}' has {self.pieces} pieces: at least 1")
-        for what, share in (("hardness", self.hardness_share), ("batch", self.batch_share)):
-            if not 0.0 <= share <= 1.0:
-                raise InputError(
-                    f"part number '{self.name}': a {what} share of {share:g}: take one from 0 to 1"
-                )
 
 
 def part_structure(

@@ -44,7 +44,7 @@ class SensitivityInputs:
     - `groups`, optional: group that each variable belongs to: the members of a group vary together,
       and one index stands for all. By default each variable stands for itself.
     - raises InputError: names the variable with reversed or equal bounds, or without a standard
-      deviation; names used twice; not one value per variable; one group only.
+      deviation; one group only.
     """
 
     names: tuple[str, ...]
@@ -54,16 +54,6 @@ class SensitivityInputs:
     groups: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        doubled = len(set(self.names)) < len(self.names)
-        if doubled or not self.names or len(self.names) != self.lower.size:
-            raise InputError(
-                f"a sensitivity analysis of the variables {list(self.names)}: give at least one, "
-                "each with a name of its own and one value of every kind"
-            )
-        if self.groups and len(self.groups) != len(self.names):
-            raise InputError(
-                f"{len(self.groups)} groups for {len(self.names)} variables: name one per variable"
-            )
         if self.groups and len(set(self.groups)) == 1:
             raise InputError(
                 f"all variables are in the group '{self.groups[0]}': there is nothing to compare, "

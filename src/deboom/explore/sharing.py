@@ -38,11 +38,6 @@ class Sharing:
     numbers: IntArray
 
     def __post_init__(self) -> None:
-        if self.numbers.shape != (len(self.parts), len(self.vehicles)):
-            raise InputError(
-                f"part numbers of shape {self.numbers.shape} for {len(self.parts)} parts in "
-                f"{len(self.vehicles)} vehicles: give one row per part, one column per vehicle"
-            )
         in_order = np.zeros_like(self.numbers)
         for row, numbers in enumerate(self.numbers.tolist()):
             in_order[row] = [list(dict.fromkeys(numbers)).index(number) for number in numbers]
@@ -180,8 +175,7 @@ class SharingProblem:
       one.
     - `limits` (v,): largest allowed response of each vehicle [response_unit].
     - `rules`: decisions that are made already.
-    - raises InputError: variables without a part or with two, other limits than vehicles,
-      contradictory rules, a model without gradient, a variable of whole numbers.
+    - raises InputError: contradictory rules, a model without gradient.
     """
 
     evaluate: Differentiable
@@ -192,16 +186,6 @@ class SharingProblem:
 
     def __post_init__(self) -> None:
         check_gradient(self.evaluate, "shared parts are found by gradients")
-        if self.space.integer.any():
-            raise InputError("part numbers are shared among continuous variables only")
-        listed = [name for names in self.parts.values() for name in names]
-        if sorted(listed) != sorted(self.space.names):
-            raise InputError(
-                f"the parts have the variables {sorted(listed)}, the designs "
-                f"{sorted(self.space.names)}: put every variable into exactly one part"
-            )
-        if self.limits.shape != (len(self.vehicles),):
-            raise InputError(f"give each of the vehicles {list(self.vehicles)} a finite limit")
         self.rules.check(self.part_names, self.vehicles)
 
     @property

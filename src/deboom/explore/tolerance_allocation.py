@@ -74,11 +74,6 @@ class ToleranceResponse:
         if not self.lower > 0.0:
             raise InputError(f"a tolerance of {self.lower:g} cannot be made: give more than 0")
         _check_continuous(self.robust.space)
-        if self.cost.weight.size != self.robust.space.n_variables:
-            raise InputError(
-                f"the cost knows {self.cost.weight.size} tolerances, the design space has "
-                f"{self.robust.space.n_variables} variables"
-            )
         self.space  # noqa: B018  refuses what does not fit
 
     @property
@@ -187,12 +182,6 @@ class CostCurves:
     """The price of all tolerances that can be chosen: the sum of their curves, one per variable."""
 
     curves: tuple[CostCurve, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "curves", tuple(self.curves))
-        doubled = [name for name in self.names if self.names.count(name) > 1]
-        if doubled or not self.curves:
-            raise InputError(f"every tolerance needs one cost curve: there are {doubled or 'none'}")
 
     @property
     def names(self) -> tuple[str, ...]:

@@ -358,10 +358,6 @@ def test_failed_designs_fail_here_too():
         (lambda: ToleranceCost(np.ones(4), np.ones(3)), r"reference: shape \(4\) is needed"),
         (lambda: ToleranceResponse(ROBUST, 0.0, 0.3, COST), "cannot be made"),
         (lambda: ToleranceResponse(ROBUST, 0.2, 0.3, COST), "nominal value"),
-        (
-            lambda: ToleranceResponse(ROBUST, 0.1, 0.3, ToleranceCost(np.ones(3), np.ones(3))),
-            "knows 3 tolerances",
-        ),
     ],
 )
 def test_what_does_not_fit_is_refused(make, sentence):

@@ -27,6 +27,7 @@ axes.scatter(mean["mu* [dB(A)]"], mean["sigma [dB(A)]"])
 for name, row in mean.nlargest(5, "mu* [dB(A)]").iterrows():
     axes.annotate(name, (row["mu* [dB(A)]"], row["sigma [dB(A)]"]))
 axes.axline((0, 0), slope=1, color="k", linewidth=0.8)
+axes.margins(0.12)
 axes.set(xlabel="mu* of SPLV [dB(A)]", ylabel="sigma of SPLV [dB(A)]")
 
 # %%

@@ -15,18 +15,18 @@ import deboom
 platform = deboom.read_platform("u06")
 model = platform.model(vehicles="U06", band=(24, 40), motion="coupled")
 space = model.design_space(bounds=0.20, tolerance=0.15)
-robust = deboom.Robust(model, space, draws=32, seed=1)
+robust = deboom.Robust(model, space, draws=64, seed=1)
 
 # %%
-# pymoo minimises both objectives. Every design meets the same 32 draws of the scatter.
+# pymoo minimises both objectives. Every design meets the same 64 draws of the scatter.
 
-result = minimize(deboom.RobustProblem(robust), NSGA2(24), ("n_gen", 15), seed=1)
+result = minimize(deboom.RobustProblem(robust), NSGA2(40), ("n_gen", 30), seed=1)
 
 # %%
 # `deboom.search` keeps every evaluation of the same search, and evaluates the front again with
 # draws that the search has not seen.
 
-front = deboom.search(robust, population=24, generations=15, seed=1, verified_with=256)
+front = deboom.search(robust, population=40, generations=30, seed=1, verified_with=256)
 today = front.baseline.objectives[0]
 
 figure, axes = plt.subplots(layout="constrained")

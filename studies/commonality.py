@@ -216,7 +216,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "of it back. Counts that buy nothing are left out.",
     )
     counts = np.array([found.sharing.total for found in shared.by_count], dtype=float)
-    prices = [shared.price(found) for found in shared.by_count]
+    prices = [
+        price if found.sharing.total == total else shared.price(found) for found in shared.by_count
+    ]
     marks = {}
     if shared.by_group is not None:
         sets = float(shared.by_group.sharing.total)
@@ -239,10 +241,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.table(
         "counts",
         _counts(shared, n_own),
-        "Best sharing found for each count, with values that keep the worst "
-        "vehicle low; those of the chosen one are then moved until all vehicles "
-        "together are as quiet as their limits allow. The excess is beyond the "
-        "limit, negative where room is left.",
+        f"Best sharing found for each count, with values that keep the worst vehicle low; those "
+        f"of the chosen {total} were moved until all vehicles together are as quiet as their "
+        "limits allow. The excess is beyond the limit, negative where room is left.",
     )
     table = {
         "vehicle": vehicles,
@@ -367,7 +368,11 @@ def _part_numbers(shared: _Shared) -> pd.DataFrame:
 def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
     """Tabulate every count of part numbers that is worth its numbers, and what it compares with."""
     problem = shared.problem
-    named = [(str(found.sharing.total), found) for found in shared.by_count]
+    chosen = shared.fewest.sharing.total
+    named = [
+        (str(found.sharing.total), shared.fewest if found.sharing.total == chosen else found)
+        for found in shared.by_count
+    ]
     if shared.by_group is not None:
         named.append((f"{shared.by_group.sharing.total}, one set per group", shared.by_group))
     rows: list[dict[str, object]] = []
@@ -387,6 +392,7 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
     rows.append(
         {
             "part numbers": f"{n_own}, every vehicle its own",
+            **{f"of {mount}": len(problem.vehicles) for mount in problem.part_names},
             "worst price [dB]": 0.0,
             "mean price [dB]": 0.0,
             "dearest for": "",

@@ -2,7 +2,7 @@
 
 300 designs within ±15 % are evaluated in all vehicles, or in those of one --group (thesis, figures
 44 and 45): as they are, as means over the manufacturing tolerance, and for the scatter alone. The
-index of a group is the sum over its vehicles. Vehicles that go together form families, which can
+index of a group is the mean over its vehicles. Vehicles that go together form families, which can
 share one mount set; within one group, one vehicle is held against all others.
 
 On the virtual platform the three groups correlate above 0.97. U06-1 to U06-4 correlate above 0.99

@@ -679,14 +679,20 @@ def _questions(repeated: Repeated, design: str) -> Questions:
 
 def _candidates(repeated: Repeated) -> list[NextMeasurement]:
     """Return measurements that may come next, as far as they touch a source of the study."""
-    known = {*repeated.model.uncertain.data.names, VEHICLES, LOAD_CASES}
+    known = {*repeated.model.uncertain.data.names, VEHICLES}
+    if len(repeated.model.every_case.load_case_names) > 1:
+        known.add(LOAD_CASES)  # what differs between load cases is known from several alone
     n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
     one_more, one_case = n / (n + 1), m / (m + 1)
     twice = dict.fromkeys(TRANSFER, TWICE)
     more_vehicles = dict.fromkeys((*TRANSFER, VEHICLES), one_more)
     every = [
         NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
-        NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {}),
+        *(
+            [NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {})]
+            if LOAD_CASES in known
+            else []
+        ),
         NextMeasurement("transfer functions, another method and day", twice, {}),
         NextMeasurement(
             "transfer functions, same setup, another day", {DAY: TWICE, FLOOR: TWICE}, {}

@@ -166,12 +166,7 @@ def _chosen(
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
     front = options.search.front(model.robust, options.seed, context, files).front
     rows = pick(front)
-    named = {
-        Pick.best_mean: rows.best_mean,
-        Pick.best_sigma: rows.best_sigma,
-        Pick.knee: rows.knee,
-    }
-    design = front.designs[named[options.pick]]
+    design = front.designs[getattr(rows, options.pick.name)]
     if options.point is not None:
         design = _numbered(front.designs, options.point)
     space = model.robust.space

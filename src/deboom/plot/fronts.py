@@ -22,6 +22,7 @@ from deboom.plot.style import (
     figure_of,
     finite,
     freeze_layout,
+    mount_colours,
     place_labels,
     place_legend,
     styled_figure,
@@ -211,7 +212,7 @@ def part_choices(
         ).ravel()
         points = np.arange(1, len(numbers) + 1)
         for axes, mount, names, column, colour in zip(
-            panels, mounts, labels, numbers.T, _colours(len(mounts)), strict=True
+            panels, mounts, labels, numbers.T, mount_colours(mounts).values(), strict=True
         ):
             axes.plot(points, column, "s", color=colour, markersize=3.5)
             axes.set_yticks(range(len(names)), names)
@@ -220,10 +221,6 @@ def part_choices(
         panels[-1].set_xlabel(point_label)
         panels[-1].xaxis.set_major_locator(MaxNLocator(8, integer=True))
         return figure
-
-
-def _colours(count: int) -> list[str]:
-    return [VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)] for place in range(count)]
 
 
 _MARKERS = ("o", "s", "D", "^", "v", "P")

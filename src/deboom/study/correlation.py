@@ -222,10 +222,10 @@ class Levels:
     means: RealArray
     scatter: RealArray
 
-    def summed(self, groups: Mapping[str, Sequence[str]]) -> Levels:
-        """Return the sums over groups of names."""
+    def averaged(self, groups: Mapping[str, Sequence[str]]) -> Levels:
+        """Return the means over groups of names."""
         member = np.array(
-            [[float(name in members) for members in groups.values()] for name in self.names]
+            [[(name in of) / len(of) for of in groups.values()] for name in self.names]
         )
         return Levels(
             tuple(groups), self.designs @ member, self.means @ member, self.scatter @ member
@@ -301,8 +301,8 @@ class CorrelationStudy:
 
     @cached_property
     def group_levels(self) -> Levels:
-        """Sums over the vehicles of each group."""
-        return self.vehicles.summed(self.groups)
+        """Means over the vehicles of each group."""
+        return self.vehicles.averaged(self.groups)
 
     @cached_property
     def by_group(self) -> CorrelationSet | None:
@@ -416,7 +416,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "r_group_min_tolerance": float(by_group.scatter.among(by_group.scatter.names).min()),
     }
     sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
-    report.section("Groups", f"The index of a group is the sum over its vehicles: {sizes}.")
+    report.section("Groups", f"The index of a group is the mean over its vehicles: {sizes}.")
     report.figure(
         "group_matrix",
         _matrix_figure(by_group),
@@ -428,8 +428,8 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         study.group_levels,
         by_group,
         "groups",
-        "mean level of the lines, summed over the vehicles of a group [dB(A)]",
-        "Designs: each dot is one design, the sums of two groups.",
+        "mean level of the lines, mean over the vehicles of a group [dB(A)]",
+        "Designs: each dot is one design, the means of two groups.",
     )
     report.table("group_matrix", _matrix_table(by_group.designs))
     _append_pairs(report, "group_pairs", by_group)

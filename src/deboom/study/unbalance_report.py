@@ -80,7 +80,7 @@ def unbalance_report(
         f"{sources.remaining_chi:.2f}",
         f"left by rotor, gas and mounts, over its noise; route {chosen.route.letter}",
     )
-    if measured.mounts_changed != "unknown":
+    if measured.mounts_changed == "yes":
         report.tile(
             f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
             "stiffness / damping of the mounts, running over struck",

@@ -12,7 +12,7 @@ Keys of summary.json, levels [dB], all cars and laboratories. Gain by hoses, A-w
 within its 5–10 dB), hose_quieter_percent, n_fleets. At measured peaks, synthesised against
 measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
 …_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
-…_median and n_peaks…; n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
+…_median; n_peaks, n_peaks…, n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
 spl_90_140_median_db_with_hoses|by_mounts, spl_90_140_p90_db_…, spl_90_140_energy_db_… (worst sweep,
 energy of the band). measured_gain_db_90_140 (standard against soft hoses, median of these cars),
 measured_gain_error_db_90_140 (largest, of the synthesis). still_body_error_db_median|p90 (motion of

@@ -17,11 +17,11 @@ Keys of summary.json. Errors line by line, rms over lines, sweeps, y and z, medi
 struck, route d), the same with _changed_route_a and _changed_route_e (mounts changed),
 u_dyn_error_percent_20_50; yz_mismatch_percent_50_150 (of u, route d). Of the fit over all lines and
 pressures: u_stat_global_percent, u_dyn_global_percent, gas_moment_percent. Special cases:
-softening_route_a|e_u_stat_percent_20_50|50_150, receiver_route_c|d_…, receiver_alarm. First
-compressor, or that of --test: route (that counts), u_stat_g_mm, u_dyn_g_mm2 and their deviations,
-sense, mounts_changed, reduced_chi (residuals over noise), remaining_chi (the same, what mounts do
-beyond one common factor taken for noise), n_alarms, decision (with limits),
-u_stat|u_dyn_first_error_percent (of the fit, where the truth is known), seconds (files to result).
+softening_route_…, receiver_route_…, receiver_alarm. First compressor, or that of --test: route
+(that counts), u_stat_g_mm, u_dyn_g_mm2, u_stat_deviation_g_mm, u_dyn_deviation_g_mm2, sense,
+mounts_changed, reduced_chi (residuals over noise), remaining_chi (the same, what mounts do beyond
+one common factor taken for noise), n_alarms, decision (with limits), u_stat_first_error_percent,
+u_dyn_first_error_percent (of the fit, where the truth is known), seconds (files to result).
 """
 
 from __future__ import annotations

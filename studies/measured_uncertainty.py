@@ -10,10 +10,11 @@ On the virtual platform the mean level is known to 0.5 dB and a change to 0.08 d
 cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one more brings most.
 
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
-change_lower_db, change_upper_db, change_half_width_db, and per vehicle (best mean against today's);
+change_lower_db, change_upper_db, change_half_width_db,
+change_half_width_db_<vehicle> (best mean against today's);
 probability_quieter; front_half_width_db (median); front_kept_share (points not dominated, mean over
 draws); next_measurement, next_narrower_percent, and with _series for any vehicle and load case;
-least_leading_share (of the directions that scatter a vehicle most).
+surface_difference_at_peaks_db; least_leading_share (of the directions that scatter a vehicle most).
 """
 
 from __future__ import annotations

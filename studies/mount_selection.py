@@ -13,7 +13,8 @@ Keys of summary.json: part_<mount> (of best mean); change_db_per_line (best mean
 parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
 set without re-tuning); sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
 their front); set_front_found_percent (of that front, found or beaten by the search); n_front,
-n_evaluated (designs); sigma_bias_percent (search minus verification); seconds_search.
+n_evaluated (designs); sigma_bias_percent (search minus verification); seconds_search;
+surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

@@ -8,14 +8,16 @@ others lie at the edge of the search, so that widths are those of the search. U0
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 share_measured_from, share_measured_to (90 %, with all measurements drawn again); volume_ratio_pm15
 and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes with an effect),
-the same _bisection; share_pm15; n_axes; n_ends_on_bounds; limit_db_first_vehicle;
-limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified; seconds (of the box).
+volume_ratio_bisection, width_ratio_bisection; share_pm15; n_axes; n_ends_on_bounds;
+limit_db_first_vehicle; limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified;
+seconds (of the box); surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -484,7 +486,8 @@ def _box(report: Report, study: BoxStudy) -> None:
     low, high = study.band
     report.section(
         "The box",
-        f"Limit: {limit.min():.2f} to {limit.max():.2f} dB(A), {study.response.quantity}, {low:g} to {high:g} Hz. A part is accepted "
+        f"Limit: {limit.min():.2f} to {limit.max():.2f} dB(A), {study.response.quantity}, "
+        f"{low:g} to {high:g} Hz. A part is accepted "
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "
         f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "

@@ -15,7 +15,8 @@ Keys of summary.json: design, target; cost_cheapest, cost_uniform (one tolerance
 same target), cost_today; cost_ratio_to_uniform, cost_ratio_to_uniform_of_effective (uniform where a
 direction has an effect, else free); sigma_today_db, sigma_cheapest_db (mean level, mean over
 vehicles), sigma_verified_db, sigma_uniform_verified_db (new draws); optimality_percent (spread of
-the target's price over directions, 0: optimal); share_stated, share_verified, share_lower_bound.
+the target's price over directions, 0: optimal); share_stated, share_verified, share_lower_bound;
+surface_difference_at_peaks_db (library against spectra).
 With --stiffness instead, of designs no louder than the quietest one by more than the margin,
 verified with 1024 draws: sigma_change_percent_at_todays_cost (against today's design),
 sigma_change_percent_by_allocation (against one tolerance everywhere at that cost and stiffness),

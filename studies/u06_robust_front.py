@@ -5,7 +5,8 @@ vehicles of mean SPLV, 20 to 60 Hz, and of its sigma. Softer TSM and Du take 2.5
 off (seed 1). Keys of summary.json: splv_change_db_per_line_<vehicle>,
 energy_25_40hz_change_db_<vehicle> (best mean, no scatter); sigma_change_percent_best_sigma;
 sigma_bias_percent, mean_bias_db_per_line (search - verification); surface_difference_at_peaks_db;
-design_factor; held_*_share (beyond data); n_front, n_evaluated, n_failed, n_beyond_limits.
+design_factor; held_*_share (beyond data); n_front, n_evaluated, n_failed,
+n_beyond_limits, seconds_search.
 """
 
 from __future__ import annotations

@@ -3,10 +3,11 @@
 from pathlib import Path
 
 import pytest
+from summary_keys import described, undefined
 
 from deboom.plot import style as canvas
 from deboom.report import Report
-from deboom.study.runner import load_study
+from deboom.study.runner import Study, load_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
@@ -35,6 +36,23 @@ def coarse_pictures(request):
         name = request.module.__name__.removeprefix("test_")
         if name in WITHOUT_PICTURES:
             patch.setattr(Report, "figure", lambda *_, **__: None)
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def defined_summaries():
+    """Hold the summary of every run of a shipped study against the docstring that defines it."""
+    made = Study.report
+
+    def report(self, *arguments, **options):
+        whole = made(self, *arguments, **options)
+        if self.path.resolve().parent == STUDIES.resolve():
+            missing = undefined(whole.summary, described(self.name))
+            assert not missing, f"{self.name}: the docstring does not define {missing}"
+        return whole
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Study, "report", report)
         yield
 
 

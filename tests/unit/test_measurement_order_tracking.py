@@ -93,7 +93,7 @@ def test_what_a_spectrum_states():
 @pytest.mark.parametrize(
     ("values", "rate", "channels", "message"),
     [
-        (np.zeros((5, 2)), 10.0, ("a",), "1 channel names for 2 channel columns"),
+        (np.zeros((5, 2)), 10.0, ("a",), "channels: 2 are needed, not 1"),
         (np.zeros((0, 1)), 10.0, ("a",), "has no samples"),
         (np.zeros((5, 1)), 0.0, ("a",), "a sampling rate of 0.0 Hz is not positive"),
         (np.array([[0.0], [np.nan]]), 10.0, ("a",), r"not finite at index \(1, 0\)"),

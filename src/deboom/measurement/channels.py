@@ -22,12 +22,6 @@ def refuse_doubled(names: Sequence[str], what: str) -> None:
         raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
 
 
-def _check_names(names: Sequence[str], count: int, what: str) -> None:
-    if len(names) != count:
-        raise InputError(f"{len(names)} {what} names for {count} {what} columns: {list(names)}")
-    refuse_doubled(names, what)
-
-
 def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list[int]:
     missing = [name for name in wanted if name not in names]
     if missing:
@@ -53,7 +47,7 @@ def unit_of_response(function: str, source: str) -> str:
     return f"{function}·{source}"
 
 
-@checked(frequency="f", values="f c")
+@checked(frequency="f", values="f c", channels="c")
 class Spectrum(Tabled):
     """Complex spectra of several channels of one unit.
 
@@ -88,7 +82,7 @@ class Spectrum(Tabled):
 
     def __post_init__(self) -> None:
         _check_lines(self.frequency)
-        _check_names(self.channels, self.values.shape[1], "channel")
+        refuse_doubled(self.channels, "channel")
 
     @property
     def table(self) -> pd.DataFrame:
@@ -104,7 +98,7 @@ class Spectrum(Tabled):
         return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
 
 
-@checked(frequency="f", values="f o i")
+@checked(frequency="f", values="f o i", outputs="o", inputs="i")
 class Frf(Tabled):
     """A matrix of frequency response functions whose outputs and inputs have names.
 
@@ -140,8 +134,8 @@ class Frf(Tabled):
 
     def __post_init__(self) -> None:
         _check_lines(self.frequency)
-        _check_names(self.outputs, self.values.shape[1], "output")
-        _check_names(self.inputs, self.values.shape[2], "input")
+        refuse_doubled(self.outputs, "output")
+        refuse_doubled(self.inputs, "input")
 
     @property
     def table(self) -> pd.DataFrame:
@@ -178,7 +172,7 @@ class Frf(Tabled):
         return Spectrum(self.frequency, values, self.outputs, unit)
 
 
-@checked(values="s c")
+@checked(values="s c", channels="c")
 class TimeRecord:
     """Channels of one unit, sampled together.
 
@@ -192,7 +186,7 @@ class TimeRecord:
     start: float = 0.0
 
     def __post_init__(self) -> None:
-        _check_names(self.channels, self.values.shape[1], "channel")
+        refuse_doubled(self.channels, "channel")
         if not self.values.size:
             raise InputError(f"a time record of the channels {list(self.channels)} has no samples")
         if not self.rate > 0:

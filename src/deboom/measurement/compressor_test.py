@@ -104,16 +104,18 @@ class InertanceTest:
         check_coherence(self.coherence, self.frf, self.name)
 
 
-def check_enough(sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...]) -> None:
+def check_enough(
+    sensors: tuple[Sensor, ...], impacts: tuple[Impact, ...], where: str = "a body"
+) -> None:
     """Refuse a test that cannot see or excite all six motions of a body."""
     if len(sensors) < SMALLEST_SENSORS:
         raise InputError(
-            f"{len(sensors)} triaxial accelerometers do not see all six motions of a body: use at "
+            f"{len(sensors)} triaxial accelerometers do not see all six motions of {where}: use at "
             "least three that are not on a line"
         )
     if len(impacts) < SMALLEST_IMPACTS:
         raise InputError(
-            f"{len(impacts)} impacts do not excite all six motions of a body: use at least six of "
+            f"{len(impacts)} impacts do not excite all six motions of {where}: use at least six of "
             "different places and directions"
         )
 

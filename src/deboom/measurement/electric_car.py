@@ -14,11 +14,10 @@ from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, refuse_doubled
 from deboom.measurement.compressor_test import (
-    SMALLEST_IMPACTS,
-    SMALLEST_SENSORS,
     OperatingSweep,
     OperatingTest,
     check_coherence,
+    check_enough,
 )
 from deboom.measurement.noise_transfer import (
     POINT_LOADS,
@@ -62,16 +61,7 @@ class TransferPoint:
     impacts: tuple[Impact, ...]
 
     def __post_init__(self) -> None:
-        if len(self.sensors) < SMALLEST_SENSORS:
-            raise InputError(
-                f"{self.name}: {len(self.sensors)} triaxial accelerometers do not see all six "
-                "motions of the body there: use three that are not on a line"
-            )
-        if len(self.impacts) < SMALLEST_IMPACTS:
-            raise InputError(
-                f"{self.name}: {len(self.impacts)} impacts do not give all six loads: strike at "
-                "least six of different places and directions, nine to see errors"
-            )
+        check_enough(self.sensors, self.impacts, self.name)
 
     @property
     def channels(self) -> tuple[str, ...]:

@@ -88,27 +88,13 @@ def error_budget(
 ) -> dict[str, DirectionBudget]:
     """Propagate what is unknown of the measuring chains into the response surfaces.
 
-    Parameters
-    ----------
-    chains : sequence of AlignmentEstimate
-        Measuring chains of the bodies, stated or calibrated.
-    records : sequence of BodyRecord
-        Lines that the surfaces were fitted to, in the same order.
-    surfaces : mapping of str to DynamicStiffnessSurface
-        Surfaces by ``<mount> <axis>``.
-    variable : Preload
-        Preload of the surfaces.
-    static_force_noise : float
-        Standard deviation of a static force reading [N].
-    seed : int
-        Seed of the draws, from 1.
-    n_draws : int
-        Measuring chains that are drawn, at least 200.
-
-    Raises
-    ------
-    InputError
-        A seed below 1, too few draws.
+    - `chains`, `records`: measuring chains of the bodies, stated or calibrated, and the lines that
+      the surfaces were fitted to, in one order.
+    - `surfaces`: surfaces by ``<mount> <axis>``, over the preload `variable`.
+    - `static_force_noise`: standard deviation of a static force reading [N].
+    - `seed`: seed of the draws, from 1.
+    - `n_draws`: measuring chains that are drawn, at least 200.
+    - raises InputError: a seed below 1, too few draws.
 
     Notes
     -----

@@ -152,25 +152,10 @@ def operating_maps(
 ) -> dict[str, OperatingMap]:
     """Refer the recordings of the bodies' channels to the mounts: displacement, force, stiffness.
 
-    Parameters
-    ----------
-    chains : sequence of AlignmentEstimate
-        Measuring chains of the bodies.
-    records : sequence of BodyRecord
-        Recordings of each body, in the same order.
+    - `chains`, `records`: measuring chains and recordings of the bodies, in one order.
+    - returns: maps by ``<mount> <axis>``; pieces of a mount below each other.
+    - raises InputError: a displacement of exactly 0.
 
-    Returns
-    -------
-    dict of str to OperatingMap
-        Maps by ``<mount> <axis>``; pieces of a mount below each other.
-
-    Raises
-    ------
-    InputError
-        A displacement of exactly 0.
-
-    Notes
-    -----
     ``s = −V_i V⁺ a / ω²`` and ``f = FTM⁻¹ F`` (thesis, eq. 27-30). The receiver stands still: the
     motion of the body's point is the relative displacement.
     """

@@ -69,10 +69,8 @@ class TrainingRegion:
     variable; a row belongs to the region if no variable leaves its range by more than 2 % of it and
     a measured row lies within the `reach`, each variable in fractions of its range [1].
 
-    A convex hull is no guard for runs: they are curves, and most of the hull about them was never
-    visited. With 27 runs of the virtual bench a cubic surface is wrong by 13 to 27 % in the median
-    at points inside the hull, 0.2 to 0.3 of the ranges away from any row, and by 0.1 to 0.6 %
-    within 0.025.
+    A convex hull is no guard for runs: they are curves that leave most of it unvisited. Inside the
+    hull, 0.2 to 0.3 of the ranges away from any row, a cubic surface errs by 13 to 27 % (median).
     """
 
     points: RealArray

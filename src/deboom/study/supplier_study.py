@@ -304,7 +304,7 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
         read_platform(given["platform"]),
         given["load_case"],
         given["mounts"],
-        given["group"],
+        None,  # parts belong to the platform; the model knows its vehicles
         (float(frequency[0]), float(frequency[-1])),
     )
     return SupplierStudy(run, runs, pick)

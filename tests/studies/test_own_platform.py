@@ -1,0 +1,57 @@
+"""The guide's way with a platform that nobody prepared: from an empty folder to the supplier."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.cli import app
+
+EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
+MOUNTS = ("Front", "Left", "Right", "Roll")
+VEHICLES = ("wagon-1", "wagon-2", "wagon-3")
+
+
+def deboom(*words):
+    result = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return result.stdout.strip().splitlines()
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Order 2, lines from 40 to 120 Hz, tables in xlsx, one group that is called family."""
+    folder = tmp_path_factory.mktemp("home") / "nordic"
+    names = [word for mount in MOUNTS for word in ("--mount", mount)]
+    names += [word for vehicle in VEHICLES for word in ("--vehicle", vehicle)]
+    deboom("new", "platform", folder, *names, "--group", "family", "--files", "xlsx")
+    toml = folder / "platform.toml"
+    text = re.sub("^# cylinders = 3", "# cylinders = 4", toml.read_text(), flags=re.M)
+    toml.write_text(re.sub("^# dominant_order = 1.5", "# dominant_order = 2.0", text, flags=re.M))
+    subprocess.run([sys.executable, EXAMPLE, folder, "40", "120"], check=True)
+    return folder
+
+
+def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, tmp_path):
+    summary = "\n".join(deboom("check", folder))
+    assert "4, 12 variables" in summary
+    assert "3 in group family" in summary
+    assert "161 lines in 40 to 120 Hz: 1200 to 3600 rpm of order 2" in summary
+    budget = ("--generations", "3", "--population", "12", "--samples", "16")
+    options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
+    run = Path(deboom("run", "u06_robust_front", *options, *budget)[-1])
+    front = pd.read_csv(run / "front.csv")
+    assert len(front) >= 1
+    said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))
+    assert not re.search("U06|TSM", said)
+    pages = deboom("report", run, "--supplier", "--anonymous", "--out", tmp_path / "supplier")
+    for path in map(Path, pages):
+        if path.suffix == ".html":
+            text = re.sub(r"<style.*?</style>", "", path.read_text(encoding="utf-8"), flags=re.S)
+            assert not re.search(r"\b(wagon|family|nordic)", text)
+    assert deboom("report", run, "--interactive")[-1].endswith("interactive.html")
+    assert deboom("listen", run, "--seconds", "2")[-1].endswith("listen.json")

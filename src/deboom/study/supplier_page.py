@@ -312,6 +312,8 @@ def _figure(page: Sheet, content: MountSheet) -> None:
         state = content.states.get(asked.name)
         if state is None or asked.today_n_per_mm is None or not state.points[0].size:
             continue
+        if not np.all(np.isfinite(state.points[0])):  # a run without engine torque has no preload
+            continue
         low, high = asked.lower or NAN, asked.upper or NAN
         curve = (state.curve[0], N_PER_MM * state.curve[1])
         has_curve = bool(np.isfinite(curve[1]).any())

@@ -24,7 +24,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
-from deboom.files.checkpoint import read_evaluations
+from deboom.files.run_folder import read_evaluations
 from deboom.study.runner import Study, load_study, resume_study, run_study
 from known_truth import quad2
 

@@ -15,7 +15,7 @@ from typer.testing import CliRunner
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files import run_folder as run_lock
-from deboom.files.checkpoint import read_evaluations
+from deboom.files.run_folder import read_evaluations
 from deboom.study import runner
 from deboom.study.runner import load_study, resume_study, run_study
 

@@ -23,7 +23,8 @@ from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
-from deboom.files.campaign import add_operating_run, new_run_file, read_campaign, read_time_run
+from deboom.files.campaign import read_campaign, read_time_run
+from deboom.files.campaign_run import add_operating_run, new_run_file
 from deboom.files.rows import SensorRow, read_curve, read_table, write_curve, write_table
 from deboom.measurement.sensors import SensorKind
 

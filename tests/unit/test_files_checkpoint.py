@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.files import checkpoint
-from deboom.files.checkpoint import CheckpointFolder, read_evaluations
+from deboom.files import run_folder
+from deboom.files.run_folder import CheckpointFolder, read_evaluations
 
 INPUTS = {"data/platform.toml": "a1", "data/mounts.csv": "b2"}
 
@@ -53,7 +53,7 @@ def test_an_interrupted_write_leaves_the_facts_before(tmp_path, monkeypatch):
     def full(path, data):
         raise InputError("disk full")
 
-    monkeypatch.setattr(checkpoint, "replace_bytes", full)
+    monkeypatch.setattr(run_folder, "replace_bytes", full)
     with pytest.raises(InputError, match="disk full"):
         store.save({"n": 2})
     assert store.load() == {"n": 1}

@@ -11,7 +11,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.function_table import IN_SI, TIME_SIGNAL, FunctionMatrix
+from deboom.files.function_table import TIME_SIGNAL, FunctionMatrix
 from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
@@ -34,14 +34,13 @@ from deboom.files.schema import (
     Row3,
     Several,
     StrictModel,
-    append_toml,
     beyond_gears,
     doubled,
     load_toml,
+    refuse_all,
     telling,
     values_of,
 )
-from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.campaign import (
     AXES,
     Campaign,
@@ -59,7 +58,6 @@ from deboom.measurement.sensors import (
     Tolerances,
 )
 from deboom.mounts.mount import Mount
-from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
 
 
@@ -193,12 +191,13 @@ _UNIQUE = (
 """Sections, the verb of the sentence, and the keys that no other entry of the section repeats."""
 
 
-def _of(channels: Sequence[CampaignChannel], quantity: str) -> tuple[CampaignChannel, ...]:
-    """Channels of one quantity, in the order of the table."""
+def of_quantity(channels: Sequence[CampaignChannel], quantity: str) -> tuple[CampaignChannel, ...]:
+    """Return the channels of one quantity, in the order of the table."""
     return tuple(channel for channel in channels if channel.quantity == quantity)
 
 
-def _names(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
+def names_of(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
+    """Return the names of channels."""
     return tuple(channel.channel for channel in channels)
 
 
@@ -218,22 +217,26 @@ def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel]) -> RealArra
     return _columns(file, channels, is_complex=False).real
 
 
-def _operating_run(
+def read_operating_run(
     folder: Path,
     entry: RunEntry,
     campaign: CampaignFile,
     channels: Sequence[CampaignChannel],
     switched_off: Sequence[str],
 ) -> OperatingRun:
+    """Read one operating run."""
     file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", SPECTRA)
     order = campaign.engine.dominant_order
     file.check_order(order, "correct it, or the dominant_order of the engine")
-    file.check_speed(_real(file, _of(channels, "engine speed"))[:, 0], order)
-    accelerations, cells = _of(channels, "acceleration"), _of(channels, "cell force")
-    slow = _of(channels, "static force")
+    file.check_speed(_real(file, of_quantity(channels, "engine speed"))[:, 0], order)
+    accelerations, cells = (
+        of_quantity(channels, "acceleration"),
+        of_quantity(channels, "cell force"),
+    )
+    slow = of_quantity(channels, "static force")
     acceleration = _columns(file, accelerations)
     with telling(None) as tell:
-        for name, column in zip(_names(accelerations), acceleration.T, strict=True):
+        for name, column in zip(names_of(accelerations), acceleration.T, strict=True):
             if name not in switched_off and not np.any(column):
                 sentence = f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off"
                 tell(file.error(f"{sentence}, or measure again"))
@@ -246,11 +249,11 @@ def _operating_run(
         torque_limit=entry.torque_nm,
         rising=entry.rising,
         order=order,
-        engine_torque=_real(file, _of(channels, "engine torque"))[:, 0],
-        acceleration=Spectrum(file.axis, acceleration, _names(accelerations), "m/s^2"),
-        cell_force=Spectrum(file.axis, _columns(file, cells), _names(cells), "N"),
+        engine_torque=_real(file, of_quantity(channels, "engine torque"))[:, 0],
+        acceleration=Spectrum(file.axis, acceleration, names_of(accelerations), "m/s^2"),
+        cell_force=Spectrum(file.axis, _columns(file, cells), names_of(cells), "N"),
         static_force=_real(file, slow),
-        static_force_names=_names(slow),
+        static_force_names=names_of(slow),
     )
 
 
@@ -267,7 +270,7 @@ def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChanne
     dofs = [cell.dof for cell in cells]
     values = file.values(dofs, ordinate="force", unit="N/N")
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
-    response = Frf(file.axis, sign * values, _names(cells), (pushed,), "N/N")
+    response = Frf(file.axis, sign * values, names_of(cells), (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
 
 
@@ -351,7 +354,7 @@ def _channel_faults(
         ("cell force", by_kind[SensorKind.FORCE_CELL], "force cell of the position sheet"),
         ("static force", directions, "mount, piece and axis"),
     ):
-        listed = _names(_of(channels, quantity))
+        listed = names_of(of_quantity(channels, quantity))
         for name in listed:
             if name not in expected:
                 yield f"{path}: {quantity} channel '{name}' fits no {belongs}: correct its name"
@@ -366,7 +369,7 @@ def _channel_faults(
         ("engine speed", campaign.runs, "no phase: export the tacho"),
         ("tacho", campaign.time_runs, "no order"),
     ):
-        count = len(_of(channels, quantity))
+        count = len(of_quantity(channels, quantity))
         if runs and count != 1:
             yield (
                 f"{path}: {count} channels of quantity '{quantity}', expected one: a run without "
@@ -415,7 +418,7 @@ class _Tables:
             and (sensor.mount, sensor.piece) == (entry.mount, entry.piece)
             for name in sensor.channels
         ]
-        return tuple(c for c in _of(self.channels, "cell force") if c.channel in names)
+        return tuple(c for c in of_quantity(self.channels, "cell force") if c.channel in names)
 
 
 def read_campaign(
@@ -459,9 +462,7 @@ def read_campaign(
         raise InputError(
             f"{path}: there is no mount set '{', '.join(unknown)}', use {', '.join(sets)}"
         )
-    with telling(None) as tell:
-        for sentence in _direction_faults(path, file.shaker_runs):
-            tell(InputError(sentence))
+    refuse_all(_direction_faults(path, file.shaker_runs))
     runs = [entry for entry in file.runs if entry.mount_set in wanted]
     curves = [entry for entry in file.static_curves if entry.mount_set in wanted]
     read = [run.file for run in runs]
@@ -475,7 +476,7 @@ def read_campaign(
         switched_off=tables.switched_off,
         mount_sets=wanted,
         runs=tuple(
-            _operating_run(tables.folder, entry, file, tables.channels, tables.switched_off)
+            read_operating_run(tables.folder, entry, file, tables.channels, tables.switched_off)
             for entry in runs
         ),
         shaker_runs=tuple(
@@ -543,8 +544,10 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     entry = entries[name]
     file = FunctionMatrix(tables.folder / entry.file, f"time run '{name}'", (TIME_SIGNAL,))
     time, engine = file.axis, tables.file.engine
-    accelerations = _of(tables.channels, "acceleration")
-    cells, slow = _of(tables.channels, "cell force"), _of(tables.channels, "static force")
+    accelerations, cells, slow = (
+        of_quantity(tables.channels, name)
+        for name in ("acceleration", "cell force", "static force")
+    )
     return TimeRun(
         name=entry.name,
         mount_set=entry.mount_set,
@@ -555,15 +558,15 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         rising=entry.rising,
         order=engine.dominant_order,
         sample_rate=(time.size - 1) / float(time[-1] - time[0]),
-        tacho=_real(file, _of(tables.channels, "tacho"))[:, 0],
+        tacho=_real(file, of_quantity(tables.channels, "tacho"))[:, 0],
         pulses_per_revolution=entry.pulses_per_revolution,
-        engine_torque=_real(file, _of(tables.channels, "engine torque"))[:, 0],
+        engine_torque=_real(file, of_quantity(tables.channels, "engine torque"))[:, 0],
         acceleration=_real(file, accelerations),
-        acceleration_channels=_names(accelerations),
+        acceleration_channels=names_of(accelerations),
         cell_force=_real(file, cells),
-        cell_force_channels=_names(cells),
+        cell_force_channels=names_of(cells),
         static_force=_real(file, slow),
-        static_force_names=_names(slow),
+        static_force_names=names_of(slow),
     )
 
 
@@ -573,143 +576,11 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     sheet, table = folder / file.sensor_table, folder / file.channel_table
     sensors = tuple(map(sensor_of, read_table(sheet, SensorRow)))
     channels = read_table(table, CampaignChannel)
-    with telling(None) as tell:
-        for sentence in _sensor_faults(sheet, file, sensors, off):
-            tell(InputError(sentence))
-    with telling(None) as tell:
-        for sentence in _channel_faults(table, file, sensors, channels, off):
-            tell(InputError(sentence))
+    refuse_all(_sensor_faults(sheet, file, sensors, off))
+    refuse_all(_channel_faults(table, file, sensors, channels, off))
     positions = folder / file.mount_table
     rows = read_table(positions, MountRow)
     mounts = mounts_of(folder / CAMPAIGN_FILE, file.mounts, positions, rows)
     # on the bench, the body of a mount is the one of its platform
     mounts = tuple(replace(mount, body_mass=None, body_mass_tolerance=0.0) for mount in mounts)
     return _Tables(folder, file, mounts, sensors, channels, off)
-
-
-ORDER_SPECTRUM = 0
-"""UFF function type; the order stands in the first ID line."""
-
-ENTITY_NAME = 10
-"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
-
-ID_LINE = 80
-"""Characters of an ID line."""
-
-
-def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
-    """Return where the file of a new operating run goes.
-
-    - `folder`: of the campaign.
-    - `mount_set`, `name`: of the run.
-    - raises InputError: the run is there already, or a file in its place; a name with a blank or a
-      slash.
-    """
-    path = Path(folder) / CAMPAIGN_FILE
-    file = load_toml(path, CampaignFile)
-    if not name or any(c.isspace() or c in '/\\:*?"<>|' for c in name) or name.startswith("."):
-        raise InputError(f"'{name}' is no name of a run: use letters, digits, _ and -")
-    if (mount_set, name) in [(run.mount_set, run.name) for run in file.runs]:
-        raise InputError(
-            f"{path}: run '{name}' of mount set {mount_set} is there already: choose another name"
-        )
-    place = path.parent / _relative(mount_set, name)
-    if place.exists():
-        raise InputError(
-            f"{place} is there already, though no run of {CAMPAIGN_FILE} has it: move it away, or "
-            "choose another name"
-        )
-    return place
-
-
-def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()) -> Path:
-    """Add an operating run to a campaign, in SI; the campaign has all of it or stays as it was.
-
-    - `folder`: of the campaign.
-    - `run`: with the channels of the campaign's channel table.
-    - `notes`: up to two lines on where it comes from, for the ID lines of the file; they are cut at
-      80 characters.
-    - returns: the file of its spectra.
-    - raises InputError: as `new_run_file`; a channel of the table that the run does not have; a
-      table without engine speed; files that cannot be written.
-    """
-    place = new_run_file(folder, run.mount_set, run.name)
-    path = Path(folder) / CAMPAIGN_FILE
-    file = load_toml(path, CampaignFile)
-    table = path.parent / file.channel_table
-    channels = read_table(table, CampaignChannel)
-    entry = RunEntry(
-        name=run.name,
-        mount_set=run.mount_set,
-        gear=run.gear,
-        full_load=run.full_load,
-        torque_nm=run.torque_limit,
-        rising=run.rising,
-        file=_relative(run.mount_set, run.name),
-    )
-    try:
-        place.parent.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(f"{place.parent} cannot be made ({error.strerror or error})") from None
-    functions = _functions(table, channels, run, notes)
-    write_uff(place, functions, binary=True)
-    try:
-        # the campaign must be able to read it
-        _operating_run(path.parent, entry, file, channels, file.switched_off)
-        append_toml(path, file, "runs", entry)
-    except BaseException:
-        place.unlink(missing_ok=True)
-        raise
-    return place
-
-
-def _relative(mount_set: str, name: str) -> str:
-    return f"runs/{mount_set}/{name}.uff"
-
-
-def _functions(
-    table: Path,
-    channels: Sequence[CampaignChannel],
-    run: OperatingRun,
-    notes: Sequence[str],
-) -> list[UffFunction]:
-    if len(_of(channels, "engine speed")) != 1:
-        raise InputError(
-            f"{table}: an operating run needs one channel of quantity 'engine speed': add its row "
-            "with a node of its own, direction scalar and unit rpm"
-        )
-    speed = rpm_of_frequency(run.frequency, run.order)
-    of_quantity: dict[str, dict[str, RealArray | ComplexArray]] = {
-        "acceleration": dict(
-            zip(run.acceleration.channels, run.acceleration.values.T, strict=True)
-        ),
-        "cell force": dict(zip(run.cell_force.channels, run.cell_force.values.T, strict=True)),
-        "static force": dict(zip(run.static_force_names, run.static_force.T, strict=True)),
-        "engine torque": dict.fromkeys(_names(_of(channels, "engine torque")), run.engine_torque),
-        "engine speed": dict.fromkeys(_names(_of(channels, "engine speed")), speed),
-    }
-    title = f"{run.name}, mount set {run.mount_set}"
-    lines = [f"order {run.order:g}", title, *[*notes, "", ""][:2], IN_SI]
-    functions = []
-    for channel in (each for quantity in of_quantity for each in _of(channels, quantity)):
-        values = of_quantity[channel.quantity].get(channel.channel)
-        if values is None:
-            raise InputError(
-                f"run {run.name} has no {channel.quantity} '{channel.channel}', which {table} asks "
-                "for"
-            )
-        ordinate, unit = CAMPAIGN_QUANTITIES[channel.quantity]
-        functions.append(
-            UffFunction(
-                abscissa=run.frequency,
-                values=values if channel.sign > 0 else -values,
-                function_type=ORDER_SPECTRUM,
-                response_node=channel.node,
-                response_direction=channel.direction,
-                ordinate=ordinate,
-                ordinate_unit=unit,
-                id_lines=tuple(line[:ID_LINE] for line in lines),
-                response_name=channel.channel.replace(" ", "")[:ENTITY_NAME],
-            )
-        )
-    return functions

@@ -32,7 +32,7 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
-    telling,
+    refuse_all,
     values_of,
 )
 from deboom.files.vehicle import EarEntry
@@ -157,15 +157,18 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
 def _check_named(
     path: Path, table: Path, what: str, known: Sequence[str], named: Sequence[str]
 ) -> None:
-    with telling(None) as tell:
-        for name in named:
-            if name not in known:
-                sentence = f"{path}: [[points]]: {what} '{name}' is not in {table.name}"
-                tell(InputError(f"{sentence}: add it there, or correct the name"))
-        for name in known:
-            if name not in named:
-                sentence = f"{table}: {what} '{name}' belongs to no point of {path.name}"
-                tell(InputError(f"{sentence}: name it there, or take it out of the sheet"))
+    refuse_all(
+        f"{path}: [[points]]: {what} '{name}' is not in {table.name}: add it there, or correct the "
+        "name"
+        for name in named
+        if name not in known
+    )
+    refuse_all(
+        f"{table}: {what} '{name}' belongs to no point of {path.name}: name it there, or take it "
+        "out of the sheet"
+        for name in known
+        if name not in named
+    )
 
 
 def _pressure(path: Path, file: ElectricCarFile, blows: Sequence[Dof]) -> tuple[Frf, RealArray]:

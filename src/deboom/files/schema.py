@@ -53,6 +53,16 @@ def telling(note: Note | None) -> Iterator[Note]:
         raise InputError("\n".join(lines))
 
 
+def refuse_all(sentences: Iterable[str]) -> None:
+    """Refuse with all the sentences there are, as `telling` does.
+
+    - raises InputError: there is one.
+    """
+    with telling(None) as tell:
+        for sentence in sentences:
+            tell(InputError(sentence))
+
+
 def doubled(what: str, names: Sequence[Hashable]) -> Iterator[str]:
     """Give the sentence for a name, or a tuple of them, that comes twice.
 

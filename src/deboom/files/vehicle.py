@@ -35,6 +35,7 @@ from deboom.files.schema import (
     beyond_gears,
     doubled,
     load_toml,
+    refuse_all,
     telling,
 )
 from deboom.measurement.channels import Frf, Spectrum
@@ -246,11 +247,11 @@ def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> 
     # the files themselves must be in SI, whatever the table says
     table = {row.channel: replace(row.dof, unit=None) for row in read_table(path, CampaignChannel)}
     wanted = [f"{row.sensor} {axis}" for row in sensors for axis in "xyz"]
-    with telling(None) as tell:
-        for name in wanted:
-            if name not in table:
-                sentence = f"{path}: no row for channel {name}: add its node and direction"
-                tell(InputError(sentence))
+    refuse_all(
+        f"{path}: no row for channel {name}: add its node and direction"
+        for name in wanted
+        if name not in table
+    )
     return {name: table[name] for name in wanted}
 
 

@@ -6,8 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from deboom.files.checkpoint import CheckpointFolder
-from deboom.files.run_folder import Run, hash_files
+from deboom.files.run_folder import CheckpointFolder, Run, hash_files
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-_PANEL_HEIGHT = {1: 2.3, 2: 1.85, 3: 1.6}  # in, by the number of columns
+_PANEL_HEIGHT = {1: 2.3, 2: 1.85, 3: 1.6, 4: 1.6}  # in, by the number of columns
 _DASH, _GAP = 4.0, 1.6  # in line widths
 _TICKS = (10, 20, 30, 50, 70, 100, 150, 200, 300, 500)  # Hz
 _HATCHES = ("////", "....", "xxxx", "----")

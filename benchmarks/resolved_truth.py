@@ -9,9 +9,8 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.mount_law import DirectionLaw, SuspendedBody
 from deboom.bench.operating_run import PlannedRun, true_run
-from deboom.bench.powertrain import VirtualBench, load_bench
+from deboom.bench.powertrain import DirectionLaw, SuspendedBody, VirtualBench, load_bench
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.campaign_plan import CampaignErrors
-from deboom.bench.campaign_recording import (
+from deboom.bench.campaign import (
+    CampaignErrors,
     CampaignSensors,
     draw_campaign_sensors,
     push_answer,

@@ -13,7 +13,7 @@ import tempfile
 from dataclasses import replace
 from pathlib import Path
 
-from deboom.bench.campaign_plan import training_plan
+from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import write_library_json

@@ -37,7 +37,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.electric_car import HoseGain
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
-from deboom.compressor.hose_beams import BEAM_NUMBERS, BEAM_UNITS
+from deboom.compressor.hoses import BEAM_NUMBERS, BEAM_UNITS
 from deboom.measurement.compressor_test import HoseState
 from deboom.plot import CurvePanel, DotPanel
 from deboom.plot.style import VEHICLE_PALETTE, signed

@@ -15,8 +15,15 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import NO_ERRORS, TRAINING_RUNS, CampaignErrors, training_plan
-from deboom.bench.campaign_recording import draw_campaign_sensors, push_answer, record
+from deboom.bench.campaign import (
+    NO_ERRORS,
+    TRAINING_RUNS,
+    CampaignErrors,
+    draw_campaign_sensors,
+    push_answer,
+    record,
+    training_plan,
+)
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import FREQUENCY, accelerometer_places
 from deboom.bench.operating_run import OperatingRun, PlannedRun, static_direction_forces, true_run

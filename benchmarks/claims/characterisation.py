@@ -25,8 +25,8 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import ComplexArray
-from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
-from deboom.bench.operating_run import SIDES
+from deboom.bench.campaign import TRAINING_RUNS, CampaignErrors
+from deboom.bench.powertrain import SIDES
 from deboom.mounts.characterise import Characterisation, CharacteriseOptions, characterise
 from deboom.mounts.measuring_chain import body_record, stated_alignment
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps

@@ -21,10 +21,9 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
+from deboom.bench.compressor_rig import OperationPlan, measured, operation, true_sweep
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
-from deboom.compressor.hose_beams import BEAM_NUMBERS, hose_matrices
 from deboom.compressor.hose_identification import (
     DRAWN,
     HoseIdentification,
@@ -32,6 +31,7 @@ from deboom.compressor.hose_identification import (
     identify_hoses,
 )
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
+from deboom.compressor.hoses import BEAM_NUMBERS, hose_matrices
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest

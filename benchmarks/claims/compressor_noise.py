@@ -20,7 +20,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car

@@ -15,7 +15,7 @@ from time import process_time
 import numpy as np
 
 from claims import Claim
-from deboom.bench.compressor_operation import (
+from deboom.bench.compressor_rig import (
     OperationPlan,
     operation,
     speeds,

@@ -18,7 +18,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from claims import Claim
-from deboom.bench.compressor_operation import Operation, operation
+from deboom.bench.compressor_rig import Operation, operation
 from deboom.bench.electric_car import MOUNTS, ElectricCarBody, design_pressure, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
 from deboom.choices import CalibrationLevel

@@ -20,8 +20,8 @@ from deboom.arrays import ComplexArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
-from deboom.compressor.gain import AmplitudeGain, GainFactor, amplitude_response
 from deboom.compressor.identify import IdentifyOptions, identify, refuse_sheet_faults
+from deboom.compressor.model import AmplitudeGain, GainFactor, amplitude_response
 from deboom.compressor.unbalance_load import unbalance_load
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test

@@ -31,7 +31,7 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.identify import IdentifyOptions, identify

@@ -19,28 +19,25 @@ from tempfile import TemporaryDirectory
 import numpy as np
 
 from claims import Claim
-from deboom.bench.compressor_operation import operation, running, true_source
-from deboom.bench.compressor_rig import placement_errors
+from deboom.bench.compressor_rig import operation, placement_errors, running, true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import (
+    CABIN_NOISE,
     HOSE_BAND,
     MOUNTS,
     POINTS,
     HoseGain,
+    body_plan,
     columns_of,
     draw_fleet,
+    draw_setup,
     frozen_fleet,
     hose_gain,
-    run_car,
-)
-from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.electric_recording import (
-    CABIN_NOISE,
-    body_plan,
-    draw_setup,
     point_sheets,
+    run_car,
     strike_body,
 )
+from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf

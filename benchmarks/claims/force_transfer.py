@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignErrors, CampaignPlan
+from deboom.bench.campaign import NO_ERRORS, CampaignErrors, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.files.campaign import read_campaign

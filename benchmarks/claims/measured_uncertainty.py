@@ -22,7 +22,7 @@ from functools import cache
 import numpy as np
 
 from claims import Claim
-from deboom.bench.campaign_plan import CampaignErrors
+from deboom.bench.campaign import CampaignErrors
 from deboom.bench.fleet import BodySpread, load_fleet, noise_transfer, scattered_body
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.powertrain import DRAWING, load_bench

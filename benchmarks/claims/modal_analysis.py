@@ -20,8 +20,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.fleet import NO_SPREAD, BodySpread, load_fleet
-from deboom.bench.interfaces import panel_pressure
+from deboom.bench.fleet import NO_SPREAD, BodySpread, load_fleet, panel_pressure
 from deboom.bench.vehicle_acquisition import AcquisitionErrors
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle

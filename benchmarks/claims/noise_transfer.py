@@ -17,19 +17,20 @@ from scipy.signal import find_peaks
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.coupled_car import CarErrors, at_ears, drive
 from deboom.bench.fleet import (
+    EARS,
     NO_SPREAD,
     Body,
     BodySpread,
+    ear_transfer,
     load_fleet,
     noise_transfer,
     scattered_body,
+    source_motion,
 )
-from deboom.bench.interfaces import EARS, ear_transfer, source_motion
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.layout import points as virtual_points
-from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
+from deboom.bench.operating_run import CarErrors, OperatingRun, PlannedRun, at_ears, drive, true_run
 from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import TransferErrors, measured_noise_transfer
 from deboom.bench.vehicle_acquisition import (

@@ -14,8 +14,12 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import CampaignErrors, TimeRunPlan
-from deboom.bench.campaign_recording import draw_campaign_sensors, record_over_time
+from deboom.bench.campaign import (
+    CampaignErrors,
+    TimeRunPlan,
+    draw_campaign_sensors,
+    record_over_time,
+)
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord

@@ -13,7 +13,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.campaign_plan import training_plan
+from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
 from deboom.explore.scatter import PartNumber, cut_normal_moments, gaussian_sample, part_structure

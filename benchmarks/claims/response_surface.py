@@ -13,10 +13,9 @@ from scipy.spatial import Delaunay
 from sklearn.utils.estimator_checks import check_estimator
 
 from claims import Claim
-from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS
-from deboom.bench.mount_law import operating_stiffness, static_deflection
+from deboom.bench.campaign import LOW_GEAR_RUNS, TRAINING_RUNS
 from deboom.bench.operating_run import PlannedRun, true_run
-from deboom.bench.powertrain import load_bench
+from deboom.bench.powertrain import load_bench, operating_stiffness, static_deflection
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,

@@ -20,7 +20,7 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignErrors
+from deboom.bench.campaign import TRAINING_RUNS, CampaignErrors
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json

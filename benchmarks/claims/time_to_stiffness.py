@@ -19,7 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from claims import Claim
 from deboom.arrays import ComplexArray
-from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.files.campaign import read_campaign

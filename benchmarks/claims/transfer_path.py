@@ -17,11 +17,10 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from claims import Claim
-from deboom.bench.coupled_car import drive
-from deboom.bench.fleet import load_fleet
-from deboom.bench.interfaces import point_receptance
+from deboom.bench.fleet import load_fleet, point_receptance
 from deboom.bench.layout import FREQUENCY as BENCH_LINES
 from deboom.bench.layout import points
+from deboom.bench.operating_run import drive
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_acquisition import BODY_SENSOR_OFFSETS
 from deboom.bench.vehicle_writer import write_vehicle

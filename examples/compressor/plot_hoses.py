@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 
 folder = Path(tempfile.mkdtemp()) / "running"
 deboom.bench.write_operating_test(folder, seed=1, plan=OperationPlan(hammer_with_hoses=True))

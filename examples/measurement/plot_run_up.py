@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, TimeRunPlan
+from deboom.bench.campaign import NO_ERRORS, CampaignPlan, TimeRunPlan
 from deboom.bench.operating_run import PlannedRun
 
 # %%

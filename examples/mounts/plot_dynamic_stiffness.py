@@ -13,7 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
-from deboom.bench.campaign_plan import training_plan
+from deboom.bench.campaign import training_plan
 from deboom.mounts.characterise import CharacteriseOptions
 
 # %%

@@ -143,7 +143,7 @@ def campaign(
     mounts of it. The exact truth goes to the folder `truth/`, which no command reads but to
     compare.
     """
-    from deboom.bench.campaign_plan import (
+    from deboom.bench.campaign import (
         FULL_PLAN,
         NO_ERRORS,
         CampaignErrors,
@@ -269,7 +269,7 @@ def operation(
 
     Try: deboom bench operation running --hammer-with-hoses --mount-storage 0.9 --mount-loss 1.1
     """
-    from deboom.bench.compressor_operation import OperationPlan
+    from deboom.bench.compressor_rig import OperationPlan
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.compressor_writer import write_operating_test
     from deboom.study.runner import one_sentence_errors
@@ -316,7 +316,7 @@ def electric_car(
 
     Try: deboom bench electric-car car --car EV-2 --hammer-with-hoses
     """
-    from deboom.bench.compressor_operation import OperationPlan
+    from deboom.bench.compressor_rig import OperationPlan
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.electric_car_writer import write_electric_car
     from deboom.study.runner import one_sentence_errors

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign_plan import CampaignPlan
+from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError

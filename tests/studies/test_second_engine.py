@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign_plan import second_engine_plan, training_plan
+from deboom.bench.campaign import second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError

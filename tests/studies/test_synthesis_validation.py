@@ -10,7 +10,7 @@ import pandas as pd
 import pytest
 
 from deboom import plot
-from deboom.bench.campaign_plan import TRAINING_RUNS, CampaignPlan
+from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle

@@ -5,9 +5,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.mount_law import FluidBranch, play_operator, static_deflection
 from deboom.bench.operating_run import PlannedRun, operate, true_run
-from deboom.bench.powertrain import load_bench
+from deboom.bench.powertrain import FluidBranch, load_bench, play_operator, static_deflection
 from deboom.errors import InputError
 
 BENCH = load_bench()

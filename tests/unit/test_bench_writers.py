@@ -6,14 +6,14 @@ import tomllib
 import numpy as np
 import pytest
 
-from deboom.bench.campaign_plan import (
+from deboom.bench.campaign import (
     FULL_PLAN,
     TRAINING_RUNS,
     CampaignPlan,
     TimeRunPlan,
+    load_distribution,
     training_plan,
 )
-from deboom.bench.campaign_recording import load_distribution
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS
 from deboom.bench.operating_run import PlannedRun, true_run

@@ -5,25 +5,25 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench import campaign_plan
+from deboom.bench import campaign
 from deboom.cli import app
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.study import campaigns as platform_library
 from deboom.study.platform_model import LIBRARY_FILE
 
-RUNS = campaign_plan.TRAINING_RUNS[:1]
+RUNS = campaign.TRAINING_RUNS[:1]
 
 
 @pytest.fixture
 def cli(monkeypatch):
     """Call the command line in this process, with one run per campaign."""
-    short = campaign_plan.CampaignPlan.__init__
+    short = campaign.CampaignPlan.__init__
 
     def plan(self, mount_sets, runs=RUNS, shaker_repeats=1, **rest):
         short(self, mount_sets, runs, shaker_repeats, **rest)
 
-    monkeypatch.setattr(campaign_plan.CampaignPlan, "__init__", plan)
+    monkeypatch.setattr(campaign.CampaignPlan, "__init__", plan)
 
     def call(*arguments):
         return CliRunner().invoke(app, [str(argument) for argument in arguments])
@@ -77,9 +77,9 @@ def test_platform_without_library_says_how_to_get_one(cli, tmp_path):
 
 def test_platform_with_library(tmp_path, monkeypatch):
     """Of few runs: what the studies need is there."""
-    few = campaign_plan.TRAINING_RUNS[2::4]
+    few = campaign.TRAINING_RUNS[2::4]
     monkeypatch.setattr(
-        platform_library, "training_plan", lambda name: campaign_plan.CampaignPlan((name,), few)
+        platform_library, "training_plan", lambda name: campaign.CampaignPlan((name,), few)
     )
     folder = tmp_path / "platform"
     done = CliRunner().invoke(app, ["bench", "write", str(folder), "--seed", "2", "--library"])

@@ -4,7 +4,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.bench import electric_car_writer
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app

@@ -6,7 +6,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.bench import compressor_writer as compressor_operation_writer
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app

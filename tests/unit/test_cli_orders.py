@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.cli import app

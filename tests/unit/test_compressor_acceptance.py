@@ -17,10 +17,9 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.gain import GainFactor
 from deboom.compressor.hose_presence import HosePresence
 from deboom.compressor.identify import IdentifiedCompressor
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.compressor.parameters import MinimalParameters
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
 from deboom.compressor.sources import ResidualBand

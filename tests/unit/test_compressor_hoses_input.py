@@ -6,19 +6,21 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hose_beams import (
-    beam_of,
-    changed_hose,
-    hose_matrices,
-    port_forces,
-    separation_statement,
-)
-from deboom.compressor.hose_evidence import hammer_evidence, motion_at_virtual_point, sweep_pairs
 from deboom.compressor.hose_identification import (
     HoseSource,
     identify_hoses,
 )
 from deboom.compressor.hose_presence import HosePresence, ReactionBand, hoses_in_sweep
+from deboom.compressor.hoses import (
+    beam_of,
+    changed_hose,
+    hammer_evidence,
+    hose_matrices,
+    motion_at_virtual_point,
+    port_forces,
+    separation_statement,
+    sweep_pairs,
+)
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingSweep

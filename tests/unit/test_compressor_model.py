@@ -5,16 +5,14 @@ import pytest
 from scipy.optimize import brentq
 
 from deboom.arrays import AXES
-from deboom.compressor.gain import (
+from deboom.compressor.model import (
     AmplitudeGain,
+    CompressorModel,
     GainFactor,
     HyperbolicGain,
     gain_derivatives,
     gain_from_parameters,
     gain_parameters,
-)
-from deboom.compressor.model import (
-    CompressorModel,
     modal_table,
     mounts_at_virtual_point,
     rigid_limit,

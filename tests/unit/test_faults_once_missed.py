@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hose_evidence import HIT_SCATTER, hammer_evidence
+from deboom.compressor.hoses import HIT_SCATTER, hammer_evidence
 from deboom.compressor.sources import Band, unbalance_curve
 from deboom.explore.box import bernstein_gap
 from deboom.explore.scatter import capability
@@ -39,9 +39,7 @@ def test_the_more_certain_of_y_and_z_has_the_larger_weight():
     from_y, from_z = np.ones((4, 6)), np.zeros((4, 6))
     unexplained = np.zeros(4, dtype=bool)
     uncertainty = SimpleNamespace(band=band)
-    unbalance_curve(
-        uncertainty, LINES, from_y, from_z, largest_uncertainty=9.0, unexplained=unexplained
-    )
+    unbalance_curve(uncertainty, LINES, from_y, from_z, unexplained)
     np.testing.assert_allclose(asked[2], 0.9 * from_y + 0.1 * from_z, rtol=1e-15)
 
 

@@ -19,7 +19,7 @@ from broken_files import (
     without_sections,
 )
 
-from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError

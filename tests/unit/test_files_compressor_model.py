@@ -5,9 +5,8 @@ import json
 import numpy as np
 import pytest
 
-from deboom.compressor.gain import GainFactor
 from deboom.compressor.identify import IdentifiedCompressor
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.errors import InputError
 from deboom.files.compressor_model import read_compressor_model, write_compressor_model
 

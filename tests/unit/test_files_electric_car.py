@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from broken_files import edited, edits, refused
 
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
 from deboom.files.electric_car import (

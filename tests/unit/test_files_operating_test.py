@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from broken_files import edited, edits, refused
 
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_placed_impacts, read_placed_sensors

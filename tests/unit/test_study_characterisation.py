@@ -6,7 +6,7 @@ import pytest
 import typer
 from typer.testing import CliRunner
 
-from deboom.bench.campaign_plan import CampaignPlan
+from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.cli_measurements import characterise

@@ -4,7 +4,7 @@ from functools import cache
 
 import numpy as np
 
-from deboom.bench.compressor_operation import operation
+from deboom.bench.compressor_rig import operation
 from deboom.bench.electric_car import MOUNTS, POINTS, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN
 from deboom.choices import CalibrationLevel
@@ -15,7 +15,7 @@ from deboom.compressor.cabin_index import (
     free_compressor,
     mount_variables,
 )
-from deboom.compressor.hose_beams import HoseMatrices
+from deboom.compressor.hoses import HoseMatrices
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.measurement.compressor_test import CompressorMount
 

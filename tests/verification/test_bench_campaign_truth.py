@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.interpolate import CubicSpline
 
-from deboom.bench.campaign_plan import (
+from deboom.bench.campaign import (
     NO_ERRORS,
     CampaignErrors,
     CampaignPlan,
     TimeRunPlan,
+    load_distribution,
     second_engine_plan,
 )
-from deboom.bench.campaign_recording import load_distribution
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS, cell_offsets
 from deboom.bench.operating_run import PlannedRun

@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_operation import running, true_source
+from deboom.bench.compressor_rig import running, true_source
 from deboom.bench.compressor_truth import (
     Compressor,
     CompressorPlan,

@@ -14,7 +14,7 @@ from bench_compressor_samples import DATA, cross, mounts, rows_along, table11
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from deboom.bench.compressor_operation import (
+from deboom.bench.compressor_rig import (
     PRESSURES,
     OperationPlan,
     floor,

@@ -5,14 +5,15 @@ import pytest
 from scipy.integrate import quad, solve_ivp
 from scipy.optimize import minimize, root
 
-from deboom.bench.mount_law import (
+from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, operate, true_run
+from deboom.bench.powertrain import (
+    load_bench,
     operating_stiffness,
     play_operator,
+    read_data,
     static_deflection,
     static_forces,
 )
-from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, operate, true_run
-from deboom.bench.powertrain import load_bench, read_data
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.rigid_body import forward_matrix, rigid_body_modes
 

@@ -6,11 +6,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, at_ears, drive
-from deboom.bench.fleet import load_fleet, receptance
-from deboom.bench.interfaces import point_receptance
+from deboom.bench.fleet import load_fleet, point_receptance, receptance
 from deboom.bench.layout import FREQUENCY, LOAD_CASES
-from deboom.bench.operating_run import PlannedRun, true_run
+from deboom.bench.operating_run import (
+    NO_CAR_ERRORS,
+    CarErrors,
+    PlannedRun,
+    at_ears,
+    drive,
+    true_run,
+)
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.errors import InputError

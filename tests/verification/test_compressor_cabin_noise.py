@@ -18,7 +18,7 @@ from compressor_cabin_samples import (
 )
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.compressor_operation import true_source
+from deboom.bench.compressor_rig import true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import (
     HOSES,

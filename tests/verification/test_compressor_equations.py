@@ -10,13 +10,15 @@ from scipy.linalg import eigh
 from scipy.optimize import brentq
 
 from deboom.compressor import thesis_fit
-from deboom.compressor.gain import (
+from deboom.compressor.model import (
     AmplitudeGain,
+    CompressorModel,
     GainFactor,
     HyperbolicGain,
     amplitude_response,
+    modal_table,
+    mounts_at_virtual_point,
 )
-from deboom.compressor.model import CompressorModel, modal_table, mounts_at_virtual_point
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount

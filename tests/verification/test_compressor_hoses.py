@@ -7,18 +7,10 @@ from functools import cache
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_operation import OperationPlan, measured, operation, true_sweep
+from deboom.bench.compressor_rig import OperationPlan, measured, operation, true_sweep
 from deboom.bench.compressor_truth import CompressorPlan, Hose, drawn_hoses
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
-from deboom.compressor.hose_beams import (
-    BEAM_NUMBERS,
-    changed_hose,
-    hose_matrices,
-    point_derivatives,
-    port_forces,
-)
-from deboom.compressor.hose_evidence import hammer_evidence, sweep_evidence
 from deboom.compressor.hose_identification import (
     DRAWN,
     NUMBERS,
@@ -26,6 +18,15 @@ from deboom.compressor.hose_identification import (
     identify_hoses,
 )
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
+from deboom.compressor.hoses import (
+    BEAM_NUMBERS,
+    changed_hose,
+    hammer_evidence,
+    hose_matrices,
+    point_derivatives,
+    port_forces,
+    sweep_evidence,
+)
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance

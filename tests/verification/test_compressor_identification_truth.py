@@ -12,8 +12,13 @@ from compressor_operation_samples import sheet
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
-from deboom.compressor.calibrate import Prior, self_calibrate
-from deboom.compressor.gain import GainFactor
+from deboom.compressor.calibrate import (
+    Placement,
+    Prior,
+    RawInertance,
+    deviation_from_coherence,
+    self_calibrate,
+)
 from deboom.compressor.identifiability import (
     gain_deviation,
     identifiability,
@@ -27,9 +32,8 @@ from deboom.compressor.identify import (
     identify,
     modal_likeness,
 )
-from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
+from deboom.compressor.model import CompressorModel, GainFactor, mounts_at_virtual_point
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
-from deboom.compressor.placement import Placement, RawInertance, deviation_from_coherence
 from deboom.compressor.thesis_fit import (
     fit_identical_mounts,
     fit_thesis_parameters,

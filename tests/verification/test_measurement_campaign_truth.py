@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan
+from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench

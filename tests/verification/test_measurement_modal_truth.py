@@ -7,8 +7,14 @@ import numpy as np
 import pytest
 
 from claims.modal_analysis import pressure_of_modes
-from deboom.bench.fleet import NO_SPREAD, load_fleet
-from deboom.bench.interfaces import ear_transfer, interface_shapes, panel_pressure, source_motion
+from deboom.bench.fleet import (
+    NO_SPREAD,
+    ear_transfer,
+    interface_shapes,
+    load_fleet,
+    panel_pressure,
+    source_motion,
+)
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
 from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle

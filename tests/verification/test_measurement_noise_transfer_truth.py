@@ -6,11 +6,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from deboom.bench.compressor_operation import operation
+from deboom.bench.compressor_rig import operation
 from deboom.bench.electric_car import MOUNTS, mount_stiffnesses
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.fleet import load_fleet, noise_transfer
-from deboom.bench.interfaces import ear_transfer, interface_shapes, panel_pressure, source_motion
+from deboom.bench.fleet import (
+    ear_transfer,
+    interface_shapes,
+    load_fleet,
+    noise_transfer,
+    panel_pressure,
+    source_motion,
+)
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.choices import CalibrationLevel

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial import cKDTree
 
-from deboom.bench.campaign_plan import NO_ERRORS, TRAINING_RUNS, CampaignPlan
+from deboom.bench.campaign import NO_ERRORS, TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
 from deboom.measurement.sensors import Tolerances

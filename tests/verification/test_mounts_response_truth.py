@@ -7,10 +7,9 @@ import pytest
 from scipy import stats
 from sklearn.preprocessing import PolynomialFeatures
 
-from deboom.bench.campaign_plan import LOW_GEAR_RUNS, TRAINING_RUNS
-from deboom.bench.mount_law import operating_stiffness
+from deboom.bench.campaign import LOW_GEAR_RUNS, TRAINING_RUNS
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
-from deboom.bench.powertrain import load_bench
+from deboom.bench.powertrain import load_bench, operating_stiffness
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import (
     BergModel,

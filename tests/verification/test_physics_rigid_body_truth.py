@@ -8,8 +8,7 @@ import pytest
 from scipy.linalg import eig
 from scipy.spatial.transform import Rotation
 
-from deboom.compressor.gain import GainFactor
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.errors import InputError
 from deboom.physics.elastic_centre import (
     centre_of_compliance,

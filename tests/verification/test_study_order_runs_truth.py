@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.campaign_plan import NO_ERRORS, CampaignPlan, TimeRunPlan
+from deboom.bench.campaign import NO_ERRORS, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.files.campaign import read_campaign

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from deboom.bench.campaign_plan import CampaignPlan
+from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.mount_law import static_deflection, static_forces
 from deboom.bench.operating_run import PlannedRun
-from deboom.bench.powertrain import load_bench, with_mount_set
+from deboom.bench.powertrain import load_bench, static_deflection, static_forces, with_mount_set
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount

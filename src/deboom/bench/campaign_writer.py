@@ -12,9 +12,12 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.bench.campaign_plan import FULL_PLAN, CampaignErrors, CampaignPlan, TimeRunPlan
-from deboom.bench.campaign_recording import (
+from deboom.bench.campaign import (
+    FULL_PLAN,
+    CampaignErrors,
+    CampaignPlan,
     CampaignSensors,
+    TimeRunPlan,
     draw_campaign_sensors,
     push_answer,
     record,
@@ -32,12 +35,7 @@ from deboom.bench.layout import (
     points,
     push_places,
 )
-from deboom.bench.operating_run import (
-    SIDES,
-    PlannedRun,
-    static_direction_forces,
-    true_run,
-)
+from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.platform_writer import (
     engine_section,
     mount_rows,
@@ -45,7 +43,7 @@ from deboom.bench.platform_writer import (
     powertrain_section,
     write_powertrain_truth,
 )
-from deboom.bench.powertrain import AXES, VirtualBench, load_bench, with_mount_set
+from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
 from deboom.bench.writing import (
     FRF,
@@ -113,7 +111,7 @@ def write_campaign(
         Mount sets and runs; by default everything.
     errors : CampaignErrors, optional
         Sizes of the errors; by default those of a good bench, with
-        `deboom.bench.campaign_plan.NO_ERRORS` there are none.
+        `deboom.bench.campaign.NO_ERRORS` there are none.
     progress : callable, optional
         Called with the files written so far, all files, and the name of the last one.
     bench : VirtualBench, optional

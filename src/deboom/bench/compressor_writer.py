@@ -10,33 +10,31 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
-from deboom.bench.compressor_operation import (
+from deboom.bench.compressor_rig import (
     PRESSURES,
     RATE,
     SCATTER,
-    Operation,
-    OperationPlan,
-    Sweep,
-    TrueSweep,
-    measured,
-    operation,
-    run_up,
-    speeds,
-    true_sweep,
-)
-from deboom.bench.compressor_rig import (
     Blows,
     HitPlan,
     Laboratory,
+    Operation,
+    OperationPlan,
     Purpose,
     Sheet,
+    Sweep,
+    TrueSweep,
     averaged,
     draw,
     exact_inertance,
     hit_plan,
     laboratory,
+    measured,
+    operation,
     placement_errors,
+    run_up,
+    speeds,
     strike,
+    true_sweep,
     without_noise,
 )
 from deboom.bench.compressor_truth import (

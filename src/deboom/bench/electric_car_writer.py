@@ -8,12 +8,15 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.compressor_operation import PRESSURES, OperationPlan, operation, speeds
 from deboom.bench.compressor_rig import (
     NO_PLACEMENT_ERRORS,
+    PRESSURES,
     HitPlan,
+    OperationPlan,
     draw,
+    operation,
     placement_errors,
+    speeds,
 )
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import (
@@ -24,26 +27,24 @@ from deboom.bench.compressor_writer import (
     write_operation,
 )
 from deboom.bench.electric_car import (
-    MOUNTS,
-    POINTS,
-    ElectricCarBody,
-    draw_fleet,
-    frozen_fleet,
-)
-from deboom.bench.electric_recording import (
     CABIN_NOISE,
     EAR,
     EAR_NODE,
     FIRST_HOLDER_NODE,
     MICROPHONE,
+    MOUNTS,
+    POINTS,
     SHEET_DIGITS,
     BodyFrfs,
     CarSweep,
+    ElectricCarBody,
     PointSheet,
     Setup,
     body_plan,
     draw_car_sensors,
+    draw_fleet,
     draw_setup,
+    frozen_fleet,
     point_sheets,
     strike_body,
     sweep_car,

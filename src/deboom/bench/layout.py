@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.operating_run import SIDES, PlannedRun
-from deboom.bench.powertrain import AXES, VirtualBench
+from deboom.bench.operating_run import PlannedRun
+from deboom.bench.powertrain import AXES, SIDES, VirtualBench
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)
 """Lines of every file [Hz]: 800 to 3200 rpm in steps of 10 rpm at order 1.5."""

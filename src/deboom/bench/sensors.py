@@ -13,8 +13,8 @@ from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.layout import accelerometer_places
-from deboom.bench.operating_run import SIDES, OperatingRun
-from deboom.bench.powertrain import VirtualBench
+from deboom.bench.operating_run import OperatingRun
+from deboom.bench.powertrain import SIDES, VirtualBench
 from deboom.bench.signals import complex_normal, order_noise, ripple
 from deboom.physics.dynamic_stiffness import displacement_from_acceleration
 from deboom.physics.rigid_body import forward_matrices

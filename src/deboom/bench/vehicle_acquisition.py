@@ -7,9 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.fleet import Body, Cabin
-from deboom.bench.interfaces import (
+from deboom.bench.fleet import (
     EARS,
+    Body,
+    Cabin,
     panel_pressure,
     point_receptance,
     point_shapes,

@@ -9,9 +9,18 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import ComplexArray
-from deboom.bench.coupled_car import NO_CAR_ERRORS, CarErrors, CoupledRun, at_ears, drive
-from deboom.bench.fleet import NO_SPREAD, BenchFleet, Body, BodySpread, load_fleet, scattered_body
-from deboom.bench.interfaces import EARS, ear_transfer, interface_shapes, local_flexibility
+from deboom.bench.fleet import (
+    EARS,
+    NO_SPREAD,
+    BenchFleet,
+    Body,
+    BodySpread,
+    ear_transfer,
+    interface_shapes,
+    load_fleet,
+    local_flexibility,
+    scattered_body,
+)
 from deboom.bench.layout import (
     ACCELEROMETER_MODEL,
     FREQUENCY,
@@ -20,7 +29,14 @@ from deboom.bench.layout import (
     accelerometer_places,
     points,
 )
-from deboom.bench.operating_run import PlannedRun
+from deboom.bench.operating_run import (
+    NO_CAR_ERRORS,
+    CarErrors,
+    CoupledRun,
+    PlannedRun,
+    at_ears,
+    drive,
+)
 from deboom.bench.platform_writer import engine_section, mount_rows, mount_sections
 from deboom.bench.powertrain import AXES, VirtualBench, load_bench, read_data, with_mount_set
 from deboom.bench.sensors import ErrorBudget, draw_wheel_end_mass, exact_data_sheet

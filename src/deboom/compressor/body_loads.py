@@ -9,8 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.hose_beams import hose_matrices
-from deboom.compressor.hose_evidence import motion_at_virtual_point, running_mass
+from deboom.compressor.hoses import hose_matrices, motion_at_virtual_point, running_mass
 from deboom.compressor.identify import Identification
 from deboom.compressor.model import applied
 from deboom.compressor.mount_shares import stiffness_of_mounts

@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, frozen_copy
-from deboom.compressor.hose_beams import HoseMatrices
+from deboom.compressor.hoses import HoseMatrices
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount

@@ -21,9 +21,9 @@ from deboom.compressor.body_loads import (
     loads_by_predicted_holders,
     on_rigid_foundation,
 )
-from deboom.compressor.gain import GainFactor
 from deboom.compressor.hose_identification import HoseIdentification, identify_hoses
 from deboom.compressor.identify import Identification
+from deboom.compressor.model import GainFactor
 from deboom.compressor.mount_shares import (
     STIFFNESS_NUMBERS,
     MountPrior,

@@ -18,18 +18,16 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.compressor.calibrate import evaluated_together
-from deboom.compressor.hose_beams import (
+from deboom.compressor.hoses import (
     BEAM_NUMBERS,
     BEAM_UNITS,
     PLACE_NUMBERS,
+    HoseEvidence,
     changed_hose,
+    hammer_evidence,
     hose_matrices,
     point_derivatives,
     separation_statement,
-)
-from deboom.compressor.hose_evidence import (
-    HoseEvidence,
-    hammer_evidence,
     stack,
     sweep_evidence,
 )

@@ -11,14 +11,16 @@ import numpy.typing as npt
 from scipy.stats import gamma
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.hose_beams import changed_hose, hose_matrices, point_derivatives
-from deboom.compressor.hose_evidence import (
+from deboom.compressor.hose_identification import DRAWN
+from deboom.compressor.hoses import (
     SweepPair,
+    changed_hose,
+    hose_matrices,
     motion_at_virtual_point,
+    point_derivatives,
     running_mass,
     sweep_pairs,
 )
-from deboom.compressor.hose_identification import DRAWN
 from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns

@@ -14,7 +14,9 @@ from deboom.arrays import BoolArray, RealArray, checked
 from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
+    RawInertance,
     SelfCalibration,
+    deviation_from_coherence,
     hold_out_impacts,
     hold_out_lines,
     self_calibrate,
@@ -34,7 +36,6 @@ from deboom.compressor.model import (
     rigid_limit,
 )
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
-from deboom.compressor.placement import RawInertance, deviation_from_coherence
 from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     THESIS_BANDS,

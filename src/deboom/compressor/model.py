@@ -1,18 +1,340 @@
-"""The rigid compressor on its mounts: apparent mass, inertance, modes and rigid limit."""
+"""The rigid compressor on its rubber mounts: gain, apparent mass, modes and rigid limit."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray, checked
-from deboom.compressor.gain import GainFactor
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
+from deboom.physics.forced_response import (
+    ConvergenceError,
+    SteadyState,
+    amplitude_dependent_response,
+)
+from deboom.physics.rigid_body import (
+    forward_matrices,
+    mass_matrix,
+    mount_stiffness_matrix,
+    rigid_body_modes,
+)
+
+GAIN_PARAMETERS = (
+    "real limit",
+    "real slope",
+    "real offset",
+    "imaginary limit",
+    "imaginary slope",
+    "imaginary offset",
+)
+"""Order of `GainFactor.values`."""
+GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln loss slope")
+"""Order of the five numbers that leave the scale of the gain to the stiffness."""
+RELAXATIONS = (0.5, 0.25, 0.12, 0.06)
+"""Shares of a step, tried in turn: the next one where the one before swings without end."""
+STEPS_PER_SHARE = 250
+"""Steps allowed, times the inverse of the share."""
+TOLERANCE = 1e-11
+"""Largest relative change of an amplitude at the end [1]."""
+
+
+@dataclass(frozen=True)
+class HyperbolicGain:
+    """Real or imaginary part of a gain that rises to a limit.
+
+    `limit`: value at high frequency [1]; `slope`: positive [s]; `offset`: positive; ``1/offset`` is
+    the rise from 0 Hz to the limit [1]. InputError: a number that is not finite, or a slope or an
+    offset that is not positive.
+
+    ``v(f) = limit − 1/(slope·f + offset)`` with f in hertz: thesis, eq. 56 and 57. Valid from 10 to
+    150 Hz.
+    """
+
+    limit: float
+    slope: float
+    offset: float
+
+    def __post_init__(self) -> None:
+        _refuse_pole(self, "a gain factor", "s", "falls with frequency")
+
+    def at(self, frequency: npt.ArrayLike) -> RealArray:
+        """Compute the value at lines [Hz], shape (n_frequency,) [1]."""
+        return self.limit - 1 / (self.slope * np.asarray(frequency, dtype=float) + self.offset)
+
+    def derivatives(self, frequency: npt.ArrayLike) -> RealArray:
+        """Differentiate by limit, slope and offset, shape (3, n_frequency) [1, Hz, 1]."""
+        lines = np.asarray(frequency, dtype=float)
+        squared = (self.slope * lines + self.offset) ** 2
+        return np.stack([np.ones_like(lines), lines / squared, 1 / squared])
+
+
+@dataclass(frozen=True)
+class GainFactor:
+    """Complex gain common to all directions of all mounts, ``v(f) = v' + j v''``.
+
+    Thesis, eq. 53, 56, 57, without its factor v_rel: v_rel, the scale of the gain and the scale of
+    the static stiffness are one number, and only their product is seen in a measurement.
+    """
+
+    real: HyperbolicGain
+    imaginary: HyperbolicGain
+
+    @classmethod
+    def of(cls, values: npt.ArrayLike) -> GainFactor:
+        """Make a gain factor of six numbers in the order of `GAIN_PARAMETERS`."""
+        numbers = [float(value) for value in np.asarray(values, dtype=float)]
+        return cls(HyperbolicGain(*numbers[:3]), HyperbolicGain(*numbers[3:]))
+
+    @property
+    def values(self) -> RealArray:
+        """The six numbers in the order of `GAIN_PARAMETERS`."""
+        parts = (self.real, self.imaginary)
+        return np.array([number for p in parts for number in (p.limit, p.slope, p.offset)])
+
+    def at(self, frequency: npt.ArrayLike) -> ComplexArray:
+        """Compute the complex value at lines [Hz], shape (n_frequency,) [1]."""
+        return np.asarray(self.real.at(frequency) + 1j * self.imaginary.at(frequency))
+
+    def derivatives(self, frequency: npt.ArrayLike) -> ComplexArray:
+        """Differentiate by each entry of `GAIN_PARAMETERS`, shape (6, n_frequency)."""
+        return np.concatenate(
+            [self.real.derivatives(frequency), 1j * self.imaginary.derivatives(frequency)]
+        )
+
+    def expected_loss(self, frequency: npt.ArrayLike) -> RealArray:
+        """Compute the imaginary part that causality ties to the real one, ``(π/2) dv'/d ln f``.
+
+        `frequency` (n_frequency,): lines [Hz]. Returns (n_frequency,) [1]. A rubber whose imaginary
+        part is several times smaller or larger is not plausible.
+
+        First-order Kramers–Kronig relation, good for gains that vary slowly with ln f.
+        """
+        lines = np.asarray(frequency, dtype=float)
+        rise = self.real.slope * lines / (self.real.slope * lines + self.real.offset) ** 2
+        return np.pi / 2 * rise
+
+
+@dataclass(frozen=True)
+class AmplitudeGain:
+    """Softening of rubber with amplitude, ``v(s) = limit + 1/(slope·s + offset)``.
+
+    `limit`: value at large amplitude [1]; `slope`: positive [1/m]; `offset`: positive; ``1/offset``
+    is the fall from rest to the limit [1]. InputError: a number that is not finite, or a slope or
+    an offset that is not positive.
+
+    Second factor of the thesis's eq. 54 and 55; s is the displacement amplitude of a mount.
+    """
+
+    limit: float
+    slope: float
+    offset: float
+
+    def __post_init__(self) -> None:
+        _refuse_pole(self, "an amplitude gain", "1/m", "does not fall with amplitude")
+
+    def at(self, amplitude: npt.ArrayLike) -> RealArray:
+        """Compute the value at peak displacements of the mount [m], same shape [1]."""
+        return self.limit + 1 / (self.slope * np.asarray(amplitude, dtype=float) + self.offset)
+
+
+def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fault: str) -> None:
+    """Refuse a hyperbola with a pole on the side where it is used."""
+    if not all(map(math.isfinite, (gain.limit, gain.slope, gain.offset))):
+        raise InputError(f"{what} needs finite limit, slope and offset")
+    if gain.slope <= 0 or gain.offset <= 0:
+        raise InputError(
+            f"{what} with slope {gain.slope:g} {unit} and offset {gain.offset:g} has a pole or "
+            f"{fault}: both must be positive"
+        )
+
+
+def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
+    """Build the gain factor whose real part is 1 at the reference line.
+
+    - `values` (5,): numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
+    - `reference`: line at which the real part is 1 [Hz].
+
+    ``v' = 1 − A/(b f + 1) + A/(b f_ref + 1)``, ``v'' = c − A''/(b'' f + 1)`` with A, b, A'', b''
+    positive for any values: `HyperbolicGain` written in numbers that no optimiser can make invalid.
+    """
+    rise, slope, loss_limit, loss_rise, loss_slope = (float(v) for v in np.asarray(values))
+    at_reference = np.exp(slope) * reference + 1
+    return GainFactor(
+        HyperbolicGain(
+            float(1 + np.exp(rise) / at_reference),
+            float(np.exp(slope - rise)),
+            float(np.exp(-rise)),
+        ),
+        HyperbolicGain(
+            loss_limit, float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
+        ),
+    )
+
+
+def gain_derivatives(
+    values: npt.ArrayLike, reference: float, frequency: npt.ArrayLike
+) -> ComplexArray:
+    """Differentiate the gain of `gain_from_parameters` by its numbers, shape (5, n_frequency)."""
+    lines = np.asarray(frequency, dtype=float)
+    numbers = np.asarray(values, dtype=float)
+    rise, slope, loss_rise, loss_slope = np.exp(numbers[[0, 1, 3, 4]])
+    at_line, at_reference = slope * lines + 1, slope * reference + 1
+    loss = loss_slope * lines + 1
+    by_slope = slope * (lines / at_line**2 - reference / at_reference**2)
+    return np.stack(
+        [
+            rise * (1 / at_reference - 1 / at_line) + 0j,
+            rise * by_slope + 0j,
+            np.full(lines.shape, 1j),
+            -1j * loss_rise / loss,
+            1j * loss_rise * loss_slope * lines / loss**2,
+        ]
+    )
+
+
+def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
+    """Find the five numbers of a gain factor of any scale, inverse of `gain_from_parameters`."""
+    scale = float(gain.real.at(reference))
+    return np.array(
+        [
+            -np.log(gain.real.offset * scale),
+            np.log(gain.real.slope / gain.real.offset),
+            gain.imaginary.limit / scale,
+            -np.log(gain.imaginary.offset * scale),
+            np.log(gain.imaginary.slope / gain.imaginary.offset),
+        ]
+    )
+
+
+AmplitudeFactor: TypeAlias = tuple[AmplitudeGain, AmplitudeGain]
+"""Softening of real and imaginary part of one mount's stiffness."""
+
+
+class AmplitudeResponse(NamedTuple):
+    """Motion in which every mount is as stiff as its own amplitude makes it.
+
+    `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad]; `amplitude`
+    (n_frequency, n_mount): displacement of each mount [m]; `gain` (n_frequency, n_mount): complex
+    gain of each mount [1]; `stiffness` (n_frequency, 6, 6): stiffness at the virtual point in this
+    motion [N/m, N/rad, N m/rad]; `iterations`: steps of the slowest line.
+    """
+
+    displacement: ComplexArray
+    amplitude: RealArray
+    gain: ComplexArray
+    stiffness: ComplexArray
+    iterations: int
+
+
+def amplitude_response(
+    mass_matrix: npt.ArrayLike,
+    mounts: Sequence[CompressorMount],
+    gain: GainFactor,
+    softening: Sequence[AmplitudeFactor],
+    force: npt.ArrayLike,
+    frequency: npt.ArrayLike,
+    *,
+    start: float = 1e-4,
+) -> AmplitudeResponse:
+    """Solve for the steady motion under harmonic loads at the virtual point.
+
+    Parameters
+    ----------
+    mass_matrix : array, shape (6, 6)
+        Mass matrix at the virtual point [kg, kg m, kg m²].
+    mounts : sequence of CompressorMount
+        At least one mount.
+    gain : GainFactor
+        Gain over frequency, common to all mounts.
+    softening : sequence of AmplitudeFactor
+        Factor of each mount.
+    force : array, shape (n_frequency, 6)
+        Complex amplitudes [N, N m].
+    frequency : array, shape (n_frequency,)
+        Lines above 0 [Hz].
+    start : float
+        Amplitude to begin with [m].
+
+    Raises
+    ------
+    InputError
+        Not one factor per mount, a line at or below 0 Hz, loads that do not fit.
+    ConvergenceError
+        No steady state with any of `RELAXATIONS`.
+
+    Notes
+    -----
+    Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
+    sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
+    exact for motion along a line). The motion needs the stiffness and the stiffness the motion:
+    damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten percent
+    per decade, has one solution, found in 40 to 60 steps from any start.
+    """
+    lines = np.asarray(frequency, dtype=float)
+    if not mounts or len(softening) != len(mounts):
+        raise InputError(
+            f"{len(mounts)} mounts and {len(softening)} amplitude factors: give each mount its own"
+        )
+    if np.any(lines <= 0):
+        raise InputError("a line at 0 Hz has no gain factor: start above it")
+    over_frequency = gain.at(lines)
+    positions = np.array([mount.position for mount in mounts])
+    static = np.array([mount.stiffness for mount in mounts])
+    orientations = np.array([mount.orientation for mount in mounts])
+
+    def gains(strokes: RealArray) -> ComplexArray:
+        amplitude = _amplitudes(strokes)
+        parts = [
+            over_frequency.real * real.at(amplitude[:, i])
+            + 1j * over_frequency.imag * imaginary.at(amplitude[:, i])
+            for i, (real, imaginary) in enumerate(softening)
+        ]
+        return np.stack(parts, axis=1)
+
+    def stiffness(strokes: RealArray) -> ComplexArray:
+        dynamic = gains(strokes)[..., np.newaxis] * static
+        return np.asarray(mount_stiffness_matrix(positions, dynamic, orientations))
+
+    def steady(relaxation: float) -> SteadyState:
+        return amplitude_dependent_response(
+            mass_matrix,
+            stiffness,
+            force,
+            lines,
+            forward_matrices(positions),
+            start=start,
+            tolerance=TOLERANCE,
+            relaxation=relaxation,
+            max_iterations=round(STEPS_PER_SHARE / relaxation),
+        )
+
+    for relaxation in RELAXATIONS[:-1]:
+        try:
+            state = steady(relaxation)
+            break
+        except ConvergenceError:
+            continue
+    else:
+        state = steady(RELAXATIONS[-1])
+    return AmplitudeResponse(
+        state.displacement,
+        _amplitudes(state.amplitude),
+        gains(state.amplitude),
+        stiffness(state.amplitude),
+        state.iterations,
+    )
+
+
+def _amplitudes(strokes: RealArray) -> RealArray:
+    """Root of the sum of squares of the three axes of each mount, shape (n_frequency, n_mount)."""
+    return np.asarray(np.linalg.norm(strokes.reshape(strokes.shape[0], -1, 3), axis=2))
+
 
 TRIANGLE_TOLERANCE = 1e-9
 """How far, relative to the largest, principal moments may break the triangle inequality."""

@@ -9,16 +9,17 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import AXES, ComplexArray, RealArray
-from deboom.compressor.gain import (
+from deboom.compressor.model import (
     GAIN_PARAMETERS,
     GAIN_SHAPE_NAMES,
+    CompressorModel,
     GainFactor,
     HyperbolicGain,
     gain_derivatives,
     gain_from_parameters,
     gain_parameters,
+    mounts_at_virtual_point,
 )
-from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import (
     RigidBody,

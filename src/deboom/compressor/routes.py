@@ -10,9 +10,8 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.calibrate import SelfCalibration
+from deboom.compressor.calibrate import Placement, SelfCalibration
 from deboom.compressor.model import applied
-from deboom.compressor.placement import Placement
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import OperatingSweep

@@ -11,8 +11,7 @@ import numpy.typing as npt
 from scipy.special import chdtrc
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.gain import GainFactor
-from deboom.compressor.model import applied
+from deboom.compressor.model import GainFactor, applied
 from deboom.compressor.routes import (
     ONE_FACTOR,
     FactorOverFrequency,

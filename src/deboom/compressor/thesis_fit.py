@@ -10,7 +10,6 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.compressor.calibrate import Prior, SelfCalibration, self_calibrate
-from deboom.compressor.gain import GAIN_SHAPE_NAMES, gain_from_parameters
 from deboom.compressor.identifiability import (
     Identifiability,
     Knowledge,
@@ -18,7 +17,12 @@ from deboom.compressor.identifiability import (
     knowledge,
 )
 from deboom.compressor.identify import Identification
-from deboom.compressor.model import CompressorModel, mounts_at_virtual_point
+from deboom.compressor.model import (
+    GAIN_SHAPE_NAMES,
+    CompressorModel,
+    gain_from_parameters,
+    mounts_at_virtual_point,
+)
 from deboom.compressor.parameters import (
     N_MASS,
     IdenticalMountParameters,

@@ -10,8 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.compressor.gain import gain_from_parameters
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, gain_from_parameters
 from deboom.compressor.parameters import (
     MinimalParameters,
     Parametrisation,

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from deboom.compressor.gain import GAIN_PARAMETERS, GainFactor
 from deboom.compressor.identify import IdentifiedCompressor
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import GAIN_PARAMETERS, CompressorModel, GainFactor
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
 

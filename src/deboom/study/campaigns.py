@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from deboom.bench.campaign_plan import training_plan
+from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES

@@ -10,24 +10,28 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray, checked
-from deboom.bench.compressor_operation import PRESSURES, Operation, gas_factor, operation
-from deboom.bench.compressor_rig import draw, placement_errors
+from deboom.bench.compressor_rig import (
+    PRESSURES,
+    Operation,
+    draw,
+    gas_factor,
+    operation,
+    placement_errors,
+)
 from deboom.bench.electric_car import (
+    CABIN_NOISE,
     POINTS,
     ElectricCarBody,
-    design_pressure,
-    draw_fleet,
-    frozen_fleet,
-)
-from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
-from deboom.bench.electric_recording import (
-    CABIN_NOISE,
     body_plan,
+    design_pressure,
     draw_car_sensors,
+    draw_fleet,
     draw_setup,
+    frozen_fleet,
     point_sheets,
     strike_body,
 )
+from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import (
     CabinIndex,
@@ -38,7 +42,7 @@ from deboom.compressor.cabin_index import (
     mount_variables,
 )
 from deboom.compressor.cabin_noise import RunningInCar, running_in_car
-from deboom.compressor.hose_beams import hose_matrices
+from deboom.compressor.hoses import hose_matrices
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.sources import case_name, source_loads
 from deboom.errors import InputError

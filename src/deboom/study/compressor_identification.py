@@ -19,7 +19,6 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
-from deboom.compressor.gain import GainFactor
 from deboom.compressor.identifiability import (
     ALONE,
     PRIOR_DOMINATED,
@@ -34,7 +33,7 @@ from deboom.compressor.identify import (
     identified_compressor,
     identify,
 )
-from deboom.compressor.model import CompressorModel
+from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
 from deboom.compressor.thesis_fit import (
     IdenticalFit,

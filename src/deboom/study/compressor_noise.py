@@ -13,11 +13,10 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.bench.compressor_operation import true_source
+from deboom.bench.compressor_rig import true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
-from deboom.bench.electric_car import HoseGain, draw_fleet, frozen_fleet, hose_gain
+from deboom.bench.electric_car import SOUND_FLOOR, HoseGain, draw_fleet, frozen_fleet, hose_gain
 from deboom.bench.electric_car_writer import write_electric_car
-from deboom.bench.electric_recording import SOUND_FLOOR
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.cabin_noise import (
     BAND,

@@ -15,7 +15,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_operation import OperationPlan
+from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.choices import CalibrationLevel, CompressorCase

@@ -13,7 +13,6 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import ComplexArray
-from deboom.compressor.gain import gain_from_parameters
 from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
@@ -27,6 +26,7 @@ from deboom.compressor.identify import (
     frac,
     modal_likeness,
 )
+from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.thesis_fit import (
     IdenticalFit,
     ThesisFit,

@@ -15,7 +15,7 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign_plan import (
+from deboom.bench.campaign import (
     LOW_GEAR_RUNS,
     NO_ERRORS,
     TRAINING_RUNS,

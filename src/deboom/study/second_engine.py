@@ -15,7 +15,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.bench.campaign_plan import CampaignPlan, second_engine_plan, training_plan
+from deboom.bench.campaign import CampaignPlan, second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError

@@ -1,12 +1,16 @@
-"""The bench's commands: what they write is read by the commands and studies that follow."""
+"""The bench's commands: options reach the bench, refusals are one sentence, readers take files."""
 
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
-from deboom.bench import campaign
+from deboom.bench import campaign, compressor_writer, electric_car_writer, vehicle_writer
+from deboom.bench.compressor_rig import OperationPlan
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app
+from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.study import campaigns as platform_library
@@ -36,11 +40,11 @@ def test_campaign_with_chosen_mount_sets(cli, tmp_path):
     done = cli("bench", "campaign", folder, "--seed", 2, "--mount-set", "M3", "--mount-set", "M0")
     assert done.exit_code == 0, done.stderr
     assert Path(done.stdout.splitlines()[-1]) == folder
-    campaign = read_campaign(folder)
-    assert campaign.name == "virtual_bench_2"
-    assert campaign.mount_sets == ("M3", "M0")
-    assert campaign.tolerances.sensor_gain > 0
-    assert campaign.pushes == ()
+    written = read_campaign(folder)
+    assert written.name == "virtual_bench_2"
+    assert written.mount_sets == ("M3", "M0")
+    assert written.tolerances.sensor_gain > 0
+    assert written.pushes == ()
 
 
 def test_campaign_without_errors_with_a_third_cell_and_time_data(cli, tmp_path):
@@ -48,23 +52,10 @@ def test_campaign_without_errors_with_a_third_cell_and_time_data(cli, tmp_path):
     options = ("--mount-set", "M1", "--noise-free", "--third-cell", "--time-run")
     done = cli("bench", "campaign", folder, *options)
     assert done.exit_code == 0, done.stderr
-    campaign = read_campaign(folder)
-    assert campaign.tolerances.sensor_gain == 0
-    assert len(campaign.pushes) == 18
+    written = read_campaign(folder)
+    assert written.tolerances.sensor_gain == 0
+    assert len(written.pushes) == 18
     assert [path.name for path in (folder / "time").iterdir()] == ["g5_wot220_time.uff"]
-
-
-def test_campaign_refuses_what_it_cannot_measure(cli, tmp_path):
-    for options, words in (
-        (("--seed", 0), "seeds are whole numbers from 1"),
-        (("--mount-set", "A1"), "unknown mount set 'A1'"),
-        (("--mount-set", "M1", "--mount-set", "M1"), "mount set 'M1' comes twice"),
-    ):
-        done = cli("bench", "campaign", tmp_path / "new", *options)
-        assert done.exit_code == 2
-        assert words in done.stderr
-        assert len(done.stderr.strip().splitlines()) == 1
-        assert not (tmp_path / "new").exists()
 
 
 def test_platform_without_library_says_how_to_get_one(cli, tmp_path):
@@ -88,3 +79,103 @@ def test_platform_with_library(tmp_path, monkeypatch):
     assert [mount.mount.name for mount in mounts] == ["EnM", "GeM", "TSM", "Du"]
     assert all(one.surface is not None for one in mounts[2].directions)
     assert all(one.map_points.frequency.size == 0 for one in mounts[2].directions)
+
+
+TABLE11 = CompressorCase.TABLE11
+BOTH = "--mount-storage 0.9 --mount-loss 1.1 --hoses displaced --hammer-with-hoses --noise-free"
+GIVEN = {
+    "vehicle": (
+        (vehicle_writer, "write_vehicle"),
+        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free",
+        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS),
+    ),
+    "compressor": (
+        (compressor_writer, "write_compressor_test"),
+        "--level C0.5 --seed 2 --case table11 --identical-mounts --noise-free --flexible-receiver "
+        "--flexible-body 400 --softening --hits",
+        (2, CalibrationLevel.C05, CompressorPlan(TABLE11, True, True, True, 400.0, True), True),
+    ),
+    "operation": (
+        (compressor_writer, "write_operating_test"),
+        "--level C0.5 --seed 2 --case table11 --softening --sense -1 --flexible-receiver "
+        f"--time-record {BOTH}",
+        (
+            2,
+            CalibrationLevel.C05,
+            OperationPlan(
+                CompressorPlan(TABLE11, softening=True, flexible_receiver=True),
+                HoseCase.DISPLACED,
+                True,
+                0.9,
+                1.1,
+                True,
+                -1,
+                True,
+            ),
+            True,
+        ),
+    ),
+    "electric-car": (
+        (electric_car_writer, "write_electric_car"),
+        f"--car EV-3 --fleet 7 --seed 2 --level C1 --identical-mounts {BOTH}",
+        (
+            2,
+            "EV-3",
+            7,
+            CalibrationLevel.C1,
+            OperationPlan(CompressorPlan(TABLE11, True), HoseCase.DISPLACED, True, 0.9, 1.1),
+            True,
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("command", GIVEN)
+def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
+    writer, options, wanted = GIVEN[command]
+    asked = []
+
+    def write(*given, noise_free=None, progress=None):
+        asked.append(given if noise_free is None else (*given, noise_free))
+
+    monkeypatch.setattr(*writer, write)
+    done = cli("bench", command, tmp_path, *options.split())
+    assert done.exit_code == 0, done.stderr
+    assert done.stdout.strip() == tmp_path.as_posix()
+    assert asked == [(tmp_path, *wanted)]
+
+
+@pytest.mark.parametrize(
+    ("command", "options", "words"),
+    [
+        ("campaign", ("--seed", 0), "seeds are whole numbers from 1"),
+        ("campaign", ("--mount-set", "A1"), "unknown mount set 'A1'"),
+        ("campaign", ("--mount-set", "M1", "--mount-set", "M1"), "mount set 'M1' comes twice"),
+        ("vehicle", ("--seed", 0), "seeds are whole numbers from 1"),
+        ("compressor", ("--seed", 0), "seeds are whole numbers from 1"),
+        ("compressor", ("--flexible-body", -1), "a body cannot swing at -1.0 Hz"),
+        ("compressor", ("--flexible-body", "nan"), "a body cannot swing at nan Hz"),
+        ("operation", ("--seed", 0), "seeds are whole numbers from 1"),
+        ("operation", ("--mount-storage", 0), "mount storage 0.0 is no factor"),
+        ("operation", ("--mount-loss", "nan"), "mount loss nan is no factor"),
+        ("operation", ("--sense", 2), "sense 2 is no sense of rotation"),
+        ("electric-car", ("--car", "EV-8"), "there is no car 'EV-8' in the fleet: use EV-1"),
+        ("electric-car", ("--seed", 0), "seed 0 is refused"),
+        ("electric-car", ("--fleet", 0), "seed 0 is refused"),
+        ("electric-car", ("--mount-storage", 0), "is no factor on a stiffness"),
+    ],
+)
+def test_refusals_are_one_sentence_and_leave_nothing(command, options, words, cli, tmp_path):
+    done = cli("bench", command, tmp_path / "new", *options)
+    assert done.exit_code == 2
+    assert words in done.stderr
+    assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
+    assert not (tmp_path / "new").exists()
+
+
+def test_plans_that_contradict_themselves_are_refused():
+    with pytest.raises(InputError, match="hoses hang on a rigid body"):
+        CompressorPlan(flexible_body=400.0, hoses=HoseCase.DRAWN)
+    for wrong in (CompressorPlan(flexible_body=400.0), CompressorPlan(hoses=HoseCase.DRAWN)):
+        with pytest.raises(InputError, match="planned rigid and without hoses"):
+            OperationPlan(wrong)

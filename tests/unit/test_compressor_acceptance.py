@@ -37,33 +37,28 @@ def measured(value, deviation=1.0, **more):
     return Characteristic("x", values, np.full(values.size, deviation), lines, **more)
 
 
+UPPER, WINDOW = Bounds(at_most=10.0), Bounds(at_least=8.0, at_most=12.0)
+
+
 @pytest.mark.parametrize(
-    ("value", "decision"),
+    ("value", "bounds", "decision"),
     [
-        (10 - Z95 - 1e-6, Decision.PASS),
-        (10 - Z95 + 1e-6, Decision.UNDECIDED),
-        (10.0, Decision.UNDECIDED),
-        (10 + Z95 - 1e-6, Decision.UNDECIDED),
-        (10 + Z95 + 1e-6, Decision.FAIL),
+        (10 - Z95 - 1e-6, UPPER, Decision.PASS),
+        (10 - Z95 + 1e-6, UPPER, Decision.UNDECIDED),
+        (10.0, UPPER, Decision.UNDECIDED),
+        (10 + Z95 - 1e-6, UPPER, Decision.UNDECIDED),
+        (10 + Z95 + 1e-6, UPPER, Decision.FAIL),
+        (6.0, WINDOW, Decision.FAIL),
+        (8.0, WINDOW, Decision.UNDECIDED),
+        (10.0, WINDOW, Decision.PASS),
+        # narrower than its guard bands
+        (10.0, Bounds(at_least=9.0, at_most=11.0), Decision.UNDECIDED),
     ],
 )
-def test_the_guard_band_lies_on_both_sides_of_an_upper_bound(value, decision):
-    assert judge(measured(value), Bounds(at_most=10.0)).decision is decision
-
-
-@pytest.mark.parametrize(
-    ("value", "decision"),
-    [(6.0, Decision.FAIL), (8.0, Decision.UNDECIDED), (10.0, Decision.PASS)],
-)
-def test_a_window_has_a_lower_bound_too(value, decision):
-    verdict = judge(measured(value), Bounds(at_least=8.0, at_most=12.0))
+def test_the_guard_band_lies_on_both_sides_of_a_bound(value, bounds, decision):
+    verdict = judge(measured(value), bounds)
     assert verdict.decision is decision
     assert verdict.interval == pytest.approx((value - Z95, value + Z95))
-
-
-def test_a_window_narrower_than_its_guard_bands_passes_nothing():
-    window = Bounds(at_least=9.0, at_most=11.0)
-    assert judge(measured(10.0), window).decision is Decision.UNDECIDED
 
 
 def test_the_line_next_to_its_limit_decides_a_band():

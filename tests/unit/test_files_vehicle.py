@@ -6,11 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from broken_files import edits, refused
-from typer.testing import CliRunner
 
 from deboom.bench.layout import LOAD_CASES
-from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
-from deboom.cli import app
+from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import noise_transfer_columns
 from deboom.files.rows import ChannelRow
@@ -156,23 +154,3 @@ def test_what_the_bench_cannot_write_is_refused(tmp_path):
     with pytest.raises(InputError, match="unknown mount set 'M'"):
         write_vehicle(tmp_path / "car", 1, parts="M")
     assert not list(tmp_path.iterdir())
-
-
-def test_the_command_refuses_in_one_sentence(tmp_path):
-    result = CliRunner().invoke(app, ["bench", "vehicle", str(tmp_path / "car"), "--seed", "0"])
-    assert result.exit_code == 2
-    assert "seeds are whole numbers from 1" in result.output
-
-
-def test_the_command_hands_its_options_on(tmp_path, monkeypatch):
-    asked = []
-    monkeypatch.setattr(
-        "deboom.bench.vehicle_writer.write_vehicle", lambda *a, **k: asked.append((a, k))
-    )
-    options = ["--seed", "3", "--vehicle", "F45-2", "--mount-set", "M4"]
-    result = CliRunner().invoke(
-        app, ["bench", "vehicle", str(tmp_path / "car"), *options, "--noise-free"]
-    )
-    assert result.exit_code == 0, result.output
-    ((arguments, _),) = asked
-    assert arguments == (tmp_path / "car", 3, "F45-2", "M4", NO_VEHICLE_ERRORS)

@@ -95,6 +95,12 @@ SMALLEST_LINES, LARGEST_LINES = 12, 48
 STIFFNESS_DEVIATION = 0.3
 """Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
 
+PRIOR = Prior(
+    np.concatenate([np.zeros(N_MASS + N_STIFFNESS), START_GAIN]),
+    np.concatenate([np.full(N_MASS + N_STIFFNESS, np.inf), GAIN_DEVIATION]),
+)
+"""Nothing is known beforehand but the shape of the gain."""
+
 Step = Callable[[str], None]
 
 
@@ -107,7 +113,6 @@ class IdentifyOptions:
       and not noise limits it.
     - `smallest_coherence`: median over the lines of the fit below which nothing is identified [1].
     - `held_out`: every how many impacts one is left out and predicted; 0 leaves the check out.
-    - `gain_deviation`: 1 σ of the gain's shape before the test; see `GAIN_DEVIATION`.
     - raises InputError: fewer than 12 lines, or leaving out more than every third impact.
     """
 
@@ -115,7 +120,6 @@ class IdentifyOptions:
     largest_lines: int = 72
     smallest_coherence: float = 0.8
     held_out: int = 6
-    gain_deviation: tuple[float, ...] = GAIN_DEVIATION
 
     def __post_init__(self) -> None:
         if self.largest_lines < 12:
@@ -216,7 +220,7 @@ def identify(
     test : InertanceTest
         Hammer test without hoses.
     options : IdentifyOptions, optional
-        Lines, checks and prior of the rubber.
+        Lines and checks.
     step : callable of str, optional
         Receiver of progress messages.
     hoses : sequence of HoseDrawing
@@ -263,11 +267,13 @@ def identify(
     say("fit at the virtual point")
     part = raw.select(fitted)
     objective = _whitened(part, inertance.values[fitted], response, excitation)
-    prior = _gain_prior(options)
-    point = fit_at_virtual_point(parametrisation, objective, start, _sane_bounds(prior, start))
+    width = SANE_DEVIATIONS * PRIOR.deviations
+    lower, upper = PRIOR.values - width, PRIOR.values + width
+    bounds = Bounds(np.minimum(lower, start), np.maximum(upper, start))
+    point = fit_at_virtual_point(parametrisation, objective, start, bounds)
     _refuse_wrong_scale(test, point.model)
     say("self-calibration")
-    calibrated = self_calibrate(parametrisation, part, test, point.values, prior)
+    calibrated = self_calibrate(parametrisation, part, test, point.values, PRIOR)
     held_out: list[HoldOut] = []
     lowest, highest = min(b[0] for b in options.bands), max(b[1] for b in options.bands)
     between = (test.frf.frequency >= lowest) & (test.frf.frequency <= highest) & ~fitted
@@ -276,7 +282,7 @@ def identify(
     if options.held_out:
         say("prediction of held-out impacts")
         out = [impact.name for impact in test.impacts[:: options.held_out]]
-        without = self_calibrate(parametrisation, part.without(out), test, calibrated.values, prior)
+        without = self_calibrate(parametrisation, part.without(out), test, calibrated.values, PRIOR)
         held_out.append(hold_out_impacts(without, part, test.tolerances))
     # by the sheet: the calibration explains part of a flexible body by placement
     by_sheet = np.linalg.inv(inertance.values)
@@ -292,7 +298,7 @@ def identify(
         start,
         point,
         calibrated,
-        knowledge(parametrisation.names, calibrated.parameter_covariance, prior.deviations),
+        knowledge(parametrisation.names, calibrated.parameter_covariance, PRIOR.deviations),
         modal_table(calibrated.model),
         rigid_limit(calibrated.model, inertance.frequency, by_sheet),
         tuple(held_out),
@@ -369,26 +375,6 @@ def _start(
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
     _refuse_implausible_body(test, model, length)
     return parametrisation, parametrisation.values_of(model)
-
-
-def _gain_prior(options: IdentifyOptions) -> Prior:
-    """Nothing is known but the shape of the gain."""
-    free = N_MASS + N_STIFFNESS
-    return Prior(
-        np.concatenate([np.zeros(free), START_GAIN]),
-        np.concatenate([np.full(free, np.inf), options.gain_deviation]),
-    )
-
-
-def _sane_bounds(prior: Prior, start: RealArray) -> Bounds:
-    """Bounds of the gain's shape beyond any rubber; a fit without prior may run to infinity."""
-    width = SANE_DEVIATIONS * prior.deviations
-    known = np.isfinite(width)
-    lower, upper = prior.values - width, prior.values + width
-    return Bounds(
-        np.where(known, np.minimum(lower, start), -np.inf),
-        np.where(known, np.maximum(upper, start), np.inf),
-    )
 
 
 def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:

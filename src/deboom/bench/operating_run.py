@@ -52,17 +52,12 @@ class PlannedRun:
     - `torque`: limit of a full-load ramp, engine torque of a slice [N m].
     - `full_load`: ramp with wide open throttle; else a slice at constant torque.
     - `rising`: direction of the engine speed; a falling run comes from a higher torque.
-    - raises InputError: a torque that is not positive.
     """
 
     gear: int
     torque: float
     full_load: bool = True
     rising: bool = True
-
-    def __post_init__(self) -> None:
-        if not self.torque > 0:
-            raise InputError(f"a run needs an engine torque above 0 N m, not {self.torque}")
 
     @property
     def name(self) -> str:

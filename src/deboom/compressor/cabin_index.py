@@ -359,21 +359,12 @@ class CabinIndex:
     The motion is solved anew for every design: six motions of the running compressor with its
     gyroscopic moment, on mounts whose holders give way as the free bodies do.
 
-    Parameters
-    ----------
-    variables : MountVariables
-        Columns of a design.
-    mounts : tuple of CompressorMount, length m
-        Mounts at factor 1, where they are drawn.
-    gain : array, shape (f,)
-        Dynamic over static stiffness of all mounts, in operation [1].
-    seams : tuple of CarSeam
-        Seam of each car; same lines, cases and mounts.
-    weights : tuple of float
-        Weights of the cases, not negative; kept normalised to a sum of 1 [1].
+    - `variables`: columns of a design.
+    - `mounts`: mounts at factor 1, where they are drawn.
+    - `gain` (f,): dynamic over static stiffness of all mounts, in operation [1].
+    - `seams`: seam of each car; same lines, cases and mounts.
+    - `weights`: weights of the cases, not negative; kept normalised to a sum of 1 [1].
 
-    Notes
-    -----
     With the loads q of the mounts along their own axes, ``(diag(1/(v k)) + P C Pᵀ) q = P r₀`` and
     ``p = p₀ + tᵀ Pᵀ q``; see `CarSeam` for C, r₀, t, p₀. P takes six motions at the drawn place to
     three along the axes of the mount where it stands, ``Rᵀ [I, −skew(δ)]``: matrix and right side

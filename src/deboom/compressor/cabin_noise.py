@@ -453,33 +453,13 @@ def noise_bands(
 ) -> tuple[NoiseBand, ...]:
     """Draw the sound of every sweep many times.
 
-    Parameters
-    ----------
-    running : RunningInCar
-        Compressor, mounts and hoses.
-    transfer : WrenchNoiseTransfer
-        Noise transfer of the same car.
-    band : (float, float)
-        Lines that are kept [Hz].
-    draws : int
-        Number of draws, at least 20.
-    seed : int
-        Seed, from 1.
-    confidence : float
-        Confidence of the band at each line [1].
+    - `running`, `transfer`: compressor, mounts and hoses; noise transfer of the same car.
+    - `band` (float, float): lines that are kept [Hz].
+    - `draws`: number of draws, at least 20.
+    - `seed`: seed, from 1.
+    - `confidence`: confidence of the band at each line [1].
+    - raises InputError: seed below 1, too few draws, a confidence outside 0 to 1; `cabin_noise`.
 
-    Returns
-    -------
-    tuple of NoiseBand
-        Bands in the order of the sweeps.
-
-    Raises
-    ------
-    InputError
-        Seed below 1, too few draws, a confidence outside 0 to 1; see `cabin_noise`.
-
-    Notes
-    -----
     Every draw has its own compressor from the joint posterior of model and placement, its own
     single mounts, hoses, state of the mounts in operation and noise transfer functions. Left out:
     noise of the sweeps, which is a hundredth of these, and gains and places of the holders'

@@ -244,32 +244,15 @@ def amplitude_response(
 ) -> AmplitudeResponse:
     """Solve for the steady motion under harmonic loads at the virtual point.
 
-    Parameters
-    ----------
-    mass_matrix : array, shape (6, 6)
-        Mass matrix at the virtual point [kg, kg m, kg m²].
-    mounts : sequence of CompressorMount
-        At least one mount.
-    gain : GainFactor
-        Gain over frequency, common to all mounts.
-    softening : sequence of AmplitudeFactor
-        Factor of each mount.
-    force : array, shape (n_frequency, 6)
-        Complex amplitudes [N, N m].
-    frequency : array, shape (n_frequency,)
-        Lines above 0 [Hz].
-    start : float
-        Amplitude to begin with [m].
+    - `mass_matrix` (6, 6): mass matrix at the virtual point [kg, kg m, kg m²].
+    - `mounts`, `softening`: at least one mount, and the factor of each.
+    - `gain`: gain over frequency, common to all mounts.
+    - `force` (n_frequency, 6): complex amplitudes [N, N m].
+    - `frequency` (n_frequency,): lines above 0 [Hz].
+    - `start`: amplitude to begin with [m].
+    - raises InputError, ConvergenceError: not one factor per mount, a line at or below 0 Hz, loads
+      that do not fit; no steady state with any of `RELAXATIONS`.
 
-    Raises
-    ------
-    InputError
-        Not one factor per mount, a line at or below 0 Hz, loads that do not fit.
-    ConvergenceError
-        No steady state with any of `RELAXATIONS`.
-
-    Notes
-    -----
     Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
     sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
     exact for motion along a line). The motion needs the stiffness and the stiffness the motion:
@@ -374,24 +357,15 @@ def mounts_at_virtual_point(mounts: Sequence[CompressorMount]) -> RealArray:
 class CompressorModel:
     """Rigid body, static stiffness at the virtual point and one gain factor.
 
-    Parameters
-    ----------
-    mass : float
-        Mass [kg].
-    centre : array, shape (3,)
-        Centre of gravity, from the virtual point [m].
-    inertia : array, shape (3, 3)
-        Inertia about the centre of gravity, products with their sign as matrix elements [kg m²].
-    stiffness : array, shape (6, 6)
-        K_VP, static, real and symmetric [N/m, N/rad, N m/rad].
-    gain : GainFactor
-        Gain common to all mounts; ``v(f) K_VP`` is the dynamic stiffness.
-
-    Raises
-    ------
-    InputError
-        Shapes; asymmetry; a mass or principal moment that is not positive; principal moments that
-        no distribution of mass can have (one is larger than the sum of the other two).
+    - `mass` [kg].
+    - `centre` (3,): centre of gravity, from the virtual point [m].
+    - `inertia` (3, 3): inertia about the centre of gravity, products with their sign as matrix
+      elements [kg m²].
+    - `stiffness` (6, 6): K_VP, static, real and symmetric [N/m, N/rad, N m/rad].
+    - `gain`: gain common to all mounts; ``v(f) K_VP`` is the dynamic stiffness.
+    - raises InputError: shapes; asymmetry; a mass or principal moment that is not positive;
+      principal moments that no distribution of mass can have (one is larger than the sum of the
+      other two).
     """
 
     mass: float

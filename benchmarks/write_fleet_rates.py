@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 from scipy.stats import qmc
 
 import deboom.bench
@@ -21,7 +21,7 @@ from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import NAME
 from deboom.bench.powertrain import load_bench, read_data
-from deboom.bench.unselected_fleets import DATA, FleetFigures, UnselectedFleets
+from deboom.bench.unselected_fleets import DATA, UnselectedFleets
 from deboom.files.disk import replace_text
 from deboom.physics.sound_level import spl
 
@@ -43,8 +43,8 @@ def draw_unselected(seeds: Iterable[int]) -> UnselectedFleets:
     the lines.
     """
     force = true_run(load_bench(), PlannedRun(GEAR, TORQUE_LIMIT), BAND).path_force
-    fleets = tuple(_figures(seed, force) for seed in seeds)
-    return UnselectedFleets(NAME, *_first_group(), fleets)
+    figures = pd.DataFrame([_figures(seed, force) for seed in seeds])
+    return UnselectedFleets(NAME, *_first_group(), figures)
 
 
 def _first_group() -> tuple[tuple[str, ...], str]:
@@ -56,7 +56,7 @@ def _first_group() -> tuple[tuple[str, ...], str]:
     return tuple(name for name in names if name != battery), battery
 
 
-def _figures(seed: int, force: ComplexArray) -> FleetFigures:
+def _figures(seed: int, force: ComplexArray) -> dict[str, float]:
     prior = read_data("body_prior.json")
     paths = list(prior["paths"])
     alike, battery = _first_group()
@@ -74,7 +74,7 @@ def _figures(seed: int, force: ComplexArray) -> FleetFigures:
         for name in alike
     ]
     largest = int(np.argmax(_total_indices(pressures[battery])))
-    return FleetFigures(
+    return dict(
         seed=seed,
         r_groups_min=round(float(np.corrcoef(groups).min()), 4),
         r_alike_min=round(float(among[:-1, :-1].min()), 4),
@@ -111,7 +111,7 @@ def _total_indices(pressure: ComplexArray) -> RealArray:
 def _json(fleets: UnselectedFleets) -> str:
     """Text of the data file."""
     head = {"platform": fleets.platform, "alike": fleets.alike, "battery": fleets.battery}
-    rows = ",\n  ".join(json.dumps(asdict(fleet)) for fleet in fleets.fleets)
+    rows = ",\n  ".join(json.dumps(fleet) for fleet in fleets.figures.to_dict("records"))
     return f'{json.dumps(head)[:-1]}, "fleets": [\n  {rows}\n]}}\n'
 
 

@@ -85,14 +85,14 @@ def _studies() -> list[Claim]:
 
 def _fleets() -> list[Claim]:
     kept = load_unselected()
-    drawn = draw_unselected(fleet.seed for fleet in kept.fleets)
+    drawn = draw_unselected(kept.figures["seed"])
     names = ("r_groups_min", "r_alike_min", "r_battery_mean")
     apart = max(float(np.abs(kept.values(n) - drawn.values(n)).max()) for n in names)
     leaders = ("strut_and_wishbone_lead", "gearbox_leads")
     same = all(np.array_equal(kept.values(n), drawn.values(n)) for n in leaders)
     rows = [
         Claim(
-            f"{len(kept.fleets)} unselected fleets drawn again, against the kept file [1]",
+            f"{len(kept.figures)} unselected fleets drawn again, against the kept file [1]",
             "within 2e-4, same leaders",
             f"{apart:.0e}, {'same' if same else 'others'}",
             apart <= 2e-4 and same,

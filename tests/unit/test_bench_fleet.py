@@ -3,10 +3,11 @@
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from deboom.bench.fleet import draw_fleet, load_fleet, modified_body
-from deboom.bench.unselected_fleets import FleetFigures, UnselectedFleets, load_unselected
+from deboom.bench.unselected_fleets import UnselectedFleets, load_unselected
 from write_fleet_rates import draw_unselected
 
 BODY = load_fleet(1).bodies["U06-1"]
@@ -65,23 +66,22 @@ def test_a_body_that_loses_its_panels_keeps_a_lowest_frequency_and_damping():
 
 def test_the_kept_fleets_are_what_the_prior_gives():
     kept = load_unselected()
-    assert len(kept.fleets) >= 200
-    assert [fleet.seed for fleet in kept.fleets] == list(range(1001, 1001 + len(kept.fleets)))
+    assert len(kept.figures) >= 200
+    assert [*kept.figures["seed"]] == [*range(1001, 1001 + len(kept.figures))]
     again = draw_unselected([1001, 1002])
-    for drawn, held in zip(again.fleets, kept.fleets, strict=False):
-        for name in ("r_groups_min", "r_alike_min", "r_battery_mean"):
-            assert getattr(drawn, name) == pytest.approx(getattr(held, name), abs=2e-4)
-        assert drawn.strut_and_wishbone_lead == held.strut_and_wishbone_lead
-        assert drawn.gearbox_leads == held.gearbox_leads
+    pd.testing.assert_frame_equal(again.figures, kept.figures[:2], rtol=0, atol=2e-4)
     assert (again.alike, again.battery) == (kept.alike, kept.battery)
 
 
 def test_rates_count_what_they_say():
-    fleets = (
-        FleetFigures(1, 0.95, 0.96, 0.5, strut_and_wishbone_lead=True, gearbox_leads=True),
-        FleetFigures(2, 0.95, 0.92, 0.2, strut_and_wishbone_lead=True, gearbox_leads=False),
-        FleetFigures(3, 0.85, 0.99, 0.9, strut_and_wishbone_lead=False, gearbox_leads=False),
-        FleetFigures(4, 0.99, 0.80, 0.7, strut_and_wishbone_lead=True, gearbox_leads=False),
+    fleets = pd.DataFrame(
+        {
+            "r_groups_min": [0.95, 0.95, 0.85, 0.99],
+            "r_alike_min": [0.96, 0.92, 0.99, 0.80],
+            "r_battery_mean": [0.5, 0.2, 0.9, 0.7],
+            "strut_and_wishbone_lead": [True, True, False, True],
+            "gearbox_leads": [True, False, False, False],
+        }
     )
     rates = UnselectedFleets("p", ("U06-1", "U06-4"), "U06-5", fleets).rates()
     found = {name: rate.rate for name, rate in rates.items()}

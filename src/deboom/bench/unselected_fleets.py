@@ -10,34 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.bench.powertrain import read_data
 
 DATA = "unselected_fleets.json"
-
-
-@dataclass(frozen=True)
-class FleetFigures:
-    """What one drawn fleet shows, for designs within ±15 %.
-
-    - `seed`: seed of the draw.
-    - `r_groups_min`: least correlation of two groups; a group's index is the sum over its vehicles
-      [1].
-    - `r_alike_min`: least correlation of two vehicles of the first group, without the one with the
-      battery [1].
-    - `r_battery_mean`: mean correlation of the vehicle with the battery and those [1].
-    - `strut_and_wishbone_lead`: whether TSM x and Du x have the two largest total indices in each
-      of those vehicles.
-    - `gearbox_leads`: whether GeM x has the largest total index in the vehicle with the battery.
-    """
-
-    seed: int
-    r_groups_min: float
-    r_alike_min: float
-    r_battery_mean: float
-    strut_and_wishbone_lead: bool
-    gearbox_leads: bool
 
 
 @dataclass(frozen=True)
@@ -50,22 +28,26 @@ class Rate:
     n_fleets: int
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class UnselectedFleets:
     """Drawn fleets, none of them chosen.
 
-    The platform is the one whose figures these are to be held against; alike are the vehicles of
-    the first group without the one with the battery.
+    - `platform`: whose figures these are to be held against.
+    - `alike`, `battery`: vehicles of the first group, without and with the battery.
+    - `figures`: one row per fleet, for designs within ±15 %: least correlation of two groups
+      (summed over their vehicles) and of two alike vehicles, mean one of the battery's with those;
+      whether TSM x and Du x have the largest total indices in each of the alike, and GeM x in the
+      battery's.
     """
 
     platform: str
     alike: tuple[str, ...]
     battery: str
-    fleets: tuple[FleetFigures, ...]
+    figures: pd.DataFrame
 
     def values(self, figure: str) -> RealArray:
         """Return one figure of all fleets, shape (n_fleet,) [1]."""
-        return np.array([getattr(fleet, figure) for fleet in self.fleets], dtype=float)
+        return self.figures[figure].to_numpy(float)
 
     def rates(self) -> dict[str, Rate]:
         """Return the rate of every phenomenon, by a short name."""
@@ -91,7 +73,7 @@ class UnselectedFleets:
                 (groups > 0.9) & (alike > 0.95) & (battery > 0.3) & (battery < 0.8),
             ),
         }
-        n = len(self.fleets)
+        n = len(self.figures)
         return {
             name: Rate(words, float(true.mean()), float(np.sqrt(true.var() / n)), n)
             for name, (words, true) in shown.items()
@@ -101,5 +83,5 @@ class UnselectedFleets:
 def load_unselected() -> UnselectedFleets:
     """Return the fleets that ``benchmarks/write_fleet_rates.py`` has drawn."""
     data = read_data(DATA)
-    fleets = tuple(FleetFigures(**fleet) for fleet in data["fleets"])
-    return UnselectedFleets(data["platform"], tuple(data["alike"]), data["battery"], fleets)
+    figures = pd.DataFrame(data["fleets"])
+    return UnselectedFleets(data["platform"], tuple(data["alike"]), data["battery"], figures)

@@ -460,7 +460,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
                 fleets.values("r_groups_min"),
                 r_min,
                 (0.9,),
-                f"{len(fleets.fleets)} unselected fleets",
+                f"{len(fleets.figures)} unselected fleets",
             )
         ]
         _append_rates(report, rates, {"groups": f"least r {r_min:.3f}"}, panels)
@@ -536,7 +536,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
                 fleets.values("r_alike_min"),
                 alike,
                 (0.95,),
-                f"{len(fleets.fleets)} unselected fleets",
+                f"{len(fleets.figures)} unselected fleets",
             ),
             plot.PopulationPanel(
                 f"mean r of {apart} with them [1]",

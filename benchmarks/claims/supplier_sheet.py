@@ -19,8 +19,7 @@ import numpy as np
 import openpyxl
 
 from claims import Claim
-from deboom.bench.mount_law import operating_stiffness, static_deflection
-from deboom.bench.powertrain import load_bench
+from deboom.bench.powertrain import load_bench, operating_stiffness, static_deflection
 from deboom.choices import Pick
 from deboom.explore.front import verification_response
 from deboom.files.acceptance import read_measured_sheet, read_specification

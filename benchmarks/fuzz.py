@@ -135,7 +135,7 @@ def _matlab(folder: Path) -> None:
 def _campaign(folder: Path) -> None:
     import numpy as np
 
-    from deboom.bench.campaign_plan import CampaignPlan, TimeRunPlan
+    from deboom.bench.campaign import CampaignPlan, TimeRunPlan
     from deboom.bench.campaign_writer import write_campaign
     from deboom.bench.operating_run import PlannedRun
 

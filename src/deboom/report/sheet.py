@@ -116,7 +116,11 @@ class Sheet:
             for c in text_columns(frame, decimals or {})
         )
         labels = list(frame.columns)
-        moved = {(row, labels.index(label)): was for (row, label), was in (before or {}).items()}
+        moved = {
+            (row, labels.index(label)): was
+            for (row, label), was in (before or {}).items()
+            if label in labels
+        }
         self.blocks.append(("table", Grid(columns, caption, moved)))
 
     def figure(self, drawing: Drawing, caption: str) -> None:
@@ -124,6 +128,10 @@ class Sheet:
         if not caption.strip():
             raise InputError("a picture needs a caption")
         self.blocks.append(("figure", Picture(as_png(drawing), caption, caption)))
+
+    def signatures(self, *parties: str) -> None:
+        """Leave room for date and signature of each party."""
+        self.blocks.append(("signatures", parties))
 
     def new_page(self) -> None:
         """Go on with the next page."""

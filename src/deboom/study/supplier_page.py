@@ -108,6 +108,10 @@ def sheet_page(content: MountSheet, provenance: str) -> Sheet:
     page.section(say("Words", "Begriffe"))
     for term in _glossary(content):
         page.text(term)
+    page.signatures(
+        say("Customer: date, signature", "Kunde: Datum, Unterschrift"),
+        say("Supplier: date, signature", "Lieferant: Datum, Unterschrift"),
+    )
     sum_ = content.specification.checksum[:SHORT_HASH]
     page.foot = say(f"Sheet {sum_}", f"Blatt {sum_}") + provenance
     return page
@@ -415,7 +419,7 @@ def supplier_sheets(
     for one in chosen:
         content = MountSheet(study, sources, effects, one, names, language)
         stem = "_".join([STEM, re.sub(r"[^\w-]+", "-", one.name), *["anonymous"][: int(anonymous)]])
-        page, workbook = documents(content, _provenance(study, files, anonymous))
+        page, workbook = documents(content, _provenance(content, files))
         refuse_leaks(names.secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
@@ -454,12 +458,14 @@ def documents(content: MountSheet, provenance: str) -> tuple[str, bytes]:
     return html, workbook
 
 
-def _provenance(study: SupplierStudy, files: SheetFiles, anonymous: bool) -> str:
+def _provenance(content: MountSheet, files: SheetFiles) -> str:
     """Return date, run and command for the foot of a page; an anonymous one has no command."""
+    study = content.study
     today = datetime.now(UTC).date().isoformat()
     text = f" · {today} · deboom, {study.run.entry.name}"
-    if anonymous:
+    if content.names.anonymous:
         return text
     given = "".join(f" --{k} {v.as_posix()}" for k, v in vars(files).items() if v is not None)
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
-    return f"{text} · deboom report {study.run.entry.folder.as_posix()} --supplier{design}{given}"
+    words = f"--supplier --mount {content.mount.name} --language {content.language.value}"
+    return f"{text} · deboom report {study.run.entry.folder.as_posix()} {words}{design}{given}"

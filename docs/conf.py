@@ -44,6 +44,7 @@ myst_enable_extensions = ["colon_fence", "deflist"]
 autosummary_generate = True
 autosummary_imported_members = True
 autodoc_typehints = "none"
+autodoc_preserve_defaults = True
 numpydoc_show_class_members = False
 
 sphinx_gallery_conf = {

@@ -40,10 +40,7 @@ from deboom.bench.vehicle_acquisition import (
     breathe,
     draw_setup,
     impact_places,
-    impact_rows,
-    orientations,
     strike,
-    struck_pressure,
 )
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.files.vehicle import read_vehicle
@@ -59,6 +56,7 @@ from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.measurement.uncertainty import level_spread, variance_split
 from deboom.measurement.virtual_point import impact_geometry, sensor_geometry
 from deboom.physics.frf import corr_f, corr_s
+from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 from deboom.physics.sound_level import spl
 from deboom.vehicles.path_analysis import analyse_paths
 
@@ -93,7 +91,7 @@ class Geometry:
 
 
 def _geometry() -> Geometry:
-    turned = orientations(body_sensor_places(BENCH))
+    turned = rotation_matrix(np.deg2rad([place.angles for place in body_sensor_places(BENCH)]))
     impacts, sensors = {}, {}
     for place in virtual_points(BENCH):
         impacts[place.name] = impact_geometry(
@@ -232,18 +230,22 @@ def _misplaced_triple(distance: float) -> tuple[float, float]:
     """Error of blows at the nearest point alone, and of the virtual point, all misplaced alike."""
     generator = np.random.default_rng(8)
     places = impact_places(BENCH)
-    positions = np.array([place.position for place in places])
+    offsets = np.array([place.offset for place in places])
     vectors = np.array([place.vector for place in places])
     single, virtual = [], []
     for name in VEHICLES:
         body = FLEET.bodies[name]
         true = _at_points(body)[:, 0].reshape(FREQUENCY.size, -1, 6)[:, :3, :3]
         for _ in range(4):
-            away = generator.normal(size=positions.shape)
+            away = generator.normal(size=offsets.shape)
             away = distance * away / np.linalg.norm(away, axis=1, keepdims=True)
             setup = draw_setup(BENCH, NO_ACQUISITION_ERRORS, generator)
-            moved = replace(setup, impact_rows=impact_rows(BENCH, positions + away, vectors))
-            found = struck_pressure(moved, body, FLEET.cabin, FREQUENCY)
+            forward = forward_matrices(offsets + away).reshape(-1, 3, 6)
+            rows = np.einsum("ca,cab->cb", vectors, forward)
+            moved = replace(setup, impact_rows=tuple(rows.reshape(len(setup.impact_rows), -1, 6)))
+            found, _ = strike(
+                *(moved, body, FLEET.cabin, FREQUENCY, NO_ACQUISITION_ERRORS, generator)
+            )
             points = noise_transfer_at_points(
                 Frf(FREQUENCY, found, EARS, BLOWS, "Pa/N"), GEOMETRY.impacts
             ).values[:, 0]

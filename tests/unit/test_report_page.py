@@ -13,6 +13,7 @@ from plot_samples import convergence
 from deboom.errors import InputError
 from deboom.report.glossary import GLOSSARY
 from deboom.report.report import Picture, Report, Table
+from deboom.report.sheet import Sheet
 from deboom.report.tables import split_label, text_columns
 
 PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
@@ -221,6 +222,24 @@ def test_no_input_can_add_markup():
     assert tags.count("img") == 1
     assert set(tags) == {tag for tag, _, _ in clean.elements}
     assert Document(html).every("img")[0][0]["alt"] == EVIL
+
+
+def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
+    frame = pd.DataFrame({"direction": ["x", EVIL], "K [N/mm]": [-1.25, 3.5]})
+    pages = {}
+    for language in ("en", "de"):
+        sheet = Sheet(EVIL, EVIL, language)
+        sheet.fields({"drawing": "", "part": EVIL})
+        sheet.table(frame, EVIL, {"K [N/mm]": 2}, {(1, "K [N/mm]"): EVIL, (0, "gone"): "1"})
+        pages[language] = sheet.html()
+        assert "<script" not in pages[language]
+        assert pages[language].count(' moved"') == 1
+    assert "−1.25" in pages["en"]
+    assert "to be agreed" in pages["en"]
+    assert "−1,25" in pages["de"]
+    assert "noch zu vereinbaren" in pages["de"]
+    with pytest.raises(InputError, match="needs a caption"):
+        Sheet("A").figure(PNG, " ")
 
 
 def test_same_page_gives_the_same_file():

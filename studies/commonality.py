@@ -74,7 +74,7 @@ class Options:
     together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     starts: Annotated[int, Option(help="Descents per vehicle for its own best.")] = 12
-    half_width: Annotated[float, Option(help="Bounds are 1 ± this [1].")] = 0.20
+    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     platform: PlatformOptions = PlatformOptions(group=None)
     motion: MotionOptions = MotionOptions()
@@ -115,7 +115,7 @@ def prepare(options: Options) -> Model:
     vehicles = tuple(index.response_names)
     if len(vehicles) < 2:
         raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
-    space = factor_space(index.variable_names, options.half_width, options.tolerance)
+    space = factor_space(index.variable_names, options.bounds, options.tolerance)
     parts = {
         mount: [name for name in space.names if mount_of(name) == mount]
         for mount in dict.fromkeys(mount_of(name) for name in space.names)
@@ -449,7 +449,7 @@ def _refuse_missed(
             f"dB(A): with mounts of its own {options.share:.0%} of the cars reach "
             f"{kept[binding]:.4g} dB(A), {missed[binding]:.3g} dB too much; "
             f"{int((missed > 0.0).sum())} of {missed.size} vehicles miss theirs: raise the limits, "
-            "or widen the bounds (--half-width)"
+            "or widen the bounds (--bounds)"
         )
 
 

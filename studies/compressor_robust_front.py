@@ -363,7 +363,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     )
     report.explain(
         *("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ", "Pareto front"),
-        *("knee", "sensitivity index", "noise transfer function"),
+        *("sensitivity index", "noise transfer function"),
     )
     report.warn(*front.model.alarms)
     _tell(report, front)

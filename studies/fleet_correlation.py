@@ -44,7 +44,7 @@ class Options:
     generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None
     table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None
     append_to: Annotated[Path | None, Option(help="doe.csv of a run, to go on.")] = None
-    half_width: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
+    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     draws: Annotated[int, Option(help="Draws of the scatter per design; a power of two.")] = 16
     resamples: Annotated[int, Option(help="Resamples of the bootstrap.")] = 1000
@@ -79,7 +79,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             *(asked.plan, asked.designs, asked.seed, asked.generators),
             *(asked.table, asked.append_to),
         ),
-        half_width=asked.half_width,
+        half_width=asked.bounds,
         tolerance=asked.tolerance,
         draws=asked.draws,
         resamples=asked.resamples,

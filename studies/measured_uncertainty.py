@@ -277,8 +277,7 @@ def _front_designs(
         search = options.search.front(robust, options.seed, context, model.inputs)
         designs = np.asarray(search.front.designs)
         verified = verify(search.front, robust, n_samples=VERIFICATION, seed=options.seed)
-        rows = pick(verified.values)
-        picks = {"best mean": rows.best_mean, "best sigma": rows.best_sigma, "knee": rows.knee}
+        picks = pick(verified.values)
     few = np.linspace(0, len(designs) - 1, min(MOST_POINTS, len(designs))).astype(int)
     kept = sorted({*few.tolist(), *picks.values()})
     named = {name: designs[row] for name, row in picks.items()}
@@ -302,7 +301,7 @@ def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, 
             "to another meaning of the factors"
         )
     names = front["pick"].fillna("") if "pick" in front else [""] * len(front)
-    picks = {str(name): row for row, name in enumerate(names) if name}
+    picks = {name: row for row, joined in enumerate(names) for name in joined.split(" = ") if name}
     if not picks:
         raise InputError(f"{folder / FRONT} names no design: its study picks none")
     return table[labels].to_numpy(dtype=float), picks

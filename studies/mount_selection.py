@@ -146,7 +146,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"when stiffnesses scatter within ±{100 * half:.0f} %?",
     )
     report.explain(
-        *("booming noise", "SPLV", "dynamic stiffness", "tolerance", "σ", "Pareto front", "knee")
+        *("booming noise", "SPLV", "dynamic stiffness", "tolerance", "σ", "Pareto front")
     )
     level = front.index.levels[0]
     report.warn(

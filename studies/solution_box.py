@@ -112,7 +112,7 @@ class Options:
     cost_table: Annotated[Path | None, Option(help="variable, weight, reference.")] = None
     front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    half_width: Annotated[float, Option(help="Of the designs about today's [1].")] = 0.20
+    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Of the box that is compared with [1].")] = 0.15
     curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True
     platform: PlatformOptions = PlatformOptions()
@@ -138,7 +138,7 @@ def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
     runs = options.platform.operation()
     index = options.motion.index(runs)
-    space = factor_space(index.variable_names, options.half_width, options.tolerance)
+    space = factor_space(index.variable_names, options.bounds, options.tolerance)
     band = (options.peak_from, options.peak_to)
     return Model(runs, index, space, limited_response(options.quantity, index, band))
 
@@ -238,8 +238,9 @@ def pareto_point(model: Model, options: Options, progress: Progress) -> RealArra
     sample = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=options.seed)
     robust = RobustResponse(model.index, space, sample)
     search = nsga2(robust, POPULATION, GENERATIONS, seed=options.seed, progress=progress)
-    rows = pick(search.front)
-    return np.asarray(search.front.designs[getattr(rows, options.pick.name)])
+    today = robust(space.nominal[np.newaxis])
+    row = pick(search.front, today).get(options.pick.value.replace("-", " "))
+    return np.asarray(space.nominal if row is None else search.front.designs[row])
 
 
 def question(model: Model, options: Options, point: RealArray) -> BoxQuestion:

@@ -166,8 +166,9 @@ def _chosen(
         return model.front, model.picked
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
     front = options.search.front(model.robust, options.seed, context, files).front
-    rows = pick(front)
-    design = front.designs[getattr(rows, options.pick.name)]
+    nominal = model.robust.space.nominal
+    row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick.value.replace("-", " "))
+    design = nominal if row is None else front.designs[row]
     if options.point is not None:
         design = _numbered(front.designs, options.point)
     space = model.robust.space

@@ -3,8 +3,7 @@
 A DOE (Sobol) in all vehicles, the correlation of groups and of the vehicles of one group in it,
 the robust front of that group (NSGA-II, on request from the best designs of the DOE) and its Sobol
 sensitivities (SALib), all of one model, in one run folder and on one page. Each step is a study of
-its own, too: fleet_correlation, u06_robust_front, u06_sensitivity; not begun from the DOE, the
-front is that of u06_robust_front, byte for byte.
+its own, too: fleet_correlation, u06_robust_front (with prescribed motion beside), u06_sensitivity.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
 r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
@@ -25,7 +24,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.correlation import tolerance_scatter
-from deboom.explore.front import pareto_rank, verify
+from deboom.explore.front import pareto_rank
 from deboom.explore.robust import RobustResponse
 from deboom.report import Report
 from deboom.study.correlation import (
@@ -47,8 +46,8 @@ from deboom.study.options import (
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report
-from deboom.study.search import SearchOptions
+from deboom.study.robust_front import RobustFront, front_report, in_all_load_cases
+from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import (
     Analysis,
     Ranked,
@@ -58,8 +57,6 @@ from deboom.study.sensitivity import (
     sensitivity_report,
 )
 
-SEARCHED = 0.20
-"""Stiffness factors of the search run within ``1 ± SEARCHED`` [1]."""
 VERIFIED = 1024
 """Draws behind the verified front."""
 FAMILY = 0.9
@@ -80,11 +77,12 @@ class Options:
     seed: Seed = 1
     doe: Annotated[int, Option(help="Designs of the DOE; a power of two.")] = 256
     draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16
-    search: SearchOptions = SearchOptions()
+    search: ThoroughSearchOptions = ThoroughSearchOptions(generations=50)
     from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
     n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024
     resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 200
+    bounds: Annotated[float, Option(help="Designs of the search lie within 1 ± this [1].")] = 0.20
     half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     platform: PlatformOptions = PlatformOptions()
@@ -106,7 +104,7 @@ def prepare(options: Options) -> Model:
     everyone = replace(options.platform, group=None).operation()
     runs = replace(everyone, fleet=options.platform.served(everyone.fleet))
     index = options.motion.index(runs)
-    space = factor_space(index.variable_names, SEARCHED, options.tolerance)
+    space = factor_space(index.variable_names, options.bounds, options.tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
     robust = robust_response(index, space, sample, Aim.mean)
     return Model(everyone, options.motion.index(everyone), runs, robust)
@@ -119,12 +117,15 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     fleet = fleet_doe(model, options)
     vehicles = within_group(fleet, runs, index)
     first = best_of_doe(model, options) if options.from_doe else None
-    search = options.search.front(
-        model.robust, options.seed, context, platform.input_files, first_population=first
+    found = options.search.verified(
+        *(model.robust, options.seed, context, platform.input_files), begin=first, draws=VERIFIED
     )
-    check = verify(search.front, model.robust, n_samples=VERIFIED, seed=options.seed)
-    note = FROM_DOE if options.from_doe else ""
-    front = RobustFront(model.robust, search, check, note, platform=platform)
+    front = RobustFront(
+        *(found.robust, found.search, found.verification),
+        note=f"{found.note} {FROM_DOE if options.from_doe else ''}".strip(),
+        runs=runs,
+        every=in_all_load_cases(options.platform, runs, options.motion),
+    )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
         Analysis.design,
@@ -166,7 +167,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "All steps ask one model: the same forces, motion, lines and kernel. Every vehicle of the "
         f"platform hears the DOE; front and sensitivities are those of group {group}. DOE "
         f"and sensitivities keep within ±{100 * half:g} %, the search within "
-        f"±{100 * SEARCHED:g} %. {front.note}",
+        f"±{100 * options.bounds:g} %. {front.note}",
     )
     alone = f"{front.vehicles[0]} is the only vehicle: there is none to compare it with."
     if len(front.vehicles) > 1:

@@ -1,34 +1,39 @@
 """Which mount stiffnesses make the U06 vehicles quiet, and keep them so as parts scatter?
 
 NSGA-II over the 12 stiffness factors of engine, gearbox, strut (TSM), wishbone (Du): sums over the
-vehicles of mean SPLV, 20 to 60 Hz, and of its sigma. Softer TSM and Du take 2.5 to 3 dB per line
-off (seed 1). Keys of summary.json: splv_change_db_per_line_<vehicle>,
-energy_25_40hz_change_db_<vehicle> (best mean, no scatter); sigma_change_percent_best_sigma;
-sigma_bias_percent, mean_bias_db_per_line (search - verification); surface_difference_at_peaks_db;
-design_factor; held_*_share (beyond data); n_front, n_evaluated, n_failed,
-n_beyond_limits, seconds_search.
+vehicles of mean SPLV and of its sigma; its picks go on by gradient. Where the data allow it the
+powertrain's motion answers (coupled), and the same search with prescribed motion, with whose picks
+the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
+sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best mean, no scatter); benefit_db,
+benefit_prescribed_db (fall of the mean level by the optimum of each motion), promised_prescribed_db
+(as prescribed motion sees it); worst_load_case, worst_load_case_change_db; sigma_bias_percent,
+mean_bias_db_per_line (search - verification); surface_difference_at_peaks_db; design_factor;
+held_*_share (beyond data); n_front, n_evaluated, n_failed, n_beyond_limits; seconds_search,
+seconds_both_searches.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 from typer import Option
 
-from deboom.explore.front import verify
+from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.report import Report
+from deboom.study.front import Front
 from deboom.study.made_parts import MadeParts, ScatterOptions
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import Motion, MotionOptions, Operation, PlatformOptions
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report
+from deboom.study.robust_front import RobustFront, front_report, in_all_load_cases
 from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits
 
 VERIFIED = 1024
-"""Draws behind every verified number."""
+"""Draws of each scramble behind a verified number."""
 
 
 @dataclass(frozen=True)
@@ -36,7 +41,7 @@ class Options:
     """What is searched for, under which scatter, and for how long."""
 
     seed: Seed = 1
-    search: ThoroughSearchOptions = ThoroughSearchOptions()
+    search: ThoroughSearchOptions = ThoroughSearchOptions(generations=50)
     scatter: ScatterOptions = ScatterOptions()
     sampler: Annotated[Sampler, Option(help="Tolerance draws; fresh: the thesis.")] = Sampler.sobol
     objective: Annotated[Aim, Option(help="What is minimised.")] = Aim.mean
@@ -44,22 +49,35 @@ class Options:
     control_variate: Annotated[bool, Option(help="Mean and sigma by regression.")] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
+    as_thesis: Annotated[bool, Option(help="Prescribed motion and fresh draws.")] = False
     loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
     limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+
+    def __post_init__(self) -> None:
+        if not self.as_thesis:
+            return
+        if self.motion.motion not in (None, Motion.prescribed):
+            raise InputError("--as-thesis means prescribed motion: leave --motion out")
+        object.__setattr__(self, "motion", replace(self.motion, motion=Motion.prescribed))
+        object.__setattr__(self, "sampler", Sampler.fresh)
 
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Levels of the vehicles under scattering parts, and what designs must keep."""
+    """Levels of the vehicles under scattering parts, and what designs must keep.
+
+    `prescribed` is the same with prescribed motion, where `robust` has another one.
+    """
 
     runs: Operation
     made: MadeParts
     robust: RobustResponse
+    prescribed: RobustResponse | None
     limits: MountLimits
 
 
 def prepare(options: Options) -> Model:
-    """Read the platform and build its model."""
+    """Read the platform and build its models."""
     runs = options.platform.operation()
     index = options.motion.index(runs, loss_factors=options.loss_factors)
     made = options.scatter.made(index.variable_names)
@@ -68,23 +86,33 @@ def prepare(options: Options) -> Model:
     aims = (options.objective, options.nominal_mean, options.control_variate)
     robust = made.response(index, sample, *aims)
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
-    return Model(runs, made, robust, limits)
+    prescribed = None
+    if index.motion is not Motion.prescribed:
+        motion = MotionOptions(Motion.prescribed)
+        prescribed = replace(robust, evaluate=motion.index(runs, loss_factors=options.loss_factors))
+    return Model(runs, made, robust, prescribed, limits)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, verify and report."""
-    platform = model.runs.platform
-    search = options.search.front(
-        model.robust,
-        options.seed,
-        context,
-        (*platform.input_files, *model.limits.inputs, *model.made.inputs),
-        limits=model.limits,
+    inputs = (*model.runs.platform.input_files, *model.limits.inputs, *model.made.inputs)
+    asked = (options.seed, context, inputs, model.limits, VERIFIED)
+    prescribed: Front | None = None
+    begin = None
+    if model.prescribed is not None:
+        prescribed = options.search.verified(model.prescribed, *asked, name="prescribed")
+        begin = np.unique(np.stack(list(prescribed.pick_designs.values())), axis=0)
+    found = options.search.verified(model.robust, *asked, begin=begin)
+    front = RobustFront(
+        *(found.robust, found.search, found.verification, found.note),
+        runs=model.runs,
+        every=in_all_load_cases(
+            options.platform, model.runs, options.motion, loss_factors=options.loss_factors
+        ),
+        prescribed=prescribed,
     )
-    check = verify(search.front, model.robust, n_samples=VERIFIED, seed=options.seed)
-    front = RobustFront(model.robust, search, check, options.search.budget.note, platform=platform)
     report = front_report(front)
-    model.limits.append_to(report, search, front.named_designs)
+    model.limits.append_to(report, front.search, front.named_designs)
     model.made.append_to(report)
     model.runs.append_to(report)
     return report

@@ -46,7 +46,7 @@ class Options:
     resamples: Annotated[int, Option(help="Bootstrap resamples of the intervals.")] = 100
     analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
     ranked: Annotated[Ranked, Option(help="What of the levels.")] = Ranked.decibels
-    half_width: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
+    bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
     beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     platform: PlatformOptions = PlatformOptions()
@@ -63,7 +63,7 @@ def run(runs: Operation, options: Options, context: RunContext | None = None) ->
     plan = SensitivityPlan(
         options.analysis,
         options.ranked,
-        options.half_width,
+        options.bounds,
         options.beside,
         options.tolerance,
         n_base=options.n,

@@ -41,7 +41,7 @@ def _limits() -> list[Claim]:
         summary = json.loads((run / "summary.json").read_text())
         table = pd.read_csv(run / "limits.csv")
     low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)
-    kept = [table[name].between(low, high).all() for name in ("best mean", "best sigma", "knee")]
+    kept = [table[name].between(low, high).all() for name in ("best mean", "best sigma")]
     return [
         Claim(
             "picks of a front within limits that keep all of them",

@@ -9,8 +9,13 @@ class Pick(Enum):
     """Design of the front that the supplier is to build."""
 
     best_mean = "best-mean"
+    """Least mean level."""
+    none_louder = "none-louder"
+    """Least mean level of the designs in which no vehicle is louder than today."""
+    sigma_kept = "sigma-kept"
+    """The same of those that scatter no more than today's, too."""
     best_sigma = "best-sigma"
-    knee = "knee"
+    """Least scatter."""
 
 
 class Language(Enum):

@@ -61,9 +61,10 @@ def compare(
 ) -> None:
     """Compare the fronts of runs: is one really better, or is it noise?
 
-    All fronts are judged by the model of the first run with the same draws. Runs that differ in
-    their seed only show how far chance goes; three seeds or more of each configuration make the
-    verdict sharp. Refused: runs of different platforms, and run folders with edited files.
+    All fronts are judged with the same draws by the model of the runs; runs of different models get
+    a verdict from each. Runs that differ in their seed only show how far chance goes; three seeds
+    or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
+    run folders with edited files.
     """
     from deboom.study.compare import compare as compare_runs
     from deboom.study.runner import one_sentence_errors

@@ -368,7 +368,7 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
         )
     judges = common_judges(first.robust, draws, seed)
     by_set = [
-        [judge(front.search.front.designs).objectives for judge in judges]
+        [values.objectives for values in judges.by_set(front.search.front.designs)]
         for front in (first, second)
     ]
     box = fronts.common_box([np.mean(values, axis=0) for values in by_set])

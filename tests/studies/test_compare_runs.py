@@ -158,26 +158,40 @@ def test_the_same_comparison_gives_the_same_tables(compared, pair, judged, tmp_p
         assert (again / name).read_bytes() == (compared[0] / name).read_bytes()
 
 
-def test_configurations_are_named_by_what_differs_and_foreign_models_are_warned_of(
-    pair, springs, judged, tmp_path
-):
-    folder, verdicts = judged([*pair, springs(generations=1, tolerance=0.3)], tmp_path)
-    assert "generations 12, tolerance 0.15 against generations 1, tolerance 0.3" in verdicts[0]
-    assert "not decided" in verdicts[0]  # one generation does not say how far it moves
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "outside of its own world" in page
+def test_runs_of_different_models_get_a_verdict_each_in_any_order(pair, springs, judged, tmp_path):
+    runs = [*pair, springs(generations=1, tolerance=0.3)]
+    folder, verdicts = judged(runs, tmp_path / "a")
+    again, reversed_verdicts = judged(runs[::-1], tmp_path / "b")
+    assert verdicts == reversed_verdicts
+    assert verdicts[0].startswith("Generations 12, tolerance 0.15 is really better")
+    assert verdicts[1].startswith("As generations 12, tolerance 0.15 sees it: ")
+    assert verdicts[2].startswith("As generations 1, tolerance 0.3 sees it: ")
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["n_judges"] == 2
+    assert not any("," in key for key in summary)
+    for name in ("judge_1_pairs.csv", "judge_2_fronts.csv"):
+        assert (folder / name).read_bytes() == (again / name).read_bytes()
 
 
-def test_designs_for_another_scatter_are_really_worse(springs, judged, tmp_path):
+def test_each_model_prefers_what_was_found_for_its_scatter(springs, judged, tmp_path):
     sizes = {"generations": 30, "population": 32}
     runs = [springs(**sizes, tolerance=tolerance) for tolerance in (0.15, 0.9)]
     folder, verdicts = judged(runs, tmp_path)
-    assert verdicts[0].startswith("tolerance 0.15 is really better than tolerance 0.9")
+    assert verdicts[0] == "Not comparable: different models."
+    assert "sees it: tolerance 0.15 is really better than tolerance 0.9." in verdicts[1]
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert summary["hypervolume_difference_percent"] > summary["noise_percent"]
-    assert summary["n_real"] == 1
+    assert summary["verdict"] == "not comparable: different models"
+    assert summary["judge_1_n_real"] == 1
+    noise = summary["judge_1_noise_percent"]
+    assert abs(summary["judge_1_hypervolume_difference_percent"]) > noise
+
+
+def test_a_front_that_covers_all_of_another_is_better_whatever_the_noise(springs, judged, tmp_path):
+    runs = [springs(generations=n, population=24) for n in (2, 60)]
+    folder, verdicts = judged(runs, tmp_path)
     pairs = pd.read_csv(folder / "pairs.csv")
-    assert pairs["first covers second [%]"][0] > pairs["second covers first [%]"][0]
+    assert pairs[["first covers second [%]", "second covers first [%]"]].max(axis=None) == 100.0
+    assert "generations 60 is really better than generations 2" in verdicts[0]
 
 
 def copied(run, folder):

@@ -86,7 +86,7 @@ def test_a_doe_is_kept_and_goes_on(vehicles, tmp_path):
     assert len(again) == 96
     pd.testing.assert_frame_equal(again[:64], doe)
     with pytest.raises(InputError, match=r"doe.csv line 2: the design belongs to the DOE .*1.15'"):
-        run(tmp_path, **GROUP, append_to=path, half_width=0.2)
+        run(tmp_path, **GROUP, append_to=path, bounds=0.2)
 
 
 def test_other_options(tmp_path):

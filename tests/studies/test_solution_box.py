@@ -131,10 +131,10 @@ def test_the_point_of_a_finished_front_is_taken_if_its_variables_are_the_same(mo
 
     module = STUDY.module
     monkeypatch.setattr(module, "supplier_study", read)
-    options = module.Options(front=Path("front"), pick=module.Pick.knee)
+    options = module.Options(front=Path("front"), pick=module.Pick.best_sigma)
     point = module.pareto_point(SimpleNamespace(space=space), options, None)
     assert point.tolist() == [0.9, 1.1]
-    assert asked == [(Path("front"), None, module.Pick.knee)]
+    assert asked == [(Path("front"), None, module.Pick.best_sigma)]
     other = SimpleNamespace(space=SimpleNamespace(names=("EnM x",)))
     with pytest.raises(InputError, match="take a front of the same platform"):
         module.pareto_point(other, options, None)

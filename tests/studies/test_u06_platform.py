@@ -15,7 +15,7 @@ from deboom.study import correlation, sensitivity
 from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
-from deboom.study.search import SearchOptions
+from deboom.study.search import ThoroughSearchOptions
 from deboom.vehicles.fleet import Fleet
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -53,7 +53,7 @@ def options(group=None, from_doe=False):
     return STUDY.module.Options(
         doe=32,
         draws=4,
-        search=SearchOptions(3, 8),
+        search=ThoroughSearchOptions(3, 8),
         from_doe=from_doe,
         samples=8,
         n=8,

@@ -31,11 +31,11 @@ def finished(tmp_path_factory):
     return run(tmp_path_factory.mktemp("results"))
 
 
-def test_best_mean_quietens_every_u06_vehicle_but_the_one_with_the_battery(finished):
+def test_best_mean_quietens_every_u06_vehicle_the_one_with_the_battery_least(finished):
     summary = json.loads((finished / "summary.json").read_text())
     changes = [summary[f"splv_change_db_per_line_U06-{n}"] for n in range(1, 6)]
-    assert max(changes[:4]) < -1.0  # 288 designs only; the full budget reaches -2.6 dB and better
-    assert changes[4] < 0.5
+    assert max(changes) < -1.5
+    assert min(changes[:4]) < changes[4]
 
 
 def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
@@ -56,7 +56,7 @@ def test_the_run_folder_is_complete_and_says_where_it_comes_from(finished):
     assert record["seed"] == 1
     assert record["arguments"]["generations"] == 12
     assert record["facts"]["kernel"] == "numba"
-    assert record["facts"]["motion"] == "prescribed"
+    assert record["facts"]["motion"] == "coupled"
     assert record["facts"]["tolerance_draws"] == 32
     assert record["study_text"] == STUDY.read_text(encoding="utf-8")
     assert len(record["inputs_sha256"]) == 31
@@ -74,7 +74,49 @@ def test_tables_have_units_and_belong_together(finished):
     assert len(front) == len(designs) == len(per_vehicle) / 5
     total = per_vehicle.groupby("point")["SPLV mean [dB(A)]"].sum().to_numpy()
     assert total == pytest.approx(front["SPLV mean sum [dB(A)]"].to_numpy(), rel=1e-12)
-    assert set(front["pick"].dropna()) <= {"best mean", "best sigma", "knee"}
+    named = " = ".join(front["pick"].dropna()).split(" = ")
+    assert set(named) <= {"best mean", "none louder", "sigma kept", "best sigma"}
+    assert {"best mean", "best sigma"} <= set(named)
+
+
+def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(finished):
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["benefit_db"] >= summary["benefit_prescribed_db"]
+    assert summary["benefit_prescribed_db"] > summary["promised_prescribed_db"] > 0
+    assert summary["r_min"] >= 0.95
+    assert 1.05 < summary["slope_min"] < summary["slope_max"] < 1.4
+    motions = pd.read_csv(finished / "motions.csv")
+    assert set(motions["found with"]) == {"prescribed", "coupled"}
+
+
+def test_picks_keep_what_they_promise_when_verified(finished):
+    picks = pd.read_csv(finished / "picks.csv").set_index("design")
+    assert picks.loc["sigma kept", "change of sigma [%]"] <= 0
+    per_vehicle = pd.read_csv(finished / "vehicles.csv")
+    assert (per_vehicle["change [dB]"] < 0).all()
+    cases = pd.read_csv(finished / "load_cases.csv")
+    assert len(cases) == 30
+    summary = json.loads((finished / "summary.json").read_text())
+    assert summary["worst_load_case_change_db"] == cases["best mean [dB]"].max()
+
+
+def test_the_first_screen_says_what_to_build_and_its_price(finished):
+    page = (finished / "report.html").read_text(encoding="utf-8")
+    first = page[page.index("<h1>") : page.index("The picks</h2>")]
+    for words in ("N/mm (today", "at the booming peaks", "alone bring", "edge of the search"):
+        assert words in first
+    price = pd.read_csv(finished / "price.csv")
+    assert {"EnM sag [mm]", "mode 1 [Hz]"} <= set(price["number"])
+    assert page.index("How to read this page") > page.index("What the driver hears</h2>")
+
+
+def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):
+    folder = run(tmp_path, quick_front, generations=2, population=8, as_thesis=True)
+    facts = json.loads((folder / "run.json").read_text())["facts"]
+    assert facts["motion"] == "prescribed"
+    assert "fresh" in facts["tolerance_sample"]
+    with pytest.raises(InputError, match="leave --motion out"):
+        run(tmp_path, quick_front, as_thesis=True, motion=Motion.coupled)
 
 
 def test_surfaces_agree_with_the_spectra_at_the_peaks(finished):
@@ -124,7 +166,7 @@ def test_another_seed_another_front(finished, tmp_path):
         {"group": "F39", "tolerance": 0.45},
         {"nominal_mean": True},
         {"objective": Aim.tail, "control_variate": True, "samples": 32},
-        {"motion": Motion.coupled},
+        {"motion": Motion.prescribed},
     ],
 )
 def test_options_change_what_is_asked(quick_front, tmp_path, changes):
@@ -176,14 +218,9 @@ def test_the_study_runs_by_its_name_and_prints_its_folder_last(tmp_path):
     assert folder.parent == tmp_path / "u06_robust_front"
 
 
-def test_several_seeds_make_one_front_and_picks_go_on_by_gradient(quick_front, finished, tmp_path):
-    folder = run(tmp_path, quick_front, searches=2, polish=True)
+def test_several_seeds_make_one_front(quick_front, tmp_path):
+    folder = run(tmp_path, quick_front, searches=2, motion=Motion.prescribed)
     assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 2 * 288
-    one, both = (
-        pd.read_csv(path / "front.csv")["SPLV mean sum in search [dB(A)]"].min()
-        for path in (finished, folder)
-    )
-    assert both < one
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "2 searches with different seeds" in page
     assert "by gradient" in page

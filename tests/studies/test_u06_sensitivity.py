@@ -172,7 +172,7 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     [
         ({"n": 100}, r"100 base points .* take 64 or 128"),
         ({"seed": 0}, "seed 0"),
-        ({"half_width": 0.0}, "variable 'EnM x' does not vary"),
+        ({"bounds": 0.0}, "variable 'EnM x' does not vary"),
         ({"tolerance": 0.0}, "variable 'EnM x' does not vary"),
         ({"beside": 1.5}, "give a half width from 0 up to"),
         ({"resamples": 1}, "cannot give an interval"),

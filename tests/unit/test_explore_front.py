@@ -21,6 +21,7 @@ from deboom.explore.front import (
     nondominated,
     pareto_front,
     pareto_rank,
+    thinned,
     verify,
 )
 from deboom.explore.robust import RobustResponse, RobustValues
@@ -134,13 +135,44 @@ def test_verification_uses_draws_of_its_own_and_keeps_the_rows():
     front = searched(robust())
     check = verify(front, robust(), 256, seed=1)
     np.testing.assert_array_equal(check.values.designs, front.designs)
-    direct = replace(robust(), sample=sobol_sample(2, 256, seed=1, purpose="verification sample"))
-    np.testing.assert_array_equal(check.values.sigma, direct(front.designs).sigma)
+    purposes = ["verification sample", *(f"verification sample, set {n}" for n in (2, 3, 4))]
+    sigma = np.stack(
+        [
+            replace(robust(), sample=sobol_sample(2, 256, seed=1, purpose=purpose))(
+                front.designs
+            ).sigma_sum
+            for purpose in purposes
+        ]
+    )
+    np.testing.assert_allclose(check.values.sigma_sum, sigma.mean(axis=0), rtol=1e-12)
+    error = sigma.std(axis=0, ddof=1) / 2.0
+    np.testing.assert_allclose(check.values.standard_error_sigma_sum, error, rtol=1e-9)
+    np.testing.assert_array_equal(check.searched.designs, front.designs)
     relative = (front.sigma_sum - check.values.sigma_sum) / check.values.sigma_sum
     assert check.sigma_bias_percent == pytest.approx(100.0 * relative.mean())
     assert check.mean_bias == pytest.approx((front.mean_sum - check.values.mean_sum).mean())
     np.testing.assert_array_equal(check.nondominated, nondominated(check.values.objectives))
     assert (check.n_samples, check.seed) == (256, 1)
+
+
+def test_standard_errors_of_scrambles_are_the_scatter_of_repeated_verifications():
+    front = searched(robust())
+    repeated = [verify(front, robust(), 64, seed=seed).values for seed in range(1, 41)]
+    for name in ("mean_sum", "sigma_sum"):
+        scatter = np.std([getattr(one, name) for one in repeated], axis=0, ddof=1)
+        stated = [getattr(one, f"standard_error_{name}") for one in repeated]
+        assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(
+            np.sqrt(np.mean(scatter**2)), rel=0.25
+        )
+
+
+def test_a_thinned_front_keeps_its_ends_and_its_spacing():
+    x = np.linspace(0.0, 1.0, 401) ** 3
+    front = pareto_front(values(np.column_stack([x, 1.0 - x]), np.column_stack([x, x])))
+    few = thinned(front, 11)
+    np.testing.assert_allclose(few.objectives[[0, -1]], front.objectives[[0, -1]])
+    np.testing.assert_allclose(few.objectives[:, 0], np.linspace(0, 1, 11), atol=0.01)
+    assert thinned(front, 401) is front
 
 
 def test_verification_exposes_the_optimism_of_fresh_draws():

@@ -100,12 +100,11 @@ class _Memory:
 
 
 def same(one, other):
-    for field in fields(one.front):
-        np.testing.assert_array_equal(
-            getattr(one.front, field.name), getattr(other.front, field.name)
-        )
+    for values, others in ((one.front, other.front), (one.evaluated, other.evaluated)):
+        for field in fields(values):
+            np.testing.assert_array_equal(getattr(values, field.name), getattr(others, field.name))
     for field in fields(one):
-        if field.name not in ("front", "seconds"):
+        if field.name not in ("front", "evaluated", "seconds"):
             np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 
 
@@ -154,7 +153,7 @@ def test_a_failed_design_never_wins(seed):
     assert nsga2(ROBUST, 20, 10, seed=seed).n_failed == 0
     result = nsga2(FAILING, 20, 10, seed=seed)
     assert result.n_failed > 0
-    assert FAILING(result.failed_designs).failed.all()
+    assert FAILING(result.evaluated.designs[result.evaluated.failed]).failed.all()
     assert not FAILING(result.front.designs).failed.any()
     plain = minimize(RobustProblem(FAILING), NSGA2(20), ("n_gen", 10), seed=seed)
     assert np.all(plain.F < FAILED_OBJECTIVE)
@@ -325,10 +324,10 @@ def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
     search = nsga2(response, 24, 12, seed=1)
     assert np.all(response.excess(search.front.designs) <= 0.0)
     assert np.all(total(search.front.designs)[:, 0] <= 4.1)
-    assert 0 < search.n_infeasible < search.n_evaluated == 24 * 12
-    beyond = response.excess(search.infeasible_designs)
-    np.testing.assert_array_equal(search.infeasible_excess, beyond)
-    assert np.all(beyond.max(axis=1) > 0.0)
+    assert 0 < search.infeasible.sum() < search.n_evaluated == 24 * 12
+    beyond = response.excess(search.evaluated.designs)
+    np.testing.assert_array_equal(search.evaluated.excess, beyond)
+    np.testing.assert_array_equal(beyond.max(axis=1) > 0.0, search.infeasible)
 
 
 def test_limits_that_never_bind_change_nothing():
@@ -337,7 +336,7 @@ def test_limits_that_never_bind_change_nothing():
         if field.name != "excess":
             with_limits, without = getattr(free.front, field.name), getattr(plain.front, field.name)
             np.testing.assert_array_equal(with_limits, without)
-    assert free.n_infeasible == 0
+    assert not free.infeasible.any()
 
 
 def test_the_best_of_the_kept_designs_is_found():
@@ -370,7 +369,7 @@ def test_a_number_that_cannot_be_computed_keeps_no_limit():
 
     search = nsga2(limited(9.0, (0.0, 9.0), half), 20, 8, seed=1)
     assert np.all(search.front.designs[:, 0] <= 1.0)
-    assert np.isinf(search.infeasible_excess).any(axis=1).all()
+    assert np.isinf(search.evaluated.excess[search.infeasible]).any(axis=1).all()
     out = RobustProblem(limited(function=half)).evaluate(
         np.full((1, 4), 1.1), return_as_dictionary=True
     )
@@ -384,7 +383,7 @@ def test_searches_of_several_seeds_merge_into_one_front():
     np.testing.assert_array_equal(merged.front.designs, expected.designs)
     assert merged.n_evaluated == 600
     assert merged.seed == 1
-    assert merged.n_infeasible == sum(search.n_infeasible for search in searches)
+    assert merged.infeasible.sum() == sum(search.infeasible.sum() for search in searches)
     np.testing.assert_array_equal(merge(searches[::-1]).front.objectives, merged.front.objectives)
     reference = np.max([search.reference_point for search in searches], axis=0)
     np.testing.assert_array_equal(merged.reference_point, reference)

@@ -15,7 +15,7 @@ from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.study.front import Front
 from deboom.study.options import Aim, aim_note, robust_response
-from deboom.study.search import Budget, robust_search
+from deboom.study.search import Budget, ThoroughSearchOptions, robust_search
 from known_truth import quad2
 
 MODEL = quad2(5, seed=1)
@@ -28,14 +28,13 @@ def silent(*_):
 
 
 def found(budget, seed=3, robust=ROBUST):
-    return robust_search(robust, ROBUST, budget, seed, silent, None, ())
+    return robust_search(robust, budget, seed, silent, None, ())
 
 
 def test_one_search_is_that_of_nsga2():
     whole, alone = found(Budget(12, 5)), nsga2(ROBUST, 12, 5, seed=3)
     np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
     np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
-    assert Budget(12, 5).note == ""
 
 
 def test_several_searches_give_the_front_of_all():
@@ -45,27 +44,34 @@ def test_several_searches_give_the_front_of_all():
     np.testing.assert_array_equal(whole.front.designs, expected.designs)
     np.testing.assert_array_equal(whole.hypervolume, each[0].hypervolume)
     assert whole.n_evaluated == 180
-    assert "3 searches" in Budget(12, 5, searches=3).note
 
 
-def test_a_polish_only_improves_and_is_said():
-    budget = Budget(12, 5, polished=True)
-    before, after = found(Budget(12, 5)).front, found(budget).front
-    assert after.mean_sum.min() < before.mean_sum.min()
-    joined = pareto_front(before, after)
-    np.testing.assert_array_equal(joined.designs, after.designs)
-    assert "by gradient" in budget.note
+def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
+    fronts = [
+        ThoroughSearchOptions(population=12, generations=5, polish=polish).verified(
+            *(ROBUST, 3, None, ()), draws=64
+        )
+        for polish in (False, True)
+    ]
+    plain, polished = (front.values.mean_sum[front.picks["best mean"]] for front in fronts)
+    assert polished < plain
+    assert "by gradient" in fronts[1].note
+    assert "by gradient" not in fronts[0].note
+    table = fronts[1].table
+    assert set(" = ".join(table["pick"][table["pick"] != ""]).split(" = ")) == set(fronts[1].picks)
+
+
+def test_searches_begin_with_given_designs():
+    best = nsga2(ROBUST, 24, 20, seed=1).front.designs[:2]
+    options = ThoroughSearchOptions(population=12, generations=1, polish=False)
+    front = options.verified(ROBUST, 3, None, (), begin=best, draws=64)
+    np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
+    assert front.search.n_evaluated == 12
 
 
 def test_bad_budgets_are_refused():
     with pytest.raises(InputError, match="0 searches find nothing"):
         found(Budget(12, 5, searches=0))
-
-    class Limited:
-        space, limits = SPACE, object()
-
-    with pytest.raises(InputError, match="a polish knows no limits"):
-        found(Budget(12, 5, polished=True), robust=Limited())
 
 
 @dataclass(frozen=True)

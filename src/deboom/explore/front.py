@@ -17,7 +17,7 @@ from scipy import stats
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse, RobustValues, joined
+from deboom.explore.robust import RobustResponse, RobustValues, chosen, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.tabled import Tabled
 
@@ -27,6 +27,8 @@ LAST_PART = 0.2
 """Last part of the generations, whose gain says how far a single search can be trusted [1]."""
 ENOUGH_SEEDS = 3
 """Runs whose spread is their own measure of noise; fewer are judged by their last gain."""
+VERIFICATION = ("verification sample", *(f"verification sample, set {n}" for n in (2, 3, 4)))
+"""Purposes of the draws behind every verified number: one independent scramble for each."""
 _MARGIN = 0.1  # of the common box, by which the reference point lies beyond its worst corner
 
 
@@ -62,9 +64,7 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
     order = np.lexsort(keys.T[::-1])
     order = order[merged.feasible[order]]
     order = order[nondominated(merged.objectives[order])]
-    return ParetoFront(
-        **{column.name: getattr(merged, column.name)[order] for column in fields(RobustValues)}
-    )
+    return ParetoFront(**vars(chosen(merged, order)))
 
 
 def nondominated(objectives: RealArray) -> BoolArray:
@@ -95,18 +95,78 @@ def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
     return float(moocore.hypervolume(objectives, ref=reference))
 
 
+@dataclass(frozen=True, eq=False)
+class Replicates:
+    """A robust response under several independent scrambles of Sobol draws.
+
+    - `sets`: the same response with each scramble.
+
+    The mean over the scrambles has the standard error of their spread (A. B. Owen, "Scrambled net
+    variance for integrals of smooth functions", Annals of Statistics 25, 1997), also where the
+    formula for independent draws is many times too large.
+    """
+
+    sets: tuple[RobustResponse, ...]
+
+    def by_set(self, designs: RealArray) -> list[RobustValues]:
+        """Return the values of designs (n, k) under each scramble."""
+        return [robust(designs) for robust in self.sets]
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        """Return the means over the scrambles, with the standard errors of the two sums."""
+        parts = self.by_set(designs)
+        stacked = {
+            column.name: np.stack([getattr(part, column.name) for part in parts])
+            for column in fields(RobustValues)
+        }
+        errors = {
+            f"standard_error_{name}": stacked[name].std(axis=0, ddof=1) / np.sqrt(len(parts))
+            for name in ("mean_sum", "sigma_sum")
+        }
+        failed = stacked["failed"].any(axis=0)
+        means = {name: values.mean(axis=0) for name, values in stacked.items()}
+        return RobustValues(**(means | errors | {"failed": failed, "designs": designs}))
+
+
+def replicates(
+    robust: RobustResponse,
+    n_samples: int,
+    *,
+    seed: int,
+    purposes: Sequence[str] = VERIFICATION,
+) -> Replicates:
+    """Return a robust response with one scramble of `n_samples` Sobol draws for each purpose.
+
+    Their number is a power of two. The seed of the search gives independent draws all the same.
+    """
+    return Replicates(
+        tuple(
+            replace(robust, sample=sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=name))
+            for name in purposes
+        )
+    )
+
+
+def verification_response(
+    robust: RobustResponse, n_samples: int = 1024, *, seed: int
+) -> RobustResponse:
+    """Return a robust response with the first scramble of `verify`, which no search saw."""
+    return replicates(robust, n_samples, seed=seed, purposes=VERIFICATION[:1]).sets[0]
+
+
 @checked(nondominated="n")
 class Verification(Tabled):
-    """A front evaluated again, with draws that the search never saw.
+    """Designs evaluated again, with draws that the search never saw.
 
-    - `values`: the designs of the front, row by row.
+    - `searched`, `values`: the designs as the search saw them, and as means over the scrambles.
     - `nondominated` (n,): rows that no other row beats under the new draws.
-    - `n_samples`, `seed`: number and seed of the new draws.
-    - `mean_bias`, `sigma_bias_percent`: mean over the front of search minus verified `mean_sum`
+    - `n_samples`, `seed`: draws of each scramble of `VERIFICATION`, and their seed.
+    - `mean_bias`, `sigma_bias_percent`: mean over the rows of search minus verified `mean_sum`
       [response unit], and of the relative difference of `sigma_sum` [%]; negative means that the
       search was optimistic.
     """
 
+    searched: RobustValues
     values: RobustValues
     nondominated: BoolArray
     n_samples: int
@@ -126,28 +186,17 @@ class Verification(Tabled):
         )
 
 
-def verification_response(
-    robust: RobustResponse, n_samples: int = 1024, *, seed: int
-) -> RobustResponse:
-    """Return a robust response with scrambled Sobol draws that a search never saw.
-
-    Their number is a power of two. The seed of the search gives independent draws all the same.
-    """
-    sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose="verification sample")
-    return replace(robust, sample=sample)
-
-
 def verify(
-    front: ParetoFront, robust: RobustResponse, n_samples: int = 1024, *, seed: int
+    front: RobustValues, robust: RobustResponse, n_samples: int = 1024, *, seed: int
 ) -> Verification:
-    """Evaluate a front again with the independent draws of `verification_response`.
+    """Evaluate designs of a search again with the independent draws of `replicates`.
 
     Raises
     ------
     InputError
-        A front that fails altogether under the new draws.
+        Designs that fail altogether under the new draws.
     """
-    values = verification_response(robust, n_samples, seed=seed)(front.designs)
+    values = replicates(robust, n_samples, seed=seed)(front.designs)
     ok = np.flatnonzero(~values.failed)
     if ok.size == 0:
         raise InputError(
@@ -160,6 +209,7 @@ def verify(
     excess = front.sigma_sum[ok] - verified
     relative = np.divide(excess, verified, out=np.zeros_like(excess), where=verified > 0.0)
     return Verification(
+        searched=front,
         values=values,
         nondominated=survivors,
         n_samples=n_samples,
@@ -167,6 +217,20 @@ def verify(
         mean_bias=float(np.mean(front.mean_sum[ok] - values.mean_sum[ok])),
         sigma_bias_percent=float(100.0 * np.mean(relative)),
     )
+
+
+def thinned(front: ParetoFront, n: int) -> RobustValues:
+    """Return at most `n` rows of a front, evenly spaced along it, with both ends."""
+    if len(front) <= n:
+        return front
+    box = np.ptp(front.objectives, axis=0)
+    steps = np.linalg.norm(
+        np.diff(front.objectives, axis=0) / np.where(box > 0.0, box, 1.0), axis=1
+    )
+    length = np.concatenate([[0.0], np.cumsum(steps)])
+    rows = np.searchsorted(length, np.linspace(0.0, length[-1], n), side="left")
+    rows = np.unique(np.minimum(rows, len(front) - 1))
+    return chosen(front, rows)
 
 
 @checked(ideal="m", nadir="m", front="n m")

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from deboom.arrays import BoolArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
@@ -78,6 +79,13 @@ def joined(parts: Sequence[RobustValues]) -> RobustValues:
             column.name: np.concatenate([getattr(part, column.name) for part in parts])
             for column in fields(RobustValues)
         }
+    )
+
+
+def chosen(values: RobustValues, rows: Sequence[int] | npt.NDArray[np.intp]) -> RobustValues:
+    """Return some rows of values, in their order."""
+    return RobustValues(
+        **{c.name: getattr(values, c.name)[np.asarray(rows, int)] for c in fields(RobustValues)}
     )
 
 

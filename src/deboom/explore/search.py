@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +17,7 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
-from deboom.arrays import RealArray, frozen_copy
+from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.doe import checked_within
 from deboom.explore.front import ParetoFront, hypervolume, pareto_front
@@ -35,40 +35,37 @@ class SearchResult:
     """What a search found and how.
 
     - `front`: front of all designs seen, not only of the last population.
-    - `n_evaluated`, `seed`, `seconds`: number of designs, seed, and wall time of all parts of the
-      search [s].
-    - `failed_designs` (n_failed, k): designs that could not be computed.
+    - `evaluated`: every design that was evaluated.
+    - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
     - `hypervolume`, `reference_point` (n_generations,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
-    - `infeasible_designs`, `infeasible_excess` (n_infeasible, k): designs that miss a limit, and
-      their `RobustValues.excess`.
     """
 
     front: ParetoFront
-    n_evaluated: int
-    failed_designs: RealArray
+    evaluated: RobustValues
     hypervolume: RealArray
     reference_point: RealArray
     seed: int
     seconds: float
-    infeasible_designs: RealArray = field(default_factory=lambda: np.empty((0, 0)))
-    infeasible_excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
 
     def __post_init__(self) -> None:
-        for column in fields(self):
-            value = getattr(self, column.name)
-            if isinstance(value, np.ndarray):
-                object.__setattr__(self, column.name, frozen_copy(value))
+        for name in ("hypervolume", "reference_point"):
+            object.__setattr__(self, name, frozen_copy(getattr(self, name)))
+
+    @property
+    def n_evaluated(self) -> int:
+        """Number of designs that were evaluated."""
+        return len(self.evaluated)
 
     @property
     def n_failed(self) -> int:
         """Number of designs that could not be computed."""
-        return len(self.failed_designs)
+        return int(self.evaluated.failed.sum())
 
     @property
-    def n_infeasible(self) -> int:
-        """Number of designs that were computed and miss a limit."""
-        return len(self.infeasible_designs)
+    def infeasible(self) -> BoolArray:
+        """Evaluated designs that were computed and miss a limit, shape (n_evaluated,)."""
+        return np.asarray(~self.evaluated.failed & ~self.evaluated.feasible)
 
 
 def merge(searches: Sequence[SearchResult]) -> SearchResult:
@@ -83,14 +80,11 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
     reference = np.max([search.reference_point for search in searches], axis=0)
     return SearchResult(
         front=front,
-        n_evaluated=sum(search.n_evaluated for search in searches),
-        failed_designs=np.concatenate([search.failed_designs for search in searches]),
+        evaluated=joined([search.evaluated for search in searches]),
         hypervolume=np.array([hypervolume(front.objectives, reference)]),
         reference_point=reference,
         seed=searches[0].seed,
         seconds=sum(search.seconds for search in searches),
-        infeasible_designs=np.concatenate([search.infeasible_designs for search in searches]),
-        infeasible_excess=np.concatenate([search.infeasible_excess for search in searches]),
     )
 
 
@@ -319,8 +313,8 @@ class _Archive(Robust):
         """Return what was found; refuse a search without a design that keeps all limits."""
         assert self.front is not None
         every = joined(self.generations)
-        infeasible = ~every.failed & ~every.feasible
         if len(self.front) == 0 and self.limits is not None:
+            infeasible = ~every.failed & ~every.feasible
             raise InputError(
                 f"none of the {len(every)} designs of this search keeps all limits: "
                 f"{self.limits.closest(every.excess[infeasible])}; relax that limit or widen the "
@@ -328,14 +322,11 @@ class _Archive(Robust):
             )
         return SearchResult(
             front=self.front,
-            n_evaluated=len(every),
-            failed_designs=every.designs[every.failed],
+            evaluated=every,
             hypervolume=np.asarray(self.hypervolume),
             reference_point=self.reference_point,
             seed=seed,
             seconds=seconds,
-            infeasible_designs=every.designs[infeasible],
-            infeasible_excess=every.excess[infeasible],
         )
 
 

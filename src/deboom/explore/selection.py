@@ -1,9 +1,8 @@
-"""Choosing from a front: named picks, indifference intervals, and the last steps by gradient."""
+"""Choosing designs: named picks, their last steps by gradient, and indifference intervals."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -11,64 +10,65 @@ from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.robust import Robust, RobustResponse, RobustValues
-from deboom.explore.scatter import ToleranceSample
-from deboom.explore.space import DesignSpace, Evaluate, check_gradient, responses
+from deboom.explore.robust import Robust, RobustValues, chosen, joined
+from deboom.explore.space import DesignSpace, Evaluate, responses
 
-_SMALLEST_GAIN = 1e-9  # of the sum of standard deviations, at which a polish ends
-
-
-@dataclass(frozen=True)
-class Picks:
-    """Rows of a front that have a name.
-
-    - `best_mean`, `best_sigma`: smallest `mean_sum` and smallest `sigma_sum`; of equals the better
-      in the other objective.
-    - `knee`: row where a little of one objective costs most of the other, see `pick`.
-    """
-
-    best_mean: int
-    best_sigma: int
-    knee: int
+SMALLEST_GAIN = 1e-7
+"""Gain of a step, as a share of today's sum of standard deviations, at which a pick rests [1]."""
+STEP = 1e-4
+"""Step of the central differences, as a share of the bounds [1]."""
+KEPT_BY = 5e-3
+"""Distance of a pick from what it must keep, as a share of the standard deviation [1]."""
 
 
-def pick(values: RobustValues) -> Picks:
-    """Return the named rows of a front, or of a front evaluated again; failed rows do not count.
+BEST_MEAN, NONE_LOUDER, SIGMA_KEPT, BEST_SIGMA = PICKS = (
+    "best mean",
+    "none louder",
+    "sigma kept",
+    "best sigma",
+)
+"""Names of picked designs: smallest first objective; the same among designs in which no response is
+above today's; the same if the sum of sigma is not above today's either; smallest second objective.
+"""
+
+
+def pick(values: RobustValues, today: RobustValues | None = None) -> dict[str, int]:
+    """Return the rows of values, such as those of a front, that have a name of `PICKS`.
+
+    - `values`: at least one feasible row, with two objectives.
+    - `today`: today's design under the same draws, one row; without it only `BEST_MEAN` and
+      `BEST_SIGMA` are picked.
+    - returns: rows by name, of equals the better in the other objective. Where nothing is better
+      than today's design, its name is missing.
 
     Raises
     ------
     InputError
-        No row that could be computed, or another number of objectives than two.
-
-    Notes
-    -----
-    The knee is the row farthest from the chord between best mean and best sigma, on the side of the
-    ideal point, after both objectives are scaled to run from 0 to 1 along the chord (I. Das, "On
-    characterizing the 'knee' of the Pareto curve", Structural Optimization 18, 1999). A front
-    without any row on that side has its knee at best mean.
+        No feasible row, or another number of objectives than two.
     """
-    rows = np.flatnonzero(~values.failed)
+    rows = np.flatnonzero(values.feasible)
     if rows.size == 0:
         raise InputError("no design of this front could be computed: there is nothing to pick")
     if values.objectives.shape[1] != 2:
         raise InputError(
-            f"best mean, best sigma and knee belong to two objectives, not to "
-            f"{values.objectives.shape[1]}: choose a row by its objectives"
+            f"picks belong to two objectives, not to {values.objectives.shape[1]}: choose a row by "
+            "its objectives"
         )
-    mean, sigma = values.objectives[rows].T
-    best_mean = np.lexsort((sigma, mean))[0]
-    best_sigma = np.lexsort((mean, sigma))[0]
-    mean_span = mean[best_sigma] - mean[best_mean]
-    sigma_span = sigma[best_mean] - sigma[best_sigma]
-    knee = best_mean
-    if mean_span > 0.0 and sigma_span > 0.0:
-        along_mean = (mean - mean[best_mean]) / mean_span
-        along_sigma = (sigma - sigma[best_sigma]) / sigma_span
-        depth = 1.0 - along_mean - along_sigma
-        depth[best_mean] = 0.0
-        knee = np.argmax(depth) if depth.max() > 0.0 else best_mean
-    return Picks(*(int(rows[row]) for row in (best_mean, best_sigma, knee)))
+    every = np.ones(rows.size, dtype=bool)
+    kept = {BEST_MEAN: (every, (0, 1))}
+    if today is not None:
+        quieter = values.objectives[rows, 0] < today.objectives[0, 0]
+        quieter &= np.all(values.mean[rows] <= today.mean[0], axis=1)
+        tight = quieter & (values.sigma_sum[rows] <= today.sigma_sum[0])
+        kept |= {NONE_LOUDER: (quieter, (0, 1)), SIGMA_KEPT: (tight, (0, 1))}
+    kept[BEST_SIGMA] = (every, (1, 0))
+    found = {}
+    for name, (among, (first, then)) in kept.items():
+        if among.any():
+            left = rows[among]
+            objectives = values.objectives[left]
+            found[name] = int(left[np.lexsort((objectives[:, then], objectives[:, first]))[0]])
+    return found
 
 
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
@@ -158,89 +158,73 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
     return float(path[last] + fraction * (path[first] - path[last]))
 
 
-def polish(
-    robust: RobustResponse, front: RobustValues, rows: Sequence[int], steps: int = 30
+def improved(
+    robust: Robust, evaluated: RobustValues, today: RobustValues, steps: int = 40
 ) -> RobustValues:
-    """Improve some rows of a front by gradient: less mean at no more sigma.
+    """Search each pick of `PICKS` on from the best design that is known, by gradient.
 
-    - `robust`: response of the search, of a model with a gradient (`Differentiable`).
-    - `front`: front of the search.
-    - `rows`, `steps`: designs to improve, and the largest number of steps of each.
-    - returns: one row per design, never dominated by where it came from.
-    - raises InputError: a model without gradient, other objectives than the sums of means and of
-      standard deviations, draws that the designs do not share, or a design that fails.
+    - `robust`: response of the search, smooth, whose designs share their draws.
+    - `evaluated`: designs of the search.
+    - `today`: today's design under the same draws, one row.
+    - `steps`: largest number of steps of each pick.
+    - returns: the picks of the evaluated designs and of what they became.
 
-    The ε-constraint method: minimise ``mean_sum`` within ``sigma_sum ≤ sigma_sum(start)`` and the
-    bounds, by sequential quadratic programming (SLSQP). Mean and variance of the draws are a linear
-    and a quadratic form of the responses, so that their derivatives follow from the model's.
+    Sequential quadratic programming (SLSQP) within the bounds, by central differences under common
+    draws, so that it asks for no more than the response. The constraints keep a distance of
+    `KEPT_BY` of σ, which the draws of a verification may take.
     """
-    check_gradient(
-        robust.evaluate, "designs can be polished only with one, search more generations instead"
-    )
-    if robust.objectives != (MEAN_SUM, SIGMA_SUM):
-        raise InputError(
-            "designs are polished for the sums of means and standard deviations, not for "
-            f"{[objective.name for objective in robust.objectives]}"
+    goal = _Goal(robust, today)
+    found = [evaluated, today]
+    for name in PICKS:
+        known = joined(found)
+        start = known.designs[pick(known, today).get(name, len(evaluated))]
+        found.append(robust(goal.descend(name, start, steps)[np.newaxis]))
+    known = joined(found)
+    return chosen(known, sorted(set(pick(known, today).values())))
+
+
+class _Goal:
+    """What a pick minimises and keeps, as functions of a place between the bounds, 0 to 1."""
+
+    def __init__(self, robust: Robust, today: RobustValues) -> None:
+        self.robust, self.today = robust, today
+        self.lower, self.span = robust.space.lower, robust.space.upper - robust.space.lower
+        self.scale = float(today.sigma_sum[0]) or 1.0
+        self.known: dict[bytes, tuple[RealArray, RealArray]] = {}
+
+    def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
+        """Return mean sum, sigma sum and mean of each response over the scale, and gradients."""
+        if place.tobytes() not in self.known:
+            moves = STEP * np.eye(len(place))
+            places = np.vstack([place, place + moves, place - moves])
+            values = self.robust(self.lower + places * self.span)
+            sums = np.column_stack([values.mean_sum, values.sigma_sum, values.mean]) / self.scale
+            up, down = np.split(sums[1:], 2)
+            # contiguous: SLSQP reads a strided row as if it were not
+            gradient = np.ascontiguousarray(((up - down) / (2.0 * STEP)).T)
+            self.known = {place.tobytes(): (sums[0], gradient)}
+        return self.known[place.tobytes()]
+
+    def descend(self, name: str, start: RealArray, steps: int) -> RealArray:
+        """Return the design where the search for one pick ends."""
+        row = 1 if name == BEST_SIGMA else 0
+        limits = np.concatenate([self.today.sigma_sum, self.today.mean[0]])
+        distance = KEPT_BY * np.concatenate([self.today.sigma_sum, self.today.sigma[0]])
+        kept = (limits - distance) / self.scale
+        first = {NONE_LOUDER: 1, SIGMA_KEPT: 0}.get(name, len(kept))
+        keep: dict[str, Any] = {
+            "type": "ineq",
+            "fun": lambda place: kept[first:] - self.at(place)[0][1 + first :],
+            "jac": lambda place: -self.at(place)[1][1 + first :],
+        }
+        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
+            lambda place: self.at(place)[0][row],
+            (start - self.lower) / np.where(self.span > 0.0, self.span, 1.0),
+            jac=lambda place: self.at(place)[1][row],
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * len(start),
+            constraints=[keep] if first < len(kept) else [],
+            options={"maxiter": steps, "ftol": SMALLEST_GAIN},
         )
-    if not isinstance(robust.sample, ToleranceSample):
-        raise InputError("designs are polished with draws that they share: take sobol_sample")
-    chosen = np.asarray(rows, dtype=int)
-    if chosen.size == 0 or np.any(front.failed[chosen]):
-        raise InputError("choose at least one design to polish, and none that fails")
-    polished = robust(np.array([_descend(robust, front.designs[row], steps) for row in chosen]))
-    worse = polished.failed | np.all(polished.objectives >= front.objectives[chosen], axis=1)
-    columns = {}
-    for column in fields(RobustValues):
-        new, old = getattr(polished, column.name), getattr(front, column.name)[chosen]
-        columns[column.name] = np.where(worse.reshape(-1, *[1] * (new.ndim - 1)), old, new)
-    return RobustValues(**columns)
-
-
-def sums_and_gradient(robust: RobustResponse, design: RealArray) -> tuple[RealArray, RealArray]:
-    """Return mean and sigma sum, shape (2,), and their derivatives, shape (2, k), of one design."""
-    model: Any = robust.evaluate
-    made, values = robust.made_responses(design)
-    estimator = robust.prepared(design)
-    mean, sigma = estimator.moments(values)[:2]
-    mean_weight, sigma_weight = estimator.derivatives(values, sigma)
-    # a made design is x (1 + scatter)
-    by_variable = model.gradient(made) * (made / design)[:, None, :]
-    mean_gradient = np.einsum("t,trk->k", mean_weight, by_variable)
-    if robust.nominal_mean:
-        mean = responses(model, design[None, :])[0]
-        mean_gradient = model.gradient(design[None, :])[0].sum(axis=0)
-    sigma_gradient = np.einsum("tr,trk->k", sigma_weight, by_variable)
-    return np.array([mean.sum(), sigma.sum()]), np.array([mean_gradient, sigma_gradient])
-
-
-def _descend(robust: RobustResponse, start: RealArray, steps: int) -> RealArray:
-    """Where SLSQP ends, in variables that run from 0 to 1 between their bounds."""
-    lower, upper = robust.space.lower, robust.space.upper
-    span = upper - lower
-    known: dict[bytes, tuple[RealArray, RealArray]] = {}
-
-    def at(place: RealArray) -> tuple[RealArray, RealArray]:
-        key = place.tobytes()
-        if key not in known:
-            known.clear()
-            known[key] = sums_and_gradient(robust, lower + place * span)
-        return known[key]
-
-    first = (start - lower) / np.where(span > 0.0, span, 1.0)
-    limit = at(first)[0][1]
-    scale = limit or 1.0
-    no_more_sigma = {
-        "type": "ineq",
-        "fun": lambda place: (limit - at(place)[0][1]) / scale,
-        "jac": lambda place: -at(place)[1][1] * span / scale,
-    }
-    end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-        lambda place: at(place)[0][0] / scale,
-        first,
-        jac=lambda place: at(place)[1][0] * span / scale,
-        method="SLSQP",
-        bounds=[(0.0, 1.0)] * len(start),
-        constraints=no_more_sigma,
-        options={"maxiter": steps, "ftol": _SMALLEST_GAIN},
-    )
-    return np.asarray(np.clip(lower + end.x * span, lower, upper))
+        place = end.x if np.isfinite(end.fun) else (start - self.lower) / self.span
+        return np.asarray(self.lower + np.clip(place, 0.0, 1.0) * self.span)

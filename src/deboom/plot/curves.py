@@ -12,6 +12,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.plot.style import (
+    FULL_WIDTH,
     INK,
     MOUNT_PALETTE,
     MUTED,
@@ -277,7 +278,8 @@ def _masked_look(hatch: str) -> dict[str, Any]:
 
 def _span(panel: CurvePanel) -> tuple[float, float]:
     lines = finite("curve_panels", {"abscissa": panel.abscissa})["abscissa"]
-    return float(lines.min()), float(lines.max())
+    room = 0.5 if lines.min() == lines.max() else 0.0  # a curve of one value
+    return float(lines.min()) - room, float(lines.max()) + room
 
 
 def _plain_logarithmic(axes: Axes) -> None:
@@ -370,6 +372,7 @@ def spl_curves(
     colours: Mapping[str, str],
     *,
     speed_label: str = "engine speed [rpm]",
+    width: float = FULL_WIDTH,
 ) -> Figure:
     """Draw levels before (dashed) and after, one panel per vehicle, all on one dB scale.
 
@@ -389,6 +392,8 @@ def spl_curves(
         Colour of each vehicle, from `deboom.plot.style.vehicle_colours`.
     speed_label : str
         What turns.
+    width : float
+        Of the figure [inch].
 
     Raises
     ------
@@ -413,8 +418,8 @@ def spl_curves(
                 f"n_frequency) = ({len(vehicles)}, {lines.size})"
             )
     columns = min(len(vehicles), 2 if len(vehicles) <= 6 else 3)
-    row_height = {1: 2.9, 2: 1.85, 3: 1.6}[columns]
-    with panel_grid("spl_curves", len(vehicles), columns, 1.15, row_height, True, True) as (
+    row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.85, 3: 1.6}[columns]
+    with panel_grid("spl_curves", len(vehicles), columns, 1.15, row_height, True, True, width) as (
         figure,
         panels,
     ):

@@ -37,6 +37,9 @@ _FRONT_COLOUR = "#4C86B0"
 _ERROR_COLOUR = "#C3D7E6"
 
 
+Pairs = Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
+
+
 def pareto_front(
     mean: npt.ArrayLike,
     sigma: npt.ArrayLike,
@@ -47,6 +50,8 @@ def pareto_front(
     *,
     mean_label: str,
     sigma_label: str,
+    beside: Pairs | None = None,
+    width: float = FULL_WIDTH,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the two objectives of the front, both minimised, with baseline and named picks.
@@ -63,6 +68,10 @@ def pareto_front(
         Mean and sigma of each named design [units of the labels].
     mean_label, sigma_label : str
         Axis labels with units.
+    beside : mapping of str to two arrays, optional
+        Both objectives of further fronts, drawn as muted lines, by label [units of the labels].
+    width : float
+        Of a figure of its own [inch].
     ax : Axes, optional
         Where to draw; by default a figure of its own.
 
@@ -85,7 +94,10 @@ def pareto_front(
     chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")
     points = np.column_stack([front["mean"], front["sigma"]])[order]
-    with canvas(ax, FULL_WIDTH, 4.0) as axes:
+    with canvas(ax, width, min(4.0, 0.85 * width)) as axes:
+        for name, (x, y) in (beside or {}).items():
+            pair = finite("pareto_front", {f"{name} x": x, f"{name} y": y})
+            axes.plot(*pair.values(), color=MUTED, linewidth=1.2, label=name)
         axes.errorbar(
             points[:, 0],
             points[:, 1],
@@ -96,7 +108,7 @@ def pareto_front(
             color=_FRONT_COLOUR,
             ecolor=_ERROR_COLOUR,
             elinewidth=0.8,
-            label=f"Pareto front, {len(points)} designs (± standard error)",
+            label="Pareto front, ± standard error",
         )
         for place in today:
             axes.plot(*place, "X", color=INK, markersize=8, zorder=4)
@@ -134,9 +146,6 @@ def _by_place(
     for name, place in picks.items():
         joined[place] = f"{joined[place]}, {name}" if place in joined else name
     return joined
-
-
-Pairs = Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]]
 
 
 def fronts(

@@ -140,12 +140,13 @@ def panel_grid(
     row_height: float,
     share_x: bool = False,
     share_y: bool = False,
+    width: float = FULL_WIDTH,
 ) -> Iterator[tuple[Figure, list[Axes]]]:
-    """Open a figure of `count` panels in rows; heights in inches; InputError without one."""
+    """Open a figure of `count` panels in rows; sizes in inches; InputError without one."""
     if not count:
         raise InputError(f"figure {name}: there is no panel to draw")
     rows = -(-count // columns)
-    with styled_figure(FULL_WIDTH, margin + rows * row_height) as figure:
+    with styled_figure(width, margin + rows * row_height) as figure:
         grid = figure.subplots(rows, columns, squeeze=False, sharex=share_x, sharey=share_y)
         for axes in grid.ravel()[count:]:
             axes.set_axis_off()

@@ -59,8 +59,6 @@ GLOSSARY: Mapping[str, str] = {
         "mean level must accept more scatter, and the reverse. Each point is a complete set of "
         "mount stiffnesses."
     ),
-    "knee": "The design of the front after which a further gain in one objective costs most in "
-    "the other: the usual compromise.",
     "no requirement": (
         "The stiffness of this mount in this axis has no influence on the result. It may keep its "
         "present value; nothing needs to be held for the sake of booming."

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -22,6 +23,7 @@ from deboom.explore.front import (
     CommonBox,
     Contestant,
     Difference,
+    Replicates,
     Verdict,
     attainment,
     common_box,
@@ -31,10 +33,10 @@ from deboom.explore.front import (
     last_gain,
     level_gap,
     nondominated,
+    replicates,
 )
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import RobustResponse
-from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import Progress, checked_seed
 from deboom.plot.style import signed
@@ -48,7 +50,7 @@ from deboom.study.rebuilt import (
     check_same_question,
     compared_run,
     differences,
-    other_models,
+    distinct_models,
 )
 from deboom.study.runner import run_command
 
@@ -102,20 +104,20 @@ class Comparison:
     Parameters
     ----------
     judge : RobustResponse
-        Model of the first run.
+        Model of one of the runs.
+    judge_name : str
+        Name of its configuration; empty where all runs have the same model.
     fronts : tuple of JudgedRun
         In the order of the runs.
     n_samples, seed : int
         Of the common draws.
-    foreign : tuple of str
-        Folders of runs whose own model is another one.
     """
 
     judge: RobustResponse
+    judge_name: str
     fronts: tuple[JudgedRun, ...]
     n_samples: int
     seed: int
-    foreign: tuple[str, ...]
 
     @cached_property
     def box(self) -> CommonBox:
@@ -159,10 +161,47 @@ class Comparison:
     @cached_property
     def pairs(self) -> dict[tuple[str, str], Difference]:
         """Every configuration against every other, as shares of the box."""
-        return {
-            (first, second): difference(self.contestants[first], self.contestants[second])
-            for first, second in combinations(self.contestants, 2)
+        pairs = {}
+        for first, second in combinations(self.contestants, 2):
+            found = difference(self.contestants[first], self.contestants[second])
+            if found.verdict is not Verdict.real and self.covers(first, second):
+                found = replace(found, verdict=Verdict.real)
+            pairs[first, second] = found
+        return pairs
+
+    def covers(self, first: str, second: str) -> bool:
+        """Whether one front covers all of the other and not the reverse, whatever the draws.
+
+        Never of runs that differ in their seed only, of which one covers the other by chance.
+        """
+        if len({run.run.configuration for run in self.fronts}) == 1:
+            return False
+        both = [
+            (coverage(one, other), coverage(other, one))
+            for run in self.groups[first]
+            for rival in self.groups[second]
+            for one, other in zip(run.by_set, rival.by_set, strict=True)
+        ]
+        return all(a == 1.0 > b for a, b in both) or all(b == 1.0 > a for a, b in both)
+
+    @property
+    def best(self) -> str:
+        """Configuration with the largest mean hypervolume."""
+        return max(self.hypervolumes, key=lambda name: float(self.hypervolumes[name].mean()))
+
+    @property
+    def headline(self) -> str:
+        """Which front is best, and which cannot be told from it, in a sentence."""
+        best = self.best
+        pairs = {
+            (set(pair) - {best}).pop(): found for pair, found in self.pairs.items() if best in pair
         }
+        verdicts = {found.verdict for found in pairs.values()}
+        if verdicts == {Verdict.real}:
+            rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
+            return f"{best} is really better than {rest}."
+        alike = [name for name, found in pairs.items() if found.verdict is not Verdict.real]
+        return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
 
     def gap(self, first: str, second: str) -> float:
         """Mean difference of the first objective at equal second one [its unit]."""
@@ -211,13 +250,13 @@ class Comparison:
 
 def comparison(
     folders: Sequence[Path], studies: Path | None, n_samples: int, seed: int, progress: Progress
-) -> Comparison:
-    """Read runs, check that they can be compared, and judge their fronts.
+) -> list[Comparison]:
+    """Read runs, check that they can be compared, and judge their fronts by each of their models.
 
     Parameters
     ----------
     folders : sequence of Path
-        Two run folders or more.
+        Two run folders or more; their order changes nothing.
     studies : Path or None
         Folder with the studies; None: `studies` here, else deboom's own.
     n_samples : int
@@ -230,8 +269,9 @@ def comparison(
     Raises
     ------
     InputError
-        One run only, or twice the same; too few draws; see also
-        `deboom.study.rebuilt.compared_run`, `check_same_platform`, `check_same_question`.
+        One run only, or twice the same; too few draws; runs of other variables, responses or
+        objectives; a front that cannot be computed; see also `deboom.study.rebuilt.compared_run`,
+        `check_same_platform`, `check_same_question`.
     """
     if len({folder.resolve() for folder in folders}) < len(folders) or len(folders) < 2:
         raise InputError(
@@ -240,31 +280,39 @@ def comparison(
         )
     if n_samples < FEWEST or n_samples & (n_samples - 1):
         raise InputError(f"{n_samples} common draws: take a power of two from {FEWEST}")
-    runs = [compared_run(folder, studies) for folder in folders]
+    runs = sorted(
+        (compared_run(folder, studies) for folder in folders),
+        key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
+    )
     check_same_platform(runs)
-    return judged(runs, n_samples, seed, progress)
+    check_same_question(runs)
+    names = dict(zip((run.entry.folder for run in runs), configuration_names(runs), strict=True))
+    judges = distinct_models(runs)
+    return [
+        judged(
+            *(runs, n_samples, seed, progress, judge.model),
+            names[judge.entry.folder] if len(judges) > 1 else "",
+        )
+        for judge in judges
+    ]
 
 
 def judged(
-    runs: Sequence[ComparedRun], n_samples: int, seed: int, progress: Progress
+    runs: Sequence[ComparedRun],
+    n_samples: int,
+    seed: int,
+    progress: Progress,
+    judge: RobustResponse | None = None,
+    judge_name: str = "",
 ) -> Comparison:
-    """Judge the fronts of runs by the model of the first one.
-
-    Parameters
-    ----------
-    runs : sequence of ComparedRun
-        At least one.
-    n_samples, seed, progress
-        See `comparison`.
+    """Judge the fronts of runs by one model, by default that of the first run.
 
     Raises
     ------
     InputError
-        Runs of other variables, responses or objectives; a front that cannot be computed.
+        A front that cannot be computed.
     """
-    check_same_question(runs)
-    foreign = tuple(run.entry.folder.as_posix() for run in other_models(runs))
-    judge = runs[0].model
+    judge = judge or runs[0].model
     judges = common_judges(judge, n_samples, seed)
     free = variables_without_effect(judge.evaluate, judge.space)
     total = sum(len(run.designs) for run in runs)
@@ -272,7 +320,7 @@ def judged(
     for run, name in zip(runs, configuration_names(runs), strict=True):
         parts = []
         for chunk in np.split(run.designs, range(CHUNK, len(run.designs), CHUNK)):
-            parts.append(np.stack([one(chunk).objectives for one in judges]))
+            parts.append(np.stack([values.objectives for values in judges.by_set(chunk)]))
             done += len(chunk)
             progress(done, total, f"designs judged, {time.perf_counter() - begin:.0f} s")
         by_set = np.concatenate(parts, axis=1)
@@ -281,22 +329,13 @@ def judged(
             raise InputError(f"no design of {run.entry.folder} can be computed with common draws")
         designs = at_nominal(run.designs[computed], judge.space, free)
         fronts.append(JudgedRun(run, name, by_set[:, computed], designs, int((~computed).sum())))
-    return Comparison(judge, tuple(fronts), n_samples, seed, foreign)
+    return Comparison(judge, judge_name, tuple(fronts), n_samples, seed)
 
 
-def common_judges(judge: RobustResponse, n_samples: int, seed: int) -> list[RobustResponse]:
-    """Return the judge with each of the `SETS` sets of draws."""
-    structure = judge.structure
-    width = judge.space.n_variables if structure is None else structure.n_draws
-    return [
-        replace(
-            judge,
-            sample=sobol_sample(
-                width, n_samples // SETS, seed=seed, purpose=f"comparison sample, set {number}"
-            ),
-        )
-        for number in range(1, SETS + 1)
-    ]
+def common_judges(judge: RobustResponse, n_samples: int, seed: int) -> Replicates:
+    """Return the judge with each of the sets of draws."""
+    purposes = [f"comparison sample, set {number}" for number in range(1, SETS + 1)]
+    return replicates(judge, n_samples // SETS, seed=seed, purposes=purposes)
 
 
 def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:
@@ -326,8 +365,34 @@ def _name(options: Mapping[str, object], differing: Sequence[str]) -> str:
     return ", ".join(f"{name.replace('_', '-')} {options.get(name)}" for name in differing)
 
 
+NOT_COMPARABLE = "not comparable: different models"
+
+
+def compared_report(studies: Sequence[Comparison]) -> Report:
+    """Report fronts under every judge: one verdict where there is one model, else one each."""
+    if len(studies) == 1:
+        return comparison_report(studies[0])
+    report = Report("Fronts compared", QUESTION)
+    report.tile(overall(studies), "verdict over all judges")
+    report.section("The verdict", "\n\n".join(sentences(studies)))
+    report.summary |= {"verdict": overall(studies), "n_judges": len(studies)}
+    for number, study in enumerate(studies, start=1):
+        part = comparison_report(study)
+        names = {
+            name: f"judge_{number}_{name}" for name in (*part.tables, *part.figures, *part.summary)
+        }
+        report.include(part, f"As {study.judge_name} sees it", names=names)
+    return report
+
+
+def overall(studies: Sequence[Comparison]) -> str:
+    """Return the verdict over all judges: that of one model, or of several that agree."""
+    verdicts = {(study.best, study.headline) for study in studies}
+    return NOT_COMPARABLE if len(verdicts) > 1 else studies[0].headline
+
+
 def comparison_report(study: Comparison) -> Report:
-    """Report compared fronts."""
+    """Report fronts compared under one judge."""
     (first, second), found = next(iter(study.pairs.items()))
     verdicts = [pair.verdict for pair in study.pairs.values()]
     gap = study.gap(first, second) * study.per_line
@@ -335,18 +400,10 @@ def comparison_report(study: Comparison) -> Report:
     report.explain(
         *("Pareto front", "hypervolume", "attainment band", "within noise", "tolerance", "σ")
     )
-    for folder in study.foreign:
-        report.warn(
-            f"The model of {folder} is not the one that judges here "
-            f"({study.fronts[0].run.entry.name}): its options or code give other figures, so its "
-            "front is judged outside of its own world."
-        )
-    if len(study.pairs) > 1:
-        real = verdicts.count(Verdict.real)
-        report.tile(f"{real} of {len(study.pairs)}", "pairs with a real difference")
-        report.tile(str(len(study.fronts)), "runs judged by the same draws")
-    else:
+    if len(study.pairs) == 1:
         report.tile(found.verdict.value, f"{first} against {second}")
+    report.tile(study.best, "has the best front")
+    if len(study.pairs) == 1:
         change = f"{signed(PERCENT * found.value, 2)} %"
         report.tile(change, "hypervolume, first minus second")
         if np.isfinite(found.noise):
@@ -373,10 +430,10 @@ def comparison_report(study: Comparison) -> Report:
     }
     report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
     for name, volumes in study.hypervolumes.items():
-        key = f"hypervolume_percent_{name.replace(' ', '_')}"
-        report.summary[key] = PERCENT * float(volumes.mean())
+        key = re.sub(r"\W+", "_", name).strip("_")
+        report.summary[f"hypervolume_percent_{key}"] = PERCENT * float(volumes.mean())
     report.facts |= {
-        "judge": study.fronts[0].run.entry.folder.as_posix(),
+        "judge": study.judge_name or "the model of all runs",
         "common_draws": study.n_samples,
         "sets_of_draws": SETS,
     }
@@ -403,7 +460,7 @@ def comparison_report(study: Comparison) -> Report:
 def _verdict(report: Report, study: Comparison) -> None:
     """Say which front is better, and show the difference beside its noise."""
     pairs, shown = pair_table(study), _shown(study)
-    report.section("The verdict")
+    report.section("The verdict", study.headline)
     for pair in shown:
         report.text(verdict_sentence(study, pair))
     rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
@@ -614,6 +671,11 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
             f"alone may give ±{noise:.2f} %)."
         )
     better, worse = (first, second) if found.value > 0.0 else (second, first)
+    if abs(found.value) <= found.noise:
+        return (
+            f"{better} is really better than {worse}: under all draws its front equals or beats "
+            f"every design of the other ({abs(value):.2f} % hypervolume)."
+        )
     return (
         f"{better} is really better than {worse}: its front dominates {abs(value):.2f} % more of "
         f"the box; chance alone may give ±{noise:.2f} %."
@@ -647,7 +709,7 @@ def _method(study: Comparison) -> str:
         for point in (box.ideal, box.nadir, box.reference_point)
     )
     return (
-        f"The model of the first run judges all fronts with {study.n_samples} draws that no search "
+        f"One model judges all fronts with {study.n_samples} draws that no search "
         f"has seen: {SETS} independent scrambled Sobol sets, seed {study.seed}.\n\n"
         f"The best front of all runs together spans a box from its ideal ({ideal}) to its nadir "
         f"({nadir}). The reference point of the hypervolume ({corner}) lies a tenth of the box "
@@ -662,9 +724,12 @@ def _method(study: Comparison) -> str:
     )
 
 
-def sentences(study: Comparison) -> list[str]:
+def sentences(studies: Sequence[Comparison]) -> list[str]:
     """Return the verdicts in words, for a terminal."""
-    return [verdict_sentence(study, pair) for pair in _shown(study)]
+    if len(studies) == 1:
+        return [verdict_sentence(studies[0], pair) for pair in _shown(studies[0])]
+    lines = [f"{overall(studies)[0].upper()}{overall(studies)[1:].rstrip('.')}."]
+    return lines + [f"As {study.judge_name} sees it: {study.headline}" for study in studies]
 
 
 def compare(
@@ -698,7 +763,7 @@ def compare(
         See `deboom.study.compare.comparison`; nothing is left behind.
     """
     checked_seed(seed)
-    shown = [folder.as_posix() for folder in folders]
+    shown = sorted(folder.as_posix() for folder in folders)
     record = {
         "study": STUDY,
         "question": QUESTION,
@@ -715,9 +780,9 @@ def compare(
 
     def work() -> Report:
         with progress_bar("common draws") as bar:
-            study = comparison(folders, studies, samples, seed, bar)
-        verdicts.extend(sentences(study))
-        return comparison_report(study)
+            judges = comparison(folders, studies, samples, seed, bar)
+        verdicts.extend(sentences(judges))
+        return compared_report(judges)
 
     folder = run_command(out, record, work, relative_to=Path.cwd())
     refresh_overview(out)

@@ -12,10 +12,11 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.explore.front import Verification, verification_response
+from deboom.explore.front import Verification, replicates, verification_response
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
+from deboom.plot.style import FULL_WIDTH
 from deboom.report import Scalar
 from deboom.tabled import Tabled
 
@@ -73,9 +74,8 @@ class Front(Tabled):
 
     @cached_property
     def picks(self) -> dict[str, int]:
-        """Rows of the front by name of the pick, chosen on verified values."""
-        rows = pick(self.values)
-        return {"best mean": rows.best_mean, "best sigma": rows.best_sigma, "knee": rows.knee}
+        """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
+        return pick(self.values, self.baseline)
 
     @cached_property
     def without_effect(self) -> tuple[str, ...]:
@@ -95,19 +95,19 @@ class Front(Tabled):
 
     @cached_property
     def verifying(self) -> RobustResponse:
-        """The model with the draws of the verification."""
+        """The model with the first scramble of the verification."""
         check = self.verification
         return verification_response(self.robust, check.n_samples, seed=check.seed)
 
     @cached_property
     def baseline(self) -> RobustValues:
         """Today's design under the verification's draws; one row."""
-        return self.verifying(self.robust.space.nominal[np.newaxis, :])
+        return self.verified(self.robust.space.nominal[np.newaxis, :])
 
-    @property
-    def n_dominated(self) -> int:
-        """Designs of the front that the new draws show to be dominated."""
-        return int((~self.verification.nondominated & ~self.values.failed).sum())
+    def verified(self, designs: RealArray) -> RobustValues:
+        """Return the values of designs (n, k) under the draws of the verification."""
+        check = self.verification
+        return replicates(self.robust, check.n_samples, seed=check.seed)(designs)
 
     @cached_property
     def survivors(self) -> RealArray:
@@ -124,8 +124,10 @@ class Front(Tabled):
     @property
     def table(self) -> pd.DataFrame:
         """One row per design: objectives as verified and as searched, as sums and per line."""
-        names = {row: name for name, row in reversed(self.picks.items())}
-        n, unit = len(self.search.front), self.index.response_unit
+        names: dict[int, list[str]] = {}
+        for name, row in self.picks.items():
+            names.setdefault(row, []).append(name)
+        n, unit, searched = len(self.values), self.index.response_unit, self.verification.searched
         sums, scatter = ("SPLV ", "dB") if unit == "dB(A)" else ("", unit)
         share, mean = self.survivors.T
         failing = {
@@ -135,13 +137,13 @@ class Front(Tabled):
         return pd.DataFrame(
             {
                 "point": np.arange(1, n + 1),
-                "pick": [names.get(row, "") for row in range(n)],
+                "pick": [" = ".join(names.get(row, ())) for row in range(n)],
                 f"{sums}mean sum [{unit}]": self.values.mean_sum,
                 f"{sums}sigma sum [{scatter}]": self.values.sigma_sum,
                 f"standard error of mean sum [{scatter}]": self.values.standard_error_mean_sum,
                 f"standard error of sigma sum [{scatter}]": self.values.standard_error_sigma_sum,
-                f"{sums}mean sum in search [{unit}]": self.search.front.mean_sum,
-                f"{sums}sigma sum in search [{scatter}]": self.search.front.sigma_sum,
+                f"{sums}mean sum in search [{unit}]": searched.mean_sum,
+                f"{sums}sigma sum in search [{scatter}]": searched.sigma_sum,
                 "non-dominated when verified": self.verification.nondominated,
                 f"mean per line and vehicle [{unit}]": self.per_line * self.values.mean_sum,
                 f"sigma per line and vehicle [{scatter}]": self.per_line * self.values.sigma_sum,
@@ -151,7 +153,7 @@ class Front(Tabled):
 
     def designs(self, first: int = 0) -> pd.DataFrame:
         """Tabulate the variables of every design of the front, from the `first` one [1]."""
-        designs = self.search.front.designs
+        designs = self.values.designs
         columns = {f"{n} [1]": designs[:, k] for k, n in enumerate(self.variables) if k >= first}
         return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
 
@@ -186,8 +188,18 @@ class Front(Tabled):
         both = self.index(np.stack([self.robust.space.nominal, design]))
         return np.asarray((both[1] - both[0]) / self.index.n_lines)
 
-    def picture(self) -> Drawing:
-        """Draw the designs that are not dominated when verified, with the picks and today's."""
+    def picture(
+        self, beside: Mapping[str, RobustValues] | None = None, width: float = FULL_WIDTH
+    ) -> Drawing:
+        """Draw the designs that are not dominated when verified, with the picks and today's.
+
+        Parameters
+        ----------
+        beside : mapping of str to RobustValues, optional
+            Further fronts of the same vehicles under the same judge, by their label.
+        width : float
+            Of the figure [inch].
+        """
         values, scale = self.values, self.per_line
         shown = self.verification.nondominated
         return plot.pareto_front(
@@ -204,6 +216,11 @@ class Front(Tabled):
             },
             mean_label="mean level over vehicles and lines [dB(A)]",
             sigma_label="its σ over the tolerance [dB]",
+            beside={
+                name: (front.mean_sum * scale, front.sigma_sum * scale)
+                for name, front in (beside or {}).items()
+            },
+            width=width,
         )
 
     def convergence_picture(self) -> Drawing:
@@ -217,14 +234,9 @@ class Front(Tabled):
         """How many designs were evaluated and are left, in words."""
         text = (
             f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed; "
-            f"{len(self.search.front)} are on the front."
+            f"{len(self.search.front)} are on the front, of which tables and figures have "
+            f"{len(self.values)}, evenly along it and with all picks. {self.note}"
         )
-        if self.n_dominated:
-            verb = "is" if self.n_dominated == 1 else "are"
-            text += (
-                f" {self.n_dominated} of these {verb} dominated in the draws of the verification: "
-                "the table marks them, the figure leaves them out."
-            )
         share = self.survivors[:, 0]
         if share.any():
             text += (

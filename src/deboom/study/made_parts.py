@@ -149,16 +149,16 @@ class ScatterOptions:
 
     samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 128
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
     parts: Annotated[Path | None, Option(help="TOML: part numbers, batches, scatter.")] = None
 
-    def made(self, variables: Sequence[str], half_width: float = 0.20) -> MadeParts:
-        """Return the space of a study's factors, ``1 ± half_width``, with this scatter.
+    def made(self, variables: Sequence[str]) -> MadeParts:
+        """Return the space of a study's factors, ``1 ± bounds``, with this scatter.
 
         - `variables`: names of the factors; loss factors do not scatter.
-        - `half_width`: bounds of the designs about today's [1].
         - raises InputError: see `made_parts`.
         """
-        return made_parts(self.parts, factor_space(variables, half_width, self.tolerance))
+        return made_parts(self.parts, factor_space(variables, self.bounds, self.tolerance))
 
 
 def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:

@@ -355,8 +355,8 @@ class PlatformOptions:
         """Read the platform and look up what was asked for; see `operation`."""
         platform = read_platform(self.platform)
         band = study_band(platform) if self.band is None else self.band
-        runs = operation(platform, self.load_case, self.mounts, None, band)
-        return replace(runs, fleet=self.served(platform.fleet))
+        group = None if self.served(platform.fleet) is platform.fleet else self.group
+        return operation(platform, self.load_case, self.mounts, group, band)
 
     def served(self, fleet: Fleet) -> Fleet:
         """Return the vehicles of the group; of a platform with one group all, by default."""

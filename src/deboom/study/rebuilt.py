@@ -14,7 +14,7 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import verification_response
+from deboom.explore.front import replicates
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
@@ -156,7 +156,7 @@ def _check_reproduced(run: ComparedRun) -> None:
             f"stiffnesses ({', '.join(VERIFIED)}): its study {entry.study} cannot be compared"
         )
     rows = np.unique([0, len(front) // 2, len(front) - 1])
-    values = verification_response(run.model, draws, seed=run.seed)(run.designs[rows])
+    values = replicates(run.model, draws, seed=run.seed)(run.designs[rows])
     sums = np.column_stack([values.mean_sum, values.sigma_sum])
     if not np.allclose(sums, front[list(VERIFIED)].to_numpy(float)[rows], rtol=REPRODUCED):
         raise InputError(
@@ -204,20 +204,22 @@ def check_same_question(runs: Sequence[ComparedRun]) -> None:
         raise InputError("only fronts of two objectives can be compared")
 
 
-def other_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
-    """Return the runs whose model is not the first one's: it gives other figures."""
-    judge = runs[0].model
-    others = []
-    for run in runs[1:]:
-        if run.model.n_draws != judge.n_draws:
-            others.append(run)
-            continue
-        model = replace(run.model, sample=judge.sample)
-        rows = np.unique([0, len(run.designs) - 1])
-        mine, theirs = (one(run.designs[rows]).objectives for one in (judge, model))
-        if not np.allclose(mine, theirs, rtol=REPRODUCED):
-            others.append(run)
-    return others
+def distinct_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
+    """Return one run per model: the first of those whose models give the same figures."""
+    found: list[ComparedRun] = []
+    for run in runs:
+        if not any(_same_model(run, other) for other in found):
+            found.append(run)
+    return found
+
+
+def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
+    if run.model.n_draws != other.model.n_draws:
+        return False
+    rows = np.unique([0, len(run.designs) - 1])
+    model = replace(other.model, sample=run.model.sample)
+    mine, theirs = (one(run.designs[rows]).objectives for one in (run.model, model))
+    return bool(np.allclose(mine, theirs, rtol=REPRODUCED))
 
 
 def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:

@@ -13,7 +13,9 @@ from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front
+from deboom.explore.doe import latin_hypercube
+from deboom.explore.front import pareto_front, thinned, verify
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import (
     Limit,
     LimitedResponse,
@@ -21,9 +23,12 @@ from deboom.explore.robust import (
     Requirements,
     Robust,
     RobustResponse,
+    chosen,
+    joined,
 )
+from deboom.explore.scatter import ToleranceSample
 from deboom.explore.search import SearchResult, merge, nsga2
-from deboom.explore.selection import pick, polish
+from deboom.explore.selection import improved, pick
 from deboom.explore.space import Progress
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
@@ -32,7 +37,8 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
-from deboom.study.platform_model import LIBRARY_FILE, Factor, Operation
+from deboom.study.front import Front
+from deboom.study.platform_model import LIBRARY_FILE, Factor, Motion, Operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.fleet import lines_inside
@@ -57,34 +63,15 @@ class Budget:
         Of each search.
     searches : int
         NSGA-II runs with as many seeds, counted up from the study's, under the same draws.
-    polished : bool
-        Whether best mean, knee and best sigma of the front go on by gradient.
     """
 
     population: int
     generations: int
     searches: int = 1
-    polished: bool = False
-
-    @property
-    def note(self) -> str:
-        """What a report must say beside the numbers of the first search; empty if nothing."""
-        more = (
-            f"The front is that of {self.searches} searches with different seeds; the convergence "
-            "shown is that of the first one. "
-            if self.searches > 1
-            else ""
-        )
-        steps = (
-            "Best mean, knee and best sigma then went on by gradient, to less mean at no more "
-            "sigma."
-        )
-        return (more + (steps if self.polished else "")).strip()
 
 
 def robust_search(
     robust: Robust,
-    model: Robust,
     budget: Budget,
     seed: int,
     progress: Progress,
@@ -93,14 +80,12 @@ def robust_search(
     name: str = "search",
     first_population: RealArray | None = None,
 ) -> SearchResult:
-    """Search with every seed, merge the fronts, and polish the picks.
+    """Search with every seed and merge the fronts.
 
     Parameters
     ----------
     robust : Robust
         What evaluates a generation, perhaps in many processes.
-    model : RobustResponse
-        The same in this process; it offers the gradient.
     budget : Budget
         How long.
     seed : int
@@ -119,21 +104,16 @@ def robust_search(
     Returns
     -------
     SearchResult
-        Of several searches, with the convergence of the first one. A single search that is not
-        polished is `nsga2`'s, bit for bit.
+        Of several searches, with the convergence of the first one. A single search is `nsga2`'s,
+        bit for bit.
 
     Raises
     ------
     InputError
-        Fewer searches than one, designs that are to be polished within limits; see also `nsga2` and
-        `deboom.explore.selection.polish`.
+        Fewer searches than one; see also `nsga2`.
     """
     if budget.searches < 1:
         raise InputError(f"{budget.searches} searches find nothing: ask for at least one")
-    if budget.polished and getattr(robust, "limits", None) is not None:
-        raise InputError(
-            "a polish knows no limits: search for more generations, or leave the limits out"
-        )
     found = []
     for number in range(seed, seed + budget.searches):
         folder = name if number == seed else f"{name}_seed{number}"
@@ -150,17 +130,11 @@ def robust_search(
             )
         )
     first = found[0]
-    whole = first
-    if len(found) > 1:
-        whole = replace(
-            merge(found), hypervolume=first.hypervolume, reference_point=first.reference_point
-        )
-    if budget.polished and isinstance(model, RobustResponse):
-        picks = pick(whole.front)
-        rows = sorted({picks.best_mean, picks.knee, picks.best_sigma})
-        better = polish(model, whole.front, rows)
-        whole = replace(whole, front=pareto_front(whole.front, better))
-    return whole
+    if len(found) == 1:
+        return first
+    return replace(
+        merge(found), hypervolume=first.hypervolume, reference_point=first.reference_point
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,14 +192,14 @@ class MountLimits:
         whose = "every drawn part" if self.every_part else "the design itself"
         report.section(
             "Limits",
-            f"{len(self.limits.names)} limits had to be kept by {whose}: {search.n_infeasible} of "
-            f"{search.n_evaluated} designs miss one. The front holds only designs that keep all.",
+            f"{len(self.limits.names)} limits had to be kept by {whose}: {search.infeasible.sum()} "
+            f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
         )
         table = self._table(self.requirements, self.limits, designs)
         report.table("limits", table, "Limited numbers of the named designs, without scatter.")
         beyond = _beyond(search, self.requirements.variable_names, self.limits)
         report.table("beyond_limits", beyond)
-        report.summary["n_beyond_limits"] = search.n_infeasible
+        report.summary["n_beyond_limits"] = int(search.infeasible.sum())
         report.inputs += self.inputs
 
     def _table(
@@ -314,6 +288,32 @@ def _quantities(
     return found
 
 
+def price(runs: Operation, factor: Factor) -> MountRequirements:
+    """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
+
+    Raises
+    ------
+    InputError
+        No mount library, no static curve of a direction, no [powertrain] or no engine torque.
+    """
+    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    model, case = _kinematic_model(runs, carriers), runs.cases[0][0]
+    places = [
+        f"{mount.name} {piece}" if piece else mount.name
+        for mount in carriers
+        for piece in (mount.pieces if len(mount.pieces) > 1 else ("",))
+    ]
+    travel = [f"{place} {axis}" for place in places for axis in "xz"]
+    real = _real_stiffness(carriers, case, runs.band)
+    quantities = (
+        WeightSag(model, _powertrain(runs), tuple(places)),
+        TorqueTravel(model, round(float(case.wheel_torque.max())), tuple(travel), factor),
+        NaturalFrequencies(tuple(carriers), _powertrain(runs), real),
+    )
+    names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
+    return MountRequirements(names, quantities)
+
+
 def _limits(
     quantity: Quantity, at_least: float | None = None, at_most: float | None = None
 ) -> tuple[Limit, ...]:
@@ -373,9 +373,10 @@ def _magnitude(
 
 def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> pd.DataFrame:
     """One row per design that misses a limit: factors, and by how much it misses each."""
-    factors = {f"{name} [1]": search.infeasible_designs[:, k] for k, name in enumerate(variables)}
+    beyond = chosen(search.evaluated, np.flatnonzero(search.infeasible))
+    factors = {f"{name} [1]": beyond.designs[:, k] for k, name in enumerate(variables)}
     excess = {
-        f"beyond {name} [{name.rpartition(' ')[2]}]": search.infeasible_excess[:, k]
+        f"beyond {name} [{name.rpartition(' ')[2]}]": beyond.excess[:, k]
         for k, name in enumerate(limits.names)
     }
     return pd.DataFrame({**factors, **excess})
@@ -432,19 +433,84 @@ class SearchOptions:
         ):
             whole = spread if limits is None else limits.around(spread)
             return robust_search(
-                *(whole, robust, self.budget, seed, bar, context, inputs, name),
+                *(whole, self.budget, seed, bar, context, inputs, name),
                 first_population=first_population,
             )
 
 
+VERIFIED = 1024
+"""Draws of each scramble behind a verified number."""
+SHOWN = 100
+"""Designs of a front that are verified and shown; a longer front is thinned evenly along it."""
+
+
 @dataclass(frozen=True)
 class ThoroughSearchOptions(SearchOptions):
-    """Options of a study that may search with several seeds, and go on by gradient."""
+    """Options of a study that may search with several seeds, and improves its picks by gradient."""
 
     searches: Annotated[int, Option(help="Seeds from seed upwards, into one front.")] = 1
-    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = False
+    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = True
 
     @property
     def budget(self) -> Budget:
         """How long is searched."""
-        return Budget(self.population, self.generations, self.searches, self.polish)
+        return Budget(self.population, self.generations, self.searches)
+
+    def verified(
+        self,
+        robust: RobustResponse,
+        seed: int,
+        context: RunContext | None,
+        inputs: Sequence[Path],
+        limits: MountLimits | None = None,
+        draws: int = VERIFIED,
+        *,
+        name: str = "search",
+        begin: RealArray | None = None,
+    ) -> Front:
+        """Search a front, improve its picks, and verify what is shown of it.
+
+        Parameters
+        ----------
+        robust, seed, context, inputs, limits, name
+            As for `front`.
+        begin : array, shape (n, k), optional
+            Designs that the search begins with, beside a Latin hypercube [units of the space].
+        draws : int
+            Of each scramble of the verification, a power of two.
+
+        Notes
+        -----
+        Picks go on by gradient where the model is smooth, two sums are minimised, all designs share
+        their draws, and no limits are set; elsewhere they are the best of all evaluated designs.
+        """
+        if begin is not None:
+            rest = latin_hypercube(robust.space, self.population - len(begin), seed=seed)
+            begin = np.vstack([begin, rest])
+        search = self.front(
+            *(robust, seed, context, inputs),
+            limits=limits,
+            title=name,
+            name=name,
+            first_population=begin,
+        )
+        smooth = (
+            robust.objectives == (MEAN_SUM, SIGMA_SUM)
+            and isinstance(robust.sample, ToleranceSample)
+            and not robust.space.integer.any()
+            and getattr(robust.evaluate, "motion", None) is not Motion.amplitude
+        )
+        polished = self.polish and smooth and (limits is None or limits.limits is None)
+        today = robust(robust.space.nominal[np.newaxis])
+        picked = chosen(search.evaluated, sorted(set(pick(search.evaluated, today).values())))
+        if polished:
+            picked = improved(robust, search.evaluated, today)
+        front = pareto_front(search.front, picked)
+        rows = joined([thinned(front, SHOWN), picked])
+        order = np.lexsort([*rows.designs.T, rows.objectives[:, 0]])
+        new = np.r_[True, np.any(np.diff(rows.designs[order], axis=0) != 0.0, axis=1)]
+        check = verify(chosen(rows, order[new]), robust, draws, seed=seed)
+        note = "Its picks then went on by gradient." if polished else ""
+        if self.searches > 1:
+            note = f"The front is that of {self.searches} searches with different seeds. {note}"
+        return Front(robust, replace(search, front=front), check, note.strip())

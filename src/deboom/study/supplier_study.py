@@ -174,11 +174,12 @@ class SupplierStudy:
         """The design as the search found it, shape (k,) [1]."""
         front = pd.read_csv(self.run.entry.folder / FRONT)
         name = self.pick.value.replace("-", " ")
-        rows = [row for row, named in enumerate(front.get("pick", ())) if named == name]
+        named = front.get("pick", pd.Series(dtype=str)).fillna("")
+        rows = [row for row, names in enumerate(named) if name in names.split(" = ")]
         if len(rows) != 1:
             raise InputError(
-                f"{self.run.entry.folder / FRONT} names no design '{name}' of its own: it is the "
-                "same as another pick, or the study picks none; use best-mean"
+                f"{self.run.entry.folder / FRONT} names no design '{name}': none is better than "
+                "today's, or the study picks none; use best-mean"
             )
         return np.asarray(self.run.designs[rows[0]])
 

@@ -602,7 +602,7 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
     refused("holds no acceptance_box.json", box=front)
     refused("has no allocation.csv", tolerances=front)
     refused("has no part_numbers.csv", sharing=tolerance_run)
-    refused("another design: run", replace(study, pick=Pick.knee), tolerances=tolerance_run)
+    refused("another design: run", replace(study, pick=Pick.best_sigma), tolerances=tolerance_run)
     foreign = pd.DataFrame({"direction": [], "part number": []})
     copy = run_folder(tmp_path / "commonality" / "x", {"a": "0"}, {"part_numbers.csv": foreign})
     refused("other files of the platform", sharing=copy)

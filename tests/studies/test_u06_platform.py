@@ -20,9 +20,9 @@ from deboom.vehicles.fleet import Fleet
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "u06_platform.py")
-SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8}
+SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False}
 REST = {"doe": 32, "draws": 4, "n": 8, "resamples": 100}
-SOURCE = {"mounts": MountSource.spectra}
+SOURCE = {"mounts": MountSource.spectra, "motion": Motion.prescribed}
 
 
 def run(out, name="u06_platform", **asked):

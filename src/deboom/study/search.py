@@ -485,7 +485,7 @@ class ThoroughSearchOptions(SearchOptions):
         their draws, and no limits are set; elsewhere they are the best of all evaluated designs.
         """
         if begin is not None:
-            rest = latin_hypercube(robust.space, self.population - len(begin), seed=seed)
+            rest = latin_hypercube(robust.space, self.population, seed=seed)[len(begin) :]
             begin = np.vstack([begin, rest])
         search = self.front(
             *(robust, seed, context, inputs),

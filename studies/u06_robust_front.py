@@ -6,7 +6,8 @@ powertrain's motion answers (coupled), and the same search with prescribed motio
 the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
 sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best mean, no scatter); benefit_db,
 benefit_prescribed_db (fall of the mean level by the optimum of each motion), promised_prescribed_db
-(as prescribed motion sees it); worst_load_case, worst_load_case_change_db; sigma_bias_percent,
+(as prescribed motion sees it); r_min, slope_min, slope_max (coupled over prescribed change of the
+same designs); worst_load_case, worst_load_case_change_db; sigma_bias_percent,
 mean_bias_db_per_line (search - verification); surface_difference_at_peaks_db; design_factor;
 held_*_share (beyond data); n_front, n_evaluated, n_failed, n_beyond_limits; seconds_search,
 seconds_both_searches.

@@ -378,7 +378,13 @@ class DynamicStiffnessSurface(StiffnessModel):
                     "the number of pieces is chosen by leaving out whole runs: name each line's run"
                 )
             for part, measured in zip(parts, values, strict=True):
-                part.fit(points, measured, weight, runs)
+                with warnings.catch_warnings():
+                    # a piece of lower degree is no surface to believe in
+                    warnings.simplefilter("error", UserWarning)
+                    try:
+                        part.fit(points, measured, weight, runs)
+                    except UserWarning as error:
+                        raise InputError(str(error)) from None
                 n_pieces, n_terms, _ = part.coefficients_.shape
                 if np.any(part.degrees_of_freedom_ < 1):
                     raise InputError(

@@ -25,6 +25,7 @@ from deboom.files.acceptance import (
     BoxVariable,
     Programme,
     ProgrammeMount,
+    read_measured_sheet,
     read_programme,
     read_solution_box,
     write_solution_box,
@@ -459,7 +460,7 @@ def filled(path, out, stiffness, language="measured", **cells):
     table.delete_rows(2, table.max_row)
     for number, value in enumerate(stiffness, 1):
         row = dict(zip(header, state, strict=True))
-        row |= {"part": f"P{number}", "batch": "B1", "|K| [N/mm]": value} | cells
+        row |= {header[0]: f"P{number}", header[1]: "B1", "|K| [N/mm]": value} | cells
         table.append([row[name] for name in header])
     book.save(out)
     return out
@@ -499,6 +500,28 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     result = accepted(workbook, path, "--out", tmp_path)
     assert result.exit_code == 2  # two pieces alike are copied measurements
     assert "all 2 pieces have the value" in result.stderr
+
+
+def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, few_draws, tmp_path):
+    content = sheet_of(study, files=SheetFiles(box=box_run), language=Language.de)
+    path = tmp_path / "blatt.xlsx"
+    path.write_bytes(documents(content, "")[1])
+    known = content.specification.musts["x"].today_n_per_mm
+    values = known * 1.04 * np.array([1.0, 0.76, 0.77, 0.78])
+    back = filled(path, tmp_path / "zurueck.xlsx", values, "gemessen")
+    book = openpyxl.load_workbook(back)
+    table = book["gemessen"]
+    for row, name in enumerate(("heute", "T1", "T2", "T3"), 2):
+        table.cell(row, 1, name)
+        table.cell(row, 2, "C1")
+    book.save(back)
+    first, *_ = read_measured_sheet(back, content.specification)
+    assert first.stiffness["x"] == pytest.approx(0.76e3 * known)
+    result = accepted(path, back, "--out", tmp_path)
+    assert result.exit_code == 0, result.output
+    run = Path(result.stdout.strip().splitlines()[-1])
+    page = (run / "supplier.html").read_text(encoding="utf-8")
+    assert all(word in page for word in ("bestanden", "Cpk mindestens", "Charge"))
 
 
 @pytest.mark.parametrize(

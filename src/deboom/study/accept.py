@@ -39,6 +39,10 @@ PERCENT = 100.0
 MOST_SHOWN = 40
 """Parts that do not pass and are listed on the supplier's page."""
 _ENGLISH: Literal["en", "de"] = "en"
+_CAPABILITY_DE = [
+    *("Charge", "Richtung", "Teile", "von [1]", "bis [1]", "Mittel [1]", "σ [%]"),
+    *("Cp [1]", "Cp mindestens [1]", "Cpk [1]", "Cpk mindestens [1]"),
+]
 _COUNTS = ["passed", "failed", "undecided"]
 VERDICTS = ["batch", "parts", *_COUNTS, "verdict", "reason"]
 SHARES = [
@@ -292,7 +296,8 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet
     page.table(table.set_axis([*first, *ends], axis=1))
     if any(batch.capabilities for batch in delivery.batches):
         page.section(say("Capability", "Prozessfähigkeit"))
-        page.table(_capability_table(delivery).drop(columns=["outside, normal law [%]"]))
+        table = _capability_table(delivery).drop(columns=["outside, normal law [%]"])
+        page.table(table.set_axis(_CAPABILITY_DE, axis=1) if language == "de" else table)
     others = [judged for judged in delivery.parts if judged.verdict is not Verdict.passed]
     if others:
         page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))

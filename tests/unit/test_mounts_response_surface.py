@@ -345,7 +345,7 @@ def test_a_state_measured_again_is_supported_at_the_edge_of_the_lines():
         ),
         (LINES, STIFFNESS, {"sample_weight": np.zeros(N)}, "weights are above 0"),
         (LINES[:0], STIFFNESS[:0], {}, "no lines"),
-        (LINES[:20], STIFFNESS[:20], {}, "20 lines are too few for 1 pieces of 20 terms"),
+        (LINES[:20], STIFFNESS[:20], {}, "20 lines are too few for cubics"),
         (LINES[:19], STIFFNESS[:19], {}, "19 distinct rows do not determine a cubic of 20 terms"),
         (LINES, STIFFNESS, {"groups": ["a", "b"]}, "2 names of runs for 900 lines"),
     ],

@@ -378,19 +378,14 @@ class DynamicStiffnessSurface(StiffnessModel):
                     "the number of pieces is chosen by leaving out whole runs: name each line's run"
                 )
             for part, measured in zip(parts, values, strict=True):
-                with warnings.catch_warnings():
-                    # a piece of lower degree is no surface to believe in
-                    warnings.simplefilter("error", UserWarning)
+                # a piece of lower degree is no surface to believe in
+                with warnings.catch_warnings(action="error", category=UserWarning):
                     try:
                         part.fit(points, measured, weight, runs)
                     except UserWarning as error:
                         raise InputError(str(error)) from None
-                n_pieces, n_terms, _ = part.coefficients_.shape
                 if np.any(part.degrees_of_freedom_ < 1):
-                    raise InputError(
-                        f"{len(points)} lines are too few for {n_pieces} pieces of {n_terms} "
-                        "terms: measure more, or ask for fewer pieces"
-                    )
+                    raise InputError(f"{len(points)} lines are too few for cubics: measure more")
         elif np.ptp(weight) > 0:
             name = type(parts[0]).__name__
             raise InputError(f"{name} fits all lines alike: leave out the weights")

@@ -17,7 +17,7 @@ from deboom.choices import Pick
 from deboom.cli import app
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import write_interactive_page
-from deboom.study.platform_model import MountSource
+from deboom.study.platform_model import Motion, MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_study import supplier_study
 
@@ -32,6 +32,7 @@ def folder(tmp_path_factory):
     arguments = {
         "platform": write_foreign_platform(home / "any"),
         "mounts": MountSource.spectra,
+        "motion": Motion.prescribed,
         "group": GROUP,
         "generations": 3,
         "population": 12,

@@ -304,13 +304,9 @@ class MountFront(Front):
     def at_bound(self) -> tuple[str, ...]:
         """Chosen variables that best mean has at a bound, in words."""
         space = self.robust.space
-        near = 0.01 * (space.upper - space.lower)
-        return tuple(
-            f"{name} ({word})"
-            for column, name in zip(self.chosen, self.names, strict=True)
-            for end, word in ((space.lower, "lower"), (space.upper, "upper"))
-            if abs(self.best[column] - end[column]) < near[column]
-        )
+        place = (self.best - space.lower)[self.chosen] / (space.upper - space.lower)[self.chosen]
+        words = np.select([place < 0.01, place > 0.99], ["lower", "upper"], "")
+        return tuple(f"{n} ({word})" for n, word in zip(self.names, words, strict=True) if word)
 
     @cached_property
     def indifference(self) -> RealArray:
@@ -361,18 +357,12 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
         f"Which stiffness of its mounts makes a compressor quiet in {len(front.vehicles)} electric "
         f"cars, {low:g} to {high:g} Hz, and keeps them quiet as parts scatter?",
     )
-    report.explain(
-        *("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ", "Pareto front"),
-        *("sensitivity index", "noise transfer function"),
-    )
+    report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
+    report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*front.model.alarms)
     _tell(report, front)
-    report.facts |= {
-        "mounts": front.model.running.shares.statement,
-        "mount_state": front.model.running.source.state.statement,
-        "parts": options.parts.value,
-        "tolerance_sample": front.robust.sample.kind,
-    }
+    report.facts["mounts"] = front.model.running.shares.statement
+    report.facts["mount_state"] = front.model.running.source.state.statement
     report.inputs += front.model.fleet.inputs
     _choice(report, front, options)
     _cars(report, front)
@@ -389,8 +379,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     report.figure(
         "convergence",
         front.convergence_picture,
-        "Hypervolume of the front over the generations; flat means that more would not have "
-        "helped.",
+        "Hypervolume of the front over the generations; flat: more would not have helped.",
     )
     report.table("front", front.table)
     report.table("designs", front.designs())

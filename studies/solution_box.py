@@ -157,8 +157,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Within which stiffnesses may parts be delivered, each direction independent of all "
         f"others, so that {_percent(asked.share, 1)} of {what} keep their limit?",
     )
-    words = ("booming noise", "SPL", "stiffness factor", "dynamic stiffness", "tolerance")
-    report.explain(*words, "Pareto front")
+    report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "Pareto front")
     n_ends = 2 * study.over_plain.n_variables
     report.tile(
         f"{n_ends - study.on_bounds.sum()} of {n_ends}",
@@ -203,11 +202,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_measured_from": float(certainty.lower),
         "share_measured_to": float(certainty.upper),
     }
-    report.facts |= {
-        "kernel": study.index.kernel,
-        "law": asked.law.value,
-        "verification_parts": check.n_parts,
-    }
+    report.facts |= {"kernel": study.index.kernel, "law": asked.law.value}
     report.inputs += model.runs.platform.input_files
     if options.cost_table is not None:
         report.inputs.append(options.cost_table)
@@ -591,8 +586,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         "95 % of the parts below [dB(A)]": np.quantile(levels, 0.95, axis=0),
         "parts that miss the limit [%]": PERCENT * study.missed,
     }
-    caption = f"Limits and levels: {study.response.quantity}."
-    report.table("vehicles", pd.DataFrame(table), caption)
+    report.table("vehicles", pd.DataFrame(table), f"{study.response.quantity}: limits, levels.")
 
 
 def _other_boxes(report: Report, study: BoxStudy) -> None:

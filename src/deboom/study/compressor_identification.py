@@ -381,6 +381,30 @@ def case_table(tests: Sequence[IdentifiedTest]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
+def placement_table(test: IdentifiedTest) -> pd.DataFrame:
+    """List errors of gain, place and angle of sensors and impacts, with what was known before."""
+    kept = test.kept
+    prior = test.found.calibrated.placement.deviations(test.found.test.tolerances)
+    units = [_placement_unit(name) for name in kept.placement_names]
+    factor = np.array([scale for _, scale in units])
+    return pd.DataFrame(
+        {
+            "error of": kept.placement_names,
+            "unit": [unit for unit, _ in units],
+            "found": factor * kept.placement_errors,
+            "posterior deviation": factor * kept.placement_deviations,
+            "prior deviation": factor * prior,
+            "posterior over prior [1]": kept.placement_deviations / prior,
+        }
+    )
+
+
+def _placement_unit(name: str) -> tuple[str, float]:
+    if " position " in name:
+        return "mm", 1e3
+    return ("°", 180 / np.pi) if " angle " in name else ("%", 100.0)
+
+
 def in_words(table: pd.DataFrame) -> pd.DataFrame:
     """Write numbers of different units in one column with equally many digits."""
     words = table.copy()

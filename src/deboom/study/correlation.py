@@ -555,21 +555,16 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
     """Begin a report: what was evaluated, its DOE and the numbers that every such report has."""
     doe, space, platform = study.doe, study.doe.space, study.runs.platform
     report = Report(title, question)
-    report.explain(
-        *("booming noise", "SPL", "SPLV", "stiffness factor", "tolerance", "σ"),
-        *("noise transfer function", "correlation", "family of vehicles"),
-    )
+    report.explain("booming noise", "SPL", "SPLV", "stiffness factor", "tolerance", "σ")
+    report.explain("noise transfer function", "correlation", "family of vehicles")
     report.summary |= {
         "n_designs": len(doe),
         "n_failed": doe.n_failed,
         "n_families": len(study.families.members),
         "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
     }
-    report.facts |= {
-        "plan": study.plan,
-        "kernel": study.index.kernel,
-        "known_designs": study.n_known,
-    }
+    report.facts |= {"plan": study.plan, "kernel": study.index.kernel}
+    report.facts["known_designs"] = study.n_known
     report.inputs += [*platform.input_files, *study.inputs]
     cases = ", ".join(
         f"{platform.load_case(case.name).title} (weight {weight:g})"

@@ -47,6 +47,7 @@ from deboom.study.compressor_identification import (
     identifiability_table,
     identified_test,
     in_words,
+    placement_table,
     read_test,
 )
 from deboom.study.progress import Progress, counted
@@ -496,10 +497,9 @@ def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> N
     """Show what the test says of each of the thesis's numbers."""
     own_axis = (" rotation x", "'s rotation about its own axis")
     changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
-    numbers = [str(number) for number in range(1, 1 + len(changes))]
     report.table(
         "null_space",
-        pd.DataFrame({"change": numbers, "in words": changes}),
+        pd.DataFrame({"change": [str(1 + k) for k in range(len(changes))], "in words": changes}),
         "Changes that no test at one virtual point can see.",
     )
     fits = [("least squares, trf", thesis.fit, thesis.seconds)]
@@ -578,20 +578,7 @@ def _identical(report: Report, fit: IdenticalFit) -> None:
 
 def _placement(report: Report, test: IdentifiedTest) -> None:
     """Show the errors of gains, places and angles that the test revealed."""
-    kept = test.kept
-    prior = test.found.calibrated.placement.deviations(test.found.test.tolerances)
-    units = [_placement_unit(name) for name in kept.placement_names]
-    factor = np.array([scale for _, scale in units])
-    table = pd.DataFrame(
-        {
-            "error of": kept.placement_names,
-            "unit": [unit for unit, _ in units],
-            "found": factor * kept.placement_errors,
-            "posterior deviation": factor * kept.placement_deviations,
-            "prior deviation": factor * prior,
-            "posterior over prior [1]": kept.placement_deviations / prior,
-        }
-    )
+    table = placement_table(test)
     size = (table["found"] / table["prior deviation"]).abs()
     largest = table.loc[size.sort_values(ascending=False).index].head(SHOWN_ROWS)
     report.section(
@@ -625,12 +612,6 @@ def _against_truth(report: Report, tests: Sequence[IdentifiedTest]) -> None:
         "Im gain [%]": 3,
     }
     report.table("cases", cases, "Identified against true.", decimals)
-
-
-def _placement_unit(name: str) -> tuple[str, float]:
-    if " position " in name:
-        return "mm", 1e3
-    return ("°", 180 / np.pi) if " angle " in name else ("%", 100.0)
 
 
 def _quantile(values: Sequence[float]) -> float:

@@ -60,7 +60,6 @@ MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
 INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
 MASS_UNITS = ("kg", "kg m", "kg m²")
 SHEET, CALIBRATED, MODEL = "measured, places of the sheet", "measured, calibrated", "identified"
-THESIS_CONDITION = 450.0
 WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
@@ -207,7 +206,7 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         lines,
         {name: condition_numbers(sheet, unit) for name, unit in units.items()},
         y_label="condition number [1]",
-        levels={"450, the thesis": THESIS_CONDITION},
+        levels={"450, the thesis": 450.0},
         logarithmic=True,
     )
     report.figure(

@@ -437,7 +437,8 @@ def spl_curves(
             if place % columns == 0:
                 axes.set_ylabel("SPL [dB(A)]")
         _level_axis(panels[0], lines, np.vstack([rows["baseline"], rows["optimised"]]))
-        _spl_legend(figure, panels)
+        if width == FULL_WIDTH:  # beside another figure the caption says it
+            _spl_legend(figure, panels)
         freeze_layout(figure)
         for place, axes in enumerate(panels):
             curves = (rows["baseline"][place], rows["optimised"][place])

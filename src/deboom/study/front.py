@@ -214,8 +214,8 @@ class Front(Tabled):
                 name: (float(values.mean_sum[row]) * scale, float(values.sigma_sum[row]) * scale)
                 for name, row in self.picks.items()
             },
-            mean_label="mean level over vehicles and lines [dB(A)]",
-            sigma_label="its σ over the tolerance [dB]",
+            mean_label="mean level over lines [dB(A)]",
+            sigma_label="its σ [dB]",
             beside={
                 name: (front.mean_sum * scale, front.sigma_sum * scale)
                 for name, front in (beside or {}).items()

@@ -51,7 +51,7 @@ FURTHER = 0.1
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
 NO_REQUIREMENT = "no requirement"
-BESIDE_WIDTH = 3.7
+BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
 TERMS = (
     "booming noise",

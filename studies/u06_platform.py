@@ -77,7 +77,7 @@ class Options:
     seed: Seed = 1
     doe: Annotated[int, Option(help="Designs of the DOE; a power of two.")] = 256
     draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16
-    search: ThoroughSearchOptions = ThoroughSearchOptions(generations=50)
+    search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
     from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
     n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024

@@ -27,7 +27,7 @@ let selected = designs;
 
 function startPin(names, otherwise) {
   for (const name of names) {
-    const design = front.picks.indexOf(name);
+    const design = front.picks.findIndex((pick) => pick.split(" = ").includes(name));
     if (design >= 0) return design;
   }
   return otherwise;

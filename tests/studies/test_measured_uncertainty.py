@@ -15,6 +15,7 @@ from deboom.study.platform_model import Factor, Motion, MountSource, motion_inde
 from deboom.study.runner import load_study, run_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import model_of_other_data
+from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "measured_uncertainty.py")
@@ -65,7 +66,8 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
     designs.to_csv(folder / "designs.csv", index=False)
     pd.DataFrame({"pick": ["best mean", None]}).to_csv(folder / "front.csv", index=False)
 
-    result = run_study(STUDY, tmp_path, {**QUICK, "front": folder})
+    asked = {**QUICK, "front": folder, "motion": Motion.prescribed}
+    result = run_study(STUDY, tmp_path, asked)
 
     picks = pd.read_csv(result / "picks.csv")
     assert picks["design"].tolist() == ["today's", "best mean"]
@@ -118,11 +120,20 @@ def test_vehicles_measured_in_two_ways_replace_the_priors(tmp_path):
     one, files = STUDY.module.measured_transfer(folders, None, (20.0, 60.0), averaged=False)
     mean, _ = STUDY.module.measured_transfer(folders, "driver ear", (20.0, 60.0), averaged=True)
 
-    assert {source.origin for source in one.sources} == {"both methods in U06-1, U06-2, U06-3"}
-    assert one.calibration_db == pytest.approx(np.sqrt(2) * mean.calibration_db)
-    assert one.path == pytest.approx(np.sqrt(2) * mean.path)
+    assert {source.origin for source in one} == {"both methods in U06-1, U06-2, U06-3"}
+    ones = np.ones((1, 3, 2), dtype=complex)
+    data = MeasuredArrays(np.arange(3.0), ones, ones.real, *[np.empty(0)] * 2, (), ())
+    drawn = [
+        {s.name: s.measured_again(data, np.random.default_rng(1)).transfer for s in sources}
+        for sources in (one, mean)
+    ]
+    level = [20 * np.log10(np.abs(again[CALIBRATION])) for again in drawn]
+    place = [again[PATHS] - 1 for again in drawn]
+    assert level[0] == pytest.approx(np.sqrt(2) * level[1])
+    assert place[0] == pytest.approx(np.sqrt(2) * place[1])
     # the bench: microphone 0.2 dB, hammer 0.1 dB; loudspeaker 0.5 dB; 3 vehicles tell little
-    assert 0.05 < one.calibration_db < 1.2
-    assert 0.002 < one.path < 0.2
+    sizes = {source.name: float(source.size.split()[0]) for source in one}
+    assert 0.05 < sizes[CALIBRATION] < 1.2
+    assert 0.2 < sizes[PATHS] < 20.0
     assert folders[0] / "vehicle.toml" in files
     assert STUDY.module.measured_transfer([], None, (20.0, 60.0), averaged=False) == (None, ())

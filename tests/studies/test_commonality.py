@@ -10,10 +10,11 @@ import pytest
 from deboom import plot
 from deboom.errors import InputError
 from deboom.plot.style import as_png
+from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
-BUDGET = {"group": "U06", "starts": 3, "allowed": 0.3}
+BUDGET = {"motion": Motion.prescribed, "group": "U06", "starts": 3, "allowed": 0.3}
 
 
 @pytest.fixture(scope="module")

@@ -99,7 +99,7 @@ def _design(run: ComparedRun, pick: Pick) -> RealArray:
     """Return the design of a pick of the front."""
     front = pd.read_csv(run.entry.folder / FRONT)
     picks = front["pick"].fillna("") if "pick" in front else pd.Series([""] * len(front))
-    named = {name: row for row, cell in enumerate(picks) for name in str(cell).split(", ") if name}
+    named = {name: row for row, cell in enumerate(picks) for name in str(cell).split(" = ") if name}
     wanted = pick.value.replace("-", " ")
     if wanted not in named:
         names = ", ".join(named) or "none"

@@ -43,10 +43,10 @@ from deboom.study.options import (
     robust_response,
     tolerance_sample,
 )
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, in_all_load_cases
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report, in_all_load_cases
+from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import (
     Analysis,

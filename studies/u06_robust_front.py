@@ -28,9 +28,15 @@ from deboom.report import Report
 from deboom.study.front import Front
 from deboom.study.made_parts import MadeParts, ScatterOptions
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
-from deboom.study.platform_model import Motion, MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import (
+    Motion,
+    MotionOptions,
+    Operation,
+    PlatformOptions,
+    in_all_load_cases,
+)
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report, in_all_load_cases
+from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits
 
 VERIFIED = 1024

@@ -11,6 +11,7 @@ import pandas as pd
 import end_to_end
 from claims import Claim
 from deboom.files.platform import read_platform
+from deboom.study.front import same_designs
 from deboom.study.options import factor_space
 from deboom.study.platform_model import (
     DEMONSTRATION as PLATFORM,
@@ -21,7 +22,6 @@ from deboom.study.platform_model import (
     MountSource,
     PlatformOptions,
 )
-from deboom.study.robust_front import same_designs
 
 COMPARED = 0.15
 """The same designs lie within ``1 ± COMPARED`` [1]."""

@@ -12,13 +12,16 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.explore.doe import sobol_designs
 from deboom.explore.front import Verification, replicates, verification_response
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
+from deboom.explore.space import DesignSpace
 from deboom.plot.style import FULL_WIDTH
 from deboom.report import Scalar
 from deboom.tabled import Tabled
+from deboom.vehicles.booming_model import BoomingModel
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
@@ -263,3 +266,20 @@ class Front(Tabled):
             "n_failed": self.search.n_failed,
             "seconds_search": round(self.search.seconds, 3),
         }
+
+
+def same_designs(
+    prescribed: BoomingModel, other: BoomingModel, space: DesignSpace, n: int = 256
+) -> pd.DataFrame:
+    """Compare the changes of the mean level by the same designs under two models, by vehicle."""
+    designs = sobol_designs(space, n, seed=1)
+    both = np.vstack([space.nominal, designs])
+    first, second = (index(both)[1:] - index(both)[0] for index in (prescribed, other))
+    pairs = list(zip(first.T, second.T, strict=True))
+    return pd.DataFrame(
+        {
+            "vehicle": list(other.response_names),
+            "correlation [1]": [float(np.corrcoef(x, y)[0, 1]) for x, y in pairs],
+            "slope [1]": [float(np.polyfit(x, y, 1)[0]) for x, y in pairs],
+        }
+    )

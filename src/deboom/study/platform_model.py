@@ -715,3 +715,18 @@ def _sizes(platform: Platform) -> dict[str, RealArray]:
     }
     torques = [np.abs(case.engine_torque) for case in cases if case.engine_torque is not None]
     return sizes | ({"engine torque": np.concatenate(torques)} if torques else {})
+
+
+def in_all_load_cases(
+    platform: PlatformOptions, runs: Operation, motion: MotionOptions, *, loss_factors: bool = False
+) -> BoomingModel | None:
+    """Return the model of a study in all load cases; None where their data do not allow it."""
+    names = [case.name for case in runs.platform.load_cases]
+    source = platform.mounts
+    if source is MountSource.library:
+        source = MountSource.library_inside
+    try:
+        every = replace(platform, load_case=names, mounts=source).operation()
+        return motion.index(replace(every, fleet=runs.fleet), loss_factors=loss_factors)
+    except InputError:
+        return None

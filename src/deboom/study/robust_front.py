@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -11,26 +11,21 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.doe import sobol_designs
 from deboom.explore.front import VERIFICATION, nondominated
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.selection import BEST_MEAN, indifference_intervals
-from deboom.explore.space import DesignSpace
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import mean_operating_stiffness
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
-from deboom.study.front import PERCENT, Front
+from deboom.study.front import PERCENT, Front, same_designs
 from deboom.study.options import aim_note
 from deboom.study.platform_model import (
     Factor,
     Motion,
-    MotionOptions,
     MotionReport,
-    MountSource,
     Operation,
-    PlatformOptions,
     factor_name,
     motion_name,
     motion_report,
@@ -243,21 +238,6 @@ class RobustFront(Front):
         rows = rows[nondominated(values.objectives[rows])]
         rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
         return {"found with prescribed motion": chosen(values, rows)}
-
-
-def in_all_load_cases(
-    platform: PlatformOptions, runs: Operation, motion: MotionOptions, *, loss_factors: bool = False
-) -> BoomingModel | None:
-    """Return the model of a study in all load cases; None where their data do not allow it."""
-    names = [case.name for case in runs.platform.load_cases]
-    source = platform.mounts
-    if source is MountSource.library:
-        source = MountSource.library_inside
-    try:
-        every = replace(platform, load_case=names, mounts=source).operation()
-        return motion.index(replace(every, fleet=runs.fleet), loss_factors=loss_factors)
-    except InputError:
-        return None
 
 
 def front_report(front: RobustFront) -> Report:
@@ -512,23 +492,6 @@ def _motions(report: Report, front: RobustFront, prescribed: Front) -> None:
         "slope_max": float(same["slope [1]"].max()),
         "seconds_both_searches": round(front.search.seconds + prescribed.search.seconds, 3),
     }
-
-
-def same_designs(
-    prescribed: BoomingModel, other: BoomingModel, space: DesignSpace, n: int = 256
-) -> pd.DataFrame:
-    """Compare the changes of the mean level by the same designs under two models, by vehicle."""
-    designs = sobol_designs(space, n, seed=1)
-    both = np.vstack([space.nominal, designs])
-    first, second = (index(both)[1:] - index(both)[0] for index in (prescribed, other))
-    pairs = list(zip(first.T, second.T, strict=True))
-    return pd.DataFrame(
-        {
-            "vehicle": list(other.response_names),
-            "correlation [1]": [float(np.corrcoef(x, y)[0, 1]) for x, y in pairs],
-            "slope [1]": [float(np.polyfit(x, y, 1)[0]) for x, y in pairs],
-        }
-    )
 
 
 def _driver(report: Report, front: RobustFront) -> None:

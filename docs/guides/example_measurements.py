@@ -17,8 +17,10 @@ import pandas as pd
 
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, mount_stiffness_matrix
 
+FREQUENCY = np.arange(20.0, 80.5, 0.5)
 
-def fill(folder: Path, frequency: np.ndarray) -> None:
+
+def fill(folder: Path, frequency: np.ndarray = FREQUENCY) -> None:
     """Write lines [Hz] into the tables and take the # off the keys marked FILL IN."""
     toml = folder / "platform.toml"
     text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(encoding="utf-8"), flags=re.M)

@@ -2,8 +2,8 @@
 Designs picked from a front
 ===========================
 
-Best mean, best scatter and the knee between them: what the front offers, told in decibels per
-line and vehicle instead of sums over all of them.
+Best mean, best scatter and what is quieter without a vehicle louder than today: what the front
+offers, told in decibels per line and vehicle instead of sums over all of them.
 """
 
 import numpy as np
@@ -23,11 +23,13 @@ picks[["pick", "mean per line and vehicle [dB(A)]", "sigma per line and vehicle 
 front.picture()
 
 # %%
-# What the knee asks of the mounts, and what it does in each vehicle.
+# What best mean asks of the mounts, and what it does in each vehicle.
 
-knee = front.pick_designs["knee"]
-asked = {name: round(float(x), 2) for name, x in zip(front.variables, knee, strict=True) if x != 1}
-change = front.splv_change(knee)
+quietest = front.pick_designs["best mean"]
+asked = {
+    name: round(float(x), 2) for name, x in zip(front.variables, quietest, strict=True) if x != 1
+}
+change = front.splv_change(quietest)
 print(asked)
 print(
     {name: round(float(x), 2) for name, x in zip(front.vehicles, change, strict=True)},

@@ -21,7 +21,7 @@ SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 FILES = sorted(
     path.relative_to(SHIPPED).as_posix()
     for path in SHIPPED.rglob("*")
-    if path.is_file() and path.name not in (LIBRARY_FILE, CATALOGUE_FILE)
+    if path.is_file() and path.name not in (LIBRARY_FILE, CATALOGUE_FILE, "programme.toml")
 )
 
 

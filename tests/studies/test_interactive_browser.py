@@ -61,7 +61,7 @@ def test_it_opens_with_today_and_two_picks(page):
         "design 1, best mean"
     )
     assert page.value("document.getElementById('pin-b').selectedOptions[0].text") == (
-        "design 9, knee"
+        "design 9, sigma kept"
     )
     assert cells(page, "stiffness", 0) == [
         "Front x",

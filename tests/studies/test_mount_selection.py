@@ -39,7 +39,9 @@ def test_the_search_finds_the_front_of_all_sets(finished):
     assert summary["n_sets"] == 36
     assert summary["set_front_found_percent"] == 100.0
     assert summary["n_front"] == summary["n_set_front"]
-    assert summary["change_db_per_line"] == summary["change_parts_as_they_are_db_per_line"] < 0.0
+    as_they_are = summary["change_parts_as_they_are_db_per_line"]
+    assert summary["change_db_per_line"] == pytest.approx(as_they_are, rel=1e-3)  # other draws
+    assert as_they_are < 0.0
 
 
 def test_tables_name_the_parts_to_order(finished):

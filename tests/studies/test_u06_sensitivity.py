@@ -36,7 +36,8 @@ def run(out, **changes):
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    return run(tmp_path_factory.mktemp("results"), mounts=MountSource.library)
+    out = tmp_path_factory.mktemp("results")
+    return run(out, mounts=MountSource.library, motion=Motion.prescribed)
 
 
 def test_the_ranking_is_that_of_the_thesis(finished):

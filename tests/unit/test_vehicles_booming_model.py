@@ -430,5 +430,3 @@ def test_coupled_sets_have_their_stiffness_and_todays_load():
 def test_numbers_of_no_part_are_refused(parts, sentence):
     with pytest.raises(InputError, match=sentence):
         catalogue()(np.array([[*parts, *np.ones(9)]]))
-    with pytest.raises(InputError, match="at least one part"):
-        replace(catalogue(), n_parts=(3, 4, 1))

@@ -458,10 +458,15 @@ class DynamicStiffnessSurface(StiffnessModel):
         """Return the values of cubics with the same split points, fitted to other lines.
 
         The lines are `X` (n, 3) and their stiffness `y` (n,) or (n, n_draws) [N/m], the values
-        those at the points `at` (m, 3), wherever they lie. InputError: a piece without lines.
+        those at the points `at` (m, 3), wherever they lie. A piece with too few of the lines has
+        the degree that they determine. InputError: a piece without lines.
         """
         real, imag = self._cubics("refit")
-        values = real.refitted(X, y.real).predict(at) + 1j * imag.refitted(X, y.imag).predict(at)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # lines that are left out, not missing
+            values = real.refitted(X, y.real).predict(at) + 1j * imag.refitted(X, y.imag).predict(
+                at
+            )
         return np.asarray(values)
 
     def to_arrays(self) -> dict[str, npt.NDArray[Any]]:

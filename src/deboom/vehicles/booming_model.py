@@ -423,7 +423,6 @@ class CatalogueModel:
     - `levels`: model number o has part number o at every mount; a mount with fewer parts repeats
       any. Number 0 has today's parts. Motion is prescribed or coupled.
     - `n_parts`: number of parts for each mount.
-    - raises InputError: not one number of parts per mount, or more parts than levels.
     """
 
     mounts: tuple[Mount, ...]

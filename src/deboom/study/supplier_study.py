@@ -439,7 +439,7 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
     """Return the band of every direction as stiffness factors; None where nothing is asked.
 
     It is the box's; where no box was made, that of the tolerance allocation, or else that of the
-    search, about the pick.
+    search, about the pick where that is wanted and about today's part where that will do.
     """
     found: dict[str, tuple[float, float] | None] = {}
     for direction in study.directions:
@@ -451,10 +451,11 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
             if direction.need is not Need.unknown or variable.set_by_limit:
                 found[direction.name] = (variable.lower, variable.upper)
         elif direction.need is not Need.unknown:
-            pick = float(study.wanted[direction.column])
+            wanted = direction.need is Need.wanted
+            middle = (study.wanted if wanted else study.space.nominal)[direction.column]
             half = float(study.space.tolerance[direction.column])
             half = sources.tolerance.get(direction.name, half)
-            found[direction.name] = (pick * (1.0 - half), pick * (1.0 + half))
+            found[direction.name] = (float(middle * (1 - half)), float(middle * (1 + half)))
     return found
 
 

@@ -1,6 +1,7 @@
 """A run that is killed goes on, by the same door, and ends with the same files."""
 
 import json
+import os
 import re
 import shutil
 import signal
@@ -239,7 +240,9 @@ def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, cli, tmp_path, monkeyp
 @pytest.mark.parametrize("how", [signal.SIGTERM, signal.SIGKILL])
 def test_workers_end_with_their_parent(tmp_path, how):
     options = ("--generations", "100000", "--workers", "2", "--out", str(tmp_path))
-    parent = subprocess.Popen([sys.executable, "-m", "deboom", "run", str(STUDY), *options])
+    path = os.pathsep.join([str(STUDY.parent), os.environ.get("PYTHONPATH", "")])
+    command = [sys.executable, "-m", "deboom", "run", str(STUDY), *options]
+    parent = subprocess.Popen(command, env={**os.environ, "PYTHONPATH": path})
     deadline = time.monotonic() + 120.0
     while not list(tmp_path.glob("*/*/search/evaluations/000002.npz")):
         assert parent.poll() is None

@@ -24,7 +24,6 @@ from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 from typer import Option
 
 from deboom import plot
@@ -128,8 +127,7 @@ def prepare(options: Options) -> Model:
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Search, verify and report."""
-    # threads may change the last bit of an optimum
-    with progress_bar("commonality") as progress, threadpool_limits(1):
+    with progress_bar("commonality") as progress:
         shared = _shared(model, options, progress)
     problem, sharing, vehicles = shared.problem, shared.fewest.sharing, model.vehicles
     price = shared.price(shared.fewest)

@@ -26,7 +26,6 @@ from typing import TYPE_CHECKING, Annotated
 
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 from typer import Option
 
 from deboom import plot
@@ -128,9 +127,7 @@ def run(model: DrivenVehicles, options: Options, context: RunContext | None = No
         *("booming noise", "SPL", "booming peak", "dynamic stiffness", "noise transfer function")
     )
     report.inputs += model.input_files
-    with threadpool_limits(1):  # its matrices are too small to share
-        result = validate(model, Listening(options.ear, options.band))
-        _report_all(report, result)
+    _report_all(report, validate(model, Listening(options.ear, options.band)))
     return report
 
 

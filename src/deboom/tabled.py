@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+from abc import ABC, abstractmethod
 from typing import Any
 
 import pandas as pd
@@ -11,13 +12,13 @@ SHOWN_ROWS = 12
 """Rows that a notebook shows of a longer table."""
 
 
-class Tabled:
+class Tabled(ABC):
     """A result whose numbers stand in `table`, columns ``name [unit]``."""
 
     @property
+    @abstractmethod
     def table(self) -> pd.DataFrame:
         """The result as a table."""
-        raise NotImplementedError
 
     def to_frame(self) -> pd.DataFrame:
         """Return `table`."""

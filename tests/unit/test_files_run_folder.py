@@ -13,6 +13,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.files import run_folder
 from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
+from deboom.tabled import csv_text
 
 
 def names(folder):
@@ -63,7 +64,7 @@ def test_tables_keep_every_bit_and_unix_line_ends(tmp_path):
     run = start_run(tmp_path, "front", seed=1, record={})
     values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.arange(-25, 25)
     table = pd.DataFrame({"vehicle": ["Ä,1"] * 50, "level [dB(A)]": values, "n [1]": range(50)})
-    run.save_table("front.csv", table)
+    run.save_text("front.csv", csv_text(table))
     data = (run.folder / "front.csv").read_bytes()
     assert data.startswith(b"vehicle,level [dB(A)],n [1]\n")
     assert b"\r" not in data

@@ -28,13 +28,11 @@ from typing import Annotated, Any, BinaryIO
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
-from deboom.tabled import csv_text
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -53,14 +51,6 @@ class Run:
     folder: Path
     seed: int
     created: tuple[Path, ...]
-
-    def save_table(self, name: str, table: pd.DataFrame) -> None:
-        """Save a table as CSV: UTF-8, Unix line ends, floats that read back exactly.
-
-        - `name`: File name within the run folder, such as ``front.csv``.
-        - `table`: Columns ``name [unit]``; the index is not saved.
-        """
-        self.save_text(name, csv_text(table))
 
     def save_json(self, name: str, content: Mapping[str, Any]) -> None:
         """Save a mapping as JSON, UTF-8.

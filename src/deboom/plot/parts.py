@@ -30,7 +30,6 @@ if TYPE_CHECKING:
 
 _COLUMNS = 3
 _PANEL_HEIGHT = 2.05
-_FACTOR_BAR = 0.19  # in, of one direction
 _DASHED = (0, (4, 1.6))
 
 Pair = tuple[npt.ArrayLike, npt.ArrayLike]

@@ -23,8 +23,6 @@ from deboom.compressor.identifiability import (
     ALONE,
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
-    quantities,
-    quantity_deviations,
 )
 from deboom.compressor.identify import (
     Identification,
@@ -150,12 +148,6 @@ def errors_of(found: Identification, truth: CompressorTruth) -> IdentificationEr
         float(np.abs(gain[1]).max()),
         (found.calibrated.values - parametrisation.values_of(true)) / deviation,
     )
-
-
-def quantity_scores(found: Identification, truth: CompressorTruth) -> RealArray:
-    """Errors of what an engineer asks for, in units of their stated standard deviation [1]."""
-    error = quantities(found.calibrated.model).values - quantities(truth.model).values
-    return np.asarray(error / quantity_deviations(found.calibrated))
 
 
 def mounting_errors(fit: IdenticalFit, truth: CompressorTruth) -> tuple[float, float]:

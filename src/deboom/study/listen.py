@@ -7,7 +7,6 @@ import json
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 from scipy.io import wavfile
 from scipy.signal.windows import tukey
 
@@ -16,7 +15,7 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes, replace_text
 from deboom.physics.sound_level import run_up_sound
-from deboom.study.rebuilt import FRONT, ComparedRun, compared_run
+from deboom.study.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
 
 RATE = 44100
@@ -65,7 +64,7 @@ def write_run_ups(
         raise InputError(
             f"run {folder} has no pressure at an ear: only fronts of mounts can be heard"
         )
-    designs = {"today": run.model.space.nominal, pick.value: _design(run, pick)}
+    designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
     sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RATE)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
@@ -93,18 +92,6 @@ def write_run_ups(
     paths.append(place / "listen.json")
     replace_text(paths[-1], json.dumps(facts, indent=2) + "\n")
     return paths
-
-
-def _design(run: ComparedRun, pick: Pick) -> RealArray:
-    """Return the design of a pick of the front."""
-    front = pd.read_csv(run.entry.folder / FRONT)
-    picks = front["pick"].fillna("") if "pick" in front else pd.Series([""] * len(front))
-    named = {name: row for row, cell in enumerate(picks) for name in str(cell).split(" = ") if name}
-    wanted = pick.value.replace("-", " ")
-    if wanted not in named:
-        names = ", ".join(named) or "none"
-        raise InputError(f"{run.entry.folder / FRONT} has no pick '{wanted}': it has {names}")
-    return np.asarray(run.designs[named[wanted]])
 
 
 def _wav(signal: RealArray) -> bytes:

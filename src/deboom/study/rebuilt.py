@@ -13,6 +13,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import replicates
 from deboom.explore.robust import RobustResponse
@@ -104,6 +105,25 @@ class ComparedRun:
             if name not in NOT_THE_CONFIGURATION
         }
         return json.dumps([self.entry.study, options], sort_keys=True)
+
+    def picked(self, pick: Pick) -> RealArray:
+        """Return a design of the front by its name, as the search found it, shape (k,) [1].
+
+        Raises
+        ------
+        InputError
+            The front has no design of this name.
+        """
+        front = pd.read_csv(self.entry.folder / FRONT)
+        name = pick.value.replace("-", " ")
+        named = front.get("pick", pd.Series(dtype=str)).fillna("")
+        rows = [row for row, names in enumerate(named) if name in names.split(" = ")]
+        if len(rows) != 1:
+            raise InputError(
+                f"{self.entry.folder / FRONT} names no design '{name}': none is better than "
+                "today's, or the study picks none; use best-mean"
+            )
+        return np.asarray(self.designs[rows[0]])
 
     @property
     def files(self) -> tuple[Path, ...]:

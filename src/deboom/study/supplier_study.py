@@ -44,7 +44,7 @@ from deboom.study.platform_model import (
     operation,
     platform_sha256,
 )
-from deboom.study.rebuilt import FRONT, ComparedRun, compared_run, study_of
+from deboom.study.rebuilt import ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
 
@@ -172,16 +172,7 @@ class SupplierStudy:
     @cached_property
     def picked(self) -> RealArray:
         """The design as the search found it, shape (k,) [1]."""
-        front = pd.read_csv(self.run.entry.folder / FRONT)
-        name = self.pick.value.replace("-", " ")
-        named = front.get("pick", pd.Series(dtype=str)).fillna("")
-        rows = [row for row, names in enumerate(named) if name in names.split(" = ")]
-        if len(rows) != 1:
-            raise InputError(
-                f"{self.run.entry.folder / FRONT} names no design '{name}': none is better than "
-                "today's, or the study picks none; use best-mean"
-            )
-        return np.asarray(self.run.designs[rows[0]])
+        return self.run.picked(self.pick)
 
     @cached_property
     def without_effect(self) -> tuple[str, ...]:

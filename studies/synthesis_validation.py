@@ -8,7 +8,7 @@ hammer against loudspeaker, blocked against interface forces, and the modes of t
 vehicle's folder (again for more vehicles) and the campaign of the bench its mounts were on.
 
 What it showed in two fleets: shape (corr_f), surfaces and virtual design as asked, scale (corr_s)
-at the limit of 15 %, and 7 of 50 cars with a peak beyond 3 dB. Most of it is the price of blocked
+17 % of the measured pressure where 15 % are asked, and 7 of 50 cars with a peak beyond 3 dB. Most of it is the price of blocked
 forces with the functions of a trimmed body, little that of the functions' errors.
 
 Keys of summary.json: corr_f_percent (complex pressure, median over vehicles and mount sets),
@@ -237,10 +237,9 @@ def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Cri
         "Every figure beside the thesis",
         f"{n_vehicles} {'vehicles' if n_vehicles > 1 else 'vehicle'} with mount sets "
         f"{', '.join(sets)}, run {result.data.run}, {result.listening.ear}, {low:g} to {high:g} "
-        "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| the scale that "
-        "the synthesised pressure still needs to meet the measured one; the scale over the "
-        "measured pressure stands beside it. Both are of pressures, complex or as magnitudes, "
-        "never of dB curves. Booming peaks are compared with peaks, paired within "
+        "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| that in scale, "
+        "relative to the measured pressure: a synthesis twice as loud has 100 %. Both are of "
+        "pressures, complex or as magnitudes, never of dB curves. Booming peaks are compared with peaks, paired within "
         f"{TOLERANCE:g} Hz; a peak without partner has no deviation and is counted. Line by line, "
         "the largest difference in a notch would say nothing about booming.",
     )
@@ -287,7 +286,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "comparisons",
         comparisons,
         "Every vehicle and mount set. Notches rule the rms over all lines.",
-        shown=road.drop(columns=["comparison", "corr_s magnitude, over the reference [%]"]),
+        shown=road.drop(columns=["comparison"]),
     )
     peaks = peak_table(result)
     alone = peaks[(peaks["comparison"] == ON_ROAD) & peaks["deviation [dB]"].isna()]
@@ -358,7 +357,7 @@ def _design(
         ),
         "The same levels less those of the measured forces, line by line.",
     )
-    left_out = ("corr_f magnitude", "corr_s complex", "corr_s magnitude, over the reference")
+    left_out = ("corr_f magnitude", "corr_s complex")
     rows = comparisons[comparisons["comparison"].str.startswith(DESIGN)]
     report.table(
         None,
@@ -508,14 +507,12 @@ def _criteria(
     road, surfaces, hammer = of[ON_ROAD], of[BY_SURFACES], of[BY_HAMMER]
     alone = float(road["unpaired peaks"].sum())
     unpaired = 100 * alone / max(alone + 2 * float(road["paired peaks"].sum()), 1.0)
-    over_measured = road["corr_s magnitude, over the reference [%]"].median()
     judged = [
         Criterion("corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", 5),
         Criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=10),
         Criterion("corr_f, magnitude, median [%]", road["corr_f magnitude [%]"].median()),
         Criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", 15),
         Criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=20),
-        Criterion("corr_s, magnitude, over the measured pressure, median [%]", over_measured),
         Criterion("corr_s, complex pressure, median [%]", road["corr_s complex [%]"].median()),
         Criterion("peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", 3),
         Criterion("peaks of one curve alone, share [%]", unpaired),

@@ -80,7 +80,7 @@ def claims() -> list[Claim]:
 def _case(level: CalibrationLevel, seed: int) -> Measured:
     with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
         folder = write_compressor_test(Path(scratch) / "test", seed, level)
-        test, truth = read_test(folder)
+        test, truth = read_test(folder, truth=True)
         assert truth is not None
         assert test.drawing is not None
         begun: list[tuple[str, float]] = []
@@ -105,7 +105,7 @@ def _identical(seed: int) -> tuple[float, float, bool]:
     with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
         plan = CompressorPlan(identical_mounts=True)
         folder = write_compressor_test(Path(scratch) / "test", seed, CalibrationLevel.C2, plan)
-        test, truth = read_test(folder)
+        test, truth = read_test(folder, truth=True)
         assert truth is not None
         assert test.drawing is not None
         fit = fit_identical_mounts(identify(test, OPTIONS), test.drawing)

@@ -386,8 +386,8 @@ def _car() -> list[Claim]:
             transfer = noise_transfer(body, FLEET.cabin, FREQUENCY)
             transfer = measured_noise_transfer(transfer, TransferErrors(), generator)
             predicted = np.sum(transfer * run.path_force, axis=1)[BAND]
-            shapes.append(100 * float(corr_f(measured, predicted)))
-            scales.append(100 * float(corr_s(np.abs(measured), np.abs(predicted))))
+            shapes.append(100 * float(corr_f(predicted, measured)))
+            scales.append(100 * float(corr_s(np.abs(predicted), np.abs(measured))))
             peaks.append(_peak_deviation(measured, predicted))
     within = f", {sum(peak <= 3 for peak in peaks)} of {len(peaks)} within 3 dB"
     return [

@@ -51,6 +51,10 @@ def identify(
             "drawing; the report says whether the test agrees.",
         ),
     ] = False,
+    truth: Annotated[
+        bool,
+        typer.Option(help="Compare with truth/ of a virtual test, else never opened."),
+    ] = False,
 ) -> None:
     """Identify a mounted compressor from its roving-hammer test.
 
@@ -65,7 +69,9 @@ def identify(
 
     Look at three things before you trust it: residuals over noise (reduced_chi2 near 1; above 2.25
     is an alarm: a flexible receiver, hoses, unequal mounts), the held-out impacts, and the checks
-    of the test. The last line of the output is the run folder.
+    of the test. Alarms go to the console and, counted, into summary.json (n_alarms): the standard
+    deviations of a model that misses the test have grown by what its residuals say. The output is
+    the run folder; a last line on the error stream says "with alarms" where there are any.
 
     deboom bench compressor test, then deboom identify test.
     """
@@ -86,15 +92,20 @@ def identify(
         )
         beside = Beside(thesis=thesis, reference=reference, identical_mounts=identical_mounts)
         with progress_bar("identify") as progress:
-            run = identify_into_run(
+            run, alarms = identify_into_run(
                 folder,
                 out,
                 options,
                 beside,
                 progress,
                 from_hits=from_hits,
+                with_truth=truth,
             )
+    for alarm in alarms:
+        typer.echo(f"alarm: {alarm}", err=True)
     typer.echo(run.as_posix())
+    if alarms:
+        typer.echo(f"identified with alarms: {len(alarms)}", err=True)
 
 
 class RouteChoice(Enum):
@@ -162,6 +173,10 @@ def unbalance(
         str, typer.Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
     ] = "17-150",
     confidence: Annotated[float, typer.Option(help="Of bands and intervals.")] = 0.95,
+    truth: Annotated[
+        bool,
+        typer.Option(help="Compare with truth/ of a virtual test, else never opened."),
+    ] = False,
     out: Annotated[
         Path, typer.Option(help="Folder that gets unbalance/<run>/ with all results.")
     ] = Path("results"),
@@ -227,6 +242,7 @@ def unbalance(
             unbalance=options,
             limits=None if limits is None else read_component_limits(limits),
             identified=identified,
+            truth=truth,
         )
         with progress_bar("unbalance") as progress:
             run, decision = unbalance_into_run(folder, out, plan, progress)

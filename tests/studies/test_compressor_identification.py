@@ -18,6 +18,7 @@ KEYS = [
     "k_vp_error_percent",
     "jacobian_rank",
     "reduced_chi2",
+    "n_alarms",
     "condition_scaled_100hz",
     "seconds",
 ]

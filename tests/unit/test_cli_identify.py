@@ -50,7 +50,13 @@ def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):
     folder = Path(done.output.splitlines()[-1])
     assert folder.parent == tmp_path / "identify"
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert list(summary) == ["mass_kg", "reduced_chi2", "condition_scaled_100hz", "seconds"]
+    assert list(summary) == [
+        "mass_kg",
+        "reduced_chi2",
+        "n_alarms",
+        "condition_scaled_100hz",
+        "seconds",
+    ]
     kept = read_compressor_model(folder / "compressor_model.json")
     assert kept.model.mass == summary["mass_kg"]
     assert kept.inputs_sha256 == hash_files(

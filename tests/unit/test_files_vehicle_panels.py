@@ -92,6 +92,7 @@ def model_of(panels, form=FrfForm.RECEPTANCE, frequency=40.0, outputs=None):
         nothing,
         nothing,
         np.ones(1),
+        np.zeros(1),
         panels.motion,
         nothing,
         0.0,

@@ -8,6 +8,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
+    LARGE_NEARBY,
     PoleCluster,
     in_common_phase,
     mac_matrix,
@@ -157,6 +158,42 @@ def test_a_missing_mode_shows_in_the_rebuilt_frf():
     partly = modal_model(frf, RECEPTANCE, BAND, clusters[:1])
     assert partly.total_error > 0.3
     assert "a mode is missing" in partly.verdict
+
+
+def noisy_bodies(frequencies, lines, noise):
+    """Accelerance of modes with 1 % damping and drawn shapes at 12 sensors, two hammers."""
+    random = np.random.default_rng(1)
+    shapes, participations = (random.normal(size=(len(frequencies), n)) for n in (12, 2))
+    s, omega = 2j * np.pi * lines[:, np.newaxis], 2 * np.pi * np.array(frequencies)
+    modes = s**2 / (omega**2 + 0.02 * omega * s + s**2)
+    values = np.einsum("fm,mo,mi->foi", modes, shapes, participations)
+    size = noise * np.sqrt(np.mean(np.abs(values) ** 2, axis=0) / 2)
+    real, imaginary = random.normal(size=(2, *values.shape))
+    values = values + size * (real + 1j * imaginary)
+    names = tuple(f"o{k}" for k in range(12))
+    return Frf(lines, values, names, ("left", "right"), "(m/s^2)/N")
+
+
+def test_a_band_of_six_octaves_keeps_its_low_modes():
+    pytest.importorskip("sdypy.EMA")
+    true = [7.0, 11.0, 17.5, 26.0, 41.0, 63.0, 80.0, 101.0, 133.0, 160.0, 190.0, 222.0, 250.0]
+    true += [281.0, 310.0, 340.0, 365.0]
+    frf = noisy_bodies(true, np.arange(0.25, 400.0, 0.25), 0.01)
+    clusters = pole_clusters(poles_over_orders(frf, FrfForm.INERTANCE, (5.0, 380.0)))
+    np.testing.assert_allclose([c.frequency for c in clusters], true, rtol=5e-3)
+
+
+@pytest.mark.parametrize(("noise", "found"), [(0.001, 2), (0.02, 1)])
+def test_two_close_modes_are_told_apart_or_named(noise, found):
+    pytest.importorskip("sdypy.EMA")
+    frf = noisy_bodies([18.0, 24.0, 30.0, 30.8, 45.0, 80.0], np.arange(0.25, 150.0, 0.25), noise)
+    band = (15.0, 140.0)
+    clusters = pole_clusters(poles_over_orders(frf, FrfForm.INERTANCE, band))
+    model = modal_model(frf, FrfForm.INERTANCE, band, clusters)
+    close = np.abs(model.frequency - 30.4) < 2
+    assert close.sum() == found
+    assert (model.nearby_error[close].max() > LARGE_NEARBY) == (found == 1)
+    assert ("two modes stand as one" in model.verdict) == (found == 1)
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):

@@ -457,7 +457,8 @@ def test_what_is_kept_rebuilds_the_raw_frfs(found):
 
 
 def test_a_truth_that_is_none(tmp_path):
-    assert read_compressor_truth(tmp_path) is None
+    with pytest.raises(InputError, match="leave out --truth"):
+        read_compressor_truth(tmp_path)
     (tmp_path / TRUTH_FILE).parent.mkdir()
     (tmp_path / TRUTH_FILE).write_text("{}", encoding="utf-8")
     with pytest.raises(InputError, match="not the truth"):

@@ -97,14 +97,12 @@ class IdentificationErrors:
     scores: RealArray
 
 
-def read_compressor_truth(folder: Path) -> CompressorTruth | None:
-    """Read the truth beside a virtual test; None where there is none.
+def read_compressor_truth(folder: Path) -> CompressorTruth:
+    """Read the truth beside a virtual test.
 
-    - raises InputError: a truth file that cannot be read.
+    - raises InputError: a truth file that is missing or cannot be read.
     """
     path = folder / TRUTH_FILE
-    if not path.is_file():
-        return None
     try:
         truth = json.loads(path.read_text(encoding="utf-8"))
         model = CompressorModel(
@@ -125,7 +123,8 @@ def read_compressor_truth(folder: Path) -> CompressorTruth | None:
         )
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(
-            f"{path}: not the truth of a virtual compressor ({error}); write the test again"
+            f"{path}: not the truth of a virtual compressor ({error}); write the test again, or "
+            "leave out --truth"
         ) from None
     return CompressorTruth(path, model, mounts)
 
@@ -212,18 +211,19 @@ class IdentifiedTest:
 
 
 def read_test(
-    folder: Path, *, from_hits: bool = False
+    folder: Path, *, from_hits: bool = False, truth: bool = False
 ) -> tuple[InertanceTest, CompressorTruth | None]:
-    """Read a test and, where it is virtual, its truth.
+    """Read a test and, where asked for, the truth of a virtual one.
 
-    - raises InputError: a folder that holds no test that can be read.
+    - raises InputError: a folder that holds no test or truth that can be read.
     """
     if not folder.is_dir():
         raise InputError(
             f"{folder}: there is no such folder; `deboom bench compressor {folder}` writes a "
             "virtual test"
         )
-    return read_inertance_test(folder, from_hits=from_hits), read_compressor_truth(folder)
+    test = read_inertance_test(folder, from_hits=from_hits)
+    return test, read_compressor_truth(folder) if truth else None
 
 
 def identified_test(
@@ -287,7 +287,7 @@ def identified_virtual(
         )
         with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
             folder = write_compressor_test(Path(scratch) / "test", seed, level, plan)
-            test, truth = read_test(folder)
+            test, truth = read_test(folder, truth=True)
         own = beside if place == 0 else Beside(thesis=False)
         done.append(identified_test(test, truth, options, own, step))
     return done

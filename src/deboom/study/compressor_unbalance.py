@@ -84,14 +84,12 @@ class UnbalanceTruth:
         return np.asarray(self.loads[sweep.sweep][places])
 
 
-def read_unbalance_truth(folder: Path) -> UnbalanceTruth | None:
-    """Read the truth beside a virtual operating test; None where there is none.
+def read_unbalance_truth(folder: Path) -> UnbalanceTruth:
+    """Read the truth beside a virtual operating test.
 
-    - raises InputError: a truth file that cannot be read.
+    - raises InputError: a truth file that is missing or cannot be read.
     """
     path = folder / TRUTH_FILE
-    if not path.is_file():
-        return None
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
         static = complex(*content["static_unbalance_kg_m"])
@@ -165,6 +163,7 @@ class UnbalancePlan:
     - `limits`: to be judged; None where there are none.
     - `identified` or None: run of ``deboom identify``, or its compressor_model.json: its lines are
       fitted again, and the hammer test must be the one that it was made from.
+    - `truth`: compare with the truth of a virtual test.
     """
 
     route: str = AUTOMATIC
@@ -172,6 +171,7 @@ class UnbalancePlan:
     unbalance: UnbalanceOptions = field(default_factory=UnbalanceOptions)
     limits: ComponentLimits | None = None
     identified: Path | None = None
+    truth: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -243,7 +243,7 @@ def measured_unbalance(
                 "virtual test"
             )
         test = read_operating_test(folder)
-        truth = read_unbalance_truth(folder)
+        truth = read_unbalance_truth(folder) if plan.truth else None
         hashes = hash_files(test.hammer.input_files, folder)
         options = _identify_options(plan, hashes)
         hammer = identify(test.hammer, options, step, hoses=test.hoses)
@@ -350,7 +350,6 @@ def evaluated_case(
 ) -> tuple[Unbalance, UnbalanceTruth]:
     """Read and evaluate a virtual test; identify its hammer test unless that was done."""
     test, truth = read_operating_test(folder), read_unbalance_truth(folder)
-    assert truth is not None
     with threadpool_limits(1):
         if struck is None:
             struck = identify(test.hammer, IdentifyOptions(held_out=0), hoses=test.hoses)

@@ -116,6 +116,7 @@ def identification_report(tests: Sequence[IdentifiedTest], inputs: Sequence[Path
     condition = condition_at_100_hz(first)
     report.summary |= {
         "reduced_chi2": chi**2,
+        "n_alarms": len(found.alarms),
         "condition_scaled_100hz": condition,
         "seconds": first.seconds,
     }
@@ -625,19 +626,21 @@ def identify_into_run(
     progress: Progress,
     *,
     from_hits: bool = False,
-) -> Path:
+    with_truth: bool = False,
+) -> tuple[Path, tuple[str, ...]]:
     """Identify the compressor of a hammer test and write a run folder.
 
     - `folder`: holds ``compressor_test.toml``.
     - `out`: folder that gets ``identify/<run>/``.
     - `from_hits`: start from the blocks over time instead of the FRFs.
-    - returns the finished run folder.
+    - `with_truth`: compare with the truth of a virtual test.
+    - returns `run`: the finished run folder; `alarms`: reasons not to trust the model, in words.
     - raises InputError: a test that cannot be read or identified, an output folder that cannot be
       written; nothing is left behind.
     """
     begin = time.perf_counter()
     progress(0, STEPS + 2, "reading")
-    test, truth = read_test(folder, from_hits=from_hits)
+    test, truth = read_test(folder, from_hits=from_hits, truth=with_truth)
     record: dict[str, Any] = {
         "study": COMMAND,
         "command": f"deboom identify {folder.as_posix()}",
@@ -652,15 +655,19 @@ def identify_into_run(
             "thesis": beside.thesis,
             "reference": beside.reference,
             "identical-mounts": beside.identical_mounts,
+            "truth": with_truth,
         },
     }
+    alarms: tuple[str, ...] = ()
 
     def work() -> Report:
+        nonlocal alarms
         step = counted(progress, STEPS + 2, 1)
         identified = identified_test(test, truth, options, beside, step, folder)
         progress(STEPS + 1, STEPS + 2, "tables and figures")
+        alarms = identified.found.alarms
         return identification_report([identified], identified.input_files)
 
     run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 2, STEPS + 2, "done")
-    return run
+    return run, alarms

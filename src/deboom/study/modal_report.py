@@ -68,7 +68,7 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
             ),
             "What each panel brings to the pressure at the ear in each mode.",
         )
-    caption = "Median over the orders with its spread."
+    caption = f"Median over the orders with its spread; {modes.model.verdict}"
     report.table("modes", _mode_table(modes, truth, numbers), caption)
     if panels is not None:
         table = pd.DataFrame(shares, columns=[f"{panel} [%]" for panel in panels.panels])
@@ -105,6 +105,7 @@ def _mode_table(modes: BodyModes, truth: RealArray | None, numbers: list[str]) -
             "orders that agree [%]": [100 * c.share for c in clusters],
             "complexity 1 - MPC [%]": 100 * modes.model.complexity[: modes.n_modes],
             "residues of one shape [%]": 100 * modes.model.rank_one[: modes.n_modes],
+            "unexplained nearby [%]": 100 * modes.model.nearby_error[: modes.n_modes],
         }
     )
     if truth is not None:

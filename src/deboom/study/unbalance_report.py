@@ -631,6 +631,7 @@ def unbalance_into_run(
             "sense": None if sense is None else sense.name.lower(),
             "band": f"{low:g}-{high:g}",
             "confidence": options.confidence,
+            "truth": plan.truth,
         },
     }
     decision = ""

@@ -201,16 +201,11 @@ class PressureComparison:
     @property
     def corr_s(self) -> float:
         """Difference in scale, and in a common phase, of the complex pressures [1]."""
-        return float(corr_s(self.reference, self.compared))
+        return float(corr_s(self.compared, self.reference))
 
     @property
     def corr_s_magnitude(self) -> float:
         """Difference in scale of the magnitudes [1]."""
-        return float(corr_s(np.abs(self.reference), np.abs(self.compared)))
-
-    @property
-    def corr_s_of_reference(self) -> float:
-        """The same the other way round, relative to the reference [1]."""
         return float(corr_s(np.abs(self.compared), np.abs(self.reference)))
 
     @property

@@ -601,7 +601,6 @@ def comparison_table(result: Validation) -> pd.DataFrame:
             "corr_f magnitude [%]": 100 * one.corr_f_magnitude,
             CORR_S: 100 * one.corr_s_magnitude,
             "corr_s complex [%]": 100 * one.corr_s,
-            "corr_s magnitude, over the reference [%]": 100 * one.corr_s_of_reference,
             PEAK: one.peak_deviation,
             "paired peaks": len(one.peaks.pairs),
             "unpaired peaks": len(one.peaks.only_reference) + len(one.peaks.only_compared),

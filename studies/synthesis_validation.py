@@ -8,8 +8,9 @@ hammer against loudspeaker, blocked against interface forces, and the modes of t
 vehicle's folder (again for more vehicles) and the campaign of the bench its mounts were on.
 
 What it showed in two fleets: shape (corr_f), surfaces and virtual design as asked, scale (corr_s)
-17 % of the measured pressure where 15 % are asked, and 7 of 50 cars with a peak beyond 3 dB. Most of it is the price of blocked
-forces with the functions of a trimmed body, little that of the functions' errors.
+17 % of the measured pressure where 15 % are asked, and 7 of 50 cars with a peak beyond 3 dB. Most
+of it is the price of blocked forces with the functions of a trimmed body, little that of the
+functions' errors.
 
 Keys of summary.json: corr_f_percent (complex pressure, median over vehicles and mount sets),
 corr_s_percent (magnitude, median), peak_deviation_db (largest of the paired booming peaks),
@@ -239,8 +240,8 @@ def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Cri
         f"{', '.join(sets)}, run {result.data.run}, {result.listening.ear}, {low:g} to {high:g} "
         "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| that in scale, "
         "relative to the measured pressure: a synthesis twice as loud has 100 %. Both are of "
-        "pressures, complex or as magnitudes, never of dB curves. Booming peaks are compared with peaks, paired within "
-        f"{TOLERANCE:g} Hz; a peak without partner has no deviation and is counted. Line by line, "
+        "pressures, complex or as magnitudes, never of dB curves. Booming peaks are compared with "
+        f"peaks, paired within {TOLERANCE:g} Hz; a peak without partner has no deviation and is counted. Line by line, "
         "the largest difference in a notch would say nothing about booming.",
     )
     columns = ("name", "measured", "thesis", "target", "holds")

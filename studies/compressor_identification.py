@@ -13,9 +13,9 @@ unless all mounts are one round part (--identical-mounts).
 Keys of summary.json: mass_kg (first compressor); cog_error_mm, inertia_error_percent (worst
 moment), k_vp_error_percent (90 % quantiles over the compressors); jacobian_rank (of the thesis's 44
 numbers); reduced_chi2 (residuals over noise, squared; alarm above 2.25); n_alarms (of
-the first compressor); condition_scaled_100hz (of
-the measured inertance, rotations scaled by the radius of gyration); seconds (identification of one
-compressor). Errors are left out where the truth is not known, the rank without a drawing.
+the first compressor); condition_scaled_100hz (of the measured inertance, rotations scaled by the
+radius of gyration); seconds (identification of one compressor). Errors are left out where the truth
+is not known, the rank without a drawing.
 """
 
 from __future__ import annotations

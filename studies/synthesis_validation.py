@@ -241,8 +241,8 @@ def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Cri
         "Hz. corr_f = |1 − MAC| is the difference in shape, corr_s = |1 − MSF| that in scale, "
         "relative to the measured pressure: a synthesis twice as loud has 100 %. Both are of "
         "pressures, complex or as magnitudes, never of dB curves. Booming peaks are compared with "
-        f"peaks, paired within {TOLERANCE:g} Hz; a peak without partner has no deviation and is counted. Line by line, "
-        "the largest difference in a notch would say nothing about booming.",
+        f"peaks, paired within {TOLERANCE:g} Hz; a peak without partner has no deviation and is "
+        "counted. Line by line, the largest difference in a notch would say nothing about booming.",
     )
     columns = ("name", "measured", "thesis", "target", "holds")
     table = pd.DataFrame({c: [getattr(one, c) for one in judged] for c in columns})

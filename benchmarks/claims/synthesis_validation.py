@@ -14,8 +14,8 @@ synthesis 1.176 times too loud has 15 % there and 17.6 % here. The 15 % asked st
 causes say why peaks miss 3 dB: blocked forces with transfer functions of the trimmed body alone
 cost as much as everything together. Interface forces found on the road by inversion avoid that;
 their error is that of a laboratory's sensors and of a body that changes between two days, not of
-1 % noise. In the second fleet two modes of the first vehicle lie 0.8 Hz apart and are found as one; the numbers
-of those above it shift, so their shapes are compared with those of their neighbours.
+1 % noise. In the second fleet two modes of the first vehicle lie 0.8 Hz apart and are found as one;
+the numbers of those above it shift, so their shapes are compared with those of their neighbours.
 """
 
 from __future__ import annotations

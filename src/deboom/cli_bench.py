@@ -85,6 +85,14 @@ def write(
             "them from mounts.library.json. Half a minute.",
         ),
     ] = False,
+    per_piece: Annotated[
+        bool,
+        typer.Option(
+            "--per-piece",
+            help="Noise transfer functions at the left and the right wishbone mount, not one for "
+            "both: right also where their forces differ.",
+        ),
+    ] = False,
 ) -> None:
     """Write the measurement files of a virtual platform.
 
@@ -100,7 +108,7 @@ def write(
 
     with one_sentence_errors():
         with progress_bar("virtual bench") as progress:
-            write_platform(folder, seed=seed, progress=progress)
+            write_platform(folder, seed=seed, progress=progress, per_piece=per_piece)
         if library:
             with progress_bar("mount library") as progress:
                 write_platform_library(folder / LIBRARY_FILE, seed, progress)

@@ -22,6 +22,7 @@ from deboom.bench.sensors import WHEEL_END_TOLERANCE
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.platform import read_platform
+from deboom.vehicles.fleet import path_contributions
 
 BENCH = load_bench()
 FREQUENCY = np.linspace(20.0, 80.0, 25)
@@ -278,3 +279,16 @@ def test_falling_runs_remember_the_higher_torque():
     strut = rising.channels.index("TSM x")
     difference = np.abs(falling.stiffness[:, strut]) / np.abs(rising.stiffness[:, strut]) - 1
     assert np.all(difference > 0.002)
+
+
+def test_both_wishbone_mounts_may_have_functions_of_their_own(tmp_path):
+    platform = read_platform(write_platform(tmp_path / "apart", 1, per_piece=True))
+    inputs = platform.fleet.vehicles[0].noise_transfer.inputs
+    assert inputs[-2:] == ("Du left x", "Du right x")
+    together = read_platform(write_platform(tmp_path / "together", 1))
+    heard = [
+        path_contributions(each.fleet, each.mounts, each.load_cases[0]).values[:, :, 9]
+        for each in (platform, together)
+    ]
+    difference = np.linalg.norm(heard[1] - heard[0]) / np.linalg.norm(heard[0])
+    assert 0.01 < difference < 0.1

@@ -195,7 +195,6 @@ TSM,,x,11,+x,m | TSM,,u,11,+x,m | line 2: unknown axis 'u', use x, y, z
 11,+x,m | 11.5,+x,m | node '11.5' is no whole number from 1
 11,+x,m | 0,+x,m | node '0' is no whole number from 1
 11,+x,m | eleven,+x,m | line 2: node 'eleven' is no whole number from 1
-function,Du,, | function,Du,left, | leave piece empty instead of 'left'
 TSM x,displacement,TSM | TSM x,displacement, | line 2: column 'mount' is empty
 direction | dir | column 'direction' is missing
 """,

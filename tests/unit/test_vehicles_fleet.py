@@ -56,6 +56,18 @@ def test_contributions_are_transfer_function_times_force_summed_over_pieces():
     assert found.load_case == "g5"
 
 
+def test_pieces_with_functions_of_their_own_keep_them():
+    """Left and right pull against each other: the mean function times their sum hears little."""
+    case, pieces = _load_case(), ("Du left x", "Du right x")
+    vehicle = _vehicle(paths=("TSM x", "TSM z", *pieces))
+    found = path_contributions(Fleet((vehicle,)), MOUNTS, case)
+    ntf, force = vehicle.noise_transfer.values[1:4, 0], case.force.values[1:4]
+    expected = ntf[:, 2] * force[:, 3] + ntf[:, 3] * force[:, 4]
+    np.testing.assert_allclose(found.values[0, :, 3], expected, rtol=1e-15)
+    inputs = vehicle.noise_transfer.inputs
+    assert path_forces(MOUNTS, case, inputs).channels == inputs
+
+
 def test_axes_that_do_not_transmit_are_exactly_zero_columns():
     found = path_contributions(Fleet((_vehicle(),)), MOUNTS, _load_case())
     null = [found.variable_names.index(name) for name in ("TSM y", "Du y", "Du z")]

@@ -144,14 +144,18 @@ def points(bench: VirtualBench) -> tuple[Point, ...]:
     )
 
 
-def paths(bench: VirtualBench) -> tuple[tuple[str, str, int], ...]:
-    """Return mount, axis and node of the forces into the body, both wishbone mounts as one."""
+def paths(bench: VirtualBench, per_piece: bool) -> tuple[tuple[str, str, str, int], ...]:
+    """Return mount, piece, axis and node of the forces into the body.
+
+    Both wishbone mounts are one path, or one each.
+    """
     powertrain = [
-        (mount, axis, node)
+        (mount, "", axis, node)
         for node, mount in enumerate(bench.mount_names, FIRST_POINT_NODE)
         for axis in AXES
     ]
-    return (*powertrain, ("Du", "x", BOTH_WISHBONES_NODE))
+    sides = zip(SIDES, WISHBONE_NODES, strict=True) if per_piece else [("", BOTH_WISHBONES_NODE)]
+    return (*powertrain, *(("Du", side, "x", node) for side, node in sides))
 
 
 def push_places(bench: VirtualBench) -> tuple[Place, ...]:

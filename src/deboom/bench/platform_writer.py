@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from deboom.arrays import ComplexArray
-from deboom.bench.fleet import FROZEN_SEED, BenchFleet, load_fleet, noise_transfer
+from deboom.bench.fleet import FROZEN_SEED, BenchFleet, ear_transfer, load_fleet, noise_transfer
 from deboom.bench.layout import (
     FIRST_EAR_NODE,
     FREQUENCY,
@@ -18,7 +18,7 @@ from deboom.bench.layout import (
     points,
 )
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
-from deboom.bench.powertrain import AXES, VirtualBench, load_bench
+from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench
 from deboom.bench.sensors import (
     CENTRE_TOLERANCE,
     INERTIA_TOLERANCE,
@@ -76,7 +76,9 @@ TORQUE_NOISE, TORQUE_DIGITS = 1.0, 2
 decimals to which it does."""
 
 
-def write_platform(folder: Path, seed: int, progress: Progress | None = None) -> Path:
+def write_platform(
+    folder: Path, seed: int, progress: Progress | None = None, *, per_piece: bool = False
+) -> Path:
     """Measure the virtual platform and write its files.
 
     Parameters
@@ -88,6 +90,8 @@ def write_platform(folder: Path, seed: int, progress: Progress | None = None) ->
         frozen. The same seed gives the same bytes.
     progress : callable, optional
         Called with the files written so far, all files, and the name of the last one.
+    per_piece : bool
+        Measure noise transfer functions at each wishbone mount, not one for both.
 
     Returns
     -------
@@ -103,7 +107,7 @@ def write_platform(folder: Path, seed: int, progress: Progress | None = None) ->
     fleet = load_fleet(seed)
     n_file = len(LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        for done, name in enumerate(_write_files(unfinished, seed, fleet), 1):
+        for done, name in enumerate(_write_files(unfinished, seed, fleet, per_piece), 1):
             if progress is not None:
                 progress(done, n_file, name)
     return Path(folder)
@@ -170,7 +174,7 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench, sheet: DataSheet) 
     write_json(folder / "powertrain.json", powertrain)
 
 
-def _write_files(folder: Path, seed: int, fleet: BenchFleet) -> Iterator[str]:
+def _write_files(folder: Path, seed: int, fleet: BenchFleet, per_piece: bool) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones."""
     bench, budget = load_bench(), ErrorBudget()
     # one child per purpose, so that a change of one draw leaves the others as they are
@@ -195,22 +199,28 @@ def _write_files(folder: Path, seed: int, fleet: BenchFleet) -> Iterator[str]:
         runs[case.name] = run
         yield name
 
+    listed = paths(bench, per_piece)
     transfers = {}
     children = for_vehicles.spawn(len(fleet.bodies))
     for node, (vehicle, child) in enumerate(
         zip(fleet.bodies, children, strict=True), FIRST_EAR_NODE
     ):
-        true = noise_transfer(fleet.bodies[vehicle], fleet.cabin, FREQUENCY)
+        body = fleet.bodies[vehicle]
+        true = noise_transfer(body, fleet.cabin, FREQUENCY)
+        if per_piece:
+            sides = ear_transfer(body, fleet.cabin, FREQUENCY)[:, 0, -len(SIDES) :, 0]
+            true = np.hstack([true[:, :-1], sides])
         heard = measured_noise_transfer(true, TransferErrors(), np.random.default_rng(child))
         name = f"noise_transfer/{vehicle}.uff"
-        write_uff(folder / name, _noise_transfer_functions(bench, heard, vehicle, node))
+        write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed))
         transfers[vehicle] = true
         yield name
 
-    _write_truth(folder / "truth", fleet, runs, transfers)
+    names = [_channel(mount, piece, axis) for mount, piece, axis, _ in listed]
+    _write_truth(folder / "truth", fleet, runs, transfers, names)
     write_powertrain_truth(folder / "truth", bench, sheet)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
-    write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench))
+    write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench, listed))
     _write_readme(folder, bench, seed)
     file = _platform_file(bench, sheet, wheel_end_mass, fleet)
     dump_toml(folder / "platform.toml", file)
@@ -243,7 +253,7 @@ def _operating_functions(
 
 
 def _noise_transfer_functions(
-    bench: VirtualBench, measured: ComplexArray, vehicle: str, ear_node: int
+    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[str, str, str, int]]
 ) -> list[UffFunction]:
     """Return the pressure at the driver's ear per force at every path, UFF type 4."""
     return [
@@ -253,14 +263,20 @@ def _noise_transfer_functions(
             values,
             Dof(ear_node, "scalar", "driver ear", "pressure"),
             Dof(node, f"+{axis}", mount, "force"),
-            f"noise transfer function, {vehicle}, {mount} {axis}",
+            f"noise transfer function, {vehicle}, {_channel(mount, piece, axis)}",
             "driver's ear; a mount of several pieces: per newton of their summed force",
         )
-        for values, (mount, axis, node) in zip(measured.T, paths(bench), strict=True)
+        for values, (mount, piece, axis, node) in zip(measured.T, listed, strict=True)
     ]
 
 
-def _channel_rows(bench: VirtualBench) -> list[ChannelRow]:
+def _channel(mount: str, piece: str, axis: str) -> str:
+    return " ".join(filter(None, (mount, piece, axis)))
+
+
+def _channel_rows(
+    bench: VirtualBench, listed: Sequence[tuple[str, str, str, int]]
+) -> list[ChannelRow]:
     """Return the channel table: operating channels first, then noise transfer functions."""
     channels = [
         (quantity, point.mount, point.piece, axis, point.node)
@@ -268,10 +284,10 @@ def _channel_rows(bench: VirtualBench) -> list[ChannelRow]:
         for point in points(bench)
         for axis in point.axes
     ]
-    channels += [(NOISE_TRANSFER, mount, "", axis, node) for mount, axis, node in paths(bench)]
+    channels += [(NOISE_TRANSFER, *path) for path in listed]
     return [
         ChannelRow(
-            channel=" ".join(filter(None, (mount, piece, axis))),
+            channel=_channel(mount, piece, axis),
             quantity=quantity,
             mount=mount,
             piece=piece,
@@ -341,7 +357,8 @@ def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
             "points, type 0",
             "operating/CASE_torque.csv": "engine torque at every line [N m]",
             "noise_transfer/VEHICLE.uff": "pressure at the driver's ear per force [Pa/N], type 4; "
-            "Du x: the same force on both wishbone mounts in phase, per newton of their sum",
+            "Du x: the same force on both wishbone mounts in phase, per newton of their sum; "
+            "Du left x and Du right x: of each, where measured so",
         },
     )
 
@@ -351,6 +368,7 @@ def _write_truth(
     fleet: BenchFleet,
     runs: Mapping[str, OperatingRun],
     transfers: Mapping[str, ComplexArray],
+    names: Sequence[str],
 ) -> None:
     """Write true runs by load case, true noise transfer functions and modes by vehicle."""
     np.savez(
@@ -364,7 +382,7 @@ def _write_truth(
         folder / "noise_transfer.npz",
         frequency=FREQUENCY,
         vehicles=np.array(list(transfers)),
-        paths=np.array(fleet.paths),
+        paths=np.array(names),
         noise_transfer=np.array(list(transfers.values())),
     )
     of_modes = ("frequencies", "damping_ratios", "shapes_at_paths", "shapes_at_panels")

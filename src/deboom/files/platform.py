@@ -56,7 +56,7 @@ from deboom.files.tables import read_rows, read_torque_table
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount
-from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.powertrain import Powertrain
 
 FRF = 4
@@ -617,7 +617,7 @@ def _by_quantity(
     """Order the rows of each quantity as mount, axis, piece."""
     there = {(row.quantity, row.channel): row for row in rows}
     operating = [name for m in mounts for axis in AXES for name in m.channels(axis)]
-    paths = [name for mount in mounts for name in mount.paths]
+    paths = _paths(mounts, set(there))
     return {
         quantity: [there[quantity, name] for name in names if (quantity, name) in there]
         for quantity, names in (
@@ -628,6 +628,12 @@ def _by_quantity(
     }
 
 
+def _paths(mounts: Sequence[Mount], there: set[tuple[str, str]]) -> list[str]:
+    """Name the paths: the pieces of a mount where each has a noise transfer function."""
+    heard = [name for quantity, name in there if quantity == NOISE_TRANSFER]
+    return list(paths_into(mounts, heard)) if any(mount.transfer_axes for mount in mounts) else []
+
+
 def _check_channels(
     path: Path,
     rows: Sequence[ChannelRow],
@@ -636,7 +642,8 @@ def _check_channels(
     named: frozenset[tuple[str, str]],
 ) -> None:
     """Every row belongs to a mount, and every path has all that its force and motion need."""
-    paths = [name for mount in mounts for name in mount.paths]
+    there = {(row.quantity, row.channel) for row in rows} | named
+    paths = _paths(mounts, there)
     operating = [name for mount in mounts for axis in AXES for name in mount.channels(axis)]
     for row in rows:
         if row.channel not in (paths if row.quantity == NOISE_TRANSFER else operating):
@@ -648,7 +655,6 @@ def _check_channels(
             )
     if not paths:
         note(InputError(f"{path}: no mount of {PLATFORM_FILE} has a transfer axis: name one"))
-    there = {(row.quantity, row.channel) for row in rows} | named
     measured = [channel for quantity, channel in there if quantity != NOISE_TRANSFER]
     needed = [(NOISE_TRANSFER, name) for name in paths]
     for mount in mounts:

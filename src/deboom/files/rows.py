@@ -685,11 +685,6 @@ class ChannelRow(_Channel):
     def _check(self, _earlier: Sequence[Self]) -> None:
         if self.axis not in _AXES:
             raise InputError(f"unknown axis '{self.axis}', use {', '.join(_AXES)}")
-        if self.quantity == NOISE_TRANSFER and self.piece:
-            raise InputError(
-                "a noise transfer function is of all pieces together: leave piece empty instead of "
-                f"'{self.piece}'"
-            )
         name = " ".join(filter(None, (self.mount, self.piece, self.axis)))
         if self.channel != name:
             raise InputError(

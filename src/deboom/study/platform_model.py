@@ -247,6 +247,8 @@ class Operation:
         also says what coupled motion lacks.
         """
         report.warn(self.not_coupled)
+        if words := pieces_in_words(self.platform):
+            report.facts["pieces"] = words
         check = self.check
         if check is None:
             return
@@ -668,6 +670,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
             for mount in platform.mounts
         ),
     )
+    if words := pieces_in_words(platform):
+        yield "pieces", words
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
@@ -691,6 +695,22 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "library", f"{LIBRARY_FILE} fits all mounts"
     else:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def pieces_in_words(platform: Platform) -> str:
+    """Say whether the pieces of a mount keep their own noise transfer functions."""
+    inputs = platform.fleet.vehicles[0].noise_transfer.inputs
+    words = []
+    for mount in platform.mounts:
+        if len(mount.pieces) > 1 and mount.paths:
+            apart = set(mount.channels(mount.transfer_axes[0])) <= set(inputs)
+            words.append(
+                f"{mount.name}: each piece with its own noise transfer function"
+                if apart
+                else f"{mount.name}: one noise transfer function times the summed forces of its "
+                "pieces, right only where these are alike"
+            )
+    return "; ".join(words)
 
 
 def _sizes(platform: Platform) -> dict[str, RealArray]:

@@ -18,6 +18,7 @@ from deboom.vehicles.fleet import (
     Fleet,
     lines_inside,
     path_transfer,
+    paths_into,
     refuse_doubled,
     with_loss_names,
 )
@@ -315,9 +316,7 @@ def coupled_motion(
     refuse_doubled(variables, "design variable")
     inside = lines_inside(load_case.force.frequency, band, f"load case {load_case.name}")
     frequency = load_case.force.frequency[inside]
-    paths = [path for mount in mounts for path in mount.paths]
-    if not paths:
-        raise InputError("no mount transmits anything: give transfer_axes to at least one")
+    paths = list(paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs))
     transfer = path_transfer(fleet, paths, frequency, band, load_case.name)
     carriers = [mount for mount in mounts if mount.body_mass is None]
     on_powertrain = [d for mount in carriers for d in _directions(mount, AXES)]
@@ -348,9 +347,10 @@ def coupled_motion(
     ) -> Body:
         at = motion if levers.shape[1] == 6 else fitted[:, columns]
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
-        for column, (mount, _, axis, _) in enumerate(directions):
+        for column, (mount, _, axis, channel) in enumerate(directions):
             if axis in mount.transfer_axes:
-                to_ear[..., column] = transfer[..., paths.index(f"{mount.name} {axis}")]
+                path = channel if channel in paths else f"{mount.name} {axis}"
+                to_ear[..., column] = transfer[..., paths.index(path)]
         names = [f"{mount.name} {axis}" for mount, _, axis, _ in directions]
         return Body(
             mass_matrix=mass,

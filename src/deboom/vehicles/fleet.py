@@ -33,7 +33,8 @@ class Vehicle:
 
     - `name`: name, such as ``U06-1``.
     - `group`: body variant or series, such as ``U06``.
-    - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>`` [Pa/N].
+    - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>``, or
+      ``<mount> <piece> <axis>`` for every piece [Pa/N].
     - raises InputError: another unit than Pa/N, or not exactly one output.
     """
 
@@ -158,28 +159,52 @@ class PathContributions:
         return replace(self, values=np.moveaxis(values, 0, -1))
 
 
-def path_forces(mounts: Sequence[Mount], load_case: LoadCase) -> Spectrum:
-    """Return the force of each path on the body, the pieces of a mount summed coherently.
+def paths_into(
+    mounts: Sequence[Mount], inputs: Sequence[str] = ()
+) -> dict[str, tuple[str, tuple[str, ...]]]:
+    """Return each path with its design variable and the channels whose forces it takes.
+
+    - `inputs`: of the noise transfer functions. Where they name every piece of a mount, each piece
+      is a path; else the mount is one, with the sum of its forces, which is right only where these
+      are equal or the pieces sound alike.
+    - raises InputError: no path at all.
+    """
+    paths: dict[str, tuple[str, tuple[str, ...]]] = {}
+    for mount in mounts:
+        for axis, variable in zip(mount.transfer_axes, mount.paths, strict=True):
+            channels = mount.channels(axis)
+            if set(channels) <= set(inputs):
+                paths |= {channel: (variable, (channel,)) for channel in channels}
+            else:
+                paths[variable] = variable, channels
+    if not paths:
+        raise InputError("no mount transmits anything: give transfer_axes to at least one")
+    return paths
+
+
+def path_forces(
+    mounts: Sequence[Mount], load_case: LoadCase, inputs: Sequence[str] = ()
+) -> Spectrum:
+    """Return the force of each path on the body.
 
     - `mounts`: mounts whose transfer axes are the paths.
     - `load_case`: forces at the virtual point of each piece.
-    - returns: channels ``<mount> <axis>``, in the order of the mounts [N].
+    - `inputs`: of the noise transfer functions, see `paths_into`.
+    - returns: channels ``<mount> <axis>`` or those of the pieces, in the order of the mounts [N].
     - raises InputError: a mount of which a transfer axis was not measured, or no path at all.
     """
-    paths = [path for mount in mounts for path in mount.paths]
-    if not paths:
-        raise InputError("no mount transmits anything: give transfer_axes to at least one")
+    paths = paths_into(mounts, inputs)
     force = load_case.force
     columns = []
-    for mount in mounts:
-        for axis in mount.transfer_axes:
-            missing = [name for name in mount.channels(axis) if name not in force.channels]
-            if missing:
-                raise InputError(
-                    f"load case {load_case.name}: no force of {missing} for mount {mount.name}: "
-                    "measure these channels or take the axis out of transfer_axes"
-                )
-            columns.append(force.select(mount.channels(axis)).values.sum(axis=1))
+    for variable, channels in paths.values():
+        missing = [name for name in channels if name not in force.channels]
+        if missing:
+            raise InputError(
+                f"load case {load_case.name}: no force of {missing} for mount "
+                f"{variable.rpartition(' ')[0]}: measure these channels or take the axis out of "
+                "transfer_axes"
+            )
+        columns.append(force.select(channels).values.sum(axis=1))
     return Spectrum(force.frequency, np.column_stack(columns), tuple(paths), force.unit)
 
 
@@ -231,14 +256,17 @@ def path_contributions(
         )
         values = np.concatenate([elastic.values, lossy.values], axis=2)
         return replace(elastic, values=values, variable_names=with_loss_names(names))
-    forces = path_forces(mounts, load_case)
+    inputs = fleet.vehicles[0].noise_transfer.inputs
+    forces = path_forces(mounts, load_case, inputs)
     inside = lines_inside(forces.frequency, band, f"load case {load_case.name}")
     frequency = forces.frequency[inside]
-    columns = [names.index(path) for path in forces.channels]
+    columns = [names.index(variable) for variable, _ in paths_into(mounts, inputs).values()]
     values = np.zeros((len(fleet.vehicles), frequency.size, len(names)), dtype=complex)
     transfer = path_transfer(fleet, forces.channels, frequency, band, load_case.name)
     for ear, row in zip(transfer, values, strict=True):
-        row[:, columns] = transfer_path.contributions(ear, forces.values[inside])
+        heard = transfer_path.contributions(ear, forces.values[inside])
+        for column, path in zip(columns, heard.T, strict=True):
+            row[:, column] += path
     return PathContributions(load_case.name, frequency, values, fleet.names, tuple(names))
 
 
@@ -248,7 +276,7 @@ def path_transfer(
     """Return the noise transfer functions of a fleet on the lines of a load case.
 
     - `fleet`: each vehicle with exactly these paths.
-    - `paths`: ``<mount> <axis>``.
+    - `paths`: ``<mount> <axis>`` or ``<mount> <piece> <axis>``.
     - `frequency` (n_frequency,): lines of the load case inside the band [Hz].
     - `band` (lower, upper): both edges belong to the band [Hz].
     - `load_case`: name of the load case, for messages.

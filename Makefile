@@ -82,7 +82,7 @@ $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
 	@touch $@
 
 $(READY): $(STUDY)
-	$(INSTALL) -e ".[fast,cluster,modal,postgres,dev]"
+	$(INSTALL) -e ".[fast,cluster,modal,postgres,mdf,tdms,hdf5,dev]"
 	@touch $@
 
 # What the documentation site needs more than the tests.

@@ -95,8 +95,7 @@ def test_a_wrong_mat_file_is_refused(tmp_path, changes, sentence):
 @pytest.mark.parametrize(
     ("data", "sentence"),
     [
-        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF", "save(file, ..., '-v7"),
-        (b"\x89HDF\r\n\x1a\n" + bytes(600), "of version 7.3, which is not read"),
+        (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF", "of version 7.3"),
         (b"no MATLAB file at all", "is damaged, or no MATLAB file"),
         (b"", "is empty"),
         (None, "cannot be read"),

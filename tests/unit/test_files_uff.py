@@ -78,12 +78,14 @@ def same(a, b, rtol=0.0):
 @pytest.mark.parametrize("binary", [False, True])
 def test_what_is_written_reads_back(tmp_path, binary):
     given_functions = [spectrum(), transfer_function(), spectrum(values=LINES**2, response_node=12)]
+    given_functions += [spectrum(function_type=kind, response_node=kind) for kind in (12, 27)]
     write_uff(tmp_path / "a.uff", given_functions, binary=binary)
     read = read_uff(tmp_path / "a.uff")
-    assert set_types(tmp_path / "a.uff") == (164, 58, 58, 58)
+    assert set_types(tmp_path / "a.uff") == (164, *[58] * 5)
     for a, b in zip(given_functions, read, strict=True):
         same(a, b, rtol=0 if binary else 5e-12)
-    assert [f.unit for f in read] == ["N", "Pa/N", "N"]
+    assert [f.unit for f in read] == ["N", "Pa/N", "N", "N", "N"]
+    assert [f.function_type for f in read[3:]] == [12, 27]
     assert read[2].values.dtype == np.float64
 
 
@@ -203,7 +205,7 @@ def test_a_file_that_does_not_read_back_as_it_was_given_never_appears(tmp_path, 
         ({"ordinate": "unknown", "ordinate_unit": ""}, "unknown has no unit; write '1'"),
         ({"ordinate": "loudness"}, "unknown quantity 'loudness'"),
         ({"denominator_unit": "N"}, "unit 'N' of a denominator that is 'none'"),
-        ({"function_type": 12}, "function type 12 cannot be written"),
+        ({"function_type": 8}, "function type 8 cannot be written"),
         ({"response_node": -1}, "node -1 is not between 0"),
         ({"reference_node": 2**31}, "node 2147483648 is not between 0"),
     ],

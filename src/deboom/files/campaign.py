@@ -41,6 +41,7 @@ from deboom.files.schema import (
     telling,
     values_of,
 )
+from deboom.files.time_data import time_functions
 from deboom.measurement.campaign import (
     AXES,
     Campaign,
@@ -542,7 +543,10 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
             f"{', '.join(entries) or 'a campaign that has one'}"
         )
     entry = entries[name]
-    file = FunctionMatrix(tables.folder / entry.file, f"time run '{name}'", (TIME_SIGNAL,))
+    path = tables.folder / entry.file
+    recorded = [row for row in tables.channels if row.quantity != "engine speed"]
+    functions = time_functions(path, recorded)
+    file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), functions)
     time, engine = file.axis, tables.file.engine
     accelerations, cells, slow = (
         of_quantity(tables.channels, name)

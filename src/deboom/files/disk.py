@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import json
 import os
 import shutil
@@ -44,6 +45,61 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{str(path)!r} is no name of a file: check the path") from None
+
+
+_KINDS = (
+    (b"MDF     ", "an MDF file"),
+    (b"UnFinMF ", "an MDF file that its logger did not finish"),
+    (b"TDSm", "a TDMS file"),
+    (b"MATLAB ", "a MATLAB file"),
+    (b"\x89HDF", "an HDF5 file"),
+    (b"LabVIEW Measurement", "a LabVIEW measurement file"),
+    (b"RIFF", "a WAV file"),
+    (b"    -1", "a UFF file"),
+    (b"PK\x03\x04", "a workbook or another zip archive"),
+    (b"\xd0\xcf\x11\xe0", "an old workbook (.xls)"),
+    (b"\x1f\x8b", "a gzip archive"),
+    (b"7z\xbc\xaf", "a 7z archive"),
+    (b"|CF,", "an imc FAMOS file"),
+    (b"DIAEXTENDED", "a DIAdem header file"),
+    (b"<?xml", "an XML file"),
+    (b"SQLite format 3", "an SQLite database"),
+    (b"PAR1", "a Parquet table"),
+    (b"%PDF", "a PDF document"),
+    (b"fLaC", "a FLAC sound file"),
+    (b"ID3", "an MP3 sound file"),
+    (b"OggS", "an Ogg sound file"),
+)
+"""First bytes of a file → what it is."""
+
+
+def kind_of(path: Path) -> str:
+    """Tell what a file is by its first bytes, such as ``an MDF file``; its ending may be wrong.
+
+    - raises InputError: as `read_bytes`, or the file is empty.
+    """
+    data = read_bytes(path)
+    start = data[:512].removeprefix(b"\xef\xbb\xbf").lstrip(b"\r\n")
+    if not start.strip():
+        raise InputError(f"{path} is empty: export it again")
+    for first, kind in _KINDS:
+        if start.startswith(first):
+            return kind
+    line = start.partition(b"\n")[0].strip()[:40].decode("utf-8", errors="replace")
+    return f"text that begins with '{line}'" if line.isprintable() else "of an unknown binary kind"
+
+
+def library(path: Path, module: str, extra: str) -> Any:
+    """Return the library that reads a file.
+
+    - raises InputError: it is not installed.
+    """
+    try:
+        return importlib.import_module(module)
+    except ImportError:
+        raise InputError(
+            f"{path} needs {module} to be read: pip install 'deboom[{extra}]'"
+        ) from None
 
 
 def read_text(path: Path) -> str:

@@ -20,7 +20,7 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import InputError
-from deboom.files.disk import read_bytes
+from deboom.files.disk import library, read_bytes
 from deboom.files.schema import noting, telling
 from deboom.files.tables import (
     RANGES,
@@ -317,7 +317,7 @@ class FunctionMatrix:
 
 _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")
-_VARIABLES = (_FREQUENCY, "names", "values", "units")
+_VARIABLES = (_FREQUENCY, "time", "names", "values", "units")
 _HDF5 = b"\x89HDF"
 _MAT_SECONDS = 60
 _MAT_READER = """
@@ -325,7 +325,7 @@ import sys
 import numpy as np
 from scipy.io import loadmat
 content = loadmat(sys.argv[1], squeeze_me=True, chars_as_strings=True)
-wanted = {name: content[name] for name in ("frequency", "names", "values", "units")
+wanted = {name: content[name] for name in ("frequency", "time", "names", "values", "units")
           if name in content}
 texts = {name: np.array([str(text) for text in np.ravel(value)])
          for name, value in wanted.items() if name in ("names", "units")}
@@ -386,7 +386,8 @@ def read_function_table(path: Path) -> FunctionTable:
       or one that is no finite number or does not increase. What is wrong with a single function is
       told when it is asked for.
     """
-    table = _from_mat(path) if path.suffix.lower() == ".mat" else _from_columns(path)
+    is_matlab = path.suffix.lower() == ".mat"
+    table = FunctionTable(*matlab_table(path)) if is_matlab else _from_columns(path)
     lines = table.frequency
     bad = np.flatnonzero(~np.isfinite(lines))
     falling = np.flatnonzero(np.diff(lines) <= 0)
@@ -446,34 +447,43 @@ def _numbers(header: str, texts: tuple[str, ...]) -> npt.NDArray[np.float64] | I
     return numbers
 
 
-def _from_mat(path: Path) -> FunctionTable:
+def matlab_table(
+    path: Path, axis: str = _FREQUENCY
+) -> tuple[RealArray, dict[str, tuple[str, ComplexArray]]]:
+    """Read the columns of a MATLAB file.
+
+    - `path`: file of any version from 5; 7.3 needs h5py.
+    - `axis`: variable of the lines, ``frequency`` [Hz] or ``time`` [s].
+    - returns (n,) `lines`; `columns`: name to unit label and values (n,) [that unit].
+    - raises InputError: the file is damaged or no MATLAB file; a variable is missing, or does not
+      fit the others; h5py is needed and not installed.
+    """
     content = _mat(path)
-    missing = [name for name in _VARIABLES if name not in content]
+    missing = [name for name in (axis, "names", "values", "units") if name not in content]
     if missing:
+        unit = "Hz" if axis == _FREQUENCY else "s"
         raise InputError(
-            f"{path}: there is no variable {', '.join(map(repr, missing))}: save frequency [Hz], "
-            "names (cell array of text), values (lines x names, complex) and units"
+            f"{path}: there is no variable {', '.join(map(repr, missing))}: save {axis} [{unit}], "
+            "names (cell array of text), values (lines x names) and units"
         )
     names, units = _texts(content["names"]), _texts(content["units"])
     units = units * len(names) if len(units) == 1 else units
     try:
-        frequency = np.array(content["frequency"], dtype=float).ravel()
+        lines = np.array(content[axis], dtype=float).ravel()
         values = np.array(content["values"], dtype=complex)
     except (TypeError, ValueError):
-        raise InputError(f"{path}: variables 'frequency' and 'values' must be numbers") from None
+        raise InputError(f"{path}: variables '{axis}' and 'values' must be numbers") from None
     values = values.reshape(-1, 1) if values.ndim < 2 and len(names) == 1 else values
-    if values.shape != (frequency.size, len(names)) or len(units) != len(names):
+    if values.shape != (lines.size, len(names)) or len(units) != len(names):
         raise InputError(
-            f"{path}: {frequency.size} frequencies, {len(names)} names, {len(units)} units and "
+            f"{path}: {lines.size} lines of {axis}, {len(names)} names, {len(units)} units and "
             f"values of size {' x '.join(map(str, values.shape))} do not fit together: values need "
-            "one row per frequency and one column per name, units one text for all or one per name"
+            "one row per line and one column per name, units one text for all or one per name"
         )
     doubled = next((name for name in names if names.count(name) > 1), None)
     if doubled is not None:
         raise InputError(f"{path}: the name '{doubled}' comes twice in 'names': keep one")
-    return FunctionTable(
-        frequency, {name: (units[i], values[:, i]) for i, name in enumerate(names)}
-    )
+    return lines, {name: (units[i], values[:, i]) for i, name in enumerate(names)}
 
 
 def _mat(path: Path) -> dict[str, Any]:
@@ -481,10 +491,7 @@ def _mat(path: Path) -> dict[str, Any]:
     if not start.strip():
         raise InputError(f"{path} is empty: export it again")
     if start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5:
-        raise InputError(
-            f"{path} is a MATLAB file of version 7.3, which is not read: save it again with "
-            "save(file, ..., '-v7')"
-        )
+        return _mat_of_hdf5(path)
     with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
         arrays = Path(folder) / "arrays.npz"
         # scipy's compiled reader may crash on a damaged file: it runs in a process of its own
@@ -499,6 +506,27 @@ def _mat(path: Path) -> dict[str, Any]:
             )
         with np.load(arrays, allow_pickle=False) as content:
             return dict(content)
+
+
+def _mat_of_hdf5(path: Path) -> dict[str, Any]:
+    """Variables of a file of version 7.3: HDF5 with turned axes, and texts as numbers."""
+    h5py = library(path, "h5py", "hdf5")
+
+    def plain(file: Any, data: Any) -> Any:
+        if data.dtype == h5py.ref_dtype:
+            return np.array([str(plain(file, file[each])) for each in np.ravel(data[()])])
+        if data.attrs.get("MATLAB_class") == b"char":
+            return np.array("".join(map(chr, np.ravel(data[()].T))))
+        values = data[()].T
+        return values["real"] + 1j * values["imag"] if values.dtype.names else values
+
+    try:
+        with h5py.File(path, "r") as file:
+            return {name: plain(file, file[name]) for name in _VARIABLES if name in file}
+    except Exception as error:  # a damaged file raises many kinds
+        raise InputError(
+            f"{path} is a damaged MATLAB file of version 7.3 ({error}): save it again"
+        ) from None
 
 
 def _texts(value: npt.NDArray[Any]) -> list[str]:

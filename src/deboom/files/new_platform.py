@@ -27,7 +27,7 @@ function, `NAME real [unit]` and `NAME imag [unit]`. Other columns are passed ov
 | operating | `mount piece axis quantity` | m, mm, um or N, kN | `{mount} x force imag [N]` |
 """
 _MAT = """\
-MATLAB, saved with `save(file, ..., '-v7')`; version 7.3 is not read. Variables:
+MATLAB, saved with `save(file, ..., '-v7')`; with `-v7.3`, `pip install 'deboom[hdf5]'`. Variables:
 
 | variable | size | what |
 |---|---|---|

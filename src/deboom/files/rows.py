@@ -44,7 +44,7 @@ class _MayBeEmpty:
     """Mark of a text that may be empty."""
 
 
-class _InUnitOfRow:
+class InUnitOfRow:
     """Mark of a number in the unit of its row; empty is infinite."""
 
 
@@ -197,7 +197,7 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
             return row.node(field)
         if column is Unit:
             return _unit(row, field)
-        if column is _InUnitOfRow:
+        if column is InUnitOfRow:
             return row.number(field) * _unit(row, "unit").factor if row.cells[field] else math.inf
         return row.cells[field] if column is _MayBeEmpty else row.filled(field)
     except InputError as error:
@@ -252,7 +252,7 @@ def _cells(row: Any, field: str, column: Any) -> list[Any]:
         return column.scaled(value if len(column.names) > 1 else (value,))
     if column is Unit:
         return [value.label]
-    if column is _InUnitOfRow:
+    if column is InUnitOfRow:
         return ["" if math.isinf(value) else repr(value / row.unit.factor)]
     return [value]
 
@@ -634,7 +634,7 @@ class HammerChannel(_Channel):
     node: int
     direction: str
     unit: Unit
-    range: Annotated[float, _InUnitOfRow] = math.inf
+    range: Annotated[float, InUnitOfRow] = math.inf
 
     @property
     def _unique(self) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ import pyuff
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.disk import read_bytes
+from deboom.files.disk import kind_of, read_bytes
 from deboom.files.tables import Unit, parse_unit
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
@@ -36,7 +36,7 @@ class UffFunction:
     - `values` (n,): real or complex, finite [ordinate_unit, over denominator_unit where there is
       one].
     - `function_type`: UFF code: 0 general, 1 time, 2 auto spectrum, 3 cross spectrum, 4 frequency
-      response, 6 coherence, 9 power spectral density.
+      response, 6 coherence, 9 power spectral density, 12 spectrum, 27 order function.
     - `response_node`, `reference_node`: node numbers; 0 is none.
     - `response_direction`, `reference_direction`: ``+x -x +y … +rz -rz``, or ``scalar`` for none.
     - `ordinate`, `denominator`: quantity in a word: ``displacement``, ``velocity``,
@@ -162,7 +162,7 @@ _SI = {
     "mass": (("kg", -1, 1), ("kg", -1, 1)),
 }
 _AXIS_UNIT = {"frequency": "Hz", "time": "s", "rpm": "rpm", "order": "1"}
-_WRITABLE_TYPES = (0, 1, 2, 3, 4, 6, 9)
+_WRITABLE_TYPES = (0, 1, 2, 3, 4, 6, 9, 12, 27)
 
 
 class AxisDriftWarning(UserWarning):
@@ -488,12 +488,21 @@ def set_types(path: Path | str) -> tuple[int, ...]:
     return tuple(int(kind) for kind in _opened(Path(path)).get_set_types())
 
 
+_TYPE_LINE = 7
+"""Lines of a data set 58 before the one that begins with its function type."""
+
+
 def _block(scratch: Path, content: dict[str, Any]) -> bytes:
+    stated = content.get("func_type", 0)
     with _quiet():
-        # a copy: pyuff fills in the dictionary it is given
-        pyuff.UFF(str(scratch)).write_sets([dict(content)], mode="add")
+        # a copy: pyuff fills in the dictionary it is given; it writes no type above 9
+        copy = {**content, "func_type": 0 if stated > 9 else stated}
+        pyuff.UFF(str(scratch)).write_sets([copy], mode="add")
     block = scratch.read_bytes()
     scratch.unlink()
+    if stated > 9:
+        *before, header = block.split(b"\n", _TYPE_LINE)
+        block = b"\n".join((*before, b"%5i" % stated + header[5:]))
     if content.get("binary"):
         first, header, rest = block.split(b"\n", 2)
         n_bytes = content["data"].nbytes
@@ -514,6 +523,7 @@ def _check_written(path: Path, whole: Path, functions: Sequence[UffFunction]) ->
             "ref_node": function.reference_node,
             "ref_dir": DIRECTION_CODE[function.reference_direction],
             "num_pts": function.values.size,
+            "func_type": function.function_type,
         }
         for key, value in expected.items():
             if content[key] != value:
@@ -537,7 +547,10 @@ def _opened(path: Path) -> Any:
         raise InputError(f"{path} is empty: export it again")
     n_separators = len(_SEPARATOR.findall(data))
     if n_separators == 0:
-        raise InputError(f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6")
+        raise InputError(
+            f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6, it is "
+            f"{kind_of(path)}; export it as UFF, data set 58"
+        )
     if n_separators % 2:
         raise InputError(f"{path} is truncated: its last set does not end; export it again")
     with _quiet():

@@ -1,0 +1,414 @@
+"""Time data of measuring systems: what each library wrote reads back, broken files are refused."""
+
+import re
+import shutil
+import sys
+from pathlib import Path
+
+import asammdf
+import h5py
+import nptdms
+import numpy as np
+import pytest
+from broken_files import edited
+from scipy.io import savemat, wavfile
+from typer.testing import CliRunner
+
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.operating_run import PlannedRun
+from deboom.cli import app
+from deboom.errors import InputError
+from deboom.files.campaign import read_campaign, read_time_run
+from deboom.files.function_table import read_function_table
+from deboom.files.rows import CampaignChannel
+from deboom.files.tables import Unit
+from deboom.files.time_data import read_time_signals, time_functions
+
+RATE = 2048.0
+TIME = np.arange(64) / RATE
+SIGNALS = {
+    "A1 x": ("g", np.sin(40.0 * TIME)),
+    "TSM z": ("kN", 0.3 * np.cos(7.0 * TIME)),
+    "driver ear": ("Pa", 2.0 * np.sin(90.0 * TIME)),
+}
+
+
+def mdf(path, signals, time):
+    with asammdf.MDF(version="4.10") as file:
+        for name, (unit, values) in signals.items():
+            file.append(asammdf.Signal(values, time, unit=unit, name=name))
+        file.save(path, overwrite=True)
+
+
+def tdms(path, signals, time):
+    step = {"wf_increment": time[1] - time[0], "wf_start_offset": time[0]}
+    with nptdms.TdmsWriter(path) as file:
+        for name, (unit, values) in signals.items():
+            properties = {**step, "unit_string": unit}
+            file.write_segment([nptdms.ChannelObject("run", name, values, properties)])
+
+
+def hdf5(path, signals, time):
+    with h5py.File(path, "w") as file:
+        file.attrs["sample_rate"] = 1 / (time[1] - time[0])
+        for name, (unit, values) in signals.items():
+            file.create_dataset(f"run/{name}", data=values).attrs["unit"] = unit
+
+
+def hdf5_with_time(path, signals, time):
+    with h5py.File(path, "w") as file:
+        file["time"] = time
+        for name, (unit, values) in signals.items():
+            file.create_dataset(name, data=values).attrs["units"] = unit
+
+
+def matlab(path, signals, time):
+    names, units = (np.array(texts, dtype=object) for texts in (list(signals), units_of(signals)))
+    values = np.column_stack([values for _, values in signals.values()])
+    savemat(path, {"time": time, "names": names, "values": values, "units": units})
+
+
+def matlab_73(path, signals, time, axis="time"):
+    """Write what MATLAB writes: turned axes, cells as references to numbers of characters."""
+    with h5py.File(path, "w", userblock_size=512) as file:
+        for variable, texts in (("names", list(signals)), ("units", units_of(signals))):
+            cells = []
+            for k, text in enumerate(texts):
+                numbers = np.array([[ord(c)] for c in text], dtype=np.uint16)
+                cell = file.create_dataset(f"#refs#/{variable}{k}", data=numbers)
+                cell.attrs["MATLAB_class"] = np.bytes_("char")
+                cells.append([cell.ref])
+            file.create_dataset(variable, data=np.array(cells, dtype=h5py.ref_dtype))
+        file[axis] = time[:, np.newaxis].T
+        values = np.stack([values for _, values in signals.values()])
+        if np.iscomplexobj(values):
+            values = values.view([("real", "f8"), ("imag", "f8")])
+        file["values"] = values
+    data = bytearray(path.read_bytes())
+    data[:30] = b"MATLAB 7.3 MAT-file, Platform:"
+    path.write_bytes(bytes(data))
+
+
+def units_of(signals):
+    return [unit for unit, _ in signals.values()]
+
+
+def lvm(path, signals, time, layout="One", comma=False):
+    def cells(*values):
+        text = "\t".join(value if isinstance(value, str) else f"{value:.9e}" for value in values)
+        return text.replace(".", ",") if comma else text
+
+    n, step = len(signals), time[1] - time[0]
+    lines = ["LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab"]
+    lines += [f"Decimal_Separator\t{',' if comma else '.'}", f"X_Columns\t{layout}"]
+    lines += ["Time_Pref\tRelative", "***End_of_Header***\t", "", f"Channels\t{n}"]
+    lines += [
+        f"Samples\t{cells(*[str(time.size)] * n)}",
+        "Y_Unit_Label\t" + cells(*units_of(signals)),
+    ]
+    lines += ["X0\t" + cells(*[time[0]] * n), "Delta_X\t" + cells(*[step] * n)]
+    lines += ["***End_of_Header***\t\t"]
+    names = [name for pair in signals for name in ("X_Value", pair)]
+    lines += [cells(*(names if layout == "Multi" else ["X_Value", *signals]), "Comment")]
+    for k, instant in enumerate(time):
+        row = [value[k] for _, value in signals.values()]
+        first = {"One": [instant], "Multi": [], "No": [""]}[layout]
+        if layout == "Multi":
+            row = [each for value in row for each in (instant, value)]
+        lines.append(cells(*first, *row))
+    path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
+
+
+def wav(path, signals, time, kind=np.float32):
+    rows, tracks = ["channel,full_scale,unit"], []
+    for name, (unit, values) in signals.items():
+        scale = 1.01 * float(np.abs(values).max())
+        middle, largest = {np.float32: (0, 1), np.uint8: (128, 128)}.get(kind, (0, 32768))
+        tracks.append(middle + values / scale * largest)
+        rows.append(f"{name},{scale!r},{unit}")
+    table = np.column_stack(tracks)
+    table = table if kind is np.float32 else np.round(table)
+    wavfile.write(path, round(1 / (time[1] - time[0])), table.astype(kind))
+    path.with_suffix(".csv").write_text("\n".join([*rows, ""]))
+
+
+WRITERS = {
+    "mdf": (mdf, "run.mf4", 1e-12),
+    "tdms": (tdms, "run.tdms", 1e-12),
+    "hdf5": (hdf5, "run.h5", 1e-12),
+    "hdf5 with time": (hdf5_with_time, "run.hdf5", 1e-12),
+    "matlab": (matlab, "run.mat", 1e-12),
+    "matlab 7.3": (matlab_73, "run.mat", 1e-12),
+    "lvm": (lvm, "run.lvm", 1e-8),
+    "wav": (wav, "run.wav", 1e-6),
+}
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_what_was_written_is_read(tmp_path, kind):
+    write, name, precision = WRITERS[kind]
+    write(tmp_path / name, SIGNALS, TIME)
+    read = read_time_signals(tmp_path / name, [*reversed(SIGNALS), "not there"])
+    assert list(read) == list(reversed(SIGNALS))
+    for channel, signal in read.items():
+        unit, values = SIGNALS[channel]
+        assert signal.unit == unit
+        assert signal.values == pytest.approx(values, abs=precision)
+        assert signal.time == pytest.approx(TIME, abs=1e-9)
+
+
+@pytest.mark.parametrize(("kind", "step"), [(np.int16, 2.0**-15), (np.uint8, 2.0**-7)])
+def test_whole_numbers_of_a_wav_file_are_calibrated(tmp_path, kind, step):
+    path = tmp_path / "run.wav"
+    wav(path, SIGNALS, TIME, kind)
+    values = read_time_signals(path, ["driver ear"])["driver ear"].values
+    assert values == pytest.approx(SIGNALS["driver ear"][1], abs=0.6 * 2.02 * step)
+
+
+@pytest.mark.parametrize(("layout", "comma"), [("Multi", False), ("No", False), ("One", True)])
+def test_layouts_of_labview(tmp_path, layout, comma):
+    path = tmp_path / "run.lvm"
+    lvm(path, SIGNALS, TIME + 0.5, layout, comma)
+    for name, signal in read_time_signals(path, list(SIGNALS)).items():
+        assert signal.values == pytest.approx(SIGNALS[name][1], abs=1e-8)
+        assert signal.time == pytest.approx(TIME + 0.5, abs=1e-8)
+
+
+def test_functions_over_frequency_of_matlab_7_3(tmp_path):
+    path = tmp_path / "wagon.mat"
+    functions = {"TSM x": ("Pa/kN", np.exp(1j * TIME)), "EnM x": ("Pa/N", 2.0 - 1j * TIME)}
+    matlab_73(path, functions, 20.0 + TIME, "frequency")
+    table = read_function_table(path)
+    assert table.frequency == pytest.approx(20.0 + TIME)
+    assert table.spectrum("TSM x")[1] == pytest.approx(1e-3 * functions["TSM x"][1])
+    assert table.spectrum("EnM x")[1] == pytest.approx(functions["EnM x"][1])
+
+
+def intact(kind):
+    """Write a file of a kind as it should be."""
+
+    def write(folder):
+        WRITERS[kind][0](folder / WRITERS[kind][1], SIGNALS, TIME)
+        return folder / WRITERS[kind][1]
+
+    return write
+
+
+def cut(kind, share):
+    """Write a file of a kind, and cut off its end."""
+
+    def write(folder):
+        path = intact(kind)(folder)
+        data = path.read_bytes()
+        path.write_bytes(data[: int(share * len(data))])
+        return path
+
+    return write
+
+
+def changed(kind, old, new, name=None):
+    def write(folder):
+        path = intact(kind)(folder)
+        edited(name or path.name, old, new)(folder)
+        return path
+
+    return write
+
+
+def data(name, content):
+    def write(folder):
+        (folder / name).write_bytes(content)
+        return folder / name
+
+    return write
+
+
+def twice(folder):
+    path = folder / "run.tdms"
+    with nptdms.TdmsWriter(path) as file:
+        for group in ("a", "b"):
+            step = {"wf_increment": 0.1}
+            file.write_segment([nptdms.ChannelObject(group, "A1 x", TIME, step)])
+    return path
+
+
+def without_step(folder):
+    path = folder / "run.tdms"
+    with nptdms.TdmsWriter(path) as file:
+        file.write_segment([nptdms.ChannelObject("run", "A1 x", TIME)])
+    return path
+
+
+def without_rate(folder):
+    path = folder / "run.h5"
+    with h5py.File(path, "w") as file:
+        file["A1 x"] = TIME
+    return path
+
+
+def without_calibration(folder):
+    path = intact("wav")(folder)
+    path.with_suffix(".csv").unlink()
+    return path
+
+
+def invalid(folder):
+    path = folder / "run.mf4"
+    bits = np.arange(TIME.size) == 3
+    with asammdf.MDF(version="4.10") as file:
+        file.append(asammdf.Signal(TIME, TIME, unit="g", name="A1 x", invalidation_bits=bits))
+        file.save(path)
+    return path
+
+
+REFUSED = {
+    "mdf cut": (cut("mdf", 0.4), "is an MDF file, but damaged"),
+    "mdf invalid samples": (invalid, "'A1 x' has 1 samples that are marked invalid"),
+    "mdf not finished": (data("run.mf4", b"UnFinMF 4.10" + bytes(90)), "its logger did not finish"),
+    "tdms cut": (cut("tdms", 0.9), "its last segment is cut off: copy it again"),
+    "tdms twice": (twice, "channel 'A1 x' comes 2 times: keep or rename one"),
+    "tdms without step": (without_step, "has no property wf_increment: write it as a waveform"),
+    "hdf5 cut": (cut("hdf5", 0.5), "is an HDF5 file, but damaged"),
+    "hdf5 without rate": (without_rate, "nor an attribute 'sample_rate' [Hz]: add one of them"),
+    "matlab cut": (cut("matlab", 0.7), "is damaged, or no MATLAB file"),
+    "matlab 7.3 cut": (cut("matlab 7.3", 0.7), "a damaged MATLAB file of version 7.3"),
+    "lvm cut": (cut("lvm", 0.05), "has 0 segments"),
+    "lvm cut in a line": (cut("lvm", 0.9), "has too few columns"),
+    "lvm without samples": (changed("lvm", "Channels\t3", "Channels\tx"), "but damaged"),
+    "wav cut": (cut("wav", 0.7), "bytes: copy it again"),
+    "wav without calibration": (without_calibration, "write run.csv beside it"),
+    "wav calibration of two tracks": (
+        changed("wav", "driver ear", "\n", "run.csv"),
+        "run.csv",
+    ),
+    "wav full scale": (changed("wav", "A1 x,", "A1 x,-", "run.csv"), "is not positive: state it"),
+    "workbook": (data("run.xlsx", b"PK\x03\x04"), "is a workbook or another zip archive"),
+    "famos": (data("run.dat", b"|CF,2,1,1;"), "is an imc FAMOS file: time data are read from UFF"),
+    "text": (data("run.asc", b"Datum;Zeit\n1;2\n"), "is text that begins with 'Datum;Zeit'"),
+    "binary": (data("run.bin", bytes(range(1, 99))), "is of an unknown binary kind"),
+    "empty": (data("run.mf4", b""), "is empty: export it again"),
+    "other names": (intact("mdf"), "none of its channels is in the channel table; it holds 'A1 x'"),
+}
+
+
+@pytest.mark.parametrize("fault", REFUSED)
+def test_a_broken_file_ends_in_a_sentence(tmp_path, fault):
+    write, sentence = REFUSED[fault]
+    path = write(tmp_path)
+    names = ["B9 x"] if fault == "other names" else list(SIGNALS)
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        read_time_signals(path, names)
+    assert path.stem in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("kind", "module", "extra"),
+    [
+        ("mdf", "asammdf", "mdf"),
+        ("tdms", "nptdms", "tdms"),
+        ("hdf5", "h5py", "hdf5"),
+        ("matlab 7.3", "h5py", "hdf5"),
+    ],
+)
+def test_a_missing_library_is_one_sentence(tmp_path, monkeypatch, kind, module, extra):
+    path = intact(kind)(tmp_path)
+    monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(
+        InputError, match=rf"needs {module} to be read: pip install 'deboom.{extra}"
+    ):
+        read_time_signals(path, list(SIGNALS))
+
+
+NAME = "g5_wot220_time"
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    over_time = TimeRunPlan(last_speed=1700.0, duration=2.0, sample_rate=2048.0)
+    runs = (PlannedRun(5, 60.0, full_load=False),)
+    plan = CampaignPlan(("M1",), runs, 1, frequency=np.arange(30.0, 60.5, 1.5), time_run=over_time)
+    folder = write_campaign(tmp_path_factory.mktemp("bench") / "campaign", 1, plan)
+    orders(folder, "uff")
+    return folder
+
+
+def recorded_as(folder, kind):
+    """Exchange the UFF file of the run over time for one of another kind, in other units."""
+    run = read_time_run(folder, NAME)
+    time = np.arange(run.tacho.size) / run.sample_rate
+    signals = {
+        "tacho": ("1" if kind == "wav" else "V", 4.0 * run.tacho),
+        "engine torque": ("N m", run.engine_torque),
+    }
+    for names, values, quantity, unit, factor in (
+        (run.acceleration_channels, run.acceleration, "acceleration", "g", 1 / 9.80665),
+        (run.cell_force_channels, run.cell_force, "cell force", "N", 1.0),
+        (run.static_force_names, run.static_force, "static force", "N", 1.0),
+    ):
+        for name, column in zip(names, values.T, strict=True):
+            signals[f"{name} {quantity}"] = (unit, factor * column)
+    write, name, _ = WRITERS[kind]
+    write(folder / name, signals, time)
+    return name
+
+
+def orders(folder, name):
+    how = ("--name", name, "--rpm-step", "50", "--method", "resampling", "--revolutions", "8")
+    done = CliRunner().invoke(app, ["orders", str(folder), NAME, *how])
+    assert done.exit_code == 0, done.output
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_time_data_of_every_kind_go_through_orders(written, tmp_path, kind):
+    folder = Path(shutil.copytree(written, tmp_path / "campaign"))
+    name = recorded_as(folder, kind)
+    text = (folder / "campaign.toml").read_text()
+    (uff,) = re.findall(r'file = "([^"]*time[^"]*\.uff)"', text)
+    (folder / "campaign.toml").write_text(text.replace(f'file = "{uff}"', f'file = "{name}"'))
+    table = folder / "channels.csv"
+    rows = table.read_text()
+    table.write_text(re.sub(r"(,acceleration,.*),m/s\^2", r"\1,g", rows))
+    orders(folder, "other")
+    table.write_text(rows)
+    first, second = read_campaign(folder).runs[-2:]
+    assert (first.name, second.name) == ("uff", "other")
+    size = np.abs(first.acceleration.values).max()
+    assert second.acceleration.values == pytest.approx(first.acceleration.values, abs=1e-5 * size)
+    assert second.cell_force.values == pytest.approx(first.cell_force.values, abs=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("change", "sentence"),
+    [
+        (lambda signals, _: signals.pop("tacho"), "there is no channel 'tacho' (tacho): export it"),
+        (lambda _, time: time[50:].__iadd__(1e-4), "is not sampled evenly: sample"),
+        (
+            lambda signals, _: signals.update({"engine torque": ("", signals["tacho"][1])}),
+            "'engine torque' states no unit: export it with one, such as N m",
+        ),
+        (
+            lambda signals, _: signals.update({"engine torque": ("furlong", signals["tacho"][1])}),
+            "'engine torque': unknown unit 'furlong'",
+        ),
+        (
+            lambda signals, _: signals["tacho"][1].__setitem__(7, np.nan),
+            "the value of line 8 is nan; measure or export it again",
+        ),
+    ],
+)
+def test_channels_that_do_not_fit_the_table_are_named(tmp_path, change, sentence):
+    rows = [
+        CampaignChannel(name, name, node, "scalar", Unit(unit, si, 1.0))
+        for node, (name, unit, si) in enumerate(
+            [("tacho", "1", "1"), ("engine torque", "N m", "N m")], 1
+        )
+    ]
+    time = TIME.copy()
+    signals = {"tacho": ("V", np.ones(64)), "engine torque": ("N m", 40.0 + TIME)}
+    change(signals, time)
+    mdf(tmp_path / "run.mf4", signals, time)
+    with pytest.raises(InputError, match=re.escape(sentence)) as caught:
+        time_functions(tmp_path / "run.mf4", rows)
+    assert str(caught.value).startswith(str(tmp_path / "run.mf4"))

@@ -72,17 +72,11 @@ def command(*words: str) -> Callable[[Path], object]:
 
 
 def _platform(folder: Path) -> None:
-    from deboom.choices import FunctionFiles
-    from deboom.files.new_platform import new_platform
+    from deboom.choices import FolderKind, FunctionFiles
+    from deboom.files.folders import Names, new_folder
 
-    new_platform(
-        folder,
-        mounts=("EnM", "Du=left,right"),
-        vehicles=("car",),
-        group="family",
-        load_cases=("run",),
-        files=FunctionFiles.csv,
-    )
+    names = Names(("EnM", "Du=left,right"), ("car",), "family", ("run",), FunctionFiles.csv)
+    new_folder(folder, FolderKind.platform, names)
     toml = folder / "platform.toml"
     text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(), flags=re.M)
     case = 'operating = "operating/run.csv"'

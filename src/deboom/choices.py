@@ -25,6 +25,18 @@ class Language(Enum):
     de = "de"
 
 
+class FolderKind(Enum):
+    """Kinds of folders with measurements."""
+
+    platform = "platform"
+    campaign = "campaign"
+    vehicle = "vehicle"
+    compressor = "compressor"
+    operation = "operation"
+    car = "car"
+    hammer = "hammer"
+
+
 class FunctionFiles(Enum):
     """Endings of the files.
 

@@ -17,7 +17,7 @@ from deboom.cli_results import (
     compare,
     list_,
     listen,
-    new_app,
+    new,
     report,
     show,
 )
@@ -35,7 +35,7 @@ app = typer.Typer(
 )
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
-app.add_typer(new_app, name="new")
+app.command()(new)
 app.command()(check)
 app.command()(characterise)
 app.command()(orders)

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from deboom.choices import FunctionFiles, Language, Pick
+from deboom.choices import FolderKind, FunctionFiles, Language, Pick
 
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the studies; default: studies here, or deboom's.")
@@ -255,80 +255,80 @@ def accept(
     typer.echo(run.as_posix())
 
 
-new_app = typer.Typer(
-    no_args_is_help=True, rich_markup_mode=None, help="Write a folder to fill in: platform."
-)
-
-
-@new_app.callback()
-def _new() -> None:
-    # with a callback, typer keeps the name of a single command
-    pass
-
-
-@new_app.command("platform")
-def new_platform(
-    folder: Annotated[Path, typer.Argument(metavar="MY_PLATFORM", help="A folder to be made.")],
+def new(
+    kind: Annotated[FolderKind, typer.Argument(help="What was, or will be, measured.")],
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder to be made.")],
     mount: Annotated[
         list[str] | None,
         typer.Option(
             metavar="NAME",
-            help="One per mount; NAME=left,right for pieces of one part number. Repeatable.",
+            help="Name of a mount of a platform, campaign or vehicle; NAME=left,right for pieces "
+            "of one part number. Repeatable.",
         ),
     ] = None,
     vehicle: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="One per vehicle. Repeatable.")
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a vehicle of a platform. Repeatable."),
     ] = None,
-    group: Annotated[str, typer.Option(help="Of these vehicles.")] = "cars",
+    group: Annotated[str, typer.Option(help="Name of the group of these vehicles.")] = "cars",
     load_case: Annotated[
-        list[str] | None, typer.Option(metavar="NAME", help="One per run. Repeatable.")
+        list[str] | None,
+        typer.Option(metavar="NAME", help="Name of a run of a platform. Repeatable."),
     ] = None,
     files: Annotated[
-        FunctionFiles, typer.Option(help="Format of your transfer functions and spectra.")
+        FunctionFiles,
+        typer.Option(help="Format of a platform's transfer functions and spectra."),
     ] = FunctionFiles.uff,
 ) -> None:
-    """Write the folder of a new platform, to fill in.
+    """Write a folder to fill in with measurements of your own.
 
-    platform.toml with comments, the tables of mounts and channels (xlsx) with their columns and
-    units, and a README that names each file and what it must hold. `deboom check MY_PLATFORM` lists
-    what is still to be filled in.
+    platform is for noise transfer functions of vehicles and operating spectra at their mounts;
+    campaign for runs of a powertrain on a bench, which characterise mounts; vehicle for one car
+    with noise transfer functions both ways; compressor for a roving-hammer test; operation for
+    run-ups of a compressor; car for an electric car with its compressor; hammer for hits over time.
+
+    The folder holds a TOML file with a comment on each key, tables with their columns and units,
+    and a README. `deboom check FOLDER` lists what is still to be filled in.
 
     Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1
     """
-    from deboom.files.new_platform import new_platform as write
+    from deboom.errors import InputError
+    from deboom.files.folders import Names, new_folder
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors():
-        write(
-            folder,
-            mounts=mount or ("engine", "gearbox", "strut"),
-            vehicles=vehicle or ("car-1",),
+        if kind is not FolderKind.platform and (vehicle or load_case):
+            raise InputError("--vehicle and --load-case belong to a platform: leave them out")
+        names = Names(
+            mounts=mount or Names.mounts,
+            vehicles=vehicle or Names.vehicles,
             group=group,
-            load_cases=load_case or ("run-1",),
+            load_cases=load_case or Names.load_cases,
             files=files,
         )
+        new_folder(folder, kind, names)
     typer.echo(folder.as_posix())
 
 
 def check(
     folder: Annotated[
-        Path, typer.Argument(metavar="MY_PLATFORM", help="Folder with platform.toml.")
+        Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
     ],
 ) -> None:
-    """List everything missing or wrong in a platform folder, or what it holds.
+    """List everything missing or wrong in a folder of measurements, or what it holds.
 
-    Each fault names its file, the item and the remedy; exit code 2. Without a fault: mounts,
-    vehicles, lines, load cases and band; exit code 0.
+    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Each
+    fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
+    as mounts, vehicles, lines and runs; exit code 0.
     """
-    from deboom.study.platform_model import check_platform
+    from deboom.study.platform_model import check_folder
 
-    found = check_platform(folder)
-    for number, fault in enumerate(found.faults, 1):
+    faults, waiting, summary = check_folder(folder)
+    for number, fault in enumerate(faults, 1):
         typer.echo(f"{number:3}  {fault}", err=True)
-    if found.faults:
-        count = len(found.faults)
-        waiting = f"; not looked at yet: {', '.join(found.waiting)}" if found.waiting else ""
-        what = "fault" if count == 1 else "faults"
-        typer.echo(f"deboom: {count} {what} in {folder}{waiting}", err=True)
+    if faults:
+        more = f"; not looked at yet: {', '.join(waiting)}" if waiting else ""
+        what = "fault" if len(faults) == 1 else "faults"
+        typer.echo(f"deboom: {len(faults)} {what} in {folder}{more}", err=True)
         raise typer.Exit(2)
-    typer.echo(found.summary)
+    typer.echo(summary)

@@ -8,13 +8,14 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from deboom.choices import FunctionFiles
+from deboom.choices import FolderKind, FunctionFiles
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.new_platform import new_platform
-from deboom.files.platform import Engine, LoadCaseEntry, MountEntry, PlatformFile, read_platform
+from deboom.files.folders import FILES, Names, new_folder
+from deboom.files.platform import Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import ChannelRow, read_table
+from deboom.files.schema import _sections, load_toml
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.study.platform_model import check_platform
 
@@ -35,7 +36,7 @@ def made(folder, **changes):
         "load_cases": ("slow", "fast"),
         "files": FunctionFiles.uff,
     }
-    return new_platform(folder, **(asked | changes))
+    return new_folder(folder, FolderKind.platform, Names(**(asked | changes)))
 
 
 def filled(folder):
@@ -119,11 +120,52 @@ def test_tables_have_their_columns_units_and_rows(tmp_path):
     assert list(pd.read_excel(folder / "mounts.xlsx", sheet_name=None)) == ["table", "help"]
 
 
-def test_every_key_of_the_file_is_in_its_comments(tmp_path):
-    text = (made(tmp_path / "mine") / "platform.toml").read_text(encoding="utf-8")
-    for model in (PlatformFile, Engine, Powertrain, MountEntry, LoadCaseEntry):
-        for name in model.model_fields:
+def models_of(model):
+    """Models of a file: its own, and those of its sections."""
+    return [model, *(each for part in _sections(model).values() for each in models_of(part))]
+
+
+@pytest.mark.parametrize("kind", list(FolderKind))
+def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(tmp_path, kind):
+    folder = tmp_path / "mine"
+    assert deboom("new", kind.value, folder, "--mount", "EnM", "--mount", "Du=l,r").exit_code == 0
+    file, model = FILES[kind]
+    text = (folder / file).read_text(encoding="utf-8")
+    for part in models_of(model):
+        for name in part.model_fields:
             assert re.search(rf"^(# )?(\[\[?)?{name}\b", text, flags=re.M), name
+    result = deboom("check", folder)
+    assert result.exit_code == 2
+    asked = set(re.findall(r"key '(\w+)'[^:]* is missing", result.stderr))
+    asked |= set(re.findall(r"needs the key '(\w+)'", result.stderr))
+    marked = set(re.findall(r"^# (\w+) = .*# FILL IN", text, flags=re.M))
+    assert asked == marked
+    put = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", text, flags=re.M)
+    (folder / file).write_text(put, encoding="utf-8")
+    load_toml(folder / file, model)
+    told = deboom("check", folder).stderr
+    assert f"{file}:" not in told
+    assert re.search(
+        r"  1  .*(mounts|sensors|impacts)\.(xlsx|csv).*|compressor_test.toml: key", told
+    ), told
+    # everything that is commented fits, too
+    every = re.sub(r"^# (\w+ = |\[)", r"\1", put, flags=re.M)
+    if kind is FolderKind.operation:
+        every = re.sub(r"^(record|sample_rate_hz) = ", r"# \1 = ", every, flags=re.M)
+    (folder / file).write_text(every, encoding="utf-8")
+    load_toml(folder / file, model)
+
+
+def test_a_folder_of_no_kind_is_named_with_the_files_of_all(tmp_path):
+    result = deboom("check", tmp_path)
+    assert result.exit_code == 2
+    assert "holds none of platform.toml, campaign.toml, vehicle.toml, car.toml" in result.stderr
+
+
+def test_options_of_a_platform_are_refused_for_others(tmp_path):
+    result = deboom("new", "campaign", tmp_path / "mine", "--vehicle", "wagon")
+    assert result.exit_code == 2
+    assert "--vehicle and --load-case belong to a platform" in result.stderr
 
 
 def test_a_filled_folder_is_read_and_summed_up(tmp_path):
@@ -349,7 +391,7 @@ def test_nothing_is_left_of_a_folder_that_could_not_be_finished(tmp_path, monkey
     def fail(*_args):
         raise OSError("disk full")
 
-    monkeypatch.setattr("deboom.files.new_platform.readme_text", fail)
+    monkeypatch.setattr("deboom.files.folders._workbook", fail)
     with pytest.raises(InputError, match="cannot be written"):
         made(tmp_path / "mine")
     assert list(tmp_path.iterdir()) == []
@@ -358,5 +400,5 @@ def test_nothing_is_left_of_a_folder_that_could_not_be_finished(tmp_path, monkey
 def test_a_folder_that_is_not_there_is_one_fault_with_its_remedy(tmp_path):
     result = deboom("check", tmp_path / "none")
     assert result.exit_code == 2
-    assert "there is no such folder: `deboom new platform" in result.stderr
+    assert "there is no such folder: `deboom new KIND" in result.stderr
     assert "deboom: 1 fault in" in result.stderr

@@ -16,6 +16,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.choices import FolderKind
 from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import (
@@ -588,9 +589,34 @@ class PlatformCheck:
         """What a platform without a fault holds, one item a line; empty with one."""
         if self.faults or self.platform is None:
             return ""
-        lines = list(_summary(self.platform))
-        width = max(len(name) for name, _ in lines) + 2
-        return "\n".join(f"{name:<{width}}{text}" for name, text in lines)
+        return _aligned(list(_summary(self.platform)))
+
+
+def _aligned(lines: Sequence[tuple[str, str]]) -> str:
+    width = max(len(name) for name, _ in lines) + 2
+    return "\n".join(f"{name:<{width}}{text}" for name, text in lines)
+
+
+def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
+    """List what is wrong in a folder of any kind, or say what it holds.
+
+    - `folder`: its file, such as ``campaign.toml``, says of which kind it is.
+    - returns `faults`, `waiting`, `summary`: as in `PlatformCheck`.
+    """
+    from deboom.files.folders import FILES, kind_of_folder, summary_of
+
+    faults: list[InputError] = []
+    try:
+        kind = kind_of_folder(folder)
+        if kind is FolderKind.platform:
+            found = check_platform(folder)
+            return found.faults, found.waiting, found.summary
+        load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
+        if faults:
+            return tuple(map(str, faults)), ("the files that it names",), ""
+        return (), (), _aligned(summary_of(folder, kind))
+    except InputError as error:
+        return tuple(str(error).splitlines()), (), ""
 
 
 def check_platform(folder: Path) -> PlatformCheck:

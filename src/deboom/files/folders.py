@@ -1,0 +1,330 @@
+"""Folders of measurements by kind: a new one to fill in, and what is wrong with one or in it."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from deboom.choices import FolderKind, FunctionFiles
+from deboom.errors import InputError
+from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
+from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
+from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_electric_car
+from deboom.files.hammer_test import HAMMER_TEST_FILE, HammerTestFile, read_hammer_test
+from deboom.files.inertance_test import INERTANCE_TEST_FILE, InertanceTestFile, read_inertance_test
+from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile, read_operating_test
+from deboom.files.platform import PLATFORM_FILE, MountEntry, PlatformFile
+from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
+from deboom.files.schema import StrictModel
+from deboom.files.tables import write_frame
+from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
+from deboom.mounts.mount import AXES
+
+FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
+    FolderKind.platform: (PLATFORM_FILE, PlatformFile),
+    FolderKind.campaign: (CAMPAIGN_FILE, CampaignFile),
+    FolderKind.vehicle: (VEHICLE_FILE, VehicleFile),
+    FolderKind.car: (ELECTRIC_CAR_FILE, ElectricCarFile),
+    FolderKind.operation: (OPERATING_TEST_FILE, OperatingTestFile),
+    FolderKind.compressor: (INERTANCE_TEST_FILE, InertanceTestFile),
+    FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
+}
+"""Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
+
+
+def kind_of_folder(folder: Path) -> FolderKind:
+    """Return the kind of a folder by the file that it holds.
+
+    - raises InputError: it holds none of them.
+    """
+    for kind, (file, _) in FILES.items():
+        if (folder / file).exists():
+            return kind
+    if not folder.is_dir():
+        raise InputError(
+            f"{folder}: there is no such folder: `deboom new KIND {folder}` writes one"
+        )
+    files = ", ".join(file for file, _ in FILES.values())
+    raise InputError(f"{folder} holds none of {files}: name the folder of one of them")
+
+
+def summary_of(folder: Path, kind: FolderKind) -> list[tuple[str, str]]:
+    """Read a folder of any kind but a platform, and say what it holds.
+
+    - returns: name and text of each line.
+    - raises InputError: something is missing or wrong.
+    """
+    return list(_HELD[kind](folder))
+
+
+def _campaign(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_campaign(folder)
+    lines = held.runs[0].acceleration.frequency
+    yield "campaign", held.name
+    yield "mounts", ", ".join(mount.name for mount in held.mounts)
+    yield "sensors", f"{len(held.sensors)}, switched off: {', '.join(held.switched_off) or 'none'}"
+    yield "runs", f"{len(held.runs)} of mount sets {', '.join(held.mount_sets)}"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
+    yield "shaker", f"{len(held.shaker_runs)} runs, {len(held.pushes)} pushes"
+    yield "curves", f"{len(held.static_curves)} of suppliers"
+
+
+def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_vehicle(folder)
+    lines = held.direct.frequency
+    yield "vehicle", f"{held.name} in group {held.group}"
+    yield "ears", ", ".join(held.ears)
+    yield "mounts", ", ".join(mount.name for mount in held.mounts)
+    yield "blows", f"{len(held.direct.inputs)} beside {len(held.impacts)} virtual points"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield "runs", ", ".join(run.name for run in held.runs) or "none"
+
+
+def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_inertance_test(folder)
+    lines = held.frf.frequency
+    weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
+    yield "test", f"{held.name}, {weighed}"
+    yield "sensors", f"{len(held.sensors)} triaxial, {len(held.impacts)} impacts"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+
+
+def _operation(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_operating_test(folder)
+    yield "test", held.name
+    for sweep in held.sweeps:
+        lines = sweep.acceleration.frequency
+        yield "sweep", f"{sweep.name}: {60 * lines[0]:.0f} to {60 * lines[-1]:.0f} rpm"
+    yield "hoses", ", ".join(hose.name for hose in held.hoses) or "no drawing"
+
+
+def _car(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_electric_car(folder)
+    yield "car", f"{held.name}, {held.ear}"
+    yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
+    yield from _operation(folder)
+
+
+def _hammer(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_hammer_test(folder)
+    first = held.measurements[0]
+    yield "test", held.title
+    yield "impacts", f"{len(held.impacts)}, {sum(len(m.force) for m in held.measurements)} hits"
+    yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"
+
+
+_HELD: Mapping[FolderKind, Callable[[Path], Iterator[tuple[str, str]]]] = {
+    FolderKind.campaign: _campaign,
+    FolderKind.vehicle: _vehicle,
+    FolderKind.car: _car,
+    FolderKind.operation: _operation,
+    FolderKind.compressor: _compressor,
+    FolderKind.hammer: _hammer,
+}
+
+_FORBIDDEN = set('<>:"/\\|?*,')
+"""No file name may hold them on Windows, and no cell of a CSV table a comma."""
+
+_MOUNT_HELP = (
+    ("mount", "Name, as in platform.toml."),
+    ("piece", "Name of the piece; empty for a mount of one piece."),
+    ("x [m], y [m], z [m]", "Where its force acts, from the powertrain's centre of gravity: x "
+     "rearward, y to the right, z up. [mm] in all three headers is as good."),
+)  # fmt: skip
+_CHANNEL_HELP = (
+    ("channel", "'mount piece axis', such as 'Du left x'; 'mount axis' for a mount of one piece, "
+     "and for every noise transfer function."),
+    ("quantity", "displacement or force at the mount in operation, or noise transfer function."),
+    ("mount, piece, axis", "What the channel's name is made of."),
+    ("node", "UFF: response node; of a noise transfer function, reference node. In a table "
+     "(CSV, xlsx, mat) any number that no other row of the quantity has."),
+    ("direction", "UFF direction of the channel, such as +x. -x turns the sign; in a table, too."),
+    ("unit", "Unit in the file: m, mm or um; N or kN; Pa/N or Pa/kN. It must agree with the file."),
+)  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Names:
+    """Names of what a new folder is for.
+
+    - `mounts`: of platform, campaign and vehicle; ``name=piece,piece`` for pieces of one part
+      number.
+    - `vehicles`: of a platform, all in one group.
+    - `group`: its name.
+    - `load_cases`: runs of a platform; the first one is the default.
+    - `files`: format of a platform's transfer functions and spectra.
+    """
+
+    mounts: Sequence[str] = ("engine", "gearbox", "strut")
+    vehicles: Sequence[str] = ("car-1",)
+    group: str = "cars"
+    load_cases: Sequence[str] = ("run-1",)
+    files: FunctionFiles = FunctionFiles.uff
+
+
+TEMPLATES = Path(__file__).parent / "templates"
+"""Files of a new folder by kind, as jinja templates."""
+_PARTS = {
+    FolderKind.operation: {"hammer": FolderKind.compressor},
+    FolderKind.car: {".": FolderKind.operation, "hammer": FolderKind.compressor},
+}
+"""Kind → folders inside it, and the kind of what they hold."""
+
+
+def new_folder(folder: Path, kind: FolderKind, names: Names = Names()) -> Path:
+    """Write a folder of a kind, to fill in: commented TOML, tables with columns, a README.
+
+    - `folder`: that does not exist; it appears complete or not at all.
+    - `kind`, `names`: what it is for.
+    - returns: the folder.
+    - raises InputError: a folder that exists or cannot be written; a name that is empty, has blanks
+      or characters that no file name may have, or comes twice; a mount of one named piece.
+    """
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    if folder.exists():
+        raise InputError(f"{folder} is there already: name a new folder, or fill this one in")
+    entries = [_mount(text) for text in names.mounts]
+    for what, given in (
+        ("mount", [entry.name for entry in entries]),
+        ("vehicle", names.vehicles),
+        ("group", [names.group]),
+        ("load case", names.load_cases),
+        *((f"piece of {entry.name}", entry.pieces or ()) for entry in entries),
+    ):
+        _check_names(what, given)
+    environment = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=False,
+        keep_trailing_newline=True,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+    )
+    # JSON's strings are TOML's, too
+    environment.filters["quoted"] = lambda text: json.dumps(text, ensure_ascii=False)
+    words = {
+        "kind": kind.value,
+        "file": FILES[kind][0],
+        "name": folder.name,
+        "key": "".join("_" if c.isspace() else c for c in folder.name),
+        "mounts": entries,
+        "places": [(entry.name, piece) for entry in entries for piece in entry.piece_names],
+        "vehicles": names.vehicles,
+        "group": names.group,
+        "load_cases": names.load_cases,
+        "ending": names.files.value,
+    }
+    sources = {Path("README.md"): "README.md"}
+    for inside, part in (*_PARTS.get(kind, {}).items(), (".", kind)):
+        for path in sorted((TEMPLATES / part.value).rglob("*.*")):
+            place = Path(inside) / path.relative_to(TEMPLATES / part.value)
+            sources[place] = path.relative_to(TEMPLATES).as_posix()
+    with complete_or_not_at_all(folder) as unfinished:
+        for name, source in sources.items():
+            (unfinished / name).parent.mkdir(parents=True, exist_ok=True)
+            text = environment.get_template(source).render(words)
+            replace_text(unfinished / name, text)
+        if kind is FolderKind.platform:
+            _write_platform_tables(unfinished, entries, names)
+    return folder
+
+
+def _write_platform_tables(folder: Path, entries: Sequence[MountEntry], names: Names) -> None:
+    """Write its workbooks, and the headers of functions that are tables."""
+    channels = _channel_rows(entries)
+    replace_bytes(folder / "mounts.xlsx", _workbook(_mount_rows(entries), _MOUNT_HELP))
+    replace_bytes(folder / "channels.xlsx", _workbook(channels, _CHANNEL_HELP))
+    for inside, files in (("noise_transfer", names.vehicles), ("operating", names.load_cases)):
+        (folder / inside).mkdir()
+        for name in files if names.files in (FunctionFiles.csv, FunctionFiles.xlsx) else ():
+            path = folder / inside / f"{name}.{names.files.value}"
+            _write_header(path, channels, transfer=inside == "noise_transfer")
+
+
+def _mount(text: str) -> MountEntry:
+    name, has_pieces, pieces = text.partition("=")
+    names = tuple(pieces.split(",")) if has_pieces else None
+    if names is not None and len(names) < 2:
+        raise InputError(f"mount '{text}': name two pieces or more, such as {name}=left,right")
+    return MountEntry.model_construct(name=name, description="", pieces=names, transfer_axes=AXES)
+
+
+def _check_names(what: str, names: Sequence[str]) -> None:
+    for name in names:
+        if not name or any(c.isspace() or not c.isprintable() or c in _FORBIDDEN for c in name):
+            raise InputError(
+                f"{what} '{name}': a name needs at least one character, no blanks and none of "
+                f"{' '.join(sorted(_FORBIDDEN))}"
+            )
+        # two files of one name where capitals do not count
+        if [one.casefold() for one in names].count(name.casefold()) > 1:
+            raise InputError(f"two of {what} are named '{name}': keep or rename one")
+
+
+def _mount_rows(mounts: Sequence[MountEntry]) -> pd.DataFrame:
+    rows = [(entry.name, piece) for entry in mounts for piece in entry.piece_names]
+    table = pd.DataFrame(rows, columns=["mount", "piece"])
+    return table.assign(**{f"{axis} [m]": "" for axis in AXES})
+
+
+def _channel_rows(mounts: Sequence[MountEntry]) -> pd.DataFrame:
+    """One node per piece, and one of its own for the force on all pieces of a mount."""
+    rows = []
+    node = 101  # a proposal; UFF files of other ones are as good
+    for entry in mounts:
+        nodes = {piece: node + k for k, piece in enumerate(entry.piece_names)}
+        both = node if len(nodes) == 1 else node + len(nodes)
+        node = both + 1
+        for quantity in ("displacement", "force"):
+            for piece in entry.piece_names:
+                rows += [(quantity, entry.name, piece, axis, nodes[piece]) for axis in AXES]
+        rows += [(NOISE_TRANSFER, entry.name, "", axis, both) for axis in AXES]
+    return pd.DataFrame(
+        [
+            {
+                "channel": " ".join(filter(None, (mount, piece, axis))),
+                "quantity": quantity,
+                "mount": mount,
+                "piece": piece,
+                "axis": axis,
+                "node": node,
+                "direction": f"+{axis}",
+                "unit": QUANTITY_UNIT[quantity],
+            }
+            for quantity, mount, piece, axis, node in rows
+        ]
+    )
+
+
+def _workbook(table: pd.DataFrame, explained: Sequence[tuple[str, str]]) -> bytes:
+    """Return an Excel file: the table first, which is read, then what its columns mean."""
+    memory = io.BytesIO()
+    with pd.ExcelWriter(memory, engine="openpyxl") as book:
+        table.to_excel(book, sheet_name="table", index=False)
+        help_sheet = pd.DataFrame(explained, columns=["column", "what goes there"])
+        help_sheet.to_excel(book, sheet_name="help", index=False)
+        for sheet, widths in (("table", [16] * table.shape[1]), ("help", [24, 110])):
+            for column, width in zip("ABCDEFGH", widths, strict=False):
+                book.sheets[sheet].column_dimensions[column].width = width
+            book.sheets[sheet].freeze_panes = "A2"
+    return memory.getvalue()
+
+
+def _write_header(path: Path, channels: pd.DataFrame, *, transfer: bool) -> None:
+    """Write a table of functions with its columns and without a line."""
+    header = ["frequency [Hz]"]
+    for row in channels[(channels["quantity"] == NOISE_TRANSFER) == transfer].itertuples():
+        name = str(row.channel) if transfer else f"{row.channel} {row.quantity}"
+        header += [f"{name} {part} [{row.unit}]" for part in ("real", "imag")]
+    table = pd.DataFrame(columns=header)
+    if path.suffix == ".csv":
+        write_frame(path, table)
+    else:
+        memory = io.BytesIO()
+        table.to_excel(memory, index=False)
+        replace_bytes(path, memory.getvalue())

@@ -39,8 +39,8 @@ from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
 from deboom.compressor.hoses import BEAM_NUMBERS, BEAM_UNITS
 from deboom.measurement.compressor_test import HoseState
-from deboom.plot import CurvePanel, DotPanel
-from deboom.plot.style import VEHICLE_PALETTE, signed
+from deboom.plot import CurvePanel
+from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.compressor_identification import in_words
 from deboom.study.compressor_noise import (
@@ -70,10 +70,6 @@ from deboom.study.result import RunContext
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
 SPEED, LEVEL = "rotor speed [rpm]", "SPL [dB(A)]"
-TARGET = 3.0
-"""Deviation of a level that is asked for [dB]."""
-NOTCH_DEPTH = 30.0
-"""Below the loudest line, from which a level is one of a notch [dB]."""
 ABOVE_FLOOR = 6.0
 """Distance from the noise of the microphone within which a measured level is not trusted [dB]."""
 THESIS_GAIN = (5.0, 10.0)
@@ -118,7 +114,7 @@ def run(plan: NoisePlan, options: Options, context: RunContext | None = None) ->
         )
         gains = fleet_gains(options.fleets)
     report = car_report(running, cases[0], cases)
-    _all_cars(report, cases)
+    _all_cars(report)
     _fleets(report, cases, gains)
     return report
 
@@ -170,7 +166,7 @@ def car_report(
     if running.car.operation.with_hoses(STANDARD):
         _standard_hoses(report, running, noise)
     _paths(report, noise)
-    _mounts(report, running, noise)
+    _mounts(report, running)
     report.table("errors", error_table(errors))
     return report
 
@@ -312,17 +308,10 @@ def _level_panel(
     )
 
 
-def _over_speed(
-    panels: Sequence[CurvePanel], dashed: str = "", y_label: str = LEVEL
-) -> plot.Figure:
-    """Draw panels over the speed of the rotor."""
+def _over_speed(panels: Sequence[CurvePanel], dashed: str) -> plot.Figure:
+    """Draw levels over the speed of the rotor."""
     return plot.curve_panels(
-        panels,
-        y_label=y_label,
-        columns=1,
-        dashed=(dashed,) if dashed else (),
-        order=ORDER,
-        speed_label=SPEED,
+        panels, y_label=LEVEL, columns=1, dashed=(dashed,), order=ORDER, speed_label=SPEED
     )
 
 
@@ -427,34 +416,15 @@ def _lowest_pressure(noise: CarNoise) -> list[SweepNoise]:
     return [sweep for sweep in noise.sweeps if sweep.pressure == lowest]
 
 
-def _mounts(report: Report, running: RunningInCar, noise: CarNoise) -> None:
-    """Show single mounts, and what the motion of the body under them does."""
+def _mounts(report: Report, running: RunningInCar) -> None:
+    """Show single mounts, as far as they are known."""
     reference = getattr(running.found.calibrated.parametrisation, "reference_frequency", 20.0)
     report.section(
-        "Single mounts, and the body under them",
+        "Single mounts",
         "Places come from the sheet of the car, directions and stiffness from the drawing, their "
         "sum from the hammer test. Where a deviation hardly falls from before to after, the number "
         "is the drawing's. The stiffness found is dynamic, its real part at "
         f"{reference:g} Hz; the drawn one static.",
-    )
-    panels = []
-    for sweep in _lowest_pressure(noise):
-        total = sweep.level(sweep.total)
-        changes = {
-            "body taken to stand still": sweep.level(sweep.still_body) - total,
-            "motion of the body predicted": sweep.level(sweep.predicted_body) - total,
-        }
-        notch = {
-            f"a notch, {NOTCH_DEPTH:g} dB below the loudest line": total < total.max() - NOTCH_DEPTH
-        }
-        title = f"{noise.car}, {sweep.sweep}"
-        panels.append(CurvePanel(title, sweep.frequency, changes, masked=notch))
-    report.figure(
-        "body_motion",
-        lambda: _over_speed(panels, y_label="change of SPL [dB]"),
-        "What it changes to take the body under the mounts as standing still, or to predict its "
-        "motion by accelerances instead of measuring it. A sum of paths that cancel each other is "
-        "changed most.",
     )
     mounts = mount_table(running)
     report.table("mounts", mounts, "Mounts; deviations are 1 σ.", shown=in_words(mounts))
@@ -549,45 +519,13 @@ def error_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _all_cars(report: Report, cases: Sequence[CarNoise]) -> None:
+def _all_cars(report: Report) -> None:
     """Show the errors of every car and laboratory."""
     report.section(
         "All cars and laboratories",
         "Each laboratory has its own errors of sensors, hammer and microphone, and hoses of "
         "its own; every car is one of the frozen fleet. What is called measured is the coupled "
         "car of the bench at its microphone.",
-    )
-    colours = {
-        f"laboratory {seed}": VEHICLE_PALETTE[place % len(VEHICLE_PALETTE)]
-        for place, seed in enumerate(dict.fromkeys(case.seed for case in cases))
-    }
-
-    def deviations(errors: Sequence[SweepErrors], what: str) -> RealArray:
-        if what == "peaks":
-            return np.abs(peak_deviations(errors, SOFT, without=MODES))
-        modelled = [error for error in errors if error.complete or what == "mounts"]
-        lines = _hose_lines(modelled, by_mounts=what == "mounts")
-        return np.array([np.percentile(of, SPREAD[-1]) for of in lines])
-
-    panels = []
-    for label, what, limit in (
-        (f"soft hoses: peaks outside {band_words(MODES)}", "peaks", TARGET),
-        (f"standard hoses modelled: {band_words(HOSE_BAND)}", "lines", TARGET),
-        (f"standard, mounts alone: {band_words(HOSE_BAND)}", "mounts", None),
-    ):
-        values: dict[str, dict[str, RealArray]] = {case.car: {} for case in cases}
-        for case in cases:
-            found = deviations(sweep_errors(case), what)
-            if found.size:
-                values[case.car][f"laboratory {case.seed}"] = found
-        if all(values.values()):
-            said = "" if limit is None else f"asked for: {limit:g} dB"
-            panels.append(DotPanel(f"{label}\n|deviation| [dB]", values, limit, said))
-    report.figure(
-        "all_cars",
-        lambda: plot.dot_panels(panels, colours),
-        "All cars and laboratories. Left: each peak with soft hoses. Middle and right: 90 of 100 "
-        "lines of a sweep with standard hoses deviate by less, with and without modelled hoses.",
     )
     errors = report.tables["errors"]
     begins = ("car", "laboratory", "sweep", "peaks", "without", "largest", "energy")
@@ -650,23 +588,6 @@ def _fleets(report: Report, cases: Sequence[CarNoise], gains: Sequence[HoseGain]
         f"observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car; {as_thesis:.0f} % of "
         f"these lie there, {quieter:.0f} % are quieter with hoses: paths add with phases, and "
         "hoses may cancel mounts. Nothing was selected or tuned to that observation.",
-    )
-    name = "median of all cars, and 10–90 %"
-    lines = np.vstack([gain.line_gain() for gain in gains])
-    below, centre, above = np.percentile(lines, SPREAD, axis=0)
-    panel = CurvePanel(
-        "With hoses minus without",
-        gains[0].frequency,
-        {name: centre},
-        ranges={name: (below, above)},
-        levels={"thesis, from 90 Hz on: 5 dB": 5.0, "to 10 dB": 10.0},
-        note=f"{len(lines)} cars, hoses as drawn",
-    )
-    report.figure(
-        "hose_gain",
-        lambda: _over_speed([panel], y_label="gain [dB]"),
-        "How much louder the car's hoses make the compressor, line by line. Dotted: what the "
-        "thesis observed on its one car between 90 and 140 Hz.",
     )
     report.table("hose_gain", gained)
     measured = measured_gain_table(cases)

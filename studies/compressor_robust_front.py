@@ -376,11 +376,6 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
         f"tolerance; the front was verified with {front.verification.n_samples} draws that the "
         "search never saw.",
     )
-    report.figure(
-        "convergence",
-        front.convergence_picture,
-        "Hypervolume of the front over the generations; flat: more would not have helped.",
-    )
     report.table("front", front.table)
     report.table("designs", front.designs())
     report.table("convergence", front.convergence())
@@ -556,19 +551,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
         "and with others, when all vary within the bounds of the search; mean over the cars. "
         f"{front.leading} matters most. {SHEET}.html is the page for the supplier.",
     )
-    found, shades = front.sobol, front.shades
-    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
-    report.figure(
-        "sobol",
-        lambda: plot.index_bars(
-            found.factors,
-            [shades[mount_of(name)] for name in found.factors],
-            [plot.IndexBars(*of) for of in zip(found.outputs, *columns, strict=True)],
-            x_label="share of the variance [1]",
-        ),
-        "Sobol indices: full bars alone, hatched ones in interaction.",
-    )
-    report.table("sobol", index_table(found, "stiffness"))
+    report.table("sobol", index_table(front.sobol, "stiffness"))
     wanted = _requirements(front, options)
     caption = (
         "Required stiffness. Importance: share of the variance of the level within the range "
@@ -685,21 +668,6 @@ def _trust(report: Report, front: MountFront, options: Options) -> None:
         f"{float(np.sqrt(np.mean(true**2))):.2f} dB. Without scatter best mean changes it by "
         f"{signed(float(np.mean(exact)), 2)} dB in the exact cars, and by "
         f"{signed(float(front.splv_change(front.best).mean()), 2)} dB in the model."
-    )
-    panels = [
-        plot.CurvePanel(car, front.index.frequency, {"predicted": found, "exact": truth})
-        for car, found, truth in zip(front.vehicles, seen.predicted[1], seen.exact[1], strict=True)
-    ]
-    report.figure(
-        "agreement",
-        lambda: plot.curve_panels(
-            panels,
-            x_label="rotational frequency [Hz]",
-            y_label="SPL [dB(A)]",
-            dashed=("exact",),
-            share_y=True,
-        ),
-        "One design that nobody measured: predicted and exact level.",
     )
     number, car = np.indices(true.shape)
     rows = (

@@ -27,11 +27,7 @@ u_dyn_first_error_percent (of the fit, where the truth is known), seconds (files
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from multiprocessing import get_context
 from pathlib import Path
 from typing import Annotated
 
@@ -40,14 +36,13 @@ from typer import Option
 
 from deboom import plot
 from deboom.choices import CalibrationLevel
-from deboom.compressor.acceptance import STATIC
 from deboom.compressor.routes import (
     CALIBRATED_MEASUREMENT,
     CALIBRATED_MODEL,
     MEASURED,
     UPDATED,
 )
-from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
+from deboom.compressor.unbalance import UnbalanceOptions
 from deboom.errors import InputError
 from deboom.files.limits import read_component_limits
 from deboom.plot.style import VEHICLE_PALETTE
@@ -59,7 +54,6 @@ from deboom.study.compressor_unbalance import (
     MeasuredUnbalance,
     MountCase,
     UnbalancePlan,
-    UnbalanceTruth,
     band_words,
     case_errors,
     evaluated_case,
@@ -68,9 +62,9 @@ from deboom.study.compressor_unbalance import (
     write_case,
 )
 from deboom.study.options import Seed
-from deboom.study.progress import Progress, counted, progress_bar
+from deboom.study.progress import Progress, counted, in_processes, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.unbalance_report import ROTOR, TRUTH, unbalance_panel, unbalance_report
+from deboom.study.unbalance_report import unbalance_report
 
 ROUTES = UnbalanceOptions(routes=(MEASURED, CALIBRATED_MEASUREMENT, UPDATED))
 """Routes a, d and e, by which all compressors are evaluated; the first one by all five."""
@@ -112,8 +106,8 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
         if options.test is not None:
             measured = measured_unbalance(options.test, plan, counted(progress, STEPS))
             return unbalance_report(measured, measured.input_files)
-        virtual = _measured(plan, options, progress)
-    report = unbalance_report(virtual.first)
+        first, errors = _measured(plan, options, progress)
+    report = unbalance_report(first)
     report.section(
         "All virtual compressors, against their truth",
         "Every compressor was measured twice: mounts in operation as struck, and with real part "
@@ -123,48 +117,26 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
         "relative to the true unbalance; the truth includes the rotating gas force. Global: error "
         "of the fit over all lines and both pressures. Medians over the compressors.",
     )
-    panels = []
-    for letter in "ae":
-        result = virtual.changed.by_letter(letter)
-        sweep = result.sweeps[0]
-        title = f"Route {letter}: {result.route.title}"
-        truth = virtual.changed_truth
-        panels.append(unbalance_panel(sweep, STATIC, truth, title=title, note=sweep.sweep))
-    report.figure(
-        "changed_state",
-        lambda: plot.curve_panels(panels, dashed=(TRUTH,), columns=1, order=1.0, speed_label=ROTOR),
-        "The same compressor with mounts that changed between hammer and operation. "
-        "Route a, as in the thesis's figure 61, goes wrong around the rigid-body modes; route "
-        "e finds the change in the sweep and follows.",
-    )
     report.figure(
         "errors",
-        lambda: _error_figure(virtual.errors),
+        lambda: _error_figure(errors),
         "Errors of static and dynamic unbalance, line by line, of every virtual compressor; "
         "the bar is the median.",
     )
-    medians = _medians(virtual.errors)
+    medians = _medians(errors)
     mismatches = [f"y/z {band} [%]" for band in (LOW, HIGH)]
     shown = medians.drop(columns=mismatches)
     decimals = {name: 1 for name in map(str, shown) if name.endswith("[%]")}
     report.table("errors", medians, "Median errors by state and route.", decimals, shown=shown)
-    report.table("cases", virtual.errors.drop(columns=mismatches))
-    report.summary |= error_summary(virtual.errors)
+    report.table("cases", errors.drop(columns=mismatches))
+    report.summary |= error_summary(errors)
     return report
 
 
-@dataclass(frozen=True, eq=False)
-class _Virtual:
-    """First virtual compressor, the same with changed mounts, and the errors of all."""
-
-    first: MeasuredUnbalance
-    changed: Unbalance
-    changed_truth: UnbalanceTruth
-    errors: pd.DataFrame
-
-
-def _measured(plan: UnbalancePlan, options: Options, progress: Progress) -> _Virtual:
-    """Measure virtual compressors and evaluate each in both states."""
+def _measured(
+    plan: UnbalancePlan, options: Options, progress: Progress
+) -> tuple[MeasuredUnbalance, pd.DataFrame]:
+    """Return the first virtual compressor in detail, and the errors of all in their states."""
     seed, level = options.seed, options.level
     others = range(seed + 1, seed + options.cases)
     tasks = [CompressorTask(other, level, BOTH_STATES, ROUTES) for other in others]
@@ -175,7 +147,7 @@ def _measured(plan: UnbalancePlan, options: Options, progress: Progress) -> _Vir
         ]
     total = len(tasks) + len(BOTH_STATES)
     with (
-        _spread(tasks, options.workers) as results,
+        in_processes(task_errors, tasks, options.workers) as results,
         tempfile.TemporaryDirectory(prefix="deboom-") as scratch,
     ):
         struck, moved = (
@@ -186,26 +158,14 @@ def _measured(plan: UnbalancePlan, options: Options, progress: Progress) -> _Vir
         assert first.truth is not None
         progress(1, total, "first compressor, mounts changed")
         hammer = first.evaluation.identification
-        changed, truth = evaluated_case(moved, hammer, plan.unbalance)
         rows = case_errors(seed, MountCase.UNCHANGED, first.evaluation, first.truth)
+        changed, truth = evaluated_case(moved, hammer, plan.unbalance)
         rows += case_errors(seed, MountCase.CHANGED, changed, truth)
         for number, more in enumerate(results, start=len(BOTH_STATES)):
             progress(number, total, "other compressors")
             rows += more
     progress(total, total, "done")
-    return _Virtual(first, changed, truth, pd.DataFrame(rows))
-
-
-@contextmanager
-def _spread(
-    tasks: Sequence[CompressorTask], workers: int
-) -> Iterator[Iterable[list[dict[str, object]]]]:
-    """Work tasks off in processes, or here; results come in the order of the tasks."""
-    if workers == 0 or not tasks:
-        yield map(task_errors, tasks)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield pool.map(task_errors, tasks)
+    return first, pd.DataFrame(rows)
 
 
 def error_summary(errors: pd.DataFrame) -> dict[str, float | str]:

@@ -44,11 +44,10 @@ import pandas as pd
 from typer import Option
 
 from deboom import plot
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import AXES
-from deboom.measurement.force_transfer import ForceTransferMatrix
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
@@ -58,11 +57,7 @@ from deboom.plot import CurvePanel, MapPanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import (
     CharacterisedBench,
-    Neighbour,
-    Reprojection,
     VirtualMeasurement,
-    all_gears_numbers,
-    by_direction,
     characterise_benches,
     characterise_given,
     direction_numbers,
@@ -73,11 +68,10 @@ from deboom.study.mount_characterisation import (
     model_table,
     moment_cost_table,
     moment_transfer_matrices,
-    neighbours,
+    neighbour_table,
     over_benches,
     quality_of_motion,
     r2_table,
-    reprojections,
     shown_run,
     truth_table,
     uncertainty_table,
@@ -117,7 +111,6 @@ class Options:
     mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
     static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
     pieces: Annotated[int, Option(help="Cubics per surface.")] = 2
-    all_gears: Annotated[bool, Option(help="Gears 3-7 beside, cross-validated pieces.")] = False
     models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
@@ -168,7 +161,7 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             report = reported([bench], options, bench.input_files)
         elif options.second is None:
             seeds = range(options.seed, options.seed + options.benches)
-            measured = VirtualMeasurement(options.all_gears, options.noise_free, options.third_cell)
+            measured = VirtualMeasurement(options.noise_free, options.third_cell)
             benches = characterise_benches(seeds, options.mount_set, how, progress, measured)
             report = reported(benches, options)
             if options.second_engine:
@@ -201,7 +194,6 @@ def reported(
     """Report on benches: figures show the first, tables all."""
     first, result = benches[0], benches[0].result
     numbers = direction_numbers(benches)
-    all_gears = all_gears_numbers(benches) if options.all_gears else None
     known = any(bench.truth is not None for bench in benches)
     report = Report(
         "Mounts from raw sensors",
@@ -226,8 +218,6 @@ def reported(
     _headlines(report, benches, uncertainty, truth)
     _asked(report, benches)
     _accuracy(report, numbers, uncertainty, truth, several=several)
-    if all_gears is not None:
-        _all_gears(report, numbers, all_gears)
     if options.models:
         models = model_table(first)
         report.table(
@@ -261,9 +251,9 @@ def reported(
     for mount in dict.fromkeys(one.mount for one in few.values()):
         names = [name for name in first.surfaces if few[name].mount == mount]
         stem = mount.replace(" ", "_")
-        for what in ("stiffness", "force") if names else ():
-            drawing = partial(_load_cases, first, names, of_force=what == "force")
-            report.figure(f"{what}_{stem}", drawing, f"Dynamic {what} of {mount}.")
+        if names:
+            drawing = partial(_load_cases, first, names)
+            report.figure(f"stiffness_{stem}", drawing, f"Dynamic stiffness of {mount}.")
     _motion(report, first)
     return report
 
@@ -329,9 +319,8 @@ def _accuracy(
         )
     report.section(
         "How far to believe it",
-        "Three questions, three tables: what the measuring chain leaves unknown, how far the "
-        "result is from the truth where the truth is known, and how well the surface follows what "
-        "was measured.",
+        "What the measuring chain leaves unknown, how far the result is from the truth where that "
+        "is known, and how well the surface follows what was measured.",
     )
     alone = [name for name in uncertainty.columns if name.endswith(ALONE)]
     report.table(
@@ -340,12 +329,6 @@ def _accuracy(
         f"Half width of the 95 % band of the surface, median over its lines, {over}. Beyond "
         f"{100 * IDENTIFIED:.0f} % a direction is not identified.{shared}",
         shown=uncertainty.drop(columns=alone),
-    )
-    sources = uncertainty[["direction", *alone]]
-    report.table(
-        None,
-        sources.rename(columns=lambda name: name.replace(ALONE, " [%]")),
-        "The same half width if one stated tolerance alone were at work, without self-calibration.",
     )
     if truth is not None:
         report.table(
@@ -371,28 +354,6 @@ def _of_one_bench(truth: pd.DataFrame) -> pd.DataFrame:
     return kept.rename(columns=lambda name: str(name).replace(", median", ""))
 
 
-def _all_gears(report: Report, numbers: pd.DataFrame, all_gears: pd.DataFrame) -> None:
-    """Show surfaces over the chosen gears beside those over all, with cross-validated pieces."""
-    columns = {"pieces over all gears": over_benches(all_gears, "pieces") / 100.0}
-    for label, column in (
-        ("R² of Re K", "r2_real"),
-        ("R² of Im K", "r2_imag"),
-        ("error of |K|", "error"),
-    ):
-        columns[f"{label}, chosen gears [%]"] = over_benches(numbers, column)
-        columns[f"{label}, all gears [%]"] = over_benches(all_gears, column)
-    table = by_direction(columns)
-    decimals = {name: 2 for name in table.columns if name.startswith("R²")}
-    report.table(
-        "all_gears",
-        table,
-        "Surfaces over the gears above beside surfaces over all gears of the campaign, "
-        "whose number of pieces a cross-validation chose (median of the real part); each "
-        "judged on its own lines.",
-        decimals | {"pieces over all gears": 0},
-    )
-
-
 def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None:
     """Show how the cells below the mounts are calibrated, and whether moments matter."""
     text = (
@@ -414,13 +375,6 @@ def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None
         )
     report.section("Force transfer matrices", text)
     matrices = force_transfer_matrices(bench)
-    if matrices:
-        report.figure(
-            "cell_calibration",
-            lambda: _cell_calibration(matrices),
-            "Cells per newton of the shaker: along its axis, and across by cross-talk. The slope "
-            "is the bench that gives way.",
-        )
     report.table(
         "force_transfer",
         force_transfer_table([*matrices.values(), *moment_transfer_matrices(bench).values()]),
@@ -470,13 +424,11 @@ def _maps(report: Report, maps: Mapping[str, OperatingMap]) -> None:
         return np.asarray(20 * np.log10(of.amplitude / of.amplitude.max()))
 
     magnitude = {name: np.abs(of.stiffness) * N_PER_MM for name, of in maps.items()}
-    phase = {name: np.degrees(np.angle(of.stiffness)) for name, of in maps.items()}
     frequency = {name: of.frequency for name, of in maps.items()}
     amplitude = {name: decibels(of) for name, of in maps.items()}
     lines, levels = "frequency [Hz]", "amplitude [dB]"
     for stem, value, label, height, over, caption in (
         ("magnitude", magnitude, "|K| [N/mm]", frequency, lines, "Magnitude of the stiffness."),
-        ("phase", phase, "phase of K [°]", frequency, lines, "Its phase: the loss angle."),
         (
             *("amplitude", magnitude, "|K| [N/mm]", amplitude, levels),
             "Magnitude over displacement amplitude, in decibels of the direction's largest one.",
@@ -532,21 +484,11 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
         f"Run {run.name}. The motion of the rigid body comes from all accelerometers together; "
         "each of them can be computed from it again.",
     )
-    beside = neighbours(bench)
-    if again := reprojections(bench):
-        _motion_figures(report, rpm_of_frequency(run.frequency, run.order), again, beside)
-    rows = [
-        {
-            "direction": one.direction,
-            "sensor": one.sensor,
-            "rms error of |K| [%]": 100.0 * float(np.sqrt(np.mean(one.error**2))),
-            "median error of |K| [%]": 100.0 * float(np.median(one.error)),
-        }
-        for one in beside
-    ]
-    columns = ["direction", "sensor", "rms error of |K| [%]", "median error of |K| [%]"]
-    table = pd.DataFrame(rows, columns=columns)
-    report.table("neighbour", table, "That error over all lines of the run.")
+    report.table(
+        "neighbour",
+        neighbour_table(bench),
+        "Error over all lines of the run if the sensor beside a mount stood for its point.",
+    )
     report.table(
         "quality",
         quality_of_motion(bench),
@@ -557,84 +499,31 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
     )
 
 
-def _motion_figures(
-    report: Report, rpm: RealArray, again: Sequence[Reprojection], beside: Sequence[Neighbour]
-) -> None:
-    """Draw accelerations again computed, beside the virtual points, and what the latter cost."""
-    reprojected = [
-        CurvePanel(
-            f"{one.sensor.channels[row]}, {one.sensor.mount}",
-            rpm,
-            {
-                f"{part}, {label}": of(values[:, row])
-                for part, of in (("Re", np.real), ("Im", np.imag))
-                for label, values in (("rigid body", one.reprojected), ("measured", one.measured))
-            },
-        )
-        for one in again
-        for row in range(3)
-    ]
-    report.figure(
-        "reprojected_acceleration",
-        lambda: plot.curve_panels(
-            reprojected, x_label=SPEED, y_label="a [m/s²]", dashed=("Re, measured", "Im, measured")
-        ),
-        "One accelerometer beside each mount, in its own axes: dashed as measured, solid as the "
-        "rigid body moves there.",
-    )
-    motion = [
-        CurvePanel(
-            one.direction,
-            rpm,
-            {"virtual point": np.abs(one.at_point), "sensor beside": np.abs(one.at_sensor)},
-        )
-        for one in beside
-    ]
-    report.figure(
-        "neighbour_acceleration",
-        lambda: plot.curve_panels(
-            motion, x_label=SPEED, y_label="|a| [m/s²]", dashed=("sensor beside",)
-        ),
-        "Acceleration at the virtual point of each mount (solid) and of the sensor beside it "
-        "(dashed).",
-    )
-    error = [
-        CurvePanel(axis, rpm, {one.mount: 100 * one.error for one in beside if one.axis == axis})
-        for axis in dict.fromkeys(one.axis for one in beside)
-    ]
-    report.figure(
-        "neighbour_stiffness_error",
-        lambda: plot.curve_panels(error, x_label=SPEED, y_label="error of |K| [%]"),
-        "Error of the stiffness if the sensor beside the mount stood for its virtual point.",
-    )
-
-
 def _thinned(measured: OperatingMap) -> OperatingMap:
     return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
 
 
-def _load_cases(bench: CharacterisedBench, names: list[str], *, of_force: bool) -> Drawing:
+def _load_cases(bench: CharacterisedBench, names: list[str]) -> Drawing:
     """Check runs of one mount: real parts of its directions, then imaginary parts."""
     runs, order = bench.check_runs, bench.result.campaign.order
     common: RealArray = reduce(np.intersect1d, [run.frequency for run in runs])
     panels = []
-    letter, unit = ("F", "N") if of_force else ("K", "N/mm")
     for part, of in (("Re", np.real), ("Im", np.imag)):
         for name in names:
             modelled: dict[str, RealArray] = {}
             measured: dict[str, RealArray] = {}
             for run in runs:
                 lines = _lines_of(bench.result.directions[name].measured, run.name, common)
-                surface = bench.modelled(bench.surfaces[name], lines)
                 label = _case(run.gear, run.torque_limit)
-                modelled[label] = of(_shown(surface, lines, of_force))
-                measured[label + MEASURED] = of(_shown(lines.stiffness, lines, of_force))
-            title = f"{part} {letter}, {name}"
+                surface = bench.modelled(bench.surfaces[name], lines)
+                modelled[label] = N_PER_MM * of(surface)
+                measured[label + MEASURED] = N_PER_MM * of(lines.stiffness)
+            title = f"{part} K, {name}"
             panels.append(CurvePanel(title, rpm_of_frequency(common, order), modelled | measured))
     return plot.curve_panels(
         panels,
         x_label=SPEED,
-        y_label=f"{letter} [{unit}]",
+        y_label="K [N/mm]",
         columns=len(names),
         dashed=[_case(run.gear, run.torque_limit) + MEASURED for run in runs],
     )
@@ -649,31 +538,3 @@ def _lines_of(measured: OperatingMap, run: str, frequency: RealArray) -> Operati
     labels = [str(label) for label in measured.run]
     own = next(label for label in labels if label.partition(" ")[0] == run)
     return measured.select((measured.run == own) & np.isin(measured.frequency, frequency))
-
-
-def _shown(stiffness: ComplexArray, lines: OperatingMap, of_force: bool) -> ComplexArray:
-    return stiffness * lines.displacement if of_force else stiffness * N_PER_MM
-
-
-def _cell_calibration(matrices: Mapping[str, ForceTransferMatrix]) -> Drawing:
-    """Draw every 3×3 matrix over frequency: along the shaker, and all that it shows across."""
-    panels = [
-        CurvePanel(
-            f"{name}, {words}",
-            one.frequency,
-            {
-                f"shaker along {axis}": np.linalg.norm(
-                    one.response[:, kept[column], column], axis=1
-                )
-                for column, axis in enumerate(AXES)
-            },
-        )
-        for kept, words in ((np.eye(3, dtype=bool), "along"), (~np.eye(3, dtype=bool), "across"))
-        for name, one in matrices.items()
-    ]
-    return plot.curve_panels(
-        panels,
-        x_label="frequency [Hz]",
-        y_label="cells per shaker [N/N]",
-        columns=len(matrices),
-    )

@@ -19,8 +19,7 @@ found = deboom.correlation(experiment, resamples=200)
 panel = deboom.plot.CorrelationPanel(
     "SPLV over 96 designs", found.pearson, found.pearson_low, found.pearson_high
 )
-groups = [name.rsplit("-", 1)[0] for name in found.names]
-figure = deboom.plot.correlation_matrices(found.names, [panel], groups)
+figure = deboom.plot.correlation_matrices(found.names, [panel])
 
 # %%
 # A vehicle correlates with itself perfectly, and every coefficient lies inside of its interval.

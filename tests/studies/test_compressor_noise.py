@@ -62,7 +62,4 @@ def test_the_page_tells_the_thesis_apart(finished):
         "figure_65_soft_hoses",
         "figure_66_standard_hoses",
         "contributions",
-        "body_motion",
-        "all_cars",
-        "hose_gain",
     }

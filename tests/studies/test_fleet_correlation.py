@@ -54,10 +54,8 @@ def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
     assert {path.stem for path in (folder / "figures").iterdir()} >= {
         "group_matrix",
         "groups_designs",
-        "groups_tolerance",
-        "vehicle_matrix",
+        "groups_variables",
         "families",
-        "unselected_fleets",
     }
 
 

@@ -24,24 +24,33 @@ def is_picture(drawn):
         return picture.width >= 1400 and len(picture.getcolors(512)) > 10
 
 
+TREE = np.array([[0, 1, 0.02, 2], [2, 3, 0.4, 3]])
+TEN = [f"car-{number}" for number in range(10)]
+STEPS = np.array([[0, 1, 0.01, 2], *([k + 1, k + 9, 0.01 * k, k + 1] for k in range(1, 9))])
+COLUMNS = dict(zip(NAMES, VALUES.T, strict=True))
+
+
 @pytest.mark.parametrize("n", [2, 9])
 def test_matrices_of_any_size(n):
     r = np.full((n, n), 0.97) + 0.03 * np.eye(n)
     panel = figures.CorrelationPanel("designs", r, r - 0.01, r)
     names = [f"car-{number}" for number in range(n)]
-    assert is_picture(figures.correlation_matrices(names, [panel], ["one"] + ["two"] * (n - 1)))
+    assert is_picture(figures.correlation_matrices(names, [panel]))
 
 
-def test_other_figures_draw():
-    parts = (R, R - 0.1, R + 0.1)
-    drawn = figures.scatter_matrix(NAMES, VALUES, parts, {"van": "#000000"}, value_label="dB")
-    assert is_picture(drawn)
-    tree = np.array([[0, 1, 0.02, 2], [2, 3, 0.4, 3]])
-    assert is_picture(figures.family_tree(tree, NAMES, [1, 1, 2], 0.9))
-    panel = figures.PopulationPanel("r [1]", [0.2, 0.9, 0.99, 0.5], 0.95, (0.9,), "four")
-    pictures = [figures.populations([panel, panel]) for _ in range(2)]
-    assert is_picture(pictures[0])
-    assert pictures[0] == pictures[1]
+@pytest.mark.parametrize(
+    "draw",
+    [
+        lambda: figures.scatter_matrix(
+            NAMES, VALUES, (R, R - 0.1, R + 0.1), {"van": "#000000"}, value_label="dB"
+        ),
+        lambda: figures.clustered_matrix(TEN, np.eye(10), STEPS, [1] * 9 + [2], 0.9),
+        lambda: figures.variable_grid(COLUMNS, {"level": VALUES[:, 0]}, "level [dB]"),
+    ],
+)
+def test_grids_draw_and_repeat_byte_by_byte(draw):
+    assert is_picture(draw())
+    assert draw() == draw()
 
 
 @pytest.mark.parametrize(
@@ -54,8 +63,9 @@ def test_other_figures_draw():
             lambda: figures.scatter_matrix(NAMES, VALUES[:, :2], (R, R, R), {}, value_label="x"),
             "fo",
         ),
-        (lambda: figures.family_tree(np.zeros((1, 4)), NAMES, [1, 1, 1], 0.9), "for a tree of 2"),
-        (lambda: figures.populations([]), "no panel"),
+        (lambda: figures.clustered_matrix(NAMES, R, TREE[:1], [1, 1, 1], 0.9), "for 3 names"),
+        (lambda: figures.clustered_matrix(NAMES, R * np.nan, TREE, [1, 1, 1], 0.9), "not finite"),
+        (lambda: figures.variable_grid({}, COLUMNS, "x"), "0 variables and 3 responses"),
     ],
 )
 def test_figures_refuse_what_they_cannot_show(draw, sentence):

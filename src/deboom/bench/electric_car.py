@@ -354,10 +354,6 @@ class HoseGain:
     soft: ComplexArray
     standard: ComplexArray
 
-    def line_gain(self) -> RealArray:
-        """Level with hoses minus level without, shape (n_car, f) [dB]."""
-        return np.asarray(20 * np.log10(np.abs(self.standard) / np.abs(self.soft)))
-
     def band_gain(self, band: tuple[float, float] = HOSE_BAND) -> RealArray:
         """Return the A-weighted level in a band with hoses minus without, shape (n_car,) [dB]."""
         inside = (self.frequency >= band[0]) & (self.frequency <= band[1])

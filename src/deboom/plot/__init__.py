@@ -17,11 +17,10 @@ from deboom.plot.bars import (
 from deboom.plot.boxes import Intervals, box_intervals, box_trade_off, levels_in_box
 from deboom.plot.correlations import (
     CorrelationPanel,
-    PopulationPanel,
+    clustered_matrix,
     correlation_matrices,
-    family_tree,
-    populations,
     scatter_matrix,
+    variable_grid,
 )
 from deboom.plot.curves import CurvePanel, MapPanel, curve_panels, map_panels, spl_curves
 from deboom.plot.fronts import (
@@ -83,18 +82,17 @@ __all__ = [
     "MapPanel",
     "MarkedPanel",
     "PartsRow",
-    "PopulationPanel",
     "StiffnessPanel",
     "attained_fronts",
     "box_intervals",
     "box_trade_off",
+    "clustered_matrix",
     "convergence",
     "correlation_matrices",
     "curve_matrix",
     "curve_panels",
     "design_ranges",
     "dot_panels",
-    "family_tree",
     "front_intervals",
     "fronts",
     "heat_maps",
@@ -112,7 +110,6 @@ __all__ = [
     "part_choices",
     "parts_in_intervals",
     "per_vehicle_change",
-    "populations",
     "ratio_bars",
     "scatter_matrix",
     "shared_parts",
@@ -120,4 +117,5 @@ __all__ = [
     "stabilisation_chart",
     "stiffness_bars",
     "stiffness_over_preload",
+    "variable_grid",
 ]

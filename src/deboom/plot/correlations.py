@@ -12,14 +12,12 @@ import numpy.typing as npt
 from deboom.errors import InputError
 from deboom.plot.matrices import cell_number, cells
 from deboom.plot.style import (
-    ACCENT,
     FIGURE_STYLE,
     FULL_WIDTH,
     INK,
     MUTED,
     VEHICLE_PALETTE,
     RealArray,
-    canvas,
     finite,
     panel_grid,
 )
@@ -32,8 +30,6 @@ if TYPE_CHECKING:
 _INTERVALS_UP_TO = 6
 """Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
 _LABELS_FLAT_UP_TO = 6
-_TICKS = (-0.8, -0.5, 0.0, 0.5, 0.8, 0.9, 0.95, 0.99, 0.999, 1.0)
-_POPULATION = "#B3BCC8"
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,27 +46,7 @@ class CorrelationPanel:
     high: npt.ArrayLike
 
 
-@dataclass(frozen=True, eq=False)
-class PopulationPanel:
-    """One value, and those of others that were not chosen.
-
-    - `x_label`: with its unit.
-    - `values` (n,): of the population.
-    - `own`: the value that is held against it.
-    - `asked`: bounds that are drawn as lines.
-    - `note`: title of the panel.
-    """
-
-    x_label: str
-    values: npt.ArrayLike
-    own: float
-    asked: tuple[float, ...] = ()
-    note: str = ""
-
-
-def correlation_matrices(
-    names: Sequence[str], panels: Sequence[CorrelationPanel], groups: Sequence[str] = ()
-) -> Figure:
+def correlation_matrices(names: Sequence[str], panels: Sequence[CorrelationPanel]) -> Figure:
     """Draw correlation matrices side by side, each coefficient written into its cell.
 
     Parameters
@@ -79,12 +55,11 @@ def correlation_matrices(
         Of rows and columns.
     panels : sequence of CorrelationPanel
         At least one.
-    groups : sequence of str, optional
-        Group of each row; lines separate neighbours of different groups.
 
     Returns
     -------
-    Figure Small matrices show the interval below the coefficient.
+    Figure
+        Small matrices show the interval below the coefficient.
 
     Raises
     ------
@@ -96,7 +71,6 @@ def correlation_matrices(
     lowest = min((float(part["values"].min()) for part in checked), default=0.0)
     limits = (-1.0 if lowest < 0.0 else 0.0, 1.0)
     side = FULL_WIDTH / max(count, 1)
-    edges = [place for place in range(1, len(groups)) if groups[place] != groups[place - 1]]
     margin = 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)
     with panel_grid("correlation_matrices", count, count, margin, side) as (page, grid):
         size = 72.0 * (side - 0.7) / n  # of a cell [pt]
@@ -115,87 +89,66 @@ def correlation_matrices(
             if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
                 axes.tick_params(axis="x", rotation=90)
             axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
-            for edge in edges:
-                axes.axhline(edge, color="white", linewidth=2.5)
-                axes.axvline(edge, color="white", linewidth=2.5)
         return page
 
 
-def family_tree(
-    merges: npt.ArrayLike,
+def clustered_matrix(
     names: Sequence[str],
+    r: npt.ArrayLike,
+    merges: npt.ArrayLike,
     family: Sequence[int],
     cut: float,
-    *,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw which responses go together, as a tree over the correlation of its branches.
+) -> Figure:
+    """Draw a correlation matrix in the order of its tree; a bar of colour marks each family.
 
+    - `names`: of rows and columns, at least two.
+    - `r` (n, n): coefficients [1].
     - `merges` (n - 1, 4): in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
-    - `names`: of the leaves.
-    - `family`: number of each leaf's family, from 1: its colour.
-    - `cut`: correlation at which the tree was cut [1].
-    - raises InputError: lengths that do not fit, values that are not finite.
+    - `family`: number of each name's family, from 1.
+    - `cut`: correlation at which the tree was cut, a dashed line across it [1].
+    - raises InputError: shapes that do not fit the names, values that are not finite.
     """
-    from scipy.cluster.hierarchy import dendrogram
+    import pandas as pd
+    import seaborn as sns
+    from matplotlib import style
 
-    tree = finite("family_tree", {"merges": merges})["merges"]
-    if len(names) != len(tree) + 1 or len(family) != len(names):
+    n = len(names)
+    values = finite("clustered_matrix", {"r": r})["r"]
+    tree = finite("clustered_matrix", {"merges": merges})["merges"]
+    if values.shape != (n, n) or tree.shape != (n - 1, 4) or len(family) != n:
         raise InputError(
-            f"figure family_tree: {len(names)} names and {len(family)} families for a tree of "
-            f"{len(tree) + 1} leaves"
+            f"figure clustered_matrix: r {values.shape}, {len(tree)} merges and {len(family)} "
+            f"families for {n} names"
         )
-    drawn = dendrogram(tree, no_plot=True)
-    colour = [VEHICLE_PALETTE[(number - 1) % len(VEHICLE_PALETTE)] for number in family]
-    leaves = drawn["leaves"] or []
-    with canvas(ax, FULL_WIDTH, 0.9 + 0.22 * len(names)) as axes:
-        for places, heights in zip(drawn["icoord"], drawn["dcoord"], strict=True):
-            inside = heights[1] <= 1.0 - cut
-            below = leaves[round((min(places) - 5.0) / 10.0)]
-            axes.plot(heights, places, color=colour[below] if inside else MUTED, linewidth=1.6)
-        axes.axvline(1.0 - cut, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
-        axes.set_yticks([10.0 * place + 5.0 for place in range(len(names))])
-        axes.set_yticklabels([names[leaf] for leaf in leaves])
-        for label, leaf in zip(axes.get_yticklabels(), leaves, strict=True):
-            label.set_color(colour[leaf])
-            label.set_fontweight("bold")
-        axes.set_ylim(10.0 * len(names), 0.0)
-        axes.grid(visible=False, axis="y")
-        furthest = 1.06 * max(float(tree[:, 2].max()), 1.0 - cut)
-        axes.set_xscale("function", functions=(np.sqrt, np.square))  # most branches are close to 1
-        axes.set_xlim(0.0, furthest)
-        ticks = [r for r in _TICKS if 1.0 - r <= furthest]
-        axes.set_xticks([1.0 - r for r in ticks], [_tick(r) for r in ticks])
-        axes.set_xlabel("correlation r of the worst pair below a branch [1]")
-        axes.set_title(f"cut at r = {cut:g}", loc="right", fontsize=8.0)
-        return axes
-
-
-def populations(panels: Sequence[PopulationPanel]) -> Figure:
-    """Draw histograms of correlations in a population with one value marked in each.
-
-    The scale is Fisher's artanh r, which spreads what is close to 1.
-
-    - `panels`: at least one.
-    - raises InputError: no panel, values that are not finite.
-    """
-    with panel_grid("populations", len(panels), len(panels), 0.0, 2.5) as (figure, grid):
-        for axes, panel in zip(grid, panels, strict=True):
-            values = finite("populations", {"values": panel.values})["values"]
-            stretched = _stretched(values)
-            edges = np.linspace(stretched.min(), stretched.max(), 31)
-            axes.hist(stretched, bins=list(edges), color=_POPULATION)
-            axes.axvline(float(_stretched(panel.own)), color=VEHICLE_PALETTE[1], linewidth=1.8)
-            for bound in panel.asked:
-                place = float(_stretched(bound))
-                axes.axvline(place, color=ACCENT, linewidth=1.0, linestyle=(0, (4, 2)))
-            low, high = axes.get_xlim()
-            ticks = [r for r in _TICKS if low <= _stretched(r) <= high and r < 1.0]
-            axes.set_xticks([float(_stretched(r)) for r in ticks], [_tick(r) for r in ticks])
-            axes.set_xlabel(panel.x_label)
-            axes.set_title(panel.note, loc="left", fontsize=8.0)
-            axes.grid(visible=False, axis="x")
-        grid[0].set_ylabel("fleets")
+    signs = bool(values.min() < 0.0)
+    texts = [[coefficient(value) if value < 1.0 else "1" for value in row] for row in values]
+    side = min(FULL_WIDTH, 2.4 + 0.5 * n)
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        grid = sns.clustermap(
+            pd.DataFrame(values, index=list(names), columns=list(names)),
+            row_linkage=tree,
+            col_linkage=tree,
+            row_colors=[VEHICLE_PALETTE[(k - 1) % len(VEHICLE_PALETTE)] for k in family],
+            annot=np.array(texts),
+            fmt="",
+            annot_kws={"fontsize": min(8.5, 90.0 / n)},
+            cmap="PuOr_r" if signs else "Blues",
+            vmin=-1.0 if signs else 0.0,
+            vmax=1.0,
+            figsize=(side, side),
+            dendrogram_ratio=0.14,
+            colors_ratio=0.02,
+            cbar_pos=(0.02, 0.87, 0.02, 0.11),
+            cbar_kws={"label": "r [1]"},
+        )
+        tall = grid.ax_row_dendrogram
+        tall.axvline(1.0 - cut, color=INK, linewidth=1.0, linestyle=(0, (4, 2)))
+        tall.set_xlim(1.05 * max(float(tree[:, 2].max()), 1.0 - cut), 0.0)
+        for axes in (grid.ax_heatmap, tall, grid.ax_col_dendrogram, grid.ax_row_colors):
+            axes.grid(visible=False)
+        grid.ax_heatmap.tick_params(length=0, labelsize=7.5)
+        grid.ax_heatmap.tick_params(axis="y", rotation=0)
+        figure: Figure = grid.figure
         return figure
 
 
@@ -223,14 +176,6 @@ def _texts(part: Mapping[str, RealArray]) -> npt.NDArray[np.str_]:
             text += "\n" + "–".join(ends)
         texts.append(text)
     return np.array(texts).reshape(values.shape)
-
-
-def _stretched(r: npt.ArrayLike) -> RealArray:
-    return np.asarray(np.arctanh(np.clip(np.asarray(r, dtype=float), -0.9999, 0.9999)))
-
-
-def _tick(r: float) -> str:
-    return f"{r:g}".replace("-", "−")
 
 
 def coefficient(value: float, decimals: int | None = None) -> str:
@@ -282,8 +227,7 @@ def scatter_matrix(
         raise InputError(
             f"figure scatter_matrix: values {data.shape} and coefficients {r.shape} for {n} names"
         )
-    # in a fixed random order: every n-th row may be the same tolerance draw of every design
-    dots = data[np.random.default_rng(1).permutation(len(data))[:_DOTS]]
+    dots = _thinned(data)
     margin = 0.04 * np.ptp(data, axis=0)
     limits = np.stack([data.min(axis=0) - margin, data.max(axis=0) + margin], axis=1)
     import seaborn as sns
@@ -293,9 +237,6 @@ def scatter_matrix(
     def histogram(x: pd.Series, **_: object) -> None:
         color = colours.get(str(x.name), MUTED)
         plt.gca().hist(x, bins=20, color=color, histtype="stepfilled")
-
-    def cloud(x: pd.Series, y: pd.Series, **_: object) -> None:
-        _cloud(plt.gca(), x.to_numpy(), y.to_numpy())
 
     def written(x: pd.Series, y: pd.Series, **_: object) -> None:
         place = places[str(y.name)], places[str(x.name)]
@@ -309,7 +250,7 @@ def scatter_matrix(
             diag_sharey=False,
         )
         grid.map_diag(histogram)
-        grid.map_lower(cloud)
+        grid.map_lower(_cloud)
         grid.map_upper(written)
         for row in range(n):
             grid.axes[0, row].set_title(names[row], fontweight="bold")
@@ -326,7 +267,55 @@ def scatter_matrix(
         return figure
 
 
-def _cloud(axes: Axes, x: RealArray, y: RealArray) -> None:
+def variable_grid(
+    variables: Mapping[str, npt.ArrayLike], responses: Mapping[str, npt.ArrayLike], y_label: str
+) -> Figure:
+    """Draw every response over every variable, with a straight line through the cloud.
+
+    - `variables`, `responses`: name → values (n,), one per design, up to `MOST` of each.
+    - `y_label`: of all responses, with unit.
+    - raises InputError: none or too many, different lengths, values that are not finite.
+    """
+    import pandas as pd
+    import seaborn as sns
+    from matplotlib import style
+
+    if not 1 <= len(variables) <= MOST or not 1 <= len(responses) <= MOST:
+        raise InputError(
+            f"figure variable_grid: {len(variables)} variables and {len(responses)} responses, it "
+            f"shows 1 to {MOST} of each"
+        )
+    data = finite("variable_grid", {**variables, **responses})
+    dots = _thinned(np.column_stack(list(data.values())))
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        width = FULL_WIDTH / len(variables)
+        grid = sns.PairGrid(
+            pd.DataFrame(dots, columns=list(data)),
+            x_vars=list(variables),
+            y_vars=list(responses),
+            height=min(width, 1.3),
+            aspect=width / min(width, 1.3),
+        )
+        grid.map(_cloud)
+        for axes in grid.axes.ravel():
+            axes.locator_params(nbins=3)
+            axes.tick_params(labelsize=6.5, length=2, pad=1.5)
+        grid.figure.subplots_adjust(left=0.11, right=0.99, top=0.98, bottom=0.4 / len(responses))
+        grid.figure.supylabel(y_label, fontsize=8.5, x=0.005)
+        figure: Figure = grid.figure
+        return figure
+
+
+def _thinned(rows: RealArray) -> RealArray:
+    """Take some rows in a fixed random order: every n-th may be the same draw of every design."""
+    return np.asarray(rows[np.random.default_rng(1).permutation(len(rows))[:_DOTS]])
+
+
+def _cloud(x: pd.Series, y: pd.Series, **_: object) -> None:
+    """Draw dots and their straight line on the current axes."""
+    from matplotlib import pyplot as plt
+
+    axes = plt.gca()
     axes.plot(x, y, "o", markersize=1.8, alpha=0.45, color=VEHICLE_PALETTE[0], markeredgewidth=0)
     slope, offset = np.polyfit(x - x.mean(), y, 1)
     ends = np.array([x.min(), x.max()])

@@ -50,6 +50,10 @@ if TYPE_CHECKING:
     from deboom.plot.style import Drawing
 
 
+SHOWN = 6
+"""Design variables that a grid of levels shows."""
+
+
 class Plan(Enum):
     """How designs are laid out within their bounds."""
 
@@ -422,15 +426,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         _matrix_figure(by_group),
         "Pearson's correlation of the groups, below it its interval.",
     )
-    _append_clouds(
-        report,
-        study,
-        study.group_levels,
-        by_group,
-        "groups",
-        "mean level of the lines, mean over the vehicles of a group [dB(A)]",
-        "Designs: each dot is one design, the means of two groups.",
-    )
+    _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
     _append_pairs(report, "group_pairs", by_group)
     report.section(
@@ -438,32 +434,13 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "Every vehicle with every other one, over the designs; the intervals, Spearman's "
         "coefficients and those of means and tolerance scatter stand in vehicle_pairs.csv.",
     )
-    panel = plot.CorrelationPanel(
-        "designs", designs.pearson, designs.pearson_low, designs.pearson_high
-    )
-    report.figure(
-        "vehicle_matrix",
-        plot.correlation_matrices(
-            study.names, [panel], [study.group_of[name] for name in study.names]
-        ),
-        "Pearson's correlation of all vehicles; white lines part the groups.",
-    )
     report.table("vehicle_matrix", _matrix_table(designs))
     report.table("vehicle_pairs", _pair_table(study.by_vehicle))
     _append_families(report, study)
     fleets = _unselected(study)
     if fleets is not None:
         rates = fleets.rates()
-        panels = [
-            plot.PopulationPanel(
-                "least correlation of two groups [1]",
-                fleets.values("r_groups_min"),
-                r_min,
-                (0.9,),
-                f"{len(fleets.figures)} unselected fleets",
-            )
-        ]
-        _append_rates(report, rates, {"groups": f"least r {r_min:.3f}"}, panels)
+        _append_rates(report, rates, {"groups": f"least r {r_min:.3f}"})
         rate = f"{100 * rates['groups'].rate:.0f} %"
         report.tile(rate, "of unselected fleets: groups above 0.9")
     return report
@@ -510,15 +487,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         _matrix_figure(study.by_vehicle),
         "Pearson's correlation of the vehicles, below it its interval.",
     )
-    _append_clouds(
-        report,
-        study,
-        study.vehicles,
-        study.by_vehicle,
-        "vehicles",
-        "mean level of the lines [dB(A)]",
-        "Designs: each dot is one design, two vehicles with the same mounts.",
-    )
+    _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
     _append_pairs(report, "pairs", study.by_vehicle)
     _append_families(report, study)
@@ -530,22 +499,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
             "alike_closely": f"least r {alike:.3f}",
             "battery": f"mean r {mean:.3f}",
         }
-        panels = [
-            plot.PopulationPanel(
-                f"least r, {others[0]} to {others[-1]} [1]",
-                fleets.values("r_alike_min"),
-                alike,
-                (0.95,),
-                f"{len(fleets.figures)} unselected fleets",
-            ),
-            plot.PopulationPanel(
-                f"mean r of {apart} with them [1]",
-                fleets.values("r_battery_mean"),
-                mean,
-                (0.3, 0.8),
-            ),
-        ]
-        _append_rates(report, rates, shown, panels)
+        _append_rates(report, rates, shown)
         rate = f"{100 * rates['battery'].rate:.0f} %"
         report.tile(rate, "of unselected fleets set it apart like this")
     return report
@@ -610,27 +564,30 @@ def _matrix_figure(sets: CorrelationSet) -> Drawing:
 
 
 def _append_clouds(
-    report: Report,
-    study: CorrelationStudy,
-    levels: Levels,
-    sets: CorrelationSet,
-    stem: str,
-    label: str,
-    caption: str,
+    report: Report, study: CorrelationStudy, levels: Levels, sets: CorrelationSet, stem: str
 ) -> None:
-    """Show the scatter matrices of designs and of tolerance draws; none if there are too many."""
+    """Show responses over each other and over the leading variables; none if there are too many."""
     if len(levels.names) > MOST:
         return
-    colours = vehicle_colours(study.runs.platform.fleet.names)
-    draws = levels.scatter.reshape(-1, len(levels.names))
-    made = "Tolerance scatter: each dot is one design as made once."
-    for kind, values, of, words, text in (
-        ("designs", levels.designs, sets.designs, label, caption),
-        ("tolerance", draws, sets.scatter, "scatter around each design's mean [dB]", made),
-    ):
-        r = (of.pearson, of.pearson_low, of.pearson_high)
-        drawing = plot.scatter_matrix(levels.names, values, r, colours, value_label=words)
-        report.figure(f"{stem}_{kind}", drawing, text)
+    label = "mean level of the lines [dB(A)]"
+    of, colours = sets.designs, vehicle_colours(study.runs.platform.fleet.names)
+    r = (of.pearson, of.pearson_low, of.pearson_high)
+    report.figure(
+        f"{stem}_designs",
+        lambda: plot.scatter_matrix(levels.names, levels.designs, r, colours, value_label=label),
+        "Designs: each dot is one design.",
+    )
+    designs, names = study.doe.computed_designs, study.doe.space.names
+    both = np.corrcoef(designs.T, levels.designs.T)[: len(names), len(names) :]
+    leading = sorted(np.argsort(-np.nanmax(np.abs(both), axis=1), kind="stable")[:SHOWN])
+    variables = {names[place]: designs[:, place] for place in leading}
+    responses = dict(zip(levels.names, levels.designs.T, strict=True))
+    report.figure(
+        f"{stem}_variables",
+        lambda: plot.variable_grid(variables, responses, label),
+        f"The same levels over the {len(leading)} stiffness factors that they follow most; doe.csv "
+        "has all.",
+    )
 
 
 def _append_families(report: Report, study: CorrelationStudy) -> None:
@@ -649,9 +606,12 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
     )
     report.figure(
         "families",
-        plot.family_tree(families.merges, names, number, families.cut),
-        "Vehicles by family. Branches join where the worst pair below them stands; those left of "
-        "the dashed line are families.",
+        lambda: plot.clustered_matrix(
+            names, designs.pearson, families.merges, number, families.cut
+        ),
+        "Pearson's correlation of the vehicles over the designs, in the order of their tree. "
+        "Branches join where the worst pair below them stands; those right of the dashed line are "
+        "families, each with its colour.",
     )
     rows = []
     for place, members in enumerate(families.members, 1):
@@ -693,12 +653,7 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
     )
 
 
-def _append_rates(
-    report: Report,
-    rates: Mapping[str, Rate],
-    shown: Mapping[str, str],
-    panels: Sequence[plot.PopulationPanel],
-) -> None:
+def _append_rates(report: Report, rates: Mapping[str, Rate], shown: Mapping[str, str]) -> None:
     """Say how often fleets that nobody chose show the same."""
     table = pd.DataFrame(
         [
@@ -721,12 +676,6 @@ def _append_rates(
         "them selected, with the true forces of 5th gear at 220 Nm; the rates say how often a "
         "phenomenon comes by itself. A rate near 1 follows from the physics of the model, a small "
         "one is the choice of this fleet.",
-    )
-    report.figure(
-        "unselected_fleets",
-        plot.populations(panels),
-        "Correlations in the unselected fleets (grey), those of this platform (orange) and the "
-        "bounds asked for (dashed).",
     )
     report.table("rates", table, "Phenomena beside their rates.")
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
@@ -16,7 +16,6 @@ from scipy.spatial import cKDTree
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign import (
-    LOW_GEAR_RUNS,
     NO_ERRORS,
     TRAINING_RUNS,
     CampaignErrors,
@@ -43,7 +42,6 @@ from deboom.mounts.characterise import (
     Characterisation,
     CharacteriseOptions,
     characterise,
-    training_runs,
 )
 from deboom.mounts.error_budget import IDENTIFIED, DirectionBudget
 from deboom.mounts.measuring_chain import (
@@ -135,14 +133,12 @@ STEPS_PER_BENCH = 2 + len(STEPS)
 class VirtualMeasurement:
     """What virtual benches measure beside the training runs, and how well.
 
-    - `low_gears`: full load in gears 3 and 4 as well.
     - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
       method.
     - `third_cell`: three cells below each powertrain mount, and pushes beside its virtual point:
       force transfer matrices with moments.
     """
 
-    low_gears: bool = False
     noise_free: bool = False
     third_cell: bool = False
 
@@ -194,13 +190,6 @@ class CharacterisedBench:
         """Maps with all chains as their position sheet states them, without self-calibration."""
         stated = [stated_alignment(chain.alignment) for chain in self.result.chains]
         return self._maps(stated, self.result.runs)
-
-    @cached_property
-    def all_gears_maps(self) -> dict[str, OperatingMap]:
-        """Maps of every run with rising torque, whatever its gear."""
-        options = replace(self.result.options, gears=None)
-        runs = training_runs(self.result.campaign, self.result.mount_set, options)
-        return self._maps(self.result.chains, runs)
 
     def _maps(
         self, chains: Sequence[AlignmentEstimate], runs: Sequence[OperatingRun]
@@ -285,8 +274,7 @@ def characterise_benches(
     if not seeds:
         raise InputError("there is no bench to characterise: ask for at least one")
     total = len(seeds) * STEPS_PER_BENCH
-    runs = (*(LOW_GEAR_RUNS if measured.low_gears else ()), *TRAINING_RUNS)
-    plan = CampaignPlan((mount_set,), runs, third_cell=measured.third_cell)
+    plan = CampaignPlan((mount_set,), TRAINING_RUNS, third_cell=measured.third_cell)
     errors = NO_ERRORS if measured.noise_free else CampaignErrors()
     benches = []
     for place, seed in enumerate(seeds):
@@ -303,69 +291,18 @@ def characterise_benches(
     return tuple(benches)
 
 
-@dataclass(frozen=True, eq=False)
-class Reprojection:
-    """One accelerometer, and what the motion of the whole body makes of it.
-
-    - `sensor`: beside one mount.
-    - `measured`, `reprojected` (n_frequency, 3): in sensor axes [m/s²].
-    """
-
-    sensor: Sensor
-    measured: ComplexArray
-    reprojected: ComplexArray
-
-
-@dataclass(frozen=True, eq=False)
-class Neighbour:
-    """A sensor in the place of the virtual point beside it, along one axis.
-
-    - `mount`, `axis`, `sensor`: direction, and the sensor beside it.
-    - `at_point`, `at_sensor` (n_frequency,): acceleration at the virtual point and of the sensor,
-      in vehicle axes [m/s²].
-    """
-
-    mount: str
-    axis: str
-    sensor: str
-    at_point: ComplexArray
-    at_sensor: ComplexArray
-
-    @property
-    def direction(self) -> str:
-        """``<mount> <axis>``."""
-        return f"{self.mount} {self.axis}"
-
-    @property
-    def error(self) -> RealArray:
-        """Relative error of the stiffness magnitude by the sensor's motion, shape (n,)."""
-        return np.asarray(np.abs(self.at_point) / np.abs(self.at_sensor) - 1)
-
-
 def shown_run(bench: CharacterisedBench) -> OperatingRun:
     """Return the run that motions are shown of: of the check runs the one of most torque."""
     return max(bench.check_runs, key=lambda run: (run.torque_limit, -run.gear))
 
 
-def reprojections(bench: CharacterisedBench) -> tuple[Reprojection, ...]:
-    """Re-project the first sensor beside each mount of each rigid body, in the run shown."""
-    run = shown_run(bench)
-    found = []
-    for chain in _rigid(bench):
-        body = chain.alignment.body
-        measured = run.acceleration.select(body.channels).values
-        forward = chain.alignment.forward(chain.mean)
-        again = np.asarray(measured @ np.linalg.pinv(forward).T @ forward.T, dtype=complex)
-        for sensor in _beside_mounts(chain).values():
-            columns = [body.channels.index(name) for name in sensor.channels]
-            found.append(Reprojection(sensor, measured[:, columns], again[:, columns]))
-    return tuple(found)
+def neighbour_table(bench: CharacterisedBench) -> pd.DataFrame:
+    """Say what the stiffness magnitude errs by if a sensor stands for the point beside it.
 
-
-def neighbours(bench: CharacterisedBench) -> tuple[Neighbour, ...]:
-    """Compare each virtual point of a rigid body with the first sensor beside it."""
+    One row per direction of each virtual point of a rigid body, in the run shown.
+    """
     run = shown_run(bench)
-    found = []
+    rows = []
     for chain in _rigid(bench):
         body = chain.alignment.body
         at_points = run.acceleration.select(body.channels).values @ chain.motion_matrix.T
@@ -377,9 +314,13 @@ def neighbours(bench: CharacterisedBench) -> tuple[Neighbour, ...]:
             turned = run.acceleration.select(sensor.channels).values @ sensor.orientation.T
             for row, axis in enumerate(AXES):
                 if axis in point.axes:
-                    column = at_points[:, 3 * place + row]
-                    found.append(Neighbour(point.name, axis, sensor.name, column, turned[:, row]))
-    return tuple(found)
+                    at_point = np.abs(at_points[:, 3 * place + row])
+                    error = at_point / np.abs(turned[:, row]) - 1
+                    rms = float(np.sqrt(np.mean(error**2)))
+                    names = (f"{point.name} {axis}", sensor.name)
+                    rows.append((*names, 100 * rms, 100 * float(np.median(error))))
+    columns = ["direction", "sensor", "rms error of |K| [%]", "median error of |K| [%]"]
+    return pd.DataFrame(rows, columns=columns)
 
 
 def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
@@ -433,25 +374,6 @@ def direction_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
     rows = [_row(bench, name) for bench in benches for name in bench.surfaces]
     if not rows:
         raise InputError("no direction of any mount could be characterised: nothing to report")
-    return pd.DataFrame(rows)
-
-
-def all_gears_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
-    """One row per bench and direction, for surfaces over all gears, pieces by cross-validation.
-
-    Columns as in `direction_numbers`, and ``pieces`` of the real part.
-    """
-    rows: list[dict[str, object]] = []
-    for bench in benches:
-        for name in bench.surfaces:
-            measured = bench.all_gears_maps[name]
-            usable = measured.select(~measured.near_floor)
-            surface = bench.fitted_to(usable, PiecewiseCubicRegressor(pieces="cv"))
-            row: dict[str, object] = {"bench": bench.title, "direction": name}
-            row["pieces"] = len(surface.real_.coefficients_)
-            row |= _r2(bench, surface, usable)
-            row |= _errors(bench, surface, usable)
-            rows.append(row)
     return pd.DataFrame(rows)
 
 

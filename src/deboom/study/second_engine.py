@@ -52,11 +52,8 @@ SECOND_BENCH = 500
 """Added to a seed for the second engine: another day, other sensors, the same mounts."""
 STEPS_PER_ENGINE = 4
 """Of `second_engines`, for progress."""
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
 DOT_SPACING = 6
 """Lines between the dots of a prediction, so that what was measured shows between them."""
-_SHOWN_POINTS = 1500  # of a panel; more hide each other
 BY_KINEMATICS = "static force by the kinematic model"
 
 
@@ -421,20 +418,6 @@ def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> Non
         "the main axis of a mount carries over; across, the stiffness follows that force, too. The "
         "kinematic model gives it from wheel torque, places and the suppliers' curves alone.",
     )
-    for axis in dict.fromkeys(name.rpartition(" ")[2] for name in first.directions):
-        names = [name for name in first.directions if name.endswith(f" {axis}")]
-        report.figure(
-            f"second_preload_{axis}",
-            partial(
-                plot.curve_panels,
-                [_preload_panel(first, name) for name in names],
-                x_label="static force along the main axis [N]",
-                y_label="|K| [N/mm]",
-                columns=min(2, len(names)),
-            ),
-            f"Dynamic stiffness along {axis} as both engines measured it, over the static force "
-            "along the main axis; the scatter is amplitude and frequency.",
-        )
     preload = _preload_table(preload_numbers(engines))
     report.table("second_preload", preload, "Rms error of the predicted force by preload variable.")
     units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
@@ -521,22 +504,3 @@ def _shown_runs(engine: SecondEngine, lines: OperatingMap) -> list[str]:
     runs = sorted(engine.campaign.runs, key=lambda one: (one.full_load, one.torque_limit))
     labelled = [(one.gear, " ".join(filter(None, (one.name, piece)))) for one in runs]
     return list({gear: label for gear, label in labelled if label in labels}.values())
-
-
-def _preload_panel(engine: SecondEngine, name: str) -> CurvePanel:
-    """Measured stiffness of both engines over the static force along the mount's main axis."""
-    mount = engine.mount_of(name)
-    axis = name.rpartition(" ")[2]
-    first = mount.direction(axis).map_points
-    along = mount.direction(main_axis(mount)).map_points
-    used = np.flatnonzero(first.confidence > 0)
-    used = used[:: max(1, used.size // _SHOWN_POINTS)]
-    lines = engine.maps[name]
-    preload = state_at(engine.maps, mount, axis, MountState.MAIN_FORCE)
-    shown = np.flatnonzero(~lines.near_floor)
-    shown = shown[:: max(1, shown.size // _SHOWN_POINTS)]
-    points = {
-        "first engine": (along.preload[used], np.abs(first.dynamic_stiffness[used]) * N_PER_MM),
-        "second engine": (preload[shown], np.abs(lines.stiffness[shown]) * N_PER_MM),
-    }
-    return CurvePanel(name, along.preload[used], {}, points)

@@ -33,7 +33,7 @@ from deboom.explore.sensitivity import (
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
-from deboom.plot import CurvePanel, IndexBars, IndexMap, curve_panels, index_bars, index_map
+from deboom.plot import IndexBars, IndexMap, index_bars, index_map
 from deboom.plot.style import mount_colours
 from deboom.report import Report, Scalar
 from deboom.study.platform_model import factor_name, motion_name, motion_report
@@ -528,7 +528,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     )
     report.figure(
         "sobol",
-        index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
+        lambda: index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
         f"Sensitivity indices of every vehicle, {study.label}; numbers are total indices.",
     )
     _mattering(
@@ -548,11 +548,10 @@ def sensitivity_report(study: Sensitivity) -> Report:
         shades = [mounts[name] for name in by_mount.factors]
         report.figure(
             "sobol_mounts",
-            index_bars(by_mount.factors, shades, _bars(by_mount), x_label=TOTAL),
+            lambda: index_bars(by_mount.factors, shades, _bars(by_mount), x_label=TOTAL),
             "Sensitivity indices of whole mounts.",
         )
-        table = index_table(by_mount, "mount")
-        report.table("sobol_mounts", table, "Indices of whole mounts.")
+        report.table("sobol_mounts", index_table(by_mount, "mount"))
     report.section(
         "Line by line",
         "The same for the level of every single line. A stiffness that matters at a booming peak "
@@ -561,7 +560,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     )
     report.figure(
         "sobol_lines",
-        _line_map(study),
+        lambda: _line_map(study),
         f"Total index of the level of each line, {study.lines.n_base} base points, largest half "
         f"interval {study.lines.total_interval.max():.2f}; ▼ today's booming peaks in the first "
         "load case.",
@@ -581,14 +580,9 @@ def sensitivity_report(study: Sensitivity) -> Report:
     )
     report.section(
         "How sure this is",
-        "Total indices of the first base points, more and more of them. An index that is not above "
-        "its own interval reads zero. The intervals are those of random points; Sobol points are "
-        "spread more evenly, and other seeds differ by much less.",
-    )
-    report.figure(
-        "convergence",
-        _growth(study, colours),
-        "Total indices over the number of base points, with 95 % intervals.",
+        "An index that is not above its own interval reads zero. The intervals are those of random "
+        "points; Sobol points are spread more evenly, and other seeds differ by much less. "
+        "sobol_convergence.csv has the indices of fewer base points.",
     )
     report.table("sobol_convergence", convergence_table(study))
     _mattering(
@@ -667,30 +661,6 @@ def _line_map(study: Sensitivity) -> Figure:
     panels = map(IndexMap, study.vehicles, study.total_of_lines, peaks)
     label = "total index of the level of a line [1]"
     return index_map(lines, order, study.variables, list(panels), value_label=label)
-
-
-def _growth(study: Sensitivity, colours: list[str]) -> Figure:
-    """Draw the total indices that matter over the number of base points."""
-    shown = [(row, study.variables[row]) for row in matters(study)]
-    counts = [found.n_base for found in study.convergence]
-    panels = []
-    for column, vehicle in enumerate(study.vehicles):
-        total, half = (
-            np.array([getattr(found, name)[:, column] for found in study.convergence]).T
-            for name in ("total", "total_interval")
-        )
-        curves = {name: total[row] for row, name in shown}
-        ranges = {name: (total[row] - half[row], total[row] + half[row]) for row, name in shown}
-        panels.append(CurvePanel(vehicle, counts, curves, ranges=ranges))
-    of_one_mount = [name for row, name in shown if colours[row] in colours[:row]]
-    return curve_panels(
-        panels,
-        x_label="base points N",
-        y_label="total index [1]",
-        colours={name: colours[row] for row, name in shown},
-        dashed=of_one_mount,
-        share_y=True,
-    )
 
 
 def _bars(found: SobolIndices) -> list[IndexBars]:

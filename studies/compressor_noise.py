@@ -274,12 +274,10 @@ def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) 
     mine = table[(table["car"] == noise.car) & (table["hoses"] == SOFT.value)]
     mine = mine[mine["laboratory"] == (noise.seed or "–")]
     columns = ["car", "laboratory", "paths", "hoses"]
-    decimals = dict.fromkeys(("peak [Hz]", "synthesised peak [Hz]"), 0)
     report.table(
         "peaks",
         table.drop(columns="hoses"),
         "Peaks with soft hoses." if len(mine) else "",
-        decimals,
         shown=mine.drop(columns=columns),
     )
 
@@ -385,7 +383,6 @@ def _paths(report: Report, noise: CarNoise) -> None:
         "ranking",
         pd.concat([ranking(sweep) for sweep in noise.sweeps], ignore_index=True),
         "Mounts and hoses ranked, per sweep and band.",
-        {"part of the sound [%]": 0, "alone [dB(A)]": 1, "cut, the level changes by [dB]": 1},
     )
     for field in ("contributions", "loads"):
         report.table(field, path_table(noise, field))
@@ -598,5 +595,4 @@ def _fleets(report: Report, cases: Sequence[CarNoise], gains: Sequence[HoseGain]
         "soft hoses, measured and synthesised."
         if len(measured)
         else "",
-        {"measured gain [dB]": 1, "synthesised gain [dB]": 1} if len(measured) else None,
     )

@@ -489,7 +489,7 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
         table[f"{BEST} {end} [N/mm]"] = front.stiffness(space.nominal) * bound
     stiffness = pd.DataFrame(table)
     caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
-    report.table("stiffness", stiffness, caption, _one_decimal(stiffness))
+    report.table("stiffness", stiffness, caption)
 
 
 def _cars(report: Report, front: MountFront) -> None:
@@ -558,8 +558,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
         "searched. Share of sigma: of the scatter between cars as built; last column: its change "
         "if this tolerance alone were halved."
     )
-    decimals = _one_decimal(wanted)
-    report.table("requirements", wanted, caption, decimals)
+    report.table("requirements", wanted, caption)
 
     cars = report.tables["cars"].drop(columns=["level today [dB(A)]", "level then [dB(A)]"])
     conditions = _conditions(front, options)
@@ -572,7 +571,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
     sheet.tile(f"{signed(float(front.change.mean()), 1)} dB", "first order, mean of the cars")
     sheet.tile(front.leading, "matters most")
     sheet.section("Requirement")
-    sheet.table(None, wanted, caption, decimals)
+    sheet.table(None, wanted, caption)
     sheet.section("Effect")
     sheet.table(None, cars, "Mean level of the lines, and its scatter.")
     sheet.section("Conditions")
@@ -683,8 +682,3 @@ def _rigid_difference(front: MountFront) -> RealArray:
     """Level with holders that do not move minus level, today, first case, (v, f) [dB]."""
     today = front.robust.space.nominal[np.newaxis]
     return np.asarray((front.model.rigid.levels(today) - front.model.index.levels(today))[0])
-
-
-def _one_decimal(table: pd.DataFrame) -> dict[str, int]:
-    """Decimals of a table's stiffnesses."""
-    return {name: 1 for name in table.columns if name.endswith("[N/mm]")}

@@ -126,8 +126,7 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
     medians = _medians(errors)
     mismatches = [f"y/z {band} [%]" for band in (LOW, HIGH)]
     shown = medians.drop(columns=mismatches)
-    decimals = {name: 1 for name in map(str, shown) if name.endswith("[%]")}
-    report.table("errors", medians, "Median errors by state and route.", decimals, shown=shown)
+    report.table("errors", medians, "Median errors by state and route.", shown=shown)
     report.table("cases", errors.drop(columns=mismatches))
     report.summary |= error_summary(errors)
     return report

@@ -29,9 +29,9 @@ import pandas as pd
 from typer import Option
 
 from deboom import plot
-from deboom.arrays import BoolArray, RealArray
+from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import verify
+from deboom.explore.front import pareto_rank, verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
@@ -84,8 +84,6 @@ from deboom.vehicles.uncertain_data import (
 TODAY = "today's"
 MOST_POINTS = 60
 """Of a front, evenly over it, that are drawn again."""
-SHOWN_POINTS = 25
-"""Of them, in the table of the page."""
 VERIFICATION = 1024
 """Draws per design with which a search's front is verified before designs are picked."""
 
@@ -100,7 +98,6 @@ TWICE = 0.5
 HERE = "change, these vehicles and load cases"
 SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
-LABELS = {HERE: "change, here", SERIES: "change, anywhere", LEVEL: "level, here"}
 AS_IT_IS = "none: as it is"
 PERCENT = 100.0
 
@@ -219,7 +216,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
         report.summary[f"change_half_width_db_{vehicle}"] = float(half)
 
-    _levels(report, repeated, design)
+    _levels(report, repeated)
     report.section(
         "Where it comes from",
         f"Each source alone; the change is that of {design}, mean of the vehicles.",
@@ -389,7 +386,7 @@ class Repeated:
         """Share of draws in which a point of the front is not dominated, (n_front,) [1]."""
         n = len(self.designs)
         objectives = [values[:, n:].mean(-1) for values in (self.again.mean, self.again.sigma)]
-        kept = [_nondominated(values) for values in np.stack(objectives, axis=-1)]
+        kept = [pareto_rank(values) == 0 for values in np.stack(objectives, axis=-1)]
         return np.asarray(np.mean(kept, axis=0))
 
     @property
@@ -468,14 +465,7 @@ def _change(level: RealArray) -> RealArray:
     return np.asarray(level - level[..., :1, :])
 
 
-def _nondominated(values: RealArray) -> BoolArray:
-    """Say which rows (n, 2) no other row beats in both columns."""
-    difference = values[:, np.newaxis] - values
-    beaten = np.all(difference >= 0.0, axis=2) & np.any(difference > 0.0, axis=2)
-    return np.asarray(~beaten.any(axis=1))
-
-
-def _levels(report: Report, repeated: Repeated, design: str) -> None:
+def _levels(report: Report, repeated: Repeated) -> None:
     """Show levels and changes with their intervals."""
     report.section(
         "Levels and changes",
@@ -510,7 +500,7 @@ def _levels(report: Report, repeated: Repeated, design: str) -> None:
         }
     )
     caption = "Mean of the vehicles; σ is the scatter of parts within their tolerance."
-    report.table("picks", picks, caption, _decimals(picks))
+    report.table("picks", picks, caption)
     vehicles = pd.concat(
         [
             pd.DataFrame(
@@ -528,14 +518,6 @@ def _levels(report: Report, repeated: Repeated, design: str) -> None:
         ignore_index=True,
     )
     report.table("vehicles", vehicles)
-    for name, shown in ((TODAY, ("mean level", "loudest line")), (design, ("change",))):
-        columns = [c for c in map(str, vehicles) if c.startswith(shown)]
-        report.table(
-            None,
-            vehicles.loc[vehicles["design"] == name, ["vehicle", *columns]],
-            f"Vehicle by vehicle, {name}.",
-            {column: 2 for column in columns if column.endswith("dB]")},
-        )
 
 
 def _front(report: Report, repeated: Repeated) -> None:
@@ -579,9 +561,7 @@ def _front(report: Report, repeated: Repeated) -> None:
             "on the front in [% of draws]": PERCENT * repeated.front_kept,
         }
     )
-    few = np.unique(np.linspace(0, len(table) - 1, min(SHOWN_POINTS, len(table))).astype(int))
-    shown = table.iloc[few]
-    report.table("front", table, "Designs of the front.", _decimals(table), shown=shown)
+    report.table("front", table)
 
 
 def _next(report: Report, following: pd.DataFrame) -> None:
@@ -591,18 +571,6 @@ def _next(report: Report, following: pd.DataFrame) -> None:
         "Half widths of 90 % intervals that are to be expected after one more measurement, "
         "computed from the variances as they are. “Any vehicle and load case” takes those "
         "measured for a sample of all; their choice then counts, with Student's t for so few.",
-    )
-    panels = []
-    for name, label in LABELS.items():
-        if f"{name}, ± [dB]" in following:
-            width = following[f"{name}, ± [dB]"].to_numpy(dtype=float)
-            bars = {"expected": (width, np.zeros_like(width), width)}
-            panels.append(IntervalPanel("half width [dB]", bars, label))
-    report.figure(
-        "next",
-        plot.interval_panels(following["measurement"].to_list(), panels),
-        "Expected half widths of 90 % intervals, shorter is better; here: these vehicles and load "
-        "cases, anywhere: any.",
     )
     decimals = {name: 3 for name in map(str, following) if name.endswith("[dB]")}
     caption = "Sorted by what they are worth for the first question."
@@ -756,9 +724,3 @@ def _bounds(
 ) -> tuple[RealArray, RealArray, RealArray]:
     """Return value, lower and upper end."""
     return interval.value[place], interval.lower[place], interval.upper[place]
-
-
-def _decimals(table: pd.DataFrame) -> dict[str, int]:
-    """Return the decimals of levels and of σ."""
-    names = [name for name in map(str, table) if name.endswith("dB]")]
-    return {name: 3 if name.startswith("sigma") else 2 for name in names}

@@ -380,7 +380,6 @@ def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None
         force_transfer_table([*matrices.values(), *moment_transfer_matrices(bench).values()]),
         "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
         "loads: three forces and three moments.",
-        {"condition number [1]": 2, "cells": 0, "loads": 0, "repeats": 0},
     )
     if cost is not None:
         report.table(
@@ -495,7 +494,6 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
         "Whether the sensors agree, in the order in which a laboratory repairs things: "
         "the first check needs the position sheet alone, the last leaves one sensor "
         "out at a time and names the culprit.",
-        {"number [1]": 3},
     )
 
 

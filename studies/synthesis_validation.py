@@ -20,7 +20,7 @@ mode_<n>_mac, n from 1 to 5 (first vehicle; MAC where the true shapes are known)
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -33,9 +33,8 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.uncertainty import LevelSpread
-from deboom.physics.sound_level import spl
-from deboom.plot import CurvePanel, DotPanel
-from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, mount_colours, vehicle_colours
+from deboom.plot import CurvePanel
+from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
 from deboom.report import Report
 from deboom.report.tables import split_label
 from deboom.study.campaigns import given_vehicles, virtual_vehicles
@@ -159,10 +158,10 @@ def _report_all(report: Report, result: Validation) -> None:
         "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
     )
     if result.design is not None:
-        _design(report, result, result.design, comparisons)
-    _functions(report, result, comparisons)
+        _design(report, result, result.design)
+    _functions(report, result)
     if result.roads:
-        _causes(report, result, causes, forces)
+        _causes(report, causes, forces)
     if result.modes is not None:
         append_modes(report, result.modes, result.true_shapes, result.shown[0].driven.vehicle.name)
     if result.spread is not None:
@@ -270,19 +269,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
         "figure 36).",
     )
-    labels = {
-        ON_ROAD: "against the road",
-        BY_HAMMER: "hammer against reciprocal",
-        BY_SURFACES: "surfaces against forces",
-    }
-    rows = {label: comparisons[comparisons["comparison"] == w] for w, label in labels.items()}
-    report.figure(
-        "synthesis_error",
-        _dots(rows, result, {CORR_F: 5.0, CORR_S: 15.0, PEAK: 3.0}),
-        "Every vehicle and mount set, dots by vehicle: difference in shape, in scale, and at "
-        "booming peaks (thesis, figure 37).",
-    )
-    road = rows["against the road"]
+    road = comparisons[comparisons["comparison"] == ON_ROAD]
     report.table(
         "comparisons",
         comparisons,
@@ -298,9 +285,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
     report.table("peaks", peaks, "" if alone.empty else caption, shown=shown)
 
 
-def _design(
-    report: Report, result: Validation, design: VirtualDesign, comparisons: pd.DataFrame
-) -> None:
+def _design(report: Report, result: Validation, design: VirtualDesign) -> None:
     """Show the virtual design in every vehicle."""
     outside = int(design.resolved.outside.sum())
     kept = f" Measured forces stay in {'; '.join(design.kept)}." if design.kept else ""
@@ -316,7 +301,7 @@ def _design(
     )
     measured = "measured forces of the design"
     colours = {way.value: VEHICLE_PALETTE[place] for place, way in enumerate(DesignMotion)}
-    levels, deviations = [], []
+    levels = []
     lines = next(iter(design.comparisons.values()))
     for name in result.vehicles:
         ways = {way.value: design.comparisons[name, way] for way in DesignMotion}
@@ -330,8 +315,6 @@ def _design(
                 note=f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
             )
         )
-        above = {label: one.levels[1] - one.levels[0] for label, one in ways.items()}
-        deviations.append(CurvePanel(name, lines.frequency, above))
     report.figure(
         "virtual_design",
         plot.curve_panels(
@@ -346,29 +329,9 @@ def _design(
         "SPL of the design from its measured forces, and from the surfaces of its parts in three "
         "ways (thesis, figure 40); the dashes take turns.",
     )
-    report.figure(
-        "virtual_design_deviation",
-        plot.curve_panels(
-            deviations,
-            columns=2,
-            order=lines.order,
-            y_label="deviation [dB]",
-            colours=colours,
-            share_y=True,
-        ),
-        "The same levels less those of the measured forces, line by line.",
-    )
-    left_out = ("corr_f magnitude", "corr_s complex")
-    rows = comparisons[comparisons["comparison"].str.startswith(DESIGN)]
-    report.table(
-        None,
-        rows.drop(columns=["mount set", *(f"{name} [%]" for name in left_out)]),
-        "Against the forces measured with the design on the bench.",
-        {CORR_F: 3, CORR_S: 2},
-    )
 
 
-def _functions(report: Report, result: Validation, comparisons: pd.DataFrame) -> None:
+def _functions(report: Report, result: Validation) -> None:
     """Hold both methods to measure functions against each other; contributions of the paths."""
     first = result.shown[0]
     report.section(
@@ -389,9 +352,6 @@ def _functions(report: Report, result: Validation, comparisons: pd.DataFrame) ->
         f"{first.driven.title}: partial sums per mount along x, and of all paths across (thesis, "
         "figure 42). Groups 45 dB below the loudest line are left out.",
     )
-    rows = comparisons[comparisons["comparison"] == BY_HAMMER]
-    medians = rows.groupby("vehicle", sort=False)[[CORR_F, CORR_S, PEAK]].median()
-    report.table(None, medians.reset_index(), "Median over the mount sets.")
     report.table(
         "contributions",
         first.reciprocal.ranking(result.listening.band),
@@ -400,7 +360,7 @@ def _functions(report: Report, result: Validation, comparisons: pd.DataFrame) ->
     )
 
 
-def _causes(report: Report, result: Validation, causes: pd.DataFrame, forces: pd.DataFrame) -> None:
+def _causes(report: Report, causes: pd.DataFrame, forces: pd.DataFrame) -> None:
     """Say what a synthesis loses where."""
     report.section(
         "Where the accuracy is lost",
@@ -410,20 +370,7 @@ def _causes(report: Report, result: Validation, causes: pd.DataFrame, forces: pd
         "transfer functions and of the inversion. Where the truth is known each step "
         "stands alone. Accelerometers that took no part in the inversion judge its forces.",
     )
-    by_cause = causes.groupby("what is compared", sort=False)
-    rows = {str(what).replace(", against", ",\nagainst"): own for what, own in by_cause}
-    report.figure(
-        "causes",
-        _dots(rows, result, {CORR_F: None, CORR_S: None, PEAK: None}),
-        "Each step alone, dots by vehicle: difference in shape, in scale, and at booming peaks.",
-    )
-    report.figure(
-        "interface_forces",
-        _interface_forces(result),
-        "Forces along x of one vehicle: measured on the bench, found by inversion on the road, and "
-        "the truth where it is known.",
-    )
-    medians = by_cause[[CORR_F, CORR_S, PEAK]].median()
+    medians = causes.groupby("what is compared", sort=False)[[CORR_F, CORR_S, PEAK]].median()
     report.table("causes", causes, "Median over the vehicles.", shown=medians.reset_index())
     report.table("forces", forces, "Errors over the band, all directions together.")
 
@@ -435,30 +382,6 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
         f"The measured levels of {len(result.vehicles)} nominally identical vehicles lie "
         f"{spread.quantile(0.5):.1f} dB apart in the median line, {spread.quantile(0.9):.1f} dB "
         "in nine of ten. A synthesis that is to tell vehicles apart must be well below that.",
-    )
-    several = result.with_first_set
-    lines = several[0].on_road
-    names = [one.driven.vehicle.name for one in several]
-    heard = [spl(one.on_road.reference, lines.frequency) for one in several]
-    curves = dict(zip(names, heard, strict=True))
-    mean = "mean of the levels"
-    panel = CurvePanel(
-        f"measured in {len(names)} vehicles, mount set {several[0].driven.mount_set}",
-        lines.frequency,
-        {**curves, mean: spread.mean},
-        note=f"lowest to highest: median {spread.quantile(0.5):.1f} dB",
-    )
-    report.figure(
-        "vehicle_spread",
-        plot.curve_panels(
-            [panel],
-            order=lines.order,
-            y_label=LEVEL,
-            colours={**vehicle_colours(names), mean: MUTED},
-            dashed=(mean,),
-            depth=DEPTH,
-        ),
-        "SPL measured in every vehicle (thesis, figure 10).",
     )
 
 
@@ -618,25 +541,6 @@ def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
     return np.array([one.frequency for one in peaks]), np.array([one.level for one in peaks])
 
 
-def _dots(
-    rows: Mapping[str, pd.DataFrame], result: Validation, measures: Mapping[str, float | None]
-) -> Drawing:
-    """Draw every value of some columns as a dot, by category and vehicle, with what was asked."""
-    panels = []
-    for column, limit in measures.items():
-        values = {
-            category: {
-                str(vehicle): part[column].dropna().to_numpy()
-                for vehicle, part in frame.groupby("vehicle", sort=False)
-                if part[column].notna().any()
-            }
-            for category, frame in rows.items()
-        }
-        label = column.replace("largest peak deviation", "largest at peaks")
-        panels.append(DotPanel(label, values, limit, "asked of the road" if limit else ""))
-    return plot.dot_panels(panels, vehicle_colours(result.vehicles))
-
-
 def _contributions(first: Synthesis, band: Band) -> Drawing:
     """Partial sums with reciprocal and with hammer functions: along x each, across by axis."""
     frequency = first.reciprocal.frequency
@@ -663,36 +567,4 @@ def _contributions(first: Synthesis, band: Band) -> Drawing:
         colours=mount_colours(names) | {ALL_PATHS: INK},
         columns=1,
         depth=DEPTH,
-    )
-
-
-def _interface_forces(result: Validation) -> Drawing:
-    """First analysed vehicle, along x: bench, road and truth."""
-    road = result.roads[0]
-    driven, force = road.synthesis.driven, road.forces.force
-    low, high = result.listening.band
-    inside = (force.frequency >= low) & (force.frequency <= high)
-    bench = result.data.sets[driven.mount_set].load_case.force
-    truth = None if driven.truth is None else driven.truth.force
-    known = (("on the bench", bench), ("by inversion on the road", force))
-    sources = dict(known if truth is None else (*known, ("true, in the vehicle", truth)))
-    panels = [
-        CurvePanel(
-            name,
-            force.frequency[inside],
-            {n: np.abs(source.select([name]).values[inside, 0]) for n, source in sources.items()},
-        )
-        for name in force.channels
-        if name.endswith(" x")
-    ]
-    colours = (INK, VEHICLE_PALETTE[1], VEHICLE_PALETTE[0])
-    labels = ("true, in the vehicle", "by inversion on the road", "on the bench")
-    return plot.curve_panels(
-        panels,
-        columns=2,
-        order=road.synthesis.on_road.order,
-        y_label="|F| [N]",
-        colours=dict(zip(labels, colours, strict=True)),
-        dashed=labels[1:2],
-        share_y=True,
     )

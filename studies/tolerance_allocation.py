@@ -75,8 +75,6 @@ SHOWN = 12
 """Designs that a table or a curve shows."""
 ON_CURVE = 8
 """Targets on the curve of cost over target."""
-ALONG_FRONT = 12
-"""Designs of the front whose marginal values are listed."""
 PERCENT, MILLI = 100.0, 1000.0
 
 
@@ -119,14 +117,13 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A platform's robust model; with --from-run also the run's front and the asked design."""
+    """A platform's robust model; with --from-run also the asked design."""
 
     platform: Platform
     robust: RobustResponse
     inputs: tuple[Path, ...]
     runs: Operation | None = None
     made: MadeParts | None = None
-    front: RealArray | None = None
     picked: RealArray | None = None
 
 
@@ -142,7 +139,7 @@ def prepare(options: Options) -> Model:
         designs = study.run.designs
         design = study.wanted if options.point is None else _numbered(designs, options.point)
         inputs = (*study.platform.input_files, *study.run.files)
-        return Model(study.platform, study.model, inputs, front=designs, picked=design)
+        return Model(study.platform, study.model, inputs, picked=design)
     runs = options.platform.operation()
     index = options.motion.index(runs)
     made = scatter.made(index.variable_names)
@@ -155,15 +152,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     """Choose the design, allocate its tolerances, verify and report."""
     if options.stiffness:
         return _searched(model, options, context)
-    return _allocated(model, options, *_chosen(model, options, context))
+    return _allocated(model, options, _chosen(model, options, context))
 
 
-def _chosen(
-    model: Model, options: Options, context: RunContext | None
-) -> tuple[RealArray, RealArray]:
-    """Return the front, shape (n, k), and its asked design, (k,); variables without effect at 1."""
-    if model.front is not None and model.picked is not None:
-        return model.front, model.picked
+def _chosen(model: Model, options: Options, context: RunContext | None) -> RealArray:
+    """Return the asked design of the front, shape (k,); variables without effect at 1."""
+    if model.picked is not None:
+        return model.picked
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
     front = options.search.front(model.robust, options.seed, context, files).front
     nominal = model.robust.space.nominal
@@ -173,7 +168,7 @@ def _chosen(
         design = _numbered(front.designs, options.point)
     space = model.robust.space
     free = variables_without_effect(model.robust.evaluate, space)
-    return front.designs, at_nominal(design[np.newaxis], space, free)[0]
+    return np.asarray(at_nominal(design[np.newaxis], space, free)[0])
 
 
 def _numbered(designs: RealArray, point: int) -> RealArray:
@@ -183,7 +178,7 @@ def _numbered(designs: RealArray, point: int) -> RealArray:
     return np.asarray(designs[point - 1])
 
 
-def _allocated(model: Model, options: Options, designs: RealArray, design: RealArray) -> Report:
+def _allocated(model: Model, options: Options, design: RealArray) -> Report:
     """Allocate the tolerances of a design and report."""
     index: Any = model.robust.evaluate
     space = model.robust.space
@@ -322,29 +317,6 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
         "tolerances are the cheapest for a σ, a unit of cost takes the same σ away in "
         "every direction between its bounds.",
     )
-    report.figure(
-        "marginal_values",
-        plot.marked_bars(
-            allocator.names,
-            of_rows,
-            [
-                plot.MarkedPanel(
-                    "σ per % of tolerance [0.001 dB]",
-                    scale * worth_today.sigma_per_percent,
-                    scale * worth.sigma_per_percent,
-                ),
-                plot.MarkedPanel(
-                    "σ that one unit of cost takes away [0.001 dB]",
-                    scale * np.nan_to_num(worth_today.sigma_per_cost),
-                    scale * np.nan_to_num(worth.sigma_per_cost),
-                ),
-            ],
-            bar_label="at today's tolerances",
-            mark_label="at the cheapest tolerances",
-        ),
-        "Left: how much σ grows with each per cent of tolerance. Right: how much "
-        "σ a unit of cost takes away.",
-    )
     values: dict[str, object] = {"variable": list(allocator.names)}
     for name, worths in (("today", worth_today), ("cheapest", worth)):
         values[f"sigma per % of tolerance, {name} [0.001 dB]"] = scale * worths.sigma_per_percent
@@ -354,9 +326,7 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
         pd.DataFrame(values),
         "Exact derivatives at the draws of the search. A dash: a free tolerance. "
         "Below 0: the axis makes up for another one of the same rubber.",
-        dict.fromkeys(list(values)[1:], 2),
     )
-    report.table("front_marginal_values", _along_front(allocator, designs, scale))
 
     report.section("What other targets cost", "The same design with more or less scatter.")
     curve = task.cost_of_targets(ON_CURVE)
@@ -381,7 +351,7 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
         ),
         "Least cost over the target, and uniform.",
     )
-    report.table("cost_of_target", curve, "Cost by target.", {column: 3})
+    report.table("cost_of_target", curve)
 
     report.section("Verification", f"{DRAWS} draws of the parts that nothing was chosen by.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"
@@ -415,23 +385,6 @@ def _allocated(model: Model, options: Options, designs: RealArray, design: RealA
     if model.runs is not None:
         model.runs.append_to(report)
     return report
-
-
-def _along_front(allocator: Allocator, designs: RealArray, scale: float) -> pd.DataFrame:
-    """Tabulate what a little tolerance is worth today, by design of the front and direction."""
-    count = len(designs)
-    tables = []
-    for row in np.unique(np.linspace(0, count - 1, min(count, ALONG_FRONT)).astype(int)).tolist():
-        effect = replace(allocator.effect, design=designs[row])
-        values = replace(allocator, effect=effect).marginal_values(allocator.today)
-        columns = {
-            "point": row + 1,
-            "variable": list(values.names),
-            "sigma per % of tolerance [0.001 dB]": scale * values.sigma_per_percent,
-            "sigma per unit of cost [0.001 dB]": scale * values.sigma_per_cost,
-        }
-        tables.append(pd.DataFrame(columns))
-    return pd.concat(tables, ignore_index=True)
 
 
 def _searched(model: Model, options: Options, context: RunContext | None) -> Report:
@@ -551,17 +504,6 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Rep
         "scatter comes from.",
     )
     tolerances = PERCENT * priced.split(chosen.designs)[1]
-    report.figure(
-        "tolerances",
-        lambda: plot.curve_panels(
-            _panels(robust.space.names, cost, tolerances),
-            x_label="cost [1]",
-            y_label="tolerance ± [%]",
-            columns=2,
-            share_y=True,
-        ),
-        "Tolerance of each direction.",
-    )
     places = {"cheapest": 0, "at today's cost": place, "most precise": len(rows) - 1}
     listed = {f"{name} [%]": tolerances[at] for name, at in places.items()}
     table = pd.DataFrame({"variable": list(robust.space.names), **listed})
@@ -572,24 +514,6 @@ def _searched(model: Model, options: Options, context: RunContext | None) -> Rep
         f"NSGA-II over {priced.space.n_variables} variables and three objectives: "
         f"{search.n_evaluated} designs were evaluated, {search.n_failed} failed, "
         f"{len(front)} are on the front, {search.seconds:.1f} s.",
-    )
-    report.figure(
-        "front",
-        lambda: plot.map_panels(
-            [
-                plot.MapPanel(
-                    "every design of the front",
-                    costs,
-                    front.sigma_sum * per_line,
-                    front.mean_sum * per_line,
-                )
-            ],
-            x_label="cost of the tolerances [1]",
-            y_label="σ of the mean level [dB]",
-            value_label="mean level over vehicles and lines [dB(A)]",
-            columns=1,
-        ),
-        "Cost, scatter and mean level.",
     )
     point = np.arange(1, len(front) + 1)
     objectives = {
@@ -623,22 +547,6 @@ def _uniform(priced: ToleranceResponse, designs: RealArray, costs: RealArray) ->
     weight, reference = priced.cost.weight, priced.cost.reference
     same = (weight * reference).sum() / costs
     return np.hstack([inner, np.broadcast_to(same[:, np.newaxis], tolerances.shape)])
-
-
-def _panels(
-    variables: tuple[str, ...], cost: RealArray, tolerances: RealArray
-) -> list[plot.CurvePanel]:
-    """Return a panel per mount with the tolerances (n, k) of its directions over the cost [%]."""
-    few = _few(len(cost))
-    panels = []
-    for mount in dict.fromkeys(mount_of(name) for name in variables):
-        curves = {
-            name.removeprefix(f"{mount} "): tolerances[few, place]
-            for place, name in enumerate(variables)
-            if mount_of(name) == mount
-        }
-        panels.append(plot.CurvePanel(mount, cost[few], curves))
-    return panels
 
 
 def _few(count: int) -> list[int]:

@@ -18,7 +18,6 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
 import numpy as np
-import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
@@ -51,7 +50,6 @@ from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import (
     Analysis,
     Ranked,
-    Sensitivity,
     SensitivityPlan,
     sensitivity,
     sensitivity_report,
@@ -66,6 +64,8 @@ FROM_DOE = (
     "sigma over the DOE's tolerance draws."
 )
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
+PARTS = {"DOE and groups": 1, "Vehicles": 2, "Front": 3, "Sensitivity": 2}
+"""Steps in the order of the page, with the tiles that each brings to its top."""
 SAME_DOE = ("doe", "n_designs", "n_failed", "n_unselected_fleets")
 """What the vehicles of a group would say of the DOE once more."""
 
@@ -128,14 +128,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
-        Analysis.design,
-        Ranked.decibels,
-        half,
-        0.20,
-        spread,
-        options.n,
-        options.resamples,
-        options.seed,
+        *(Analysis.design, Ranked.decibels, half, 0.20, spread),
+        *(options.n, options.resamples, options.seed),
     )
     with progress_bar("sensitivity") as bar:
         ranked = sensitivity(platform, index, plan, bar)
@@ -156,10 +150,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Which vehicles go together, which mount stiffnesses make those of group "
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
-    for part, count in (("DOE and groups", 1), ("Vehicles", 2), ("Front", 3), ("Sensitivity", 2)):
+    for part, count in PARTS.items():
         if part in parts:
             report.tiles += parts[part].tiles[:count]
-    steps = _steps(options, group, fleet, front, ranked)
     said = f"{platform.title}: {platform.description}"
     report.section(
         "In short",
@@ -172,19 +165,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     alone = f"{front.vehicles[0]} is the only vehicle: there is none to compare it with."
     if len(front.vehicles) > 1:
         alone = "These are all vehicles of the platform: they are compared above."
-    otherwise = {"DOE and groups": NOTHING, "Vehicles": "no other vehicle to compare with"}
-    rows = [
-        {
-            "step": title,
-            "what was done": done,
-            "what came out": _answer(parts.get(part)) or otherwise.get(part, ""),
-        }
-        for part, (title, done) in steps.items()
-    ]
-    report.table(
-        None, pd.DataFrame(rows), "The steps in the order of the work, which is that of this page."
-    )
-    for part, (title, _) in steps.items():
+    for part in PARTS:
+        title = f"Vehicles of {group}" if part == "Vehicles" else part
         if part not in parts:
             report.section(title, NOTHING if part == "DOE and groups" else alone)
             continue
@@ -195,45 +177,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.include(parts[part], title, first=skipped, names=names[part])
     model.everyone.append_to(report)
     return report
-
-
-def _steps(
-    options: Options,
-    group: str,
-    fleet: CorrelationStudy | None,
-    front: RobustFront,
-    ranked: Sensitivity,
-) -> dict[str, tuple[str, str]]:
-    """Return title of each part, and what was done there."""
-    tried = "no DOE"
-    if fleet is not None:
-        tried = (
-            f"{len(fleet.doe)} designs ({fleet.plan}), each as it is and made {options.draws} "
-            f"times, heard in {len(fleet.names)} vehicles"
-        )
-    space = front.robust.space
-    return {
-        "DOE and groups": ("DOE and groups", tried),
-        "Vehicles": (
-            f"Vehicles of {group}",
-            f"the same designs in {len(front.vehicles)} vehicles",
-        ),
-        "Front": (
-            "Front",
-            f"NSGA-II, {front.search.n_evaluated} designs with {front.robust.sample.n_samples} "
-            f"draws each, within {space.lower.min():g} to {space.upper.max():g}; "
-            f"{front.verification.n_samples} draws to verify",
-        ),
-        "Sensitivity": (
-            "Sensitivity",
-            f"{ranked.n_runs} designs, {ranked.label}, {ranked.indices.n_base} base points",
-        ),
-    }
-
-
-def _answer(part: Report | None) -> str:
-    """Return the tiles of a part in a line."""
-    return "; ".join(f"{value} {label}" for value, label in part.tiles) if part else ""
 
 
 def _names(parts: Mapping[str, Report]) -> dict[str, dict[str, str]]:

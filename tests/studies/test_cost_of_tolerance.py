@@ -47,7 +47,7 @@ def test_summary_and_page_are_there(finished):
     assert summary["n_evaluated"] == 300
     assert summary["sigma_change_percent_most_precise"] < 0.0
     figures = {path.stem for path in (finished / "figures").iterdir()}
-    assert figures == {"cost_of_scatter", "tolerances", "front"}
+    assert figures == {"cost_of_scatter"}
 
 
 def test_a_table_of_prices_is_read(tmp_path):

@@ -10,14 +10,11 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.measurement.body_modes import BodyModes
-from deboom.plot import BodyMotion, CurvePanel
+from deboom.plot import BodyMotion
 from deboom.report import Report
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
-
-N_REBUILT = 4
-"""FRFs shown beside the rebuilt ones: the mount directions and panels that move most."""
 
 
 def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehicle: str) -> None:
@@ -40,19 +37,6 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
     moved = plot.mode_shapes(body_motion(modes))
     report.figure("mode_shapes", moved, "Shapes of the modes at the mounts and panels.")
     titles = [f"{value:.1f} Hz" for value in modes.frequency]
-    if truth is not None:
-        values = modes.mac(truth)
-        true = [f"true {number}" for number in range(1, values.shape[1] + 1)]
-        report.figure(
-            "mac",
-            plot.matrix_map(values, titles, true, value_label="MAC [1]"),
-            "Shapes found against each other, or against the truth where it is known (MAC).",
-        )
-    report.figure(
-        "rebuilt",
-        _rebuilt(modes),
-        "Measured functions, and those rebuilt from modes and residuals.",
-    )
     panels = modes.panels
     numbers = [f"mode {n}" for n in range(1, modes.n_modes + 1)]
     if panels is not None:
@@ -73,7 +57,7 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
     if panels is not None:
         table = pd.DataFrame(shares, columns=[f"{panel} [%]" for panel in panels.panels])
         table.insert(0, "mode", numbers)
-        report.table("panel_contributions", table, "Panels by mode.")
+        report.table("panel_contributions", table)
 
 
 def body_motion(modes: BodyModes) -> BodyMotion:
@@ -127,41 +111,4 @@ def _stabilisation(modes: BodyModes) -> Drawing:
         chart.stable,
         modes.model.frequency,
         level_label="all |a/Q̇|, root of sum of squares [dB re 1/m²]",
-    )
-
-
-def _rebuilt(modes: BodyModes) -> Drawing:
-    """Show the strongest output of each of the strongest places, at the first ear."""
-    rebuilt = modes.model.rebuilt
-    lines = np.isin(modes.measured.frequency, rebuilt.frequency)
-    measured = modes.measured.values[lines][:, :, 0]
-    energy = np.sum(np.abs(measured) ** 2, axis=0)
-    outputs = list(modes.measured.outputs)
-    points: list[int] = []
-    panels: list[int] = []
-    for place in modes.places:
-        columns = (outputs.index(name) for name in place.directions)
-        strongest = max(columns, key=lambda k: float(energy[k]))
-        (panels if place.is_panel else points).append(strongest)
-    chosen = [
-        *sorted(points, key=lambda k: -float(energy[k]))[: 2 if panels else N_REBUILT],
-        *sorted(panels, key=lambda k: -float(energy[k]))[:2],
-    ]
-    frames = [
-        CurvePanel(
-            f"{outputs[k]}, error {100 * modes.model.error[k, 0]:.1f} %",
-            rebuilt.frequency,
-            {
-                "measured": 20 * np.log10(np.abs(measured[:, k])),
-                "modes and residuals": 20 * np.log10(np.abs(rebuilt.values[:, k, 0])),
-            },
-        )
-        for k in chosen
-    ]
-    return plot.curve_panels(
-        frames,
-        x_label="frequency [Hz]",
-        y_label="|a/Q̇| [dB re 1/m²]",
-        columns=2,
-        dashed=("modes and residuals",),
     )

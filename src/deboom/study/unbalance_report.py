@@ -221,7 +221,6 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
         "Sources: unbalance, which grows with the square of the speed and is the same at every "
         "pressure; gas forces, which depend on pressure and not on speed. One weighted fit "
         "over all lines and sweeps; the phase counts from the tacho's mark.",
-        {"phase [°]": 0},
         shown=in_words(sources),
     )
     bands = chosen.sources.residual_bands

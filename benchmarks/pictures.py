@@ -5,24 +5,19 @@ import tempfile
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
-from deboom.bench.vehicle_writer import write_vehicle
-from deboom.files.vehicle import read_vehicle
-from deboom.measurement.body_modes import body_modes
-from deboom.plot import moving_mode_shapes
 from deboom.study.accept import accept_into_run
 from deboom.study.compressor_unbalance import UnbalancePlan
-from deboom.study.modal_report import body_motion
 from deboom.study.runner import load_study, run_study
 from deboom.study.unbalance_report import unbalance_into_run
 
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
-PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "vehicle_matrix")
+PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "families")
 
 
 def main() -> None:
-    """Run the study with its default budget, copy its best figures, and set a body in motion."""
+    """Run the study with its default budget, and copy its best figures."""
     target = ROOT / "docs" / "pictures"
     target.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as name:
@@ -39,10 +34,6 @@ def main() -> None:
         test = write_operating_test(folder / "compressor", 1)
         unbalance, _ = unbalance_into_run(test, folder, UnbalancePlan(), _quietly)
         _keep(unbalance, "figure_61a_static", target, "unbalance")
-        vehicle = write_vehicle(folder / "car", 1, load_cases=(), accelerance=False)
-        modes = body_modes(read_vehicle(vehicle))
-        (target / "mode_shapes.gif").write_bytes(moving_mode_shapes(body_motion(modes)))
-        print(target / "mode_shapes.gif")
 
 
 def _keep(run: Path, stem: str, target: Path, name: str) -> None:

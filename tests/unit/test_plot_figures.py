@@ -70,16 +70,6 @@ def stiffness_arguments(variables=VARIABLES):
     )
 
 
-def change_arguments(n_vehicle=5):
-    names = [f"car {place}" for place in range(n_vehicle)]
-    change = np.linspace(-3.2, 0.3, n_vehicle)
-    sigma = np.full(n_vehicle, 0.4)
-    return (
-        (names, change, sigma, 0.7 * change, sigma, style.vehicle_colours(names)),
-        {"level_label": "SPLV change per line [dB]", "energy_label": "25–40 Hz energy [dB]"},
-    )
-
-
 def progress_arguments():
     generation = np.arange(1, 101)
     return (generation, 1.0 - np.exp(-generation / 20.0)), {"hypervolume_label": "hypervolume [1]"}
@@ -89,7 +79,6 @@ FIGURES = {
     "pareto_front": (figures.pareto_front, front_arguments),
     "spl_curves": (figures.spl_curves, lambda: spl_arguments(5)),
     "stiffness_bars": (figures.stiffness_bars, stiffness_arguments),
-    "per_vehicle_change": (figures.per_vehicle_change, change_arguments),
     "convergence": (figures.convergence, progress_arguments),
 }
 
@@ -265,23 +254,6 @@ def test_stiffness_takes_other_mounts_and_bounds_that_leave_nominal_out(drawn):
     low, high = figure.axes[0].get_xlim()
     assert low < 0.8
     assert high > 1.6
-
-
-@pytest.mark.parametrize("n_vehicle", [1, 2, 15])
-def test_changes_write_each_value_and_share_one_scale(n_vehicle, drawn):
-    arguments = change_arguments(n_vehicle)
-    figure = drawn(figures.per_vehicle_change, arguments)
-    left, right = figure.axes
-    assert [text.get_text() for text in left.texts] == [
-        style.signed(value, 1) for value in arguments[0][1]
-    ]
-    assert left.get_xlim() == right.get_xlim()
-
-
-def test_changes_of_exactly_zero_are_drawn():
-    _, labels = change_arguments()
-    colours = style.vehicle_colours(["A"])
-    assert figures.per_vehicle_change(["A"], [0.0], [0.0], [0.0], [0.0], colours, **labels)
 
 
 @pytest.mark.parametrize(

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING
 from deboom.plot.bars import (
     MarkedPanel,
     marked_bars,
-    per_vehicle_change,
     ratio_bars,
     stiffness_bars,
 )
@@ -45,7 +44,6 @@ from deboom.plot.modal import (
     BodyMotion,
     matrix_map,
     mode_shapes,
-    moving_mode_shapes,
     stabilisation_chart,
 )
 from deboom.plot.parts import (
@@ -104,12 +102,10 @@ __all__ = [
     "marked_bars",
     "matrix_map",
     "mode_shapes",
-    "moving_mode_shapes",
     "noise_bars",
     "pareto_front",
     "part_choices",
     "parts_in_intervals",
-    "per_vehicle_change",
     "ratio_bars",
     "scatter_matrix",
     "shared_parts",

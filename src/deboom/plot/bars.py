@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -19,7 +20,6 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     RealArray,
     finite,
-    halo,
     mount_of,
     panel_grid,
     signed,
@@ -144,104 +144,66 @@ def ratio_bars(
         return figure
 
 
-def per_vehicle_change(
-    vehicles: Sequence[str],
-    level_change: npt.ArrayLike,
-    level_sigma: npt.ArrayLike,
-    energy_change: npt.ArrayLike,
-    energy_sigma: npt.ArrayLike,
-    colours: Mapping[str, str],
+_GAP = 0.45  # rows between two mounts
+_PLACES = (0.34, 0.68, 1.0)  # right ends of the columns
+
+
+@contextmanager
+def factor_rows(
+    variables: Sequence[str],
+    lower: RealArray,
+    upper: RealArray,
+    no_requirement: Sequence[bool],
     *,
-    level_label: str,
-    energy_label: str,
-) -> Figure:
-    """Draw the change of each vehicle against the baseline, with ± one standard deviation.
+    texts: Sequence[Sequence[str]],
+    headings: Sequence[str],
+    title: str,
+    x_label: str,
+) -> Iterator[tuple[Figure, Axes, list[float]]]:
+    """Open a figure with a row per stiffness factor: its allowed range, and numbers beside it.
 
-    - `vehicles`: n names.
-    - `level_change`, `level_sigma` (n,): change of the mean SPL over the lines (SPLV over the
-      number of lines) and its scatter over the mounts' tolerance [dB].
-    - `energy_change`, `energy_sigma` (n,): change of the energy level of one band and its scatter
-      [dB].
-    - `colours`: colour of each vehicle, from `deboom.plot.style.vehicle_colours`.
-    - `level_label`, `energy_label`: axis labels with units and band.
-    - raises InputError: arrays of different lengths or values that are not finite.
+    - `variables`: names ``<mount> <axis>``, n of them; mounts are set apart.
+    - `lower`, `upper` (n,): ends of the range [1]; `no_requirement`: those without effect.
+    - `texts`, `headings`, `title`: three columns beside the rows.
+    - yields the figure, the axes of the bars, and the height of each row from the top.
     """
-    rows = finite(
-        "per_vehicle_change",
-        {
-            "vehicles": np.zeros(len(vehicles)),
-            "level_change": level_change,
-            "level_sigma": level_sigma,
-            "energy_change": energy_change,
-            "energy_sigma": energy_sigma,
-        },
-    )
-    paint = [colours[name] for name in vehicles]
-    with styled_figure(FULL_WIDTH, 1.2 + 0.3 * len(vehicles)) as figure:
-        left, right = figure.subplots(1, 2, sharex=True, sharey=True)
-        _bars(left, rows["level_change"], rows["level_sigma"], paint, level_label)
-        _bars(right, rows["energy_change"], rows["energy_sigma"], paint, energy_label)
-        left.set_yticks(range(len(vehicles)), vehicles)
-        left.set_ylim(len(vehicles) - 0.4, -0.6)
-        left.set_xlim(*_limits(rows))
-        figure.legend(handles=[_sigma_handle()], loc="outside lower right")
-        return figure
+    rows = [0.0]
+    for before, name in pairwise(variables):
+        rows.append(rows[-1] + (1.0 if mount_of(name) == mount_of(before) else 1.0 + _GAP))
+    with styled_figure(FULL_WIDTH, 1.35 + 0.28 * (rows[-1] + 1.0)) as figure:
+        bars, table = figure.subplots(1, 2, sharey=True, width_ratios=(2.5, 1.0))
+        bars.barh(rows, upper - lower, left=lower, height=0.75, color=TRACK)
+        bars.axvline(1.0, color=INK, linewidth=0.9, zorder=2)
+        beside: dict[str, Any] = {"ha": "right", "transform": table.get_yaxis_transform()}
+        for place, row in enumerate(rows):
+            if no_requirement[place]:
+                middle = 0.5 * (lower[place] + upper[place])
+                face: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
+                words = bars.text(
+                    middle, row, "no requirement", ha="center", va="center", bbox=face
+                )
+                words.set(color=MUTED, fontstyle="italic")
+            for end, text in zip(_PLACES, texts[place], strict=True):
+                colour = MUTED if text in ("–", "not measured") else INK
+                table.text(end, row, text, color=colour, va="center_baseline", **beside)
+        bars.set_yticks(rows, variables)
+        bars.set_ylim(rows[-1] + 0.6, -0.6)
+        ends = min(float(lower.min()), 1.0), max(float(upper.max()), 1.0)
+        margin = 0.03 * (ends[1] - ends[0])
+        bars.set_xlim(ends[0] - margin, ends[1] + margin)
+        bars.grid(False, axis="y")
+        bars.tick_params(axis="y", length=0)
+        bars.set_xlabel(x_label)
+        table.set_axis_off()
+        table.set_title(f"{title}\n", loc="right", fontsize=8.0, color=MUTED, pad=8.0)
+        above: dict[str, Any] = {"ha": "right", "va": "bottom", "transform": table.transAxes}
+        for end, heading in zip(_PLACES, headings, strict=True):
+            table.text(end, 1.015, heading, fontweight="bold", **above)
+        yield figure, bars, rows
 
 
-def _sigma_handle() -> Line2D:
-    from matplotlib.lines import Line2D
-
-    return Line2D(
-        [],
-        [],
-        color=INK,
-        linewidth=1.0,
-        marker="|",
-        markersize=4.5,
-        label="± one standard deviation over the tolerance",
-    )
-
-
-def _limits(rows: Mapping[str, RealArray]) -> tuple[float, float]:
-    """One scale for both panels, with room for the numbers beyond the bars."""
-    lows = [rows[f"{what}_change"] - rows[f"{what}_sigma"] for what in ("level", "energy")]
-    highs = [rows[f"{what}_change"] + rows[f"{what}_sigma"] for what in ("level", "energy")]
-    low, high = min(0.0, float(np.min(lows))), max(0.0, float(np.max(highs)))
-    room = 0.17 * max(high - low, 0.1)
-    return low - (room if low < 0.0 else 0.0), high + (room if high > 0.0 or low == 0.0 else 0.0)
-
-
-def _bars(
-    axes: Axes, change: RealArray, sigma: RealArray, paint: Sequence[str], label: str
-) -> None:
-    from matplotlib.ticker import MaxNLocator
-
-    places = np.arange(change.size)
-    axes.barh(places - 0.1, change, height=0.42, color=list(paint))
-    axes.axvline(0.0, color=INK, linewidth=0.9)
-    for place, value, spread in zip(places, change, sigma, strict=True):
-        ends = [value - spread, value + spread]
-        axes.plot(ends, [place + 0.26] * 2, "|-", color=INK, linewidth=1.0, markersize=4.5)
-        side = -1 if value < 0 else 1
-        axes.annotate(
-            signed(value, 1),
-            (value, place - 0.1),
-            xytext=(4 * side, 0),
-            textcoords="offset points",
-            ha="right" if side < 0 else "left",
-            va="center_baseline",
-            path_effects=halo(2.5),
-        )
-    axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 5, 10]))
-    axes.grid(False, axis="y")
-    axes.tick_params(axis="y", length=0)
-    axes.spines["left"].set_visible(False)
-    axes.set_xlabel(f"← better    {label}")
-
-
-_GAP = 0.45
-_COLUMNS = (0.38, 0.70, 1.0)
-_HEADINGS = ("nominal", "chosen", "change")
+def _stiffness(value: float) -> str:
+    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}"
 
 
 def stiffness_bars(
@@ -269,6 +231,9 @@ def stiffness_bars(
     - raises InputError: arrays of different lengths, a factor outside its bounds or one that is not
       finite.
     """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     checked = finite(
         "stiffness_bars",
         {
@@ -292,133 +257,33 @@ def stiffness_bars(
             raise InputError(
                 f"figure stiffness_bars: {name} = {value} lies outside its bounds {least}..{most}"
             )
-    rows = _rows(variables)
-    with styled_figure(FULL_WIDTH, 1.25 + 0.25 * (rows[-1] + 1.0)) as figure:
-        bars, table = figure.subplots(1, 2, sharey=True, width_ratios=(2.5, 1.0))
-        for place, name in enumerate(variables):
-            row, bounds = rows[place], (float(low[place]), float(high[place]))
-            free = bool(no_requirement[place])
-            _track(bars, row, bounds, free)
-            if not free:
-                _bar(bars, row, float(chosen[place]), interval[place], colours[mount_of(name)])
-            _numbers(table, row, float(nominal[place]), float(chosen[place]), free)
-        _finish(bars, rows, variables, (min(low.min(), 1.0), max(high.max(), 1.0)))
-        _headings(table, stiffness_label)
-        figure.legend(handles=_legend_handles(), loc="outside lower left", ncols=3)
-        return figure
-
-
-def _rows(variables: Sequence[str]) -> list[float]:
-    """Height of each row from the top, with a gap where a new mount begins."""
-    rows = [0.0]
-    for before, name in pairwise(variables):
-        rows.append(rows[-1] + (1.0 if mount_of(name) == mount_of(before) else 1.0 + _GAP))
-    return rows
-
-
-def _track(axes: Axes, row: float, bounds: tuple[float, float], free: bool) -> None:
-    low, high = bounds
-    axes.barh(row, high - low, left=low, height=0.7, color=TRACK)
-    if free:
-        axes.text(
-            (low + high) / 2.0,
-            row,
-            "no requirement",
-            ha="center",
-            va="center_baseline",
-            color=MUTED,
-            fontstyle="italic",
-            bbox={"facecolor": TRACK, "edgecolor": "none", "pad": 0.4},
+    texts = [
+        (
+            _stiffness(known) if np.isfinite(known) else "not measured",
+            "–" if free or not np.isfinite(known) else _stiffness(known * value),
+            "–" if free else f"{signed(100.0 * (value - 1.0), 0)} %",
         )
-
-
-def _bar(
-    axes: Axes, row: float, chosen: float, interval: npt.NDArray[np.float64], colour: str
-) -> None:
-    axes.barh(row - 0.08, chosen - 1.0, left=1.0, height=0.36, color=colour)
-    axes.plot(
-        chosen, row - 0.08, "o", color=colour, markeredgecolor="white", markersize=7, zorder=4
-    )
-    if np.isfinite(interval).all():
-        axes.plot(interval, [row + 0.26] * 2, "|-", color=INK, linewidth=1.0, markersize=4.5)
-
-
-def _numbers(axes: Axes, row: float, nominal: float, chosen: float, free: bool) -> None:
-    """Write three right-aligned columns: nominal, chosen, change."""
-    measured = np.isfinite(nominal)
-    texts = (
-        _stiffness(nominal) if measured else "not measured",
-        "–" if free or not measured else _stiffness(nominal * chosen),
-        "–" if free else f"{signed(100.0 * (chosen - 1.0), 0)} %",
-    )
-    for column, text in zip(_COLUMNS, texts, strict=True):
-        axes.text(
-            column,
-            row,
-            text,
-            transform=axes.get_yaxis_transform(),
-            ha="right",
-            va="center_baseline",
-            color=MUTED if text in ("–", "not measured") else INK,
-        )
-
-
-def _stiffness(value: float) -> str:
-    return f"{value:.0f}" if abs(value) >= 99.95 else f"{value:.1f}"
-
-
-def _finish(
-    axes: Axes, rows: Sequence[float], variables: Sequence[str], limits: tuple[float, float]
-) -> None:
-    axes.axvline(1.0, color=INK, linewidth=0.9, zorder=2)
-    axes.set_yticks(rows, variables)
-    axes.set_ylim(rows[-1] + 0.6, -0.6)
-    margin = 0.03 * (limits[1] - limits[0])
-    axes.set_xlim(limits[0] - margin, limits[1] + margin)
-    axes.grid(False, axis="y")
-    axes.tick_params(axis="y", length=0)
-    axes.spines["left"].set_visible(False)
-    axes.set_xlabel("stiffness factor, 1 = nominal [1]")
-
-
-def _headings(axes: Axes, stiffness_label: str) -> None:
-    axes.set_axis_off()
-    axes.set_title(f"{stiffness_label}\n", loc="right", fontsize=8.0, color=MUTED, pad=8.0)
-    for column, heading in zip(_COLUMNS, _HEADINGS, strict=True):
-        axes.text(
-            column,
-            1.015,
-            heading,
-            transform=axes.transAxes,
-            ha="right",
-            va="bottom",
-            fontweight="bold",
-        )
-
-
-def _legend_handles() -> list[Line2D | Patch]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    return [
-        Patch(facecolor=TRACK, label="allowed range"),
-        Line2D(
-            [],
-            [],
-            color=MUTED,
-            linewidth=5,
-            marker="o",
-            markeredgecolor="white",
-            markersize=7,
-            label="from nominal to chosen",
-        ),
-        Line2D(
-            [],
-            [],
-            color=INK,
-            linewidth=1.0,
-            marker="|",
-            markersize=6,
-            label="no noticeable difference within",
-        ),
+        for known, value, free in zip(nominal, chosen, no_requirement, strict=True)
     ]
+    with factor_rows(
+        *(variables, low, high, no_requirement),
+        texts=texts,
+        headings=("nominal", "chosen", "change"),
+        title=stiffness_label,
+        x_label="stiffness factor, 1 = nominal [1]",
+    ) as (figure, bars, rows):
+        for place, name in enumerate(variables):
+            if no_requirement[place]:
+                continue
+            row, value, colour = rows[place], chosen[place], colours[mount_of(name)]
+            bars.barh(row - 0.08, value - 1.0, left=1.0, height=0.36, color=colour)
+            bars.plot(value, row - 0.08, "o", color=colour, mec="white", ms=7, zorder=4)
+            if np.isfinite(interval[place]).all():
+                bars.plot(interval[place], [row + 0.26] * 2, "|-", color=INK, lw=1.0, ms=4.5)
+        handles: list[Patch | Line2D] = [
+            Patch(facecolor=TRACK, label="allowed range"),
+            Line2D([], [], color=MUTED, marker="o", mec="white", ms=7, label="nominal to chosen"),
+            Line2D([], [], color=INK, lw=1.0, marker="|", ms=6, label="no noticeable difference"),
+        ]
+        figure.legend(handles=handles, loc="outside lower left", ncols=3)
+        return figure

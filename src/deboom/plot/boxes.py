@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
+from deboom.plot.bars import factor_rows
 from deboom.plot.style import (
     ACCENT,
     FULL_WIDTH,
@@ -30,8 +30,6 @@ if TYPE_CHECKING:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-_GAP = 0.45
-_COLUMNS = (0.30, 0.66, 1.0)
 _BINS = 60
 
 
@@ -71,6 +69,9 @@ def box_intervals(
     - raises InputError: arrays of different lengths or values that are not finite; more than two
       others.
     """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
     if len(others) > 2:
         raise InputError("figure box_intervals: at most two boxes to compare with have room")
     columns = {"variables": np.zeros(len(variables)), "point": point}
@@ -78,82 +79,42 @@ def box_intervals(
         columns |= {f"{one.label} lower": one.lower, f"{one.label} upper": one.upper}
     data = finite("box_intervals", columns)
     today = np.asarray(stiffness, dtype=float)
-    rows = [0.0]
-    for before, name in pairwise(variables):
-        rows.append(rows[-1] + (1.0 if mount_of(name) == mount_of(before) else 1.0 + _GAP))
-    with styled_figure(FULL_WIDTH, 1.45 + 0.31 * (rows[-1] + 1.0)) as figure:
-        bars, table = figure.subplots(1, 2, sharey=True, width_ratios=(2.5, 1.0))
-        for k, name in enumerate(variables):
-            low, high = (data[f"{bounds.label} {end}"][k] for end in ("lower", "upper"))
-            bars.barh(rows[k], high - low, left=low, height=0.8, color=TRACK)
-            free = bool(no_requirement[k])
-            ends = tuple(float(data[f"{box.label} {end}"][k]) for end in ("lower", "upper"))
-            if free:
-                middle = 0.5 * (low + high)
-                style = {"ha": "center", "va": "center", "color": MUTED, "fontstyle": "italic"}
-                bars.text(middle, rows[k], "no requirement", **style)
-            else:
-                colour = colours[mount_of(name)]
-                bars.barh(rows[k] - 0.1, ends[1] - ends[0], left=ends[0], height=0.4, color=colour)
-                for place, (one, line) in enumerate(zip(others, ("-", ":"), strict=False)):
-                    span = [data[f"{one.label} {end}"][k] for end in ("lower", "upper")]
-                    height = rows[k] + 0.2 + 0.15 * place
-                    bars.plot(span, [height] * 2, color=INK, linewidth=1.3, linestyle=line)
-                mark = {"color": "white", "markeredgecolor": INK, "markersize": 4.5, "zorder": 4}
-                bars.plot(data["point"][k], rows[k] - 0.1, "D", **mark)
-            _numbers(table, rows[k], float(today[k]), ends, free)
-        bars.axvline(1.0, color=INK, linewidth=0.9, zorder=2)
-        bars.set_yticks(rows, variables)
-        bars.set_ylim(rows[-1] + 0.6, -0.6)
-        widest = data[f"{bounds.label} lower"].min(), data[f"{bounds.label} upper"].max()
-        margin = 0.03 * (widest[1] - widest[0])
-        bars.set_xlim(min(widest[0], 1.0) - margin, max(widest[1], 1.0) + margin)
-        bars.grid(False, axis="y")
-        bars.tick_params(axis="y", length=0)
-        bars.set_xlabel("stiffness factor, 1 = today [1]")
-        table.set_axis_off()
-        table.set_title("dynamic stiffness [N/mm]\n", loc="right", fontsize=8.0, color=MUTED, pad=8)
-        for column, heading in zip(_COLUMNS, ("today", "from", "to"), strict=True):
-            where = {"transform": table.transAxes, "ha": "right", "va": "bottom"}
-            table.text(column, 1.015, heading, fontweight="bold", **where)
-        figure.legend(handles=_handles(box, others, bounds), loc="outside lower left", ncols=3)
-        return figure
-
-
-def _numbers(axes: Axes, row: float, today: float, ends: tuple[float, ...], free: bool) -> None:
-    measured = np.isfinite(today)
-    texts = [f"{today:.0f}" if measured else "not measured"]
-    texts += [f"{today * end:.0f}" if measured and not free else "–" for end in ends]
-    for column, text in zip(_COLUMNS, texts, strict=True):
-        axes.text(
-            column,
-            row,
-            text,
-            transform=axes.get_yaxis_transform(),
-            ha="right",
-            va="center",
-            color=MUTED if text in ("–", "not measured") else INK,
+    ends = [data[f"{box.label} {end}"] for end in ("lower", "upper")]
+    texts = [
+        (
+            f"{known:.0f}" if np.isfinite(known) else "not measured",
+            *(f"{known * f:.0f}" if np.isfinite(known) and not free else "–" for f in (low, high)),
         )
-
-
-def _handles(
-    box: Intervals, others: Sequence[Intervals], bounds: Intervals
-) -> list[Line2D | Patch]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    lines = [Line2D([], [], color=INK, linewidth=1.3, label=one.label) for one in others]
-    if len(lines) > 1:
-        lines[1].set_linestyle(":")
-    diamond = Line2D(
-        [], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="Pareto point"
-    )
-    return [
-        Patch(facecolor=MUTED, label=box.label),
-        Patch(facecolor=TRACK, label=bounds.label),
-        *lines,
-        diamond,
+        for known, low, high, free in zip(today, *ends, no_requirement, strict=True)
     ]
+    with factor_rows(
+        *(variables, data[f"{bounds.label} lower"], data[f"{bounds.label} upper"], no_requirement),
+        texts=texts,
+        headings=("today", "from", "to"),
+        title="dynamic stiffness [N/mm]",
+        x_label="stiffness factor, 1 = today [1]",
+    ) as (figure, bars, rows):
+        for k, name in enumerate(variables):
+            if no_requirement[k]:
+                continue
+            row, colour = rows[k], colours[mount_of(name)]
+            width = ends[1][k] - ends[0][k]
+            bars.barh(row - 0.1, width, left=ends[0][k], height=0.4, color=colour)
+            for place, (one, line) in enumerate(zip(others, ("-", ":"), strict=False)):
+                span = [data[f"{one.label} {end}"][k] for end in ("lower", "upper")]
+                bars.plot(span, [row + 0.2 + 0.15 * place] * 2, color=INK, lw=1.3, ls=line)
+            bars.plot(data["point"][k], row - 0.1, "D", color="white", mec=INK, ms=4.5, zorder=4)
+        handles: list[Patch | Line2D] = [
+            Patch(facecolor=MUTED, label=box.label),
+            Patch(facecolor=TRACK, label=bounds.label),
+            *(
+                Line2D([], [], color=INK, lw=1.3, ls=line, label=one.label)
+                for one, line in zip(others, ("-", ":"), strict=False)
+            ),
+            Line2D([], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="design"),
+        ]
+        figure.legend(handles=handles, loc="outside lower left", ncols=3)
+        return figure
 
 
 def box_trade_off(

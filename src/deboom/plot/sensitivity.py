@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from deboom.plot.style import (
     MUTED,
     RealArray,
     finite,
-    halo,
     panel_grid,
 )
 
@@ -172,36 +171,17 @@ def _bars(axes: Axes, panel: IndexBars, count: int, colours: Sequence[str]) -> N
             "interval": panel.interval,
         },
     )
-    zero = np.asarray(panel.zero, dtype=bool)
+    zero, places = np.asarray(panel.zero, dtype=bool), np.arange(count)
     # estimates of next to nothing may be negative
-    first = np.clip(data["first"], 0.0, data["total"])
-    for place, colour in enumerate(colours):
-        total, half = data["total"][place], data["interval"][place]
-        if zero[place]:
-            axes.text(0.004, place, "zero", color=MUTED, fontsize=6.5, va="center_baseline")
-            continue
-        axes.barh(place, first[place], height=0.62, color=colour)
-        axes.barh(
-            place,
-            total - first[place],
-            left=first[place],
-            height=0.62,
-            facecolor="white",
-            edgecolor=colour,
-            hatch="//////",
-            linewidth=0.6,
-        )
-        axes.plot([total - half, total + half], [place] * 2, "|-", color=INK, lw=0.9, ms=4.0)
-        if total >= _SHOWN_FROM:
-            axes.annotate(
-                f"{total:.2f}",
-                (total + half, place),
-                xytext=(3, 0),
-                textcoords="offset points",
-                fontsize=7.0,
-                va="center_baseline",
-                path_effects=halo(2.0),
-            )
+    first = np.where(zero, 0.0, np.clip(data["first"], 0.0, data["total"]))
+    total, half = (np.where(zero, 0.0, data[name]) for name in ("total", "interval"))
+    axes.barh(places, first, height=0.62, color=list(colours))
+    look: dict[str, Any] = {"facecolor": "white", "edgecolor": list(colours), "hatch": "//////"}
+    look["error_kw"] = {"elinewidth": 0.9, "capsize": 2.0, "ecolor": INK}
+    ends = axes.barh(places, total - first, left=first, xerr=half, height=0.62, lw=0.6, **look)
+    texts = [f"{value:.2f}" if value >= _SHOWN_FROM else "" for value in total]
+    texts = ["zero" if is_zero else text for text, is_zero in zip(texts, zero, strict=True)]
+    axes.bar_label(ends, texts, padding=3, fontsize=7.0)
     axes.grid(False, axis="y")
     axes.tick_params(axis="y", length=0)
 

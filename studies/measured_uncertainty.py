@@ -2,8 +2,8 @@
 
 The errors of noise transfer functions, stiffnesses, motions and forces are drawn (shared by all
 designs and vehicles), the model is built again from every draw: 90 % intervals of levels, of
-changes against today's, of scatter and front, probabilities, the order of directions, and what one
-more measurement would narrow. Sizes come from the mount library's error budget, from vehicles that
+changes against today's, of scatter and front, probabilities, and what one more measurement would
+narrow. Sizes come from the mount library's error budget, from vehicles that
 were measured in two ways (--vehicle), or are stated priors; a table names the origin of each.
 
 On the virtual platform the mean level is known to 0.5 dB and a change to 0.08 dB: calibrations
@@ -14,7 +14,7 @@ change_lower_db, change_upper_db, change_half_width_db,
 change_half_width_db_<vehicle> (best mean against today's);
 probability_quieter; front_half_width_db (median); front_kept_share (points not dominated, mean over
 draws); next_measurement, next_narrower_percent, and with _series for any vehicle and load case;
-surface_difference_at_peaks_db; least_leading_share (of the directions that scatter a vehicle most).
+surface_difference_at_peaks_db.
 """
 
 from __future__ import annotations
@@ -210,7 +210,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "next_narrower_percent": gain,
         "next_measurement_series": nearest_of_series,
         "next_narrower_percent_series": gain_of_series,
-        "least_leading_share": float(repeated.leads.max(axis=1).min()),
     }
     of_vehicles = repeated.interval(lambda drawn: _change(drawn.level)).half_width[place]
     for vehicle, half in zip(repeated.vehicles, of_vehicles, strict=True):
@@ -223,12 +222,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.table("sources", sources, "Sources, independent of each other.")
     _front(report, repeated)
-    report.section(
-        "Which direction scatters a vehicle most",
-        "Share of each direction in the variance by its tolerance, to first order at "
-        "today's design, and how often the order stays when everything is measured again.",
-    )
-    report.table("ranking", _ranking_table(repeated), "The two leading directions.")
     _next(report, following)
     model.runs.append_to(report)
     return report
@@ -310,15 +303,13 @@ class Drawn:
 
     Arrays ``level`` and ``loudest`` (line of the first load case), shape (..., n_design, n_vehicle)
     [dB(A)]; ``mean`` and ``sigma`` over the scatter of parts, (..., n_design + n_front, n_vehicle)
-    [dB(A)], [dB]; ``share`` of each direction in the variance by its tolerance, to first order, at
-    today's design, (..., n_vehicle, n_variable) [1].
+    [dB(A)], [dB].
     """
 
     level: RealArray
     loudest: RealArray
     mean: RealArray
     sigma: RealArray
-    share: RealArray
 
 
 @dataclass(frozen=True, eq=False)
@@ -397,13 +388,6 @@ class Repeated:
             mean[:, np.newaxis] - mean, again[:, :, np.newaxis] - again[:, np.newaxis]
         )
 
-    @property
-    def leads(self) -> RealArray:
-        """Share of draws in which a direction scatters a vehicle most, (n_vehicle, k) [1]."""
-        first = self.again.share.argmax(axis=2)
-        columns = np.arange(self.again.share.shape[2])
-        return np.asarray((first[..., np.newaxis] == columns).mean(axis=0))
-
     def variances(self, design: str | None) -> dict[str, RealArray]:
         """Variance by each source alone, of every vehicle and last of their mean [dB²].
 
@@ -450,13 +434,11 @@ def _drawn(model: Model, index: Any, rows: RealArray, front: RealArray) -> Drawn
     scattered = replace(model.robust, evaluate=index)(np.concatenate([rows, front]))
     if scattered.failed.any():
         raise InputError("a design could not be computed from data that were measured again")
-    squared = (index.gradient(rows[:1])[0] * rows[0] * model.robust.space.relative_sigma) ** 2
     return Drawn(
         level=index(rows) / n_lines,
         loudest=index.levels(rows).max(axis=2),
         mean=scattered.mean / n_lines,
         sigma=scattered.sigma / n_lines,
-        share=squared / squared.sum(axis=1, keepdims=True),
     )
 
 
@@ -595,29 +577,6 @@ def _source_table(repeated: Repeated, design: str) -> pd.DataFrame:
         columns[f"σ of the {what} [dB]"] = np.sqrt(variance)
         columns[share] = PERCENT * variance / total if total > 0 else np.zeros_like(variance)
     return pd.DataFrame(columns)
-
-
-def _ranking_table(repeated: Repeated) -> pd.DataFrame:
-    """One row per vehicle: which directions scatter it, and how sure their order is."""
-    names = repeated.model.robust.space.names
-    order = np.argsort(-repeated.measured.share, axis=-1, kind="stable")
-    again = np.argsort(-repeated.again.share, axis=-1, kind="stable")
-    rows = []
-    for place, vehicle in enumerate(repeated.vehicles):
-        share = repeated.measured.share[place]
-        first, second = order[place, :2]
-        rows.append(
-            {
-                "vehicle": vehicle,
-                "first": names[first],
-                "its share [%]": PERCENT * share[first],
-                "first in [% of draws]": PERCENT * repeated.leads[place, first],
-                "second": names[second],
-                "share of the second [%]": PERCENT * share[second],
-                "second in [% of draws]": PERCENT * (again[:, place, 1] == second).mean(),
-            }
-        )
-    return pd.DataFrame(rows)
 
 
 def _questions(repeated: Repeated, design: str) -> Questions:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import os
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 import deboom
 from deboom.cli_bench import bench_app
@@ -21,8 +22,20 @@ from deboom.cli_results import (
     report,
     show,
 )
+from deboom.errors import one_sentence_errors
+
+
+class Commands(TyperGroup):
+    """Commands that end bad input with one sentence and exit code 2."""
+
+    def invoke(self, ctx: Any) -> Any:
+        """Carry a command out."""
+        with one_sentence_errors():
+            return super().invoke(ctx)
+
 
 app = typer.Typer(
+    cls=Commands,
     add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
@@ -90,10 +103,9 @@ def run(
     if study is None or study in ("--help", "-h"):
         typer.echo(context.get_help())
         raise typer.Exit
-    from deboom.study.runner import one_sentence_errors, study_command
+    from deboom.study.runner import study_command
 
-    with one_sentence_errors():
-        command = study_command(study)
+    command = study_command(study)
     command(args=list(context.args), prog_name=f"deboom run {study}")
 
 
@@ -104,8 +116,7 @@ def studies(
     ] = None,
 ) -> None:
     """List the studies with their questions."""
-    from deboom.study.runner import one_sentence_errors, question_of, study_files
+    from deboom.study.runner import question_of, study_files
 
-    with one_sentence_errors():
-        for path in study_files(folder):
-            typer.echo(f"{path.as_posix()}\n    {question_of(path)}")
+    for path in study_files(folder):
+        typer.echo(f"{path.as_posix()}\n    {question_of(path)}")

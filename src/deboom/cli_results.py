@@ -16,25 +16,21 @@ STUDIES = Annotated[
 
 def list_(
     results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
-    html: Annotated[
-        bool, typer.Option("--html", help="Write index.html there, with a link to every report.")
-    ] = False,
+    html: Annotated[bool, typer.Option("--html", help="Write a page of all, index.html.")] = False,
 ) -> None:
     """List finished, running and unfinished runs: question, seed, date and headline numbers.
 
     An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
     """
     from deboom.study.overview import list_lines, refresh_overview
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        for line in list_lines(results):
-            typer.echo(line)
-        if html:
-            page = refresh_overview(results)
-            if page is None:
-                raise typer.Exit(2)
-            typer.echo(page.as_posix())
+    for line in list_lines(results):
+        typer.echo(line)
+    if html:
+        page = refresh_overview(results)
+        if page is None:
+            raise typer.Exit(2)
+        typer.echo(page.as_posix())
 
 
 def show(
@@ -43,19 +39,15 @@ def show(
     """Show one run: question, options, headline numbers, versions, files, and if any was edited."""
     from deboom.files.run_folder import read_run
     from deboom.study.overview import show_lines
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        for line in show_lines(read_run(run)):
-            typer.echo(line)
+    for line in show_lines(read_run(run)):
+        typer.echo(line)
 
 
 def compare(
     runs: Annotated[list[Path], typer.Argument(help="Folders of front studies, two or more.")],
     seed: Annotated[int, typer.Option(help="Of the common draws, from 1.")] = 1,
-    samples: Annotated[
-        int, typer.Option(help="Common draws, a power of two from 1024; no search has seen them.")
-    ] = 2048,
+    samples: Annotated[int, typer.Option(help="Common draws; a power of two from 1024.")] = 2048,
     studies: STUDIES = None,
     out: Annotated[Path, typer.Option(help="Folder that gets compare/<run>/.")] = Path("results"),
 ) -> None:
@@ -67,48 +59,29 @@ def compare(
     run folders with edited files.
     """
     from deboom.study.compare import compare as compare_runs
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
-        for verdict in verdicts:
-            typer.echo(verdict)
-        typer.echo(folder.as_posix())
+    folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
+    for verdict in verdicts:
+        typer.echo(verdict)
+    typer.echo(folder.as_posix())
 
 
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    supplier: Annotated[
-        bool, typer.Option("--supplier", help="The sheet that a mount supplier quotes and signs.")
-    ] = False,
-    interactive: Annotated[
-        bool, typer.Option("--interactive", help="The page on which the front is explored.")
-    ] = False,
+    supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
+    interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
-    anonymous: Annotated[
-        bool, typer.Option("--anonymous", help="Vehicles are letters; a name left is refused.")
-    ] = False,
+    anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
     design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
     box: Annotated[
-        Path | None,
-        typer.Option(help="Acceptance box, or the run of solution_box: for the specification."),
+        Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
-    tolerances: Annotated[
-        Path | None, typer.Option(help="Run of tolerance_allocation for RUN: likewise.")
-    ] = None,
-    sharing: Annotated[
-        Path | None, typer.Option(help="Run of commonality, same platform: likewise.")
-    ] = None,
-    since: Annotated[
-        Path | None, typer.Option(help="Workbook of an older sheet of --mount: marks what moved.")
-    ] = None,
-    language: Annotated[
-        Language, typer.Option(help="Of a supplier's page and workbook.")
-    ] = Language.en,
+    tolerances: Annotated[Path | None, typer.Option(help="Run of tolerance_allocation.")] = None,
+    sharing: Annotated[Path | None, typer.Option(help="Run of commonality.")] = None,
+    since: Annotated[Path | None, typer.Option(help="Older workbook: marks what moved.")] = None,
+    language: Annotated[Language, typer.Option(help="Of supplier's files.")] = Language.en,
     studies: STUDIES = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the files; by default RUN, and RUN/supplier.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Default RUN, and RUN/supplier.")] = None,
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
@@ -120,59 +93,51 @@ def report(
     built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        if not (supplier or interactive):
-            raise InputError(
-                f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
-                "that a mount supplier reads, --interactive for the one to explore the front"
-            )
-        if interactive:
-            if anonymous:
-                raise InputError("--anonymous belongs to --supplier: no other page hides names")
-            if mount and not supplier:
-                raise InputError("--mount belongs to --supplier: the other page has all mounts")
-            if (box or tolerances or sharing or since) and not supplier:
-                raise InputError("--box, --tolerances, --sharing and --since belong to --supplier")
-            from deboom.study.interactive_front import write_interactive_page
-
-            typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
-        if not supplier:
-            return
-        from deboom.study.supplier_page import supplier_sheets
-        from deboom.study.supplier_study import SheetFiles
-
-        if since is not None and mount is None:
-            raise InputError("--since compares the sheets of one mount: say --mount")
-        written = supplier_sheets(
-            run,
-            mount=mount,
-            anonymous=anonymous,
-            out=out,
-            studies=studies,
-            pick=design,
-            files=SheetFiles(box, tolerances, sharing, since),
-            language=language,
+    if not (supplier or interactive):
+        raise InputError(
+            f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
+            "that a mount supplier reads, --interactive for the one to explore the front"
         )
-        if written.missing:
-            fields = ", ".join(written.missing)
-            typer.echo(f"to be agreed, not in programme.toml: {fields}", err=True)
-        for path in written.files:
-            typer.echo(path.as_posix())
+    if interactive:
+        if anonymous or (not supplier and any((mount, box, tolerances, sharing, since))):
+            raise InputError(
+                "--anonymous, --mount, --box, --tolerances, --sharing and --since belong to "
+                "--supplier: the other page shows everything by its name"
+            )
+        from deboom.study.interactive_front import write_interactive_page
+
+        typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
+    if not supplier:
+        return
+    from deboom.study.supplier_page import supplier_sheets
+    from deboom.study.supplier_study import SheetFiles
+
+    if since is not None and mount is None:
+        raise InputError("--since compares the sheets of one mount: say --mount")
+    written = supplier_sheets(
+        run,
+        mount=mount,
+        anonymous=anonymous,
+        out=out,
+        studies=studies,
+        pick=design,
+        files=SheetFiles(box, tolerances, sharing, since),
+        language=language,
+    )
+    if written.missing:
+        fields = ", ".join(written.missing)
+        typer.echo(f"to be agreed, not in programme.toml: {fields}", err=True)
+    for path in written.files:
+        typer.echo(path.as_posix())
 
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     design: Annotated[Pick, typer.Option(help="Of the front, beside today's.")] = Pick.best_mean,
-    seconds: Annotated[
-        float,
-        typer.Option(help="Time from the first to the last frequency, 1 to 120."),
-    ] = 10.0,
+    seconds: Annotated[float, typer.Option(help="Of the whole run-up, 1 to 120.")] = 10.0,
     studies: STUDIES = None,
-    out: Annotated[
-        Path | None, typer.Option(help="Folder for the files; by default RUN/listen.")
-    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,
 ) -> None:
     """Hear a front: the run-up at the driver's ear with today's mounts and with a pick, as WAV.
 
@@ -183,45 +148,20 @@ def listen(
     Try: deboom listen results/u06_platform/RUN --seconds 15
     """
     from deboom.study.listen import write_run_ups
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
-            typer.echo(path.as_posix())
+    for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
+        typer.echo(path.as_posix())
 
 
 def accept(
-    box: Annotated[
-        Path,
-        typer.Argument(help="Run folder of solution_box, its box, or a sheet as it was sent."),
-    ],
-    parts: Annotated[
-        Path, typer.Argument(help="Measured parts, xlsx or CSV, or a sheet filled in.")
-    ],
-    out: Annotated[
-        Path, typer.Option(help="Folder that gets accept/<run>/ with all results.")
-    ] = Path("results"),
-    platform: Annotated[
-        Path | None,
-        typer.Option(
-            help="Folder with platform.toml that the box was found for: then the levels of the "
-            "cars that get these parts are predicted."
-        ),
-    ] = None,
+    box: Annotated[Path, typer.Argument(help="Run of solution_box, its box, or a sheet as sent.")],
+    parts: Annotated[Path, typer.Argument(help="Measured parts, or the sheet filled in.")],
+    out: Annotated[Path, typer.Option(help="Folder that gets accept/<run>/.")] = Path("results"),
+    platform: Annotated[Path | None, typer.Option(help="Of the box; predicts levels.")] = None,
     uncertainty: Annotated[
-        float | None,
-        typer.Option(
-            help="Of a measured stiffness, relative, expanded to 95 %, such as 0.02: parts nearer "
-            "than that to an end of their interval are undecided. Default: the sheet's."
-        ),
+        float | None, typer.Option(help="Of a stiffness, relative, 95 %; default: the sheet's.")
     ] = None,
-    over_today: Annotated[
-        bool,
-        typer.Option(
-            help="The columns are x [1], y [1], z [1]: stiffness over that of today's part, both "
-            "measured at one state on one machine.",
-        ),
-    ] = False,
+    over_today: Annotated[bool, typer.Option(help="Columns are ratios to today's part.")] = False,
     seed: Annotated[int, typer.Option(help="From 1. Of the predicted cars.")] = 1,
 ) -> None:
     """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
@@ -231,7 +171,9 @@ def accept(
     a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
     the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
     where the box does not limit that axis. With --over-today the columns are ratios to today's
-    part, both measured at one state.
+    part, both measured at one state on one machine. Parts nearer to an end of their interval than
+    --uncertainty are undecided. With --platform, the folder that the box was found for, the levels
+    of the cars that get these parts are predicted.
 
     What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
     axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
@@ -246,9 +188,8 @@ def accept(
     """
     from deboom.study.accept import accept_into_run
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), progress_bar("accept") as progress:
+    with progress_bar("accept") as progress:
         run = accept_into_run(
             *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
         )
@@ -294,19 +235,17 @@ def new(
     """
     from deboom.errors import InputError
     from deboom.files.folders import Names, new_folder
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        if kind is not FolderKind.platform and (vehicle or load_case):
-            raise InputError("--vehicle and --load-case belong to a platform: leave them out")
-        names = Names(
-            mounts=mount or Names.mounts,
-            vehicles=vehicle or Names.vehicles,
-            group=group,
-            load_cases=load_case or Names.load_cases,
-            files=files,
-        )
-        new_folder(folder, kind, names)
+    if kind is not FolderKind.platform and (vehicle or load_case):
+        raise InputError("--vehicle and --load-case belong to a platform: leave them out")
+    names = Names(
+        mounts=mount or Names.mounts,
+        vehicles=vehicle or Names.vehicles,
+        group=group,
+        load_cases=load_case or Names.load_cases,
+        files=files,
+    )
+    new_folder(folder, kind, names)
     typer.echo(folder.as_posix())
 
 

@@ -127,8 +127,8 @@ def test_it_can_go_elsewhere_and_leaves_the_run_as_it_was(folder, tmp_path):
     ("options", "words"),
     [
         ([], "--interactive for the one to explore the front"),
-        (["--interactive", "--anonymous"], "--anonymous belongs to --supplier"),
-        (["--interactive", "--mount", "Roll"], "--mount belongs to --supplier"),
+        (["--interactive", "--anonymous"], "belong to --supplier"),
+        (["--interactive", "--mount", "Roll"], "belong to --supplier"),
         (["--interactive", "--studies", "nowhere"], "say with --studies"),
     ],
 )

@@ -35,26 +35,11 @@ _PROGRAM = 100_000
 class Axis:
     """A quantity of every design, an axis of the parallel coordinates.
 
-    Parameters
-    ----------
-    name : str
-        Unique among the axes.
-    unit : str
-        ``1`` for a factor.
-    values : array, shape (n,)
-        Of each design [unit].
-    today : float
-        Of today's design [unit].
-    colour : str
-        ``#RRGGBB`` of what the axis belongs to.
-    kind : str
-        ``variable``, ``objective`` or ``vehicle``.
-    limits : (float, float) or None
-        Ends of the axis [unit]; None: those of the values and of today's.
-    stiffness : float
-        What a factor of 1 stands for [N/mm]; nan where it stands for none.
-    note : str
-        What the reader must know, such as ``no requirement``; may be empty.
+    - `values` (n,), `today`: of each design and of today's [`unit`; ``1`` for a factor].
+    - `colour`: ``#RRGGBB`` of what the axis belongs to; `kind`: variable, objective or vehicle.
+    - `limits`: ends of the axis [unit]; None: those of the values and of today's.
+    - `stiffness`: what a factor of 1 stands for [N/mm]; nan where it stands for none.
+    - `note`: what the reader must know, such as ``no requirement``; may be empty.
     """
 
     name: str
@@ -72,35 +57,16 @@ class Axis:
 class InteractiveFront:
     """Everything that the page shows.
 
-    Parameters
-    ----------
-    title, question : str
-        Of the page.
-    run : str
-        Name of the run; also begins the name of the exported file.
-    facts : tuple of str
-        What the numbers are of: load case, band, model, seed; one sentence each.
-    axes : tuple of Axis
-        Variables, objectives, and the mean level of each vehicle in their order.
-    points : sequence of int
-        Number of each design in the run's tables.
-    picks : sequence of str
-        Name of each design that has one; empty for the others.
-    vehicles : tuple of str
-        Their names.
-    vehicle_colours : tuple of str
-        ``#RRGGBB`` of each.
-    frequency, speed : array, shape (n_frequency,)
-        Lines of the curves [Hz] and the engine's speed at them [rpm].
-    levels : array, shape (1 + n, n_vehicle, n_frequency)
-        SPL without scatter, of today's design first [dB(A)].
-    pictures : tuple of Picture
-        For a reader without scripts.
-
-    Raises
-    ------
-    InputError
-        Shapes that do not belong together, values that are not finite, doubled names.
+    - `run`: name of the run; also begins the name of the exported file.
+    - `facts`: what the numbers are of, one sentence each.
+    - `axes`: variables, objectives, and the mean level of each vehicle in their order.
+    - `points`, `picks`: number of each design in the run's tables, and its name or nothing.
+    - `frequency`, `speed` (n_frequency,): lines of the curves [Hz] and the engine's speed [rpm].
+    - `levels` (1 + n, n_vehicle, n_frequency): SPL without scatter, of today's design first
+      [dB(A)].
+    - `pictures`: for a reader without scripts.
+    - raises InputError: shapes that do not belong together, values that are not finite, doubled
+      names.
     """
 
     title: str
@@ -146,23 +112,12 @@ class InteractiveFront:
 
 
 def render_interactive(front: InteractiveFront) -> str:
-    """Render the page.
+    """Render the page: HTML of at most `MAX_BYTES`, to be saved as UTF-8.
 
-    Parameters
-    ----------
-    front : InteractiveFront
-        Its texts are escaped: no input can add markup or script.
+    Texts are escaped: no input can add markup or script. Of a front too large, the picks and evenly
+    chosen designs are shown, and the page says so.
 
-    Returns
-    -------
-    str
-        HTML of at most `MAX_BYTES`; save as UTF-8. Of a front too large for that, the picks and
-        evenly chosen designs are shown, and the page says so.
-
-    Raises
-    ------
-    InputError
-        Pictures or lines that leave no room for a single design.
+    - raises InputError: pictures or lines that leave no room for a single design.
     """
     from jinja2 import Environment, StrictUndefined
 

@@ -11,30 +11,11 @@ from importlib.resources import files
 class RunCard:
     """What the page says of one run.
 
-    Parameters
-    ----------
-    study, name : str
-        Of the run.
-    question : str
-        What it asked.
-    state : str
-        ``finished``, ``running`` or ``unfinished``.
-    started : str
-        Date and time, UTC.
-    seed : int
-        Of the run.
-    headlines : mapping of str to str
-        Label → value with its unit.
-    folder : str
-        Its folder, relative to the page, with forward slashes.
-    report : str
-        Its report, relative to the page; empty if there is none.
-    interactive : str
-        The page to explore its front, likewise.
-    special : str
-        What sets it apart from the study's other runs, in one line; may be empty.
-    call : str
-        How it was called.
+    - `question`, `state`, `started` (UTC), `seed`: of the run.
+    - `headlines`: label → value with its unit.
+    - `folder`, `report`, `interactive`: links relative to the page; empty where there is none.
+    - `special`: what sets it apart from the study's other runs, in one line; may be empty.
+    - `call`: how it was called.
     """
 
     study: str
@@ -52,19 +33,9 @@ class RunCard:
 
 
 def render_overview(cards: Sequence[RunCard], problems: Sequence[str] = ()) -> str:
-    """Render the page: one self-contained HTML file that links to the reports beside it.
+    """Render one self-contained HTML page that links to the reports beside it.
 
-    Parameters
-    ----------
-    cards : sequence of RunCard
-        All runs.
-    problems : sequence of str
-        Runs that could not be read.
-
-    Returns
-    -------
-    str
-        HTML; save as UTF-8 in the folder that the links are relative to.
+    - `cards`: all runs; `problems`: runs that could not be read.
     """
     from jinja2 import Environment, StrictUndefined
 

@@ -47,16 +47,9 @@ def shipped_studies() -> Path:
 def expanded(options: Any) -> dict[str, inspect.Parameter]:
     """Return the options of a study by name, those of its groups among them.
 
-    Parameters
-    ----------
-    options : dataclass instance
-        Defaults. A field is an option, ``Annotated[type, Option(help=...)]``, or a group of
-        options, which is a dataclass itself.
-
-    Raises
-    ------
-    TypeError
-        Two options of one name: a mistake in the study.
+    - `options`: dataclass of defaults. A field is an option, ``Annotated[type, Option(help=...)]``,
+      or a group of options, which is a dataclass itself.
+    - raises TypeError: two options of one name, a mistake in the study.
     """
     hints = get_type_hints(type(options), include_extras=True)
     parameters: dict[str, inspect.Parameter] = {}
@@ -92,13 +85,7 @@ def filled(options: _T, arguments: Mapping[str, Any]) -> _T:
 
 
 def band_of(text: str) -> tuple[float, float]:
-    """Read ``10-30`` [Hz].
-
-    Raises
-    ------
-    InputError
-        Not two numbers with a dash between, or a band that does not rise from above 0 Hz.
-    """
+    """Read ``10-30`` [Hz]; InputError if it is no band that rises from above 0 Hz."""
     try:
         low, high = (float(part) for part in text.split("-"))
     except ValueError:
@@ -111,25 +98,12 @@ def band_of(text: str) -> tuple[float, float]:
 def weighted_load_cases(
     platform: Platform, requests: Sequence[str] | None
 ) -> list[tuple[LoadCase, float]]:
-    """Look up load cases with their weights.
+    """Look up load cases with their weights, in the order asked for, not yet normalised [1].
 
-    Parameters
-    ----------
-    platform : Platform
-        Where the load cases are.
-    requests : sequence of str or None
-        ``name`` (weight 1) or ``name=weight``; None or empty takes the platform's default.
-
-    Returns
-    -------
-    list of (LoadCase, float)
-        In the order asked for; weights not yet normalised [1].
-
-    Raises
-    ------
-    InputError
-        An unknown or repeated name, a weight that is no number above 0, or a load case in which
-        a mount has a negative stiffness or a negative loss.
+    - `requests`: ``name`` (weight 1) or ``name=weight``; None or empty takes the platform's
+      default.
+    - raises InputError: an unknown or repeated name, a weight that is no number above 0, or a load
+      case in which a mount has a negative stiffness or a negative loss.
     """
     chosen: dict[str, float] = {}
     for request in requests or [platform.default_load_case]:
@@ -183,23 +157,11 @@ def robust_response(
     control_variate: bool = False,
     structure: ToleranceStructure | None = None,
 ) -> RobustResponse:
-    """Wrap a model with scatter as a study's options ask for.
+    """Wrap a model with scatter as a study's options ask for; see `RobustResponse` for the rest.
 
-    Parameters
-    ----------
-    evaluate, space, sample, nominal_mean
-        See `deboom.explore.robust.RobustResponse`.
-    aim : Aim
-        What the search minimises.
-    control_variate : bool
-        Read mean and sigma with a parabola of the draws as control variate.
-    structure : ToleranceStructure, optional
-        What the scatter of the variables has in common.
-
-    Raises
-    ------
-    InputError
-        As `deboom.explore.robust.RobustResponse`.
+    - `aim`: what the search minimises.
+    - `control_variate`: read mean and sigma with a parabola of the draws as control variate.
+    - `structure`: what the scatter of the variables has in common.
     """
     estimator = Estimator(degree=2 if control_variate else 0)
     return RobustResponse(
@@ -237,19 +199,10 @@ _MAKERS: dict[Sampler, Callable[..., ToleranceSampler]] = {
 
 
 def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> DesignSpace:
-    """Return the space of a study's factors: stiffnesses that scatter, loss factors that do not.
+    """Return the space of a study's factors: stiffnesses scatter, loss factors do not.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Variables of the booming index; those of loss factors end in ``loss``.
-    half_width, tolerance : float
-        As for `deboom.explore.space.stiffness_factor_space` [1].
-
-    Raises
-    ------
-    InputError
-        See there.
+    - `names`: variables of the booming index; those of loss factors end in ``loss``.
+    - `half_width`, `tolerance`, errors: as for `deboom.explore.space.stiffness_factor_space` [1].
     """
     space = stiffness_factor_space(names, half_width, tolerance)
     made = [0.0 if name.endswith(LOSS_SUFFIX) else tolerance for name in names]
@@ -259,21 +212,9 @@ def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> D
 def tolerance_sample(
     sampler: Sampler, n_variables: int, n_samples: int, *, seed: int
 ) -> ToleranceSampler:
-    """Draw the manufacturing scatter of a study.
+    """Draw the manufacturing scatter of a study: `n_samples` of `n_variables`, seed from 1.
 
-    Parameters
-    ----------
-    sampler : Sampler
-        How.
-    n_variables, n_samples : int
-        Columns, and draws per design.
-    seed : int
-        From 1 upwards.
-
-    Raises
-    ------
-    InputError
-        Seed 0, or a number of draws that the sampler refuses.
+    - raises InputError: seed 0, or a number of draws that the sampler refuses.
     """
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
 

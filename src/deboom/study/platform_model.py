@@ -62,12 +62,8 @@ RMS = "rms difference [dB]"
 class SurfaceCheck:
     """Levels with forces from response surfaces against those with measured forces.
 
-    Parameters
-    ----------
-    table : DataFrame
-        One row per load case and vehicle, see `level_differences`.
-    kept : tuple of str
-        Channels that keep a measured force, each with its reason.
+    - `table`: one row per load case and vehicle, see `level_differences`.
+    - `kept`: channels that keep a measured force, each with its reason.
     """
 
     table: pd.DataFrame
@@ -106,21 +102,10 @@ def surface_check(
 ) -> SurfaceCheck:
     """Compare runs with their measured forces and with those from response surfaces.
 
-    Parameters
-    ----------
-    fleet : Fleet
-        Vehicles to listen in.
-    mounts : sequence of Mount
-        Of the platform, at their nominal stiffness.
-    pairs : sequence of (LoadCase, SurfaceForces)
-        Each run as measured, and with its forces exchanged.
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-
-    Raises
-    ------
-    InputError
-        See `deboom.vehicles.fleet.path_contributions`.
+    - `fleet`, `mounts`: who listens, and the platform's mounts.
+    - `pairs`: each run as measured, and with its forces exchanged.
+    - `band`: lower and upper edge, both inside [Hz].
+    - raises InputError: see `deboom.vehicles.fleet.path_contributions`.
     """
     tables = []
     kept: dict[str, None] = {}
@@ -137,29 +122,13 @@ def level_differences(
 ) -> pd.DataFrame:
     """Compare the pressure at each ear between two versions of a run.
 
-    Parameters
-    ----------
-    fleet : Fleet
-        Vehicles to listen in.
-    mounts : sequence of Mount
-        Of the platform, at their nominal stiffness.
-    measured, modelled : LoadCase
-        The same run with its measured forces and with modelled ones.
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-
-    Returns
-    -------
-    DataFrame
-        One row per vehicle: ``corr_f`` of the complex pressure, rms of the difference of SPL over
-        all lines, number of booming peaks, how many of them only one curve has, and the largest
-        difference at a peak with its frequency (nan where there is none). Peaks are paired by
-        frequency; where one curve has none, its highest level nearby counts.
-
-    Raises
-    ------
-    InputError
-        See `deboom.vehicles.fleet.path_contributions`.
+    - `measured`, `modelled`: the same run with measured and with modelled forces.
+    - `band`: lower and upper edge, both inside [Hz].
+    - returns one row per vehicle: ``corr_f`` of the complex pressure, rms difference of SPL over
+      all lines, number of booming peaks and of those that one curve has alone, largest difference
+      at a peak with its frequency (nan where there is none). Peaks are paired by frequency; where
+      one curve has none, its highest level nearby counts.
+    - raises InputError: see `deboom.vehicles.fleet.path_contributions`.
     """
     both = [path_contributions(fleet, mounts, case, band) for case in (measured, modelled)]
     nominal = np.ones((1, len(both[0].variable_names)))
@@ -206,20 +175,12 @@ class MountSource(Enum):
 class Operation:
     """The runs that a study is about, and who listens.
 
-    Parameters
-    ----------
-    platform : Platform
-        With these runs, and every file that was read.
-    fleet : Fleet
-        Vehicles of the group.
-    cases : list of (LoadCase, float)
-        Runs with their weights.
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-    check : SurfaceCheck or None
-        Surfaces against spectra; None if the forces are the measured ones.
-    parts : tuple of CharacterisedMount
-        The library's mounts that the forces come from; empty if they are the measured ones.
+    - `platform`: with these runs, and every file that was read.
+    - `fleet`: vehicles of the group.
+    - `cases`: runs with their weights.
+    - `band`: lower and upper edge, both inside [Hz].
+    - `check`: surfaces against spectra; None if the forces are the measured ones.
+    - `parts`: the library's mounts that the forces come from; empty if they are the measured ones.
     """
 
     platform: Platform
@@ -278,25 +239,13 @@ def operation(
 ) -> Operation:
     """Look up load cases and give them the forces of the mounts' response surfaces.
 
-    Parameters
-    ----------
-    platform : Platform
-        As measured. Its mount library lies beside its files, see `LIBRARY_FILE`.
-    requests : sequence of str or None
-        As for `deboom.study.options.weighted_load_cases`.
-    source : MountSource
-        Whether forces come from the library, and are compared with the measured ones, or stay as
-        measured.
-    group : str or None
-        Vehicles to listen in; None: all of them.
-    band : (lower, upper)
-        Both edges belong to the band [Hz].
-
-    Raises
-    ------
-    InputError
-        An unknown load case or group; a platform without a mount library; a run without engine
-        torque, or with lines outside of the region that a mount was measured in.
+    - `platform`: as measured; its mount library lies beside its files, see `LIBRARY_FILE`.
+    - `requests`: as for `deboom.study.options.weighted_load_cases`.
+    - `source`: whether forces come from the library, and are compared with the measured ones.
+    - `group`: vehicles to listen in; None: all of them.
+    - `band`: lower and upper edge, both inside [Hz].
+    - raises InputError: an unknown load case or group; a platform without a mount library; a run
+      without engine torque, or with lines outside of the region that a mount was measured in.
     """
     fleet = platform.fleet if group is None else platform.fleet.group(group)
     cases = weighted_load_cases(platform, requests)
@@ -394,25 +343,9 @@ def motion_index(
 ) -> BoomingModel:
     """Build the booming model of a study's runs under one model of the motion.
 
-    Parameters
-    ----------
-    runs : Operation
-        Vehicles, mounts, load cases and band.
-    motion : Motion
-        Which model.
-    factor : Factor
-        What a stiffness factor means; the warning that ``part`` needs is printed.
-    loss_factors : bool
-        Whether the loss factors are variables, too.
-
-    Returns
-    -------
-    BoomingModel
-
-    Raises
-    ------
-    InputError
-        Options that do not go together, or data that do not fit together.
+    - `factor`: what a stiffness factor means; the warning that ``part`` needs is printed.
+    - `loss_factors`: whether the loss factors are variables, too.
+    - raises InputError: options that do not go together, or data that do not fit together.
     """
     by_surface = motion is Motion.amplitude or factor is Factor.part
     if loss_factors and by_surface:
@@ -484,16 +417,9 @@ FACTOR_WARNING = (
 class MotionReport:
     """Models behind a study's levels, in words and numbers.
 
-    Parameters
-    ----------
-    warnings : tuple of str
-        For the top of the page.
-    text : str
-        What was checked, for the page; empty if there is nothing to check.
-    terms : dict of str to str
-        Glossary entries that take the place of others.
-    summary : dict of str to str or float
-        Keys ``design_factor``, ``held_amplitude_share`` and ``held_preload_share``.
+    - `warnings`: for the top of the page; `text`: what was checked, may be empty.
+    - `terms`: glossary entries that take the place of others.
+    - `summary`: keys ``design_factor``, ``held_amplitude_share`` and ``held_preload_share``.
     """
 
     warnings: tuple[str, ...]
@@ -514,15 +440,7 @@ def factor_name(index: BoomingModel) -> str:
 
 
 def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
-    """Check the models of a study at a few designs.
-
-    Parameters
-    ----------
-    index : BoomingModel
-        What was evaluated.
-    designs : array, shape (n, n_variable)
-        Such as nominal and the picks of a front [1].
-    """
+    """Check the models of a study at a few designs (n, k) [1], such as nominal and picks."""
     factor = factor_name(index)
     prescribed = (MOTION_WARNING,) if index.motion is Motion.prescribed else ()
     meaning = PART_WARNING if factor == Factor.part.value else FACTOR_WARNING
@@ -570,14 +488,8 @@ def platform_sha256(platform: Platform) -> str:
 class PlatformCheck:
     """What a check found.
 
-    Parameters
-    ----------
-    faults : tuple of str
-        A sentence each.
-    waiting : tuple of str
-        What could not be looked at because of them.
-    platform : Platform or None
-        What studies would read; None with a fault in its files.
+    - `faults`: a sentence each; `waiting`: what could not be looked at because of them.
+    - `platform`: what studies would read; None with a fault in its files.
     """
 
     faults: tuple[str, ...]

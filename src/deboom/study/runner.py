@@ -18,7 +18,6 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
@@ -29,7 +28,8 @@ import typer
 from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
-from deboom.errors import InputError
+from deboom.errors import IncompleteReport, InputError
+from deboom.errors import one_sentence_errors as one_sentence_errors
 from deboom.files.disk import read_text
 from deboom.files.run_folder import (
     LOCK,
@@ -67,25 +67,6 @@ SHORT_HASH = 12
 """Digits of a hash in a sentence."""
 SAME_RESULT = ("workers", "scheduler")
 """Options that say who computes, not what: a resumed run may have others."""
-
-
-@contextmanager
-def one_sentence_errors() -> Iterator[None]:
-    """Turn what ends a command into its sentence on standard error and an exit code.
-
-    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130.
-    """
-    try:
-        yield
-    except InputError as error:
-        typer.echo(f"deboom: {error}", err=True)
-        raise typer.Exit(2) from error
-    except IncompleteReport as error:
-        typer.echo(error.args[0].as_posix())
-        raise typer.Exit(3) from None
-    except KeyboardInterrupt as stop:
-        typer.echo(f"deboom: {stop or 'stopped'}", err=True)
-        raise typer.Exit(130) from None
 
 
 def study_files(folder: Path | None = None) -> list[Path]:
@@ -388,10 +369,6 @@ def _tell_failures(report: Report, folder: Path) -> None:
         raise IncompleteReport(folder)
 
 
-class IncompleteReport(Exception):
-    """A run whose numbers are saved and whose page lacks a figure; its folder."""
-
-
 def run_command(
     out: Path,
     record: Mapping[str, Any],
@@ -498,18 +475,17 @@ def study_command(wanted: str | Path) -> typer.Typer:
     def command(**arguments: Any) -> None:
         names = ("context", "out", "resume", "other_code")
         context, out, resume, other_code = (arguments.pop(name) for name in names)
-        with one_sentence_errors():
-            _check_numbers(arguments)
-            if resume is None:
-                folder = run_study(study, out, arguments)
-            else:
-                given = {
-                    name: value
-                    for name, value in arguments.items()
-                    if context.get_parameter_source(name).name != "DEFAULT"
-                }
-                folder = resume_study(study, out, resume, given, other_code=other_code)
-            typer.echo(folder.as_posix())
+        _check_numbers(arguments)
+        if resume is None:
+            folder = run_study(study, out, arguments)
+        else:
+            given = {
+                name: value
+                for name, value in arguments.items()
+                if context.get_parameter_source(name).name != "DEFAULT"
+            }
+            folder = resume_study(study, out, resume, given, other_code=other_code)
+        typer.echo(folder.as_posix())
 
     command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
     command.__annotations__ = {option.name: option.annotation for option in options}

@@ -57,12 +57,9 @@ from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 class Budget:
     """How long a study searches.
 
-    Parameters
-    ----------
-    population, generations : int
-        Of each search.
-    searches : int
-        NSGA-II runs with as many seeds, counted up from the study's, under the same draws.
+    - `population`, `generations`: of each search.
+    - `searches`: NSGA-II runs with as many seeds, counted up from the study's, under the same
+      draws.
     """
 
     population: int
@@ -82,35 +79,14 @@ def robust_search(
 ) -> SearchResult:
     """Search with every seed and merge the fronts.
 
-    Parameters
-    ----------
-    robust : Robust
-        What evaluates a generation, perhaps in many processes.
-    budget : Budget
-        How long.
-    seed : int
-        Of the first search.
-    progress : callable
-        See `deboom.explore.space.Progress`.
-    run : RunContext or None
-        Where the searches are kept, each by itself.
-    inputs : sequence of Path
-        Every file that the searches depend on.
-    name : str
-        Folder of the first search within the run.
-    first_population : array, shape (population, n_variables), optional
-        Designs that every search begins with [units of the space].
-
-    Returns
-    -------
-    SearchResult
-        Of several searches, with the convergence of the first one. A single search is `nsga2`'s,
-        bit for bit.
-
-    Raises
-    ------
-    InputError
-        Fewer searches than one; see also `nsga2`.
+    - `robust`: what evaluates a generation, perhaps in many processes.
+    - `seed`: of the first search; `name`: its folder within the run.
+    - `run`: where the searches are kept, each by itself; `inputs`: files that they depend on.
+    - `first_population` (population, k): designs that every search begins with [units of the
+      space].
+    - returns, of several searches, their merged front with the convergence of the first one. A
+      single search is `nsga2`'s, bit for bit.
+    - raises InputError: fewer searches than one; see also `nsga2`.
     """
     if budget.searches < 1:
         raise InputError(f"{budget.searches} searches find nothing: ask for at least one")
@@ -141,16 +117,9 @@ def robust_search(
 class MountLimits:
     """What the designs of a study must keep; nothing at all without a file.
 
-    Parameters
-    ----------
-    requirements : Requirements or None
-        The limited numbers of a design.
-    limits : Limits or None
-        One limit per number.
-    every_part : RobustResponse or None
-        Whose draws must keep the limits; None: the design itself.
-    inputs : tuple of Path
-        Files that they come from.
+    - `requirements`, `limits`: the limited numbers of a design, and one limit for each.
+    - `every_part`: whose draws must keep the limits; None: the design itself.
+    - `inputs`: files that they come from.
     """
 
     requirements: Requirements | None = None
@@ -172,16 +141,7 @@ class MountLimits:
 
         The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and
         a section, and warns of a named design that misses a limit because variables without effect
-        on the noise went back to nominal.
-
-        Parameters
-        ----------
-        report : Report
-            Of the study.
-        search : SearchResult
-            Within the limits.
-        designs : mapping of str to array, shape (k,)
-            Designs to list beside the limits; the first one is today's.
+        on the noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
         """
         if self.requirements is None or self.limits is None:
             return
@@ -222,22 +182,12 @@ def mount_limits(
 ) -> MountLimits:
     """Read the limits of a study.
 
-    Parameters
-    ----------
-    path : Path or None
-        See `deboom.files.limits`; None is no limit.
-    runs : Operation
-        Platform, and the first run, whose operating stiffness counts.
-    robust : RobustResponse
-        Of the study; its draws count where every part has to keep the limits.
-    factor : Factor
-        What a stiffness factor means, for travels.
-
-    Raises
-    ------
-    InputError
-        A file that cannot be read; a mount, direction or variable that there is not; a limit that
-        today's design cannot be held to because a curve was not measured that far.
+    - `path`: see `deboom.files.limits`; None is no limit.
+    - `runs`: platform, and the first run, whose operating stiffness counts.
+    - `robust`: its draws count where every part has to keep the limits.
+    - `factor`: what a stiffness factor means, for travels.
+    - raises InputError: a file that cannot be read; a mount, direction or variable that there is
+      not; a limit that today's design cannot be held to because a curve was not measured that far.
     """
     if path is None:
         return MountLimits()
@@ -291,10 +241,8 @@ def _quantities(
 def price(runs: Operation, factor: Factor) -> MountRequirements:
     """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
 
-    Raises
-    ------
-    InputError
-        No mount library, no static curve of a direction, no [powertrain] or no engine torque.
+    - raises InputError: no mount library, no static curve of a direction, no [powertrain], no
+      torque.
     """
     carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
     model, case = _kinematic_model(runs, carriers), runs.cases[0][0]
@@ -416,16 +364,8 @@ class SearchOptions:
     ) -> SearchResult:
         """Search the front of a robust response with these options.
 
-        Parameters
-        ----------
-        robust : Robust
-            What is searched; its draws are spread over the processes.
-        limits : MountLimits, optional
-            What designs must keep.
-        title : str
-            Of the progress bar.
-
-        Other parameters and errors are those of `robust_search`.
+        - `robust`: its draws are spread over the processes; `limits`: what designs must keep.
+        - `title`: of the progress bar; others and errors as for `robust_search`.
         """
         with (
             workers_for(robust, self.workers, self.scheduler) as spread,
@@ -470,17 +410,9 @@ class ThoroughSearchOptions(SearchOptions):
     ) -> Front:
         """Search a front, improve its picks, and verify what is shown of it.
 
-        Parameters
-        ----------
-        robust, seed, context, inputs, limits, name
-            As for `front`.
-        begin : array, shape (n, k), optional
-            Designs that the search begins with, beside a Latin hypercube [units of the space].
-        draws : int
-            Of each scramble of the verification, a power of two.
+        - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
+        - `draws`: of each scramble of the verification, a power of two; others as for `front`.
 
-        Notes
-        -----
         Picks go on by gradient where the model is smooth, two sums are minimised, all designs share
         their draws, and no limits are set; elsewhere they are the best of all evaluated designs.
         """

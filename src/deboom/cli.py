@@ -22,7 +22,6 @@ from deboom.cli_results import (
     report,
     show,
 )
-from deboom.errors import one_sentence_errors
 
 
 class Commands(TyperGroup):
@@ -30,6 +29,8 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
+        from deboom.study.progress import one_sentence_errors
+
         with one_sentence_errors():
             return super().invoke(ctx)
 

@@ -1,9 +1,7 @@
-"""The one exception that a user is meant to read, and how a command ends with it."""
+"""The exceptions that a user is meant to meet."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
 
 LONGEST_LINE = 1000
@@ -34,24 +32,3 @@ class IncompleteReport(Exception):
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)
         self.folder = folder
-
-
-@contextmanager
-def one_sentence_errors() -> Iterator[None]:
-    """Turn what ends a command into its sentence on standard error and an exit code.
-
-    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130.
-    """
-    import typer
-
-    try:
-        yield
-    except InputError as error:
-        typer.echo(f"deboom: {error}", err=True)
-        raise typer.Exit(2) from error
-    except IncompleteReport as error:
-        typer.echo(error.folder.as_posix())
-        raise typer.Exit(3) from None
-    except KeyboardInterrupt as stop:
-        typer.echo(f"deboom: {stop or 'stopped'}", err=True)
-        raise typer.Exit(130) from None

@@ -1,4 +1,4 @@
-"""Long work: its progress on a terminal or in a log, and tasks in several processes."""
+"""Work of a command: how it ends, its progress, and tasks in several processes."""
 
 from __future__ import annotations
 
@@ -10,13 +10,36 @@ from functools import partial
 from multiprocessing import get_context
 from typing import TypeVar
 
+import typer
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
+
+from deboom.errors import IncompleteReport, InputError
 
 Progress = Callable[[int, int, str], None]
 """Called with what is done, the total, and a short text."""
 
 LOG_LINES = 4
+
+
+@contextmanager
+def one_sentence_errors() -> Iterator[None]:
+    """Turn what ends a command into its sentence on standard error and an exit code.
+
+    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130.
+    """
+    try:
+        yield
+    except InputError as error:
+        typer.echo(f"deboom: {error}", err=True)
+        raise typer.Exit(2) from error
+    except IncompleteReport as error:
+        typer.echo(error.folder.as_posix())
+        raise typer.Exit(3) from None
+    except KeyboardInterrupt as stop:
+        typer.echo(f"deboom: {stop or 'stopped'}", err=True)
+        raise typer.Exit(130) from None
+
 
 _Task = TypeVar("_Task")
 _Result = TypeVar("_Result")

@@ -29,7 +29,6 @@ from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import IncompleteReport, InputError
-from deboom.errors import one_sentence_errors as one_sentence_errors
 from deboom.files.disk import read_text
 from deboom.files.run_folder import (
     LOCK,
@@ -47,6 +46,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, Report
 from deboom.study.options import expanded, filled, shipped_studies
 from deboom.study.overview import refresh_overview
+from deboom.study.progress import one_sentence_errors as one_sentence_errors
 from deboom.study.result import RunContext
 
 PACKAGES = (

@@ -4,12 +4,9 @@ Thesis, 4.5 (figures 65 and 66): forces of the mounts are stiffness times what c
 move apart, noise transfer functions at six loads per mount make sound of them. Beyond it: motion of
 the body, single mounts with their uncertainty, hoses as beams with six loads at each end, bands.
 Without --car, laboratories measure cars of the frozen fleet: the first one is shown in detail, all
-are compared with the bench's own microphone; the gain by hoses comes from fleets drawn from their
-prior. See docs/validation.md for figures.
+are compared with the bench's own microphone. See docs/validation.md for figures.
 
-Keys of summary.json, levels [dB], all cars and laboratories. Gain by hoses, A-weighted energy of
-90–140 Hz: hose_gain_db_90_140 (median), …_p10, …_p90; hose_gain_as_in_thesis_percent (of cars
-within its 5–10 dB), hose_quieter_percent, n_fleets. At measured peaks, synthesised against
+Keys of summary.json, levels [dB], all cars and laboratories. At measured peaks, synthesised against
 measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
 …_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
 …_median; n_peaks, n_peaks…, n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
@@ -34,13 +31,11 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.electric_car import HoseGain
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
 from deboom.compressor.hoses import BEAM_NUMBERS, BEAM_UNITS
 from deboom.measurement.compressor_test import HoseState
 from deboom.plot import CurvePanel
-from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.compressor_identification import in_words
 from deboom.study.compressor_noise import (
@@ -48,14 +43,12 @@ from deboom.study.compressor_noise import (
     HOSE_BAND,
     MODES,
     ORDER,
-    RANKED,
     STEPS,
     CarNoise,
     NoisePlan,
     SweepErrors,
     band_level,
     band_words,
-    fleet_gains,
     in_band,
     noise_of_car,
     peak_deviations,
@@ -74,7 +67,6 @@ ABOVE_FLOOR = 6.0
 """Distance from the noise of the microphone within which a measured level is not trusted [dB]."""
 THESIS_GAIN = (5.0, 10.0)
 """Observed on one car between 90 and 140 Hz [dB]."""
-SPREAD = (10.0, 50.0, 90.0)
 
 
 @dataclass(frozen=True)
@@ -84,7 +76,6 @@ class Options:
     seed: Seed = 1
     laboratories: Annotated[int, Option(help="Virtual ones; each has its own errors.")] = 2
     cars: Annotated[int, Option(help="Of the frozen fleet, EV-1 to EV-5.")] = 5
-    fleets: Annotated[int, Option(help="Drawn for the gain by hoses; it deserves 50.")] = 60
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
@@ -112,10 +103,8 @@ def run(plan: NoisePlan, options: Options, context: RunContext | None = None) ->
         running, cases = virtual_cars(
             options.cars, seeds, options.level, plan, progress, workers=options.workers
         )
-        gains = fleet_gains(options.fleets)
     report = car_report(running, cases[0], cases)
-    _all_cars(report)
-    _fleets(report, cases, gains)
+    _all_cars(report, cases)
     return report
 
 
@@ -516,7 +505,7 @@ def error_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _all_cars(report: Report) -> None:
+def _all_cars(report: Report, cases: Sequence[CarNoise]) -> None:
     """Show the errors of every car and laboratory."""
     report.section(
         "All cars and laboratories",
@@ -531,6 +520,12 @@ def _all_cars(report: Report) -> None:
         errors[[name for name in errors if str(name).startswith(begins)]],
         "Synthesised minus measured, per car and sweep; errors.csv has more.",
     )
+    gains = measured_gain_table(cases)
+    caption = (
+        "Level of the A-weighted energy with standard hoses minus that with soft ones; the thesis "
+        f"observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
+    )
+    report.table("measured_gain", gains, caption if len(gains) else "")
 
 
 def measured_gain_table(cases: Sequence[CarNoise]) -> pd.DataFrame:
@@ -548,51 +543,3 @@ def measured_gain_table(cases: Sequence[CarNoise]) -> pd.DataFrame:
                 place = {"car": case.car, "laboratory": case.seed or "–"}
                 rows.append({**place, "pressure [bar]": 1e-5 * sweep.pressure, **gains})
     return pd.DataFrame(rows)
-
-
-def _fleets(report: Report, cases: Sequence[CarNoise], gains: Sequence[HoseGain]) -> None:
-    """Show how much louder hoses make cars of drawn fleets."""
-    frames = [
-        pd.DataFrame(
-            {
-                "fleet": fleet,
-                "car": gain.names,
-                f"{band_words(HOSE_BAND)} [dB]": gain.band_gain(HOSE_BAND),
-                f"{band_words(RANKED[0])} [dB]": gain.band_gain(RANKED[0]),
-            }
-        )
-        for fleet, gain in enumerate(gains, start=1)
-    ]
-    gained = pd.concat(frames, ignore_index=True)
-    every = gained[f"{band_words(HOSE_BAND)} [dB]"].to_numpy()
-    low, middle, high = np.percentile(every, SPREAD)
-    as_thesis = 100 * float(np.mean((every >= THESIS_GAIN[0]) & (every <= THESIS_GAIN[1])))
-    quieter = 100 * float(np.mean(every < 0))
-    report.summary |= {
-        "hose_gain_db_90_140": float(middle),
-        "hose_gain_db_90_140_p10": float(low),
-        "hose_gain_db_90_140_p90": float(high),
-        "hose_gain_as_in_thesis_percent": as_thesis,
-        "hose_quieter_percent": quieter,
-        "n_fleets": len(gains),
-    }
-    report.tile(f"{signed(middle, 1)} dB", "median gain by hoses over drawn fleets, 90–140 Hz")
-    report.section(
-        "What hoses do in other cars",
-        f"Level of the A-weighted energy between {HOSE_BAND[0]:g} and {HOSE_BAND[1]:g} Hz with "
-        f"hoses minus that without, {len(gained)} cars of {len(gains)} drawn fleets: median "
-        f"{signed(middle, 1)} dB, 10–90 % {signed(low, 1)} to {signed(high, 1)} dB. The thesis "
-        f"observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car; {as_thesis:.0f} % of "
-        f"these lie there, {quieter:.0f} % are quieter with hoses: paths add with phases, and "
-        "hoses may cancel mounts. Nothing was selected or tuned to that observation.",
-    )
-    report.table("hose_gain", gained)
-    measured = measured_gain_table(cases)
-    report.table(
-        "measured_gain",
-        measured,
-        "The same of the frozen cars, whose hoses scatter around the drawing: standard against "
-        "soft hoses, measured and synthesised."
-        if len(measured)
-        else "",
-    )

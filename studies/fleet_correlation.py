@@ -7,16 +7,14 @@ share one mount set; within one group, one vehicle is held against all others.
 
 On the virtual platform the three groups correlate above 0.97. U06-1 to U06-4 correlate above 0.99
 and form a family; U06-5, with its battery, follows them by 0.4 to 0.5 only. Its fleet was
-selected; the page says how many of 300 fleets that nobody selected show the same.
+selected to show this; docs/validation.md says how many of 300 unselected fleets show the same.
 
 Keys of summary.json: n_designs, n_failed, n_families; r_vehicle_min (least Pearson correlation of
 two vehicles over the designs). Of several groups: r_group_min, r_group_min_from, r_group_min_to
 (least correlation of two groups, 95 % interval), r_group_min_means, r_group_min_tolerance (of means
-and of scatter); rate_groups (share of unselected fleets above 0.9). Of one group: apart (the
-vehicle held against the others); r_<others>_min, r_<apart>_mean over the designs, such as
-r_u06_1_4_min and r_u06_5_mean, and with _means and _tolerance for means and scatter; rate_alike,
-rate_alike_closely, rate_battery (share of unselected fleets: others above 0.9, above 0.95, apart
-within 0.3 to 0.8). n_unselected_fleets; surface_difference_at_peaks_db (library against spectra).
+and of scatter). Of one group: apart (the vehicle held against the others); r_<others>_min,
+r_<apart>_mean over the designs, such as r_u06_1_4_min and r_u06_5_mean, and with _means and
+_tolerance for means and scatter; surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations

@@ -66,7 +66,7 @@ FROM_DOE = (
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
 PARTS = {"DOE and groups": 1, "Vehicles": 2, "Front": 3, "Sensitivity": 2}
 """Steps in the order of the page, with the tiles that each brings to its top."""
-SAME_DOE = ("doe", "n_designs", "n_failed", "n_unselected_fleets")
+SAME_DOE = ("doe", "n_designs", "n_failed")
 """What the vehicles of a group would say of the DOE once more."""
 
 

@@ -18,7 +18,6 @@ def finished(tmp_path_factory):
     options = {
         "cars": 1,
         "laboratories": 1,
-        "fleets": 2,
         "draws": 20,
         "workers": 0,
     }
@@ -30,9 +29,6 @@ def test_the_sound_is_synthesised(finished):
     assert summary["spl_peak_deviation_db"] < 1.0
     assert summary["spl_90_140_p90_db_with_hoses"] < 3.0
     assert summary["spl_90_140_p90_db_by_mounts"] > 3.0
-    assert summary["n_fleets"] == 2
-    low, middle, high = (summary[f"hose_gain_db_90_140{tail}"] for tail in ("_p10", "", "_p90"))
-    assert low < middle < high
     assert summary["identical_mounts"] == "no"
     assert summary["n_alarms"] == 0
 
@@ -48,15 +44,13 @@ def test_tables_hold_the_paths_with_their_phases(finished):
     # A-weighting of 100 Hz, IEC 61672-1
     assert row["synthesised [dB(A)]"].item() == pytest.approx(unweighted - 19.1, abs=0.06)
     assert (levels["synthesised from [dB(A)]"] <= levels["synthesised to [dB(A)]"]).all()
-    gains = pd.read_csv(finished / "hose_gain.csv")
-    assert len(gains) == 10
     assert set(pd.read_csv(finished / "hoses.csv")["hose"]) == {"suction hose", "discharge hose"}
     assert len(pd.read_csv(finished / "mounts.csv")) == 27
 
 
 def test_the_page_tells_the_thesis_apart(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
-    for words in ("The thesis observed 5 to 10 dB", "Demonstrator", "figure 65", "figure 66"):
+    for words in ("observed 5 to 10 dB", "Demonstrator", "figure 65", "figure 66"):
         assert words in page
     assert {path.stem for path in (finished / "figures").glob("*.png")} == {
         "figure_65_soft_hoses",

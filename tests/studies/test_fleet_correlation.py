@@ -41,8 +41,6 @@ def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
     summary = summary_of(folder)
     assert summary["r_group_min"] > 0.9
     assert summary["r_group_min_from"] < summary["r_group_min"] < summary["r_group_min_to"]
-    assert 0.85 < summary["rate_groups"] < 1.0
-    assert summary["n_unselected_fleets"] >= 200
     matrix = pd.read_csv(folder / "vehicle_matrix.csv", index_col=0)
     assert matrix.shape == (15, 15)
     pairs = pd.read_csv(folder / "vehicle_pairs.csv")
@@ -65,11 +63,8 @@ def test_the_battery_sets_one_vehicle_apart(vehicles):
     assert summary["r_u06_1_4_min"] > 0.95
     assert 0.3 < summary["r_u06_5_mean"] < 0.8
     assert summary["r_u06_1_4_min_tolerance"] > 0.95
-    assert summary["rate_battery"] < 0.3 < summary["rate_alike_closely"]
     families = pd.read_csv(vehicles / "families.csv")
     assert list(families["vehicles"]) == ["U06-1, U06-2, U06-3, U06-4", "U06-5"]
-    page = (vehicles / "report.html").read_text(encoding="utf-8")
-    assert "none of them selected" in page
 
 
 def test_a_doe_is_kept_and_goes_on(vehicles, tmp_path):
@@ -91,7 +86,6 @@ def test_other_options(tmp_path):
     changes = {"apart": "U06-1", "load_case": ["g5_wot120=1", "g6_wot220=2"]}
     folder = run(tmp_path, **GROUP, plan=Plan.sobol, **changes)
     assert summary_of(folder)["apart"] == "U06-1"
-    assert not (folder / "rates.csv").exists()  # of another question than the fleets were asked
 
 
 @pytest.mark.parametrize(
@@ -171,5 +165,4 @@ def test_two_vehicles_of_one_group_under_other_names(tmp_path):
     summary = summary_of(folder)
     assert summary["r_vehicle_min"] > 0.9
     assert "r_group_min" not in summary
-    assert not (folder / "rates.csv").exists()
     assert not (folder / "group_pairs.csv").exists()

@@ -14,7 +14,6 @@ from deboom.study.compressor_noise import (
     MODES,
     CarNoise,
     NoisePlan,
-    fleet_gains,
     peak_deviations,
     ranking,
     soft_partner,
@@ -143,7 +142,6 @@ def test_a_ranking_tells_who_works_against_the_others():
         (lambda: cars(0, (1,)), "frozen fleet has 5 cars: ask for 1 to 5"),
         (lambda: cars(6, (1,)), "frozen fleet has 5 cars: ask for 1 to 5"),
         (lambda: cars(1, ()), "no laboratory measures a car"),
-        (lambda: fleet_gains(0), "needs at least one fleet"),
     ],
 )
 def test_what_makes_no_study_is_refused(act, words):

@@ -4,7 +4,7 @@ import struct
 
 import numpy as np
 import pytest
-from plot_samples import matrix_map, mode_shapes, stabilisation_chart
+from plot_samples import mode_shapes, stabilisation_chart
 
 from deboom.errors import InputError
 from deboom.plot import BodyMotion
@@ -61,14 +61,3 @@ def test_the_chart_draws_poles_and_modes():
         chart(stable=[True])
     with pytest.raises(InputError, match="different lengths"):
         chart(pole_order=[4])
-
-
-def test_a_matrix_with_signs_has_another_scale():
-    values = np.array([[1.0, 0.2], [0.1, -0.0004]])
-    names = ["a", "b"]
-    drawn = matrix_map(values, names, names, value_label="MAC [1]")
-    assert drawn != matrix_map(values, names, names, value_label="MAC [1]", limits=(-1.0, 1.0))
-    # what rounds to zero has no sign
-    assert drawn == matrix_map(np.abs(values), names, names, value_label="MAC [1]")
-    with pytest.raises(InputError, match="the matrix is"):
-        matrix_map(values, names, ["a"], value_label="MAC [1]")

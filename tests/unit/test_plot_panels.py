@@ -17,7 +17,6 @@ from plot_samples import (
 
 from deboom.errors import InputError
 from deboom.plot import CurvePanel, DotPanel, HeatMap, IntervalPanel, MapPanel
-from deboom.plot.curves import _scale, _shown, _spans
 
 PNG = b"\x89PNG\r\n\x1a\n"
 BOUNDS = ([1.0, 2.0], [0.5, 1.5], [1.5, 2.6])
@@ -97,28 +96,6 @@ def test_scales_are_shared_or_end_below_the_highest_value():
     assert draw_curves(panel(logarithmic=True)) not in drawn
 
 
-def test_a_line_shows_its_first_reason():
-    shown = _shown(panel(masked={"a": LINES < 50, "b": LINES < 60, "c": LINES < 20}))
-    assert list(shown) == ["a", "b"]
-    assert LINES[shown["b"]].min() == 50.0
-
-
-def test_spans_reach_half_way_to_the_next_line():
-    lines = np.array([10.0, 12.0, 14.0, 16.0, 18.0])
-    mask = np.array([True, False, True, True, False])
-    assert _spans(lines, mask) == [(10.0, 11.0), (13.0, 17.0)]
-
-
-def test_the_scale_is_made_for_trusted_lines():
-    values = np.array([100.0, 20.0, 21.0, 20.0])
-    trusted = np.array([False, True, True, True])
-    low, high = _scale([values], trusted, [])
-    assert 19.5 < low < 20.0
-    assert 23.0 < high < 23.5
-    assert _scale([values], trusted, [30.0])[1] > 30.0
-    assert _scale([values], ~trusted & False, [])[1] > 80.0
-
-
 @pytest.mark.parametrize(
     ("panels", "options", "words"),
     [
@@ -151,6 +128,15 @@ def test_a_matrix_of_curves():
         assert picture.startswith(PNG)
     with pytest.raises(InputError, match="has shape"):
         curve_matrix(("Tx",), lines, {"a": values}, units=("",) * 3, what="")
+
+
+def test_a_matrix_with_signs_has_another_scale():
+    values = np.array([[1.0, 0.2], [0.1, -0.0004]])
+    names = ("a", "b")
+    drawn = heat_maps([HeatMap("MAC", names, names, values)])
+    assert drawn != heat_maps([HeatMap("MAC", names, names, values, limits=(-1.0, 1.0))])
+    # what rounds to zero has no sign
+    assert drawn == heat_maps([HeatMap("MAC", names, names, np.abs(values))])
 
 
 def test_heat_maps_and_bars():

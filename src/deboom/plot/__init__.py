@@ -42,7 +42,6 @@ from deboom.plot.intervals import (
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import (
     BodyMotion,
-    matrix_map,
     mode_shapes,
     stabilisation_chart,
 )
@@ -100,7 +99,6 @@ __all__ = [
     "levels_in_box",
     "map_panels",
     "marked_bars",
-    "matrix_map",
     "mode_shapes",
     "noise_bars",
     "pareto_front",

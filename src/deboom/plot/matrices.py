@@ -91,12 +91,13 @@ _SMALL = 5.5
 
 @dataclass(frozen=True, eq=False)
 class HeatMap:
-    """One matrix of numbers from 0 to 1.
+    """One matrix of numbers.
 
-    - `title`: what it shows.
-    - `rows`, `columns`: labels.
-    - `values` (n_rows, n_columns): [1].
-    - `row_title`, `column_title`: what rows and columns are.
+    - `title`: what it shows, with the unit of other numbers than [1].
+    - `rows`, `columns`: labels; `row_title`, `column_title`: what these are.
+    - `values` (n_rows, n_columns).
+    - `limits`: ends of the colour scale; where the first is negative, signs have colours.
+    - `decimals`: of the numbers in the cells.
     """
 
     title: str
@@ -105,6 +106,8 @@ class HeatMap:
     values: npt.ArrayLike
     row_title: str = ""
     column_title: str = ""
+    limits: tuple[float, float] = (0.0, 1.0)
+    decimals: int = 2
 
 
 def curve_matrix(
@@ -194,19 +197,21 @@ def curve_matrix(
 
 
 def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
-    """Draw matrices of numbers from 0 to 1, each number written into its cell.
+    """Draw matrices side by side, each number written into its cell.
 
     - `maps`: at least one.
     - `columns`: per row of the figure.
     - raises InputError: no map, a shape that does not fit its labels, values that are not finite.
     """
-    height = 0.25 + FULL_WIDTH / columns
+    tallest = max((len(one.rows) / len(one.columns) for one in maps), default=1.0)
+    height = 0.25 + FULL_WIDTH / columns * min(tallest, 1.0)
     with panel_grid("heat_maps", len(maps), columns, 0.0, height) as (figure, grid):
         for axes, one in zip(grid, maps, strict=True):
             values = finite("heat_maps", {one.title: one.values})[one.title]
             if values.shape != (len(one.rows), len(one.columns)):
                 raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
-            cells(axes, values, one.rows, one.columns, texts=cell_numbers(values, 2))
+            texts = cell_numbers(values, one.decimals, one.limits[1])
+            cells(axes, values, one.rows, one.columns, texts=texts, limits=one.limits)
             axes.set_xlabel(one.column_title)
             axes.set_ylabel(one.row_title)
             axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)

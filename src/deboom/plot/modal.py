@@ -10,7 +10,6 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.plot.matrices import cell_numbers, cells
 from deboom.plot.style import (
     FULL_WIDTH,
     INK,
@@ -103,51 +102,6 @@ def stabilisation_chart(
         axes.set_ylabel("order of the polynomial [1]")
         handles, labels = axes.get_legend_handles_labels()
         place_legend(axes, ax, handles=handles, labels=labels, loc="outside lower center", ncols=2)
-        return axes
-
-
-def matrix_map(
-    values: npt.ArrayLike,
-    rows: Sequence[str],
-    columns: Sequence[str],
-    *,
-    value_label: str,
-    limits: tuple[float, float] = (0.0, 1.0),
-    decimals: int = 2,
-    ax: Axes | None = None,
-) -> Axes:
-    """Draw a matrix as a heat map with its numbers, such as a MAC matrix or shares of panels.
-
-    - `values` (n_row, n_column): [unit in the label].
-    - `rows`, `columns`: names.
-    - `value_label`: with unit.
-    - `limits`: ends of the colour scale; where the first is negative, zero is white and signs have
-      colours.
-    - `decimals`: of the numbers.
-    - raises InputError: names that do not fit the matrix, values that are not finite.
-    """
-    matrix = finite("matrix_map", {"values": values})["values"]
-    if matrix.shape != (len(rows), len(columns)):
-        raise InputError(
-            f"figure matrix_map: {len(rows)} rows and {len(columns)} columns are named, the matrix "
-            f"is {matrix.shape}"
-        )
-    longest = max(map(len, columns))
-    with canvas(ax, FULL_WIDTH, 0.9 + 0.36 * len(rows) + 0.055 * longest) as axes:
-        cells(
-            axes,
-            matrix,
-            rows,
-            columns,
-            texts=cell_numbers(matrix, decimals, limits[1]),
-            limits=limits,
-            text_size=7.5,
-            value_label=value_label,
-        )
-        for label in axes.get_xticklabels():
-            label.set_rotation(35 if longest > 9 else 0)
-            label.set_horizontalalignment("right" if longest > 9 else "center")
-            label.set_rotation_mode("anchor")
         return axes
 
 

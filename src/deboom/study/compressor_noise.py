@@ -13,11 +13,9 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
-from deboom.bench.compressor_rig import true_source
-from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
-from deboom.bench.electric_car import SOUND_FLOOR, HoseGain, draw_fleet, frozen_fleet, hose_gain
+from deboom.bench.electric_car import SOUND_FLOOR, frozen_fleet
 from deboom.bench.electric_car_writer import write_electric_car
-from deboom.choices import CalibrationLevel, CompressorCase
+from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import (
     BAND,
     NoiseBand,
@@ -179,22 +177,6 @@ def _measured(
 
 def _cases(task: _Laboratory) -> list[CarNoise]:
     return [noise for _, noise in _measured(task, lambda *_: None, 1)]
-
-
-def fleet_gains(fleets: int) -> tuple[HoseGain, ...]:
-    """Run the compressor of table 11 with hoses as drawn, and without, in drawn fleets.
-
-    Five cars each, seeds 1 to `fleets`, first pressure; nothing is selected and nothing tuned.
-    InputError: no fleet.
-    """
-    if fleets < 1:
-        raise InputError("a gain over fleets needs at least one fleet")
-    plan = CompressorPlan(CompressorCase.TABLE11)
-    compressor = true_compressor(plan, np.random.default_rng(1))
-    source, hoses = true_source(), drawn_hoses()
-    return tuple(
-        hose_gain(draw_fleet(seed), compressor, source, hoses) for seed in range(1, fleets + 1)
-    )
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,7 +15,6 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.bench.unselected_fleets import Rate, UnselectedFleets, load_unselected
 from deboom.errors import InputError
 from deboom.explore.correlation import (
     Correlations,
@@ -428,7 +427,7 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     )
     _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
-    _append_pairs(report, "group_pairs", by_group)
+    report.table("group_pairs", _pair_table(by_group))
     report.section(
         "Vehicles",
         "Every vehicle with every other one, over the designs; the intervals, Spearman's "
@@ -437,12 +436,6 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     report.table("vehicle_matrix", _matrix_table(designs))
     report.table("vehicle_pairs", _pair_table(study.by_vehicle))
     _append_families(report, study)
-    fleets = _unselected(study)
-    if fleets is not None:
-        rates = fleets.rates()
-        _append_rates(report, rates, {"groups": f"least r {r_min:.3f}"})
-        rate = f"{100 * rates['groups'].rate:.0f} %"
-        report.tile(rate, "of unselected fleets: groups above 0.9")
     return report
 
 
@@ -489,19 +482,8 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
     )
     _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
-    _append_pairs(report, "pairs", study.by_vehicle)
+    report.table("pairs", _pair_table(study.by_vehicle))
     _append_families(report, study)
-    fleets = _unselected(study)
-    if fleets is not None and (apart, others) == (fleets.battery, fleets.alike):
-        rates = fleets.rates()
-        shown = {
-            "alike": f"least r {alike:.3f}",
-            "alike_closely": f"least r {alike:.3f}",
-            "battery": f"mean r {mean:.3f}",
-        }
-        _append_rates(report, rates, shown)
-        rate = f"{100 * rates['battery'].rate:.0f} %"
-        report.tile(rate, "of unselected fleets set it apart like this")
     return report
 
 
@@ -651,60 +633,6 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "By vehicle. A dash: alone in its family.",
         {"sigma over designs [dB]": 3, "sigma over the tolerance [dB]": 3},
     )
-
-
-def _append_rates(report: Report, rates: Mapping[str, Rate], shown: Mapping[str, str]) -> None:
-    """Say how often fleets that nobody chose show the same."""
-    table = pd.DataFrame(
-        [
-            {
-                "phenomenon": rates[name].phenomenon,
-                "this platform": figure,
-                "rate in unselected fleets [1]": rates[name].rate,
-                "standard error [1]": rates[name].standard_error,
-                "fleets": rates[name].n_fleets,
-            }
-            for name, figure in shown.items()
-        ]
-    )
-    report.summary |= {f"rate_{name}": rates[name].rate for name in shown}
-    report.summary["n_unselected_fleets"] = int(table["fleets"].iloc[0])
-    report.section(
-        "How special is this fleet?",
-        "The virtual platform's fleet was selected because it shows every phenomenon of the "
-        f"thesis. {table['fleets'].iloc[0]} fleets were drawn from the same prior and none of "
-        "them selected, with the true forces of 5th gear at 220 Nm; the rates say how often a "
-        "phenomenon comes by itself. A rate near 1 follows from the physics of the model, a small "
-        "one is the choice of this fleet.",
-    )
-    report.table("rates", table, "Phenomena beside their rates.")
-
-
-def _unselected(study: CorrelationStudy) -> UnselectedFleets | None:
-    """Return the bench's unselected fleets, if the platform is the bench's."""
-    fleets = load_unselected()
-    return fleets if fleets.platform == study.runs.platform.name else None
-
-
-def _append_pairs(report: Report, stem: str, sets: CorrelationSet) -> None:
-    """Keep all pairs; show those of the designs with their interval, the others beside them."""
-    pairs = _pair_table(sets)
-    designs, means, scatter = (
-        part.reset_index() for _, part in pairs.groupby("correlated", sort=False)
-    )
-    shown = pd.DataFrame(
-        {
-            "pair": designs["first"] + " and " + designs["second"],
-            "r [1]": designs["pearson [1]"],
-            "from [1]": designs["pearson from [1]"],
-            "to [1]": designs["pearson to [1]"],
-            "Spearman [1]": designs["spearman [1]"],
-            "r, means [1]": means["pearson [1]"],
-            "r, tolerance [1]": scatter["pearson [1]"],
-        }
-    )
-    caption = "Pairs: Pearson's r over the designs with its interval, and the others."
-    report.table(stem, pairs, caption, shown=shown)
 
 
 def _matrix_table(of: Correlations) -> pd.DataFrame:

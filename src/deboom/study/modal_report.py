@@ -10,7 +10,7 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.measurement.body_modes import BodyModes
-from deboom.plot import BodyMotion
+from deboom.plot import BodyMotion, HeatMap
 from deboom.report import Report
 
 if TYPE_CHECKING:
@@ -42,14 +42,14 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
     if panels is not None:
         shares = 100 * panels.shares[: modes.n_modes]
         label = f"share of the pressure at the {panels.ear} [%]"
+        brought = HeatMap(
+            *(label, tuple(titles), tuple(panels.panels), shares),
+            limits=(-100.0, 100.0),
+            decimals=0,
+        )
         report.figure(
             "panel_contributions",
-            plot.matrix_map(
-                *(shares, titles, panels.panels),
-                value_label=label,
-                limits=(-100.0, 100.0),
-                decimals=0,
-            ),
+            lambda: plot.heat_maps([brought], columns=1),
             "What each panel brings to the pressure at the ear in each mode.",
         )
     caption = f"Median over the orders with its spread; {modes.model.verdict}"

@@ -49,22 +49,9 @@ class CorrelationPanel:
 def correlation_matrices(names: Sequence[str], panels: Sequence[CorrelationPanel]) -> Figure:
     """Draw correlation matrices side by side, each coefficient written into its cell.
 
-    Parameters
-    ----------
-    names : sequence of str
-        Of rows and columns.
-    panels : sequence of CorrelationPanel
-        At least one.
-
-    Returns
-    -------
-    Figure
-        Small matrices show the interval below the coefficient.
-
-    Raises
-    ------
-    InputError
-        No panel, shapes that do not fit the names, values that are not finite.
+    - `names`: of rows and columns; small matrices show the interval below the coefficient.
+    - `panels`: at least one.
+    - raises InputError: no panel, shapes that do not fit the names, values that are not finite.
     """
     n, count = len(names), len(panels)
     checked = [_checked_panel(panel, n) for panel in panels]

@@ -99,36 +99,19 @@ def curve_panels(
 ) -> Figure:
     """Draw panels of curves, with one legend for all.
 
-    Parameters
-    ----------
-    panels : sequence of CurvePanel
-        At least one.
-    x_label, y_label : str
-        Axis labels with units; a panel's own `y_label` comes first.
-    columns : int
-        Panels per row, up to 3.
-    dashed : sequence of str
-        Labels whose curves are dashed, in turns: curves that coincide stay visible. A single one,
-        such as what was measured, is dark.
-    colours : mapping of str to str, optional
-        Of every label, in the order of the legend; by default the palette.
-    share_y : bool
-        One scale for all panels.
-    order : float, optional
-        Order of the lines, per revolution [1]: puts the speed above the panels.
-    speed_label : str
-        What turns.
-    log_frequency : bool
-        Logarithmic frequency axis.
-    fitted : sequence of (float, float)
-        Frequency bands that are shaded: where a model was fitted [Hz].
-    depth : float, optional
-        How far below the highest value the scale ends, for levels with notches [unit of y].
-
-    Raises
-    ------
-    InputError
-        No panel, arrays of different lengths, values that are not finite, a label without colour.
+    - `panels`: at least one; `columns`: per row, up to 3.
+    - `x_label`, `y_label`: with units; a panel's own `y_label` comes first.
+    - `dashed`: labels whose curves are dashed, in turns: curves that coincide stay visible. A
+      single one, such as what was measured, is dark.
+    - `colours`: of every label, in the order of the legend; by default the palette.
+    - `share_y`: one scale for all panels.
+    - `order`: of the lines, per revolution [1]: puts the speed above the panels; `speed_label`: of
+      what turns.
+    - `log_frequency`: logarithmic frequency axis.
+    - `fitted`: frequency bands that are shaded: where a model was fitted [Hz].
+    - `depth`: how far below the highest value the scale ends, for levels with notches [unit of y].
+    - raises InputError: no panel, arrays of different lengths, values that are not finite, a label
+      without colour.
     """
     names = dict.fromkeys(n for p in panels for n in (*p.points, *p.curves, *p.ranges))
     looks = _looks(panels, list(names), dashed, colours)
@@ -376,29 +359,12 @@ def spl_curves(
 ) -> Figure:
     """Draw levels before (dashed) and after, one panel per vehicle, all on one dB scale.
 
-    Parameters
-    ----------
-    frequency : array, shape (n_frequency,)
-        Lines [Hz].
-    order : float
-        Order of the lines, per revolution [1]; gives the speed above.
-    baseline, optimised : array, shape (n_vehicle, n_frequency)
-        SPL [dB(A)]; notches deeper than 50 dB below the loudest line leave the panel.
-    vehicles : sequence of str
-        Name of each row.
-    peaks_before, peaks_after : sequence of arrays
-        Frequencies of the booming peaks of each vehicle [Hz].
-    colours : mapping of str to str
-        Colour of each vehicle, from `deboom.plot.style.vehicle_colours`.
-    speed_label : str
-        What turns.
-    width : float
-        Of the figure [inch].
-
-    Raises
-    ------
-    InputError
-        Shapes that disagree or values that are not finite.
+    - `frequency` (n_frequency,): lines [Hz]; `order`: per revolution [1], gives the speed above.
+    - `baseline`, `optimised` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
+      the loudest line leave the panel.
+    - `peaks_before`, `peaks_after`: frequencies of the booming peaks of each vehicle [Hz].
+    - `colours`: of the vehicles; `speed_label`: what turns; `width`: of the figure [inch].
+    - raises InputError: shapes that disagree or values that are not finite.
     """
     lines = finite("spl_curves", {"frequency": frequency})["frequency"]
     rows = finite(

@@ -243,22 +243,11 @@ class Report:
     ) -> None:
         """Add another report as a part of this one; its tiles are left out.
 
-        Parameters
-        ----------
-        part : Report
-            Whose sections, warnings, terms, files, numbers, facts and inputs are added.
-        title : str
-            Stands before the title of each of its sections.
-        first : int
-            Sections of the part that are left out at its beginning.
-        names : mapping of str to str, optional
-            New names of its files and numbers, where they are taken here; an empty one leaves
-            the file or number out.
-
-        Raises
-        ------
-        InputError
-            A name that is taken.
+        - `title`: stands before the title of each of its sections.
+        - `first`: sections of the part that are left out at its beginning.
+        - `names`: new names of its files and numbers, where they are taken here; an empty one
+          leaves the file or number out.
+        - raises InputError: a name that is taken.
         """
         self.sections += [Section(f"{title} · {s.title}", s.blocks) for s in part.sections[first:]]
         self.warn(*part.warnings)
@@ -304,16 +293,9 @@ class Report:
     def html(self, provenance: Mapping[str, Any] | None = None) -> str:
         """Render the page as one HTML file without scripts, links or outside references.
 
-        Parameters
-        ----------
-        provenance : mapping of str, optional
-            How the numbers came about: ``command`` [text], ``inputs`` [file → SHA-256] and any
-            further facts; mappings inside are written out.
-
-        Returns
-        -------
-        str
-            HTML; save as UTF-8. Texts are escaped: no input can add markup.
+        - `provenance`: how the numbers came about: ``command``, ``inputs`` (file → SHA-256) and
+          further facts; mappings inside are written out. Texts are escaped: no input can add
+          markup.
         """
         from jinja2 import Environment, StrictUndefined
 

@@ -95,16 +95,9 @@ class Sheet:
     ) -> None:
         """Show a table, and in its cells what stood there before.
 
-        Parameters
-        ----------
-        frame : DataFrame
-            Columns ``name [unit]``.
-        caption : str
-            What to see in it.
-        decimals : mapping of str to int, optional
-            Decimals by column label.
-        before : mapping of (int, str) to str, optional
-            Row and column → former value as text.
+        - `frame`: columns ``name [unit]``; `decimals`: by column label.
+        - `caption`: what to see in it.
+        - `before`: row and column → former value as text.
         """
         columns = tuple(
             Column(

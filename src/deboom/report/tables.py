@@ -52,22 +52,11 @@ def split_label(label: str) -> tuple[str, str]:
 def text_columns(frame: pd.DataFrame, decimals: Mapping[str, int]) -> tuple[Column, ...]:
     """Write every cell of a table with the same number of decimals down each column.
 
-    Parameters
-    ----------
-    frame : DataFrame
-        Columns ``name [unit]``; the index is not shown.
-    decimals : mapping of str to int
-        Decimals by full column label, where the default does not serve.
-
-    Returns
-    -------
-    tuple of Column
-        Minus signs are U+2212, missing values a dash, five digits and more grouped by thin spaces.
-
-    Raises
-    ------
-    InputError
-        Decimals for a column that does not exist.
+    - `frame`: columns ``name [unit]``; the index is not shown.
+    - `decimals`: by full column label, where the default does not serve.
+    - returns columns with minus signs U+2212, a dash for missing values, and five digits and more
+      grouped by thin spaces.
+    - raises InputError: decimals for a column that does not exist.
     """
     unknown = sorted(set(decimals) - set(frame.columns))
     if unknown:

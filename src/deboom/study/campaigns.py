@@ -61,12 +61,9 @@ def characterise_into_library(
 ) -> tuple[Characterisation, ...]:
     """Characterise mount sets of a campaign and keep their mounts: all of them, or none.
 
-    - `folder`: holds ``campaign.toml``.
     - `library`: SQLite file, made where it is missing, or database URL.
-    - `options`: how. Chosen gears that the campaign does not have are an error.
     - `mount_sets`: by default all of the campaign.
     - `overwrite`: whether mounts that are in the library already are exchanged.
-    - returns one per mount set.
     - raises InputError: a campaign that cannot be read or characterised, a library that cannot be
       written, or mounts that are there already; the latter before any work.
     """
@@ -123,11 +120,8 @@ LIBRARY_STEPS = 2 + len(STEPS)
 def write_platform_library(path: Path, seed: int, progress: Progress) -> Path:
     """Measure the parts of a virtual platform on its bench, characterise and export them.
 
-    - `path`: JSON, for a platform `deboom.study.platform_model.LIBRARY_FILE` in its folder;
-      replaced if it is there.
-    - `seed`: of the platform, from 1.
-    - returns the file. Surfaces, static curves and qualities; map points stay out: they are a
-      hundred times as long, and a platform's forces come from the surfaces.
+    - `path`: JSON, `deboom.study.platform_model.LIBRARY_FILE` in the platform's folder.
+    - Map points stay out: they are a hundred times as long, and forces come from the surfaces.
     - raises InputError: seed below 1, or a file that cannot be written.
     """
     progress(0, LIBRARY_STEPS, "measuring the mounts")
@@ -160,11 +154,8 @@ def orders_into_campaign(
 ) -> tuple[TrackedRun, Path]:
     """Track the order of a run over time and add it to the campaign's operating runs.
 
-    - `folder`: holds ``campaign.toml``.
-    - `time_run`: one of its ``[[time_runs]]``.
-    - `options`: how.
-    - `name`, optional: of the operating run; that of the time run if left out.
-    - returns `tracked`: what was added, and how far it may be believed; `path`: its file.
+    - `time_run`: one of its ``[[time_runs]]``; `name`: of the operating run, by default the same.
+    - returns what was added and how far it may be believed, and its file.
     - raises InputError: no such time run; an operating run of that name, before any work; a tacho
       or a range of speeds that cannot be tracked; a campaign that cannot be written.
     """

@@ -74,15 +74,10 @@ class Plan(Enum):
 class DoeRequest:
     """What a study was asked to evaluate.
 
-    - `plan`: of the new designs.
     - `n_designs`: of a space-filling plan; the classical ones have their own number.
-    - `seed`: of a space-filling plan, from 1.
-    - `generators`, optional: of a fractional factorial, see
-      `deboom.explore.doe.fractional_factorial`.
-    - `table`, optional: a user's own designs instead of a plan, see
-      `deboom.files.doe_table.read_designs`.
-    - `append_to`, optional: ``doe.csv`` of an earlier run; its designs come first and are not
-      evaluated again.
+    - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
+    - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
+    - `append_to`: ``doe.csv`` of an earlier run; its designs come first, not evaluated again.
     """
 
     plan: Plan
@@ -162,16 +157,10 @@ def doe_name(runs: Operation, motion: str, space: DesignSpace) -> str:
 def study_doe(
     evaluate: Evaluate, space: DesignSpace, request: DoeRequest, name: str
 ) -> tuple[Doe, int]:
-    """Evaluate what was asked, or add it to an earlier DOE.
+    """Evaluate what was asked, or add it to an earlier DOE of the same name, see `doe_name`.
 
-    - `evaluate`: the model.
-    - `space`: its bounds.
-    - `request`: which designs.
-    - `name`: see `doe_name`.
-    - returns `doe`: all designs with their responses; `n_known`: asked designs that were known
-      already.
-    - raises InputError: see `deboom.explore.doe.continue_doe` and
-      `deboom.files.doe_table.read_doe`.
+    - returns all designs with their responses, and how many asked ones were known already.
+    - raises InputError: see `deboom.explore.doe.continue_doe`, `deboom.files.doe_table.read_doe`.
     """
     designs = request.designs(space)
     if request.append_to is None:
@@ -251,14 +240,10 @@ class Levels:
 class CorrelationStudy:
     """A DOE over a platform's mounts, and who goes with whom in it.
 
-    - `runs`: vehicles, load cases and band.
-    - `index`: what was evaluated.
-    - `doe`: all designs with their responses.
-    - `plan`: of the designs, in words.
+    - `runs`, `index`: vehicles, load cases and band, and what was evaluated.
+    - `doe`, `plan`: all designs with their responses, and how they were laid out.
     - `n_known`: asked designs that were known already.
-    - `vehicles`: vehicle by vehicle.
-    - `seed`, `resamples`: of the bootstrap.
-    - `cut`: least correlation within a family [1].
+    - `seed`, `resamples`: of the bootstrap; `cut`: least correlation within a family [1].
     - `inputs`: files that the designs came from.
     """
 
@@ -342,14 +327,11 @@ def correlation_study(
 ) -> CorrelationStudy:
     """Evaluate a DOE, let its designs scatter, and prepare their correlation.
 
-    - `runs`: vehicles, load cases and band.
-    - `index`: of these runs.
     - `request`: which designs, with the seed of everything that is drawn.
     - `half_width`, `tolerance`: of the designs' bounds and of their scatter [1].
-    - `draws`: of the scatter per design, a power of two.
-    - `resamples`: of the bootstrap.
+    - `draws`: of the scatter per design, a power of two; `resamples`: of the bootstrap.
     - `cut`: least correlation within a family [1].
-    - raises InputError: fewer than two vehicles; see also `deboom.study.correlation.study_doe`.
+    - raises InputError: fewer than two vehicles; see also `study_doe`.
     """
     names = index.response_names
     if len(names) < 2:

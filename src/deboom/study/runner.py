@@ -237,15 +237,12 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
 def resume_study(
     study: Study, out: Path, wanted: str, given: Mapping[str, Any], *, other_code: bool = False
 ) -> Path:
-    """Go on with a run that was interrupted.
+    """Go on with a run that was interrupted and return its finished folder.
 
-    - `study`: from `load_study`.
-    - `out`: folder of all results.
-    - `wanted`: name of the run, or its folder.
+    - `wanted`: name of the run, or its folder; `out`: folder of all results.
     - `given`: options that must be those of the run; the run's own complete them.
     - `other_code`: go on although the study, deboom or a package has changed; the record then names
       what the run began with.
-    - returns the finished run folder; of a run that was finished already, at once.
     - raises InputError: no such run, or a run of another option, text, version or input file, each
       by its name. The run stays as it is.
     """
@@ -379,12 +376,9 @@ def run_command(
 ) -> Path:
     """Carry out a command that is no study and keep its report in ``<out>/<command>/<run>/``.
 
-    - `out`: folder of all results.
-    - `record`: ``study`` (name of the command), ``command`` (as typed), ``question``, ``seed`` and
-      ``arguments`` of the run.
-    - `work`: returns the report.
-    - `relative_to`, optional: folder that names input files; by default each file's own.
-    - `begin`, optional: time at which the command began, from `time.perf_counter`.
+    - `record`: ``study`` (name of the command), ``command``, ``question``, ``seed``, ``arguments``.
+    - `relative_to`: folder that names input files; by default each file's own.
+    - `begin`: time at which the command began, from `time.perf_counter`.
     - returns the finished run folder; after a failure nothing is left behind.
     """
     begin = time.perf_counter() if begin is None else begin

@@ -178,18 +178,12 @@ class SensitivityPlan:
 class Sensitivity:
     """Indices of a fleet, with all that its report needs.
 
-    - `platform`: as measured.
-    - `index`: what was evaluated.
-    - `plan`: what was asked.
-    - `label`: of the ranked analysis.
-    - `inputs`: its variables.
-    - `indices`: of every vehicle, by SALib.
+    - `label`, `inputs`: of the ranked analysis; `indices`: of every vehicle, by SALib.
     - `by_mount`: with the variables of each mount as one; None for a single mount.
     - `beside`: of the same vehicles, first and total, by label of what differs.
     - `lines`: of every vehicle and line, vehicle by vehicle, first and total.
     - `convergence`: of the first base points, more and more; first and total.
-    - `morris`: elementary effects in the same variables.
-    - `pawn`: of the base points.
+    - `morris`, `pawn`: elementary effects, and indices of the base points.
     - `n_runs`: designs that were evaluated.
     """
 

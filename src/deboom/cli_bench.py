@@ -221,6 +221,9 @@ def compressor(
     hits: Annotated[
         bool, typer.Option("--hits", help="Every hit over time as well, 30 MB more.")
     ] = False,
+    free: Annotated[
+        bool, typer.Option("--free", help="It hangs from soft cords, for `identify --free`.")
+    ] = False,
     noise_free: NoiseFree = False,
 ) -> None:
     """Write a roving-hammer test on a mounted refrigerant compressor.
@@ -237,7 +240,7 @@ def compressor(
 
     with one_sentence_errors():
         plan = CompressorPlan(
-            case, identical_mounts, softening, flexible_receiver, flexible_body, hits
+            case, identical_mounts, softening, flexible_receiver, flexible_body, hits, free
         )
         write_compressor_test(folder, seed, level, plan, noise_free=noise_free)
         typer.echo(folder.as_posix())

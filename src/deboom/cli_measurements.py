@@ -52,8 +52,18 @@ def identify(
         ),
     ] = False,
     truth: Annotated[
+        bool, typer.Option(help="Compare with truth/ of a virtual test, else never opened.")
+    ] = False,
+    free: Annotated[
         bool,
-        typer.Option(help="Compare with truth/ of a virtual test, else never opened."),
+        typer.Option(
+            "--free",
+            help="The body hangs free: mass, centre of gravity and inertia from its mass lines. "
+            "Of the other options --band (one), --from-hits, --truth, --hung and --out count.",
+        ),
+    ] = False,
+    hung: Annotated[
+        bool, typer.Option("--hung", help="With --free: fit the cords that it hangs from as well.")
     ] = False,
 ) -> None:
     """Identify a mounted compressor from its roving-hammer test.
@@ -78,12 +88,19 @@ def identify(
     from deboom.compressor.identify import IdentifyOptions
     from deboom.compressor.virtual_point_fit import THESIS_BANDS
     from deboom.study.compressor_identification import Beside
-    from deboom.study.identification_report import identify_into_run
+    from deboom.study.identification_report import free_body_into_run, identify_into_run
     from deboom.study.options import band_of
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
 
     with one_sentence_errors():
+        if free:
+            lines_of_fit = None if band is None else band_of(band[0])
+            run = free_body_into_run(
+                folder, out, lines_of_fit, hung=hung, from_hits=from_hits, with_truth=truth
+            )
+            typer.echo(run.as_posix())
+            return
         options = IdentifyOptions(
             bands=tuple(band_of(text) for text in band) if band else THESIS_BANDS,
             largest_lines=lines,

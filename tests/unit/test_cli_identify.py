@@ -4,9 +4,11 @@ import json
 import shutil
 from pathlib import Path
 
+import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
 from deboom.cli import app
@@ -98,3 +100,30 @@ def test_a_failed_identification_leaves_nothing(measured, tmp_path):
     assert done.exit_code == 2
     assert "no line of the measurement lies in the band 200-300 Hz" in done.output
     assert not (tmp_path / "results").exists()
+
+
+@pytest.fixture(scope="module")
+def hanging(tmp_path_factory):
+    """Write the test of a body on soft cords."""
+    folder = tmp_path_factory.mktemp("free") / "test"
+    return write_compressor_test(folder, 3, CalibrationLevel.C05, CompressorPlan(free=True))
+
+
+def test_a_free_body_gives_its_mass_properties(hanging, tmp_path):
+    done = call("identify", hanging, "--free", "--truth", "--out", tmp_path)
+    assert done.exit_code == 0, done.output
+    folder = Path(done.output.splitlines()[-1])
+    table = pd.read_csv(folder / "parameters.csv").set_index("quantity")
+    score = (table["value"] - table["truth"]) / table["standard deviation"]
+    assert score.abs().max() < 4
+    assert abs(table.loc["m", "value"] / table.loc["m", "truth"] - 1) < 0.005
+    assert (table["value"] - table["truth"])[["cx", "cy", "cz"]].abs().max() < 1e-3
+    assert "truth/truth.json" in (folder / "run.json").read_text(encoding="utf-8")
+
+
+def test_truth_is_opened_only_when_asked(hanging, tmp_path):
+    done = call("identify", hanging, "--free", "--out", tmp_path)
+    folder = Path(done.output.splitlines()[-1])
+    assert "truth" not in pd.read_csv(folder / "parameters.csv").columns
+    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    assert not any("truth" in name for name in record["inputs_sha256"])

@@ -53,6 +53,7 @@ class CompressorPlan:
     - `flexible_receiver`: a subframe with a mode inside the band carries the mounts.
     - `flexible_body`: the compressor is two parts that swing against each other at this frequency;
       0 is rigid [Hz].
+    - `free`: it hangs from cords, ten thousand times softer than its mounts.
     - `hits`: write the blocks over time as well.
     - `hoses`: hoses joined to it; None for none.
     - raises InputError: a frequency of the body that is negative or not finite.
@@ -64,6 +65,7 @@ class CompressorPlan:
     flexible_receiver: bool = False
     flexible_body: float = 0.0
     hits: bool = False
+    free: bool = False
     hoses: HoseCase | None = None
 
     def __post_init__(self) -> None:
@@ -360,6 +362,8 @@ def true_compressor(plan: CompressorPlan, generator: np.random.Generator) -> Com
     if plan.identical_mounts:
         axial, radial = stiffness[:, 0].mean(), stiffness[:, 1:].mean()
         case["stiffness"] = np.tile([axial, radial, radial], (len(stiffness), 1))
+    if plan.free:
+        case["stiffness"] = 1e-4 * case["stiffness"]
     law = data["operation"]["amplitude_law"]
     softening = Softening(law["beta"], law["s_c_m"], law["s_hammer_m"])
     carried = data["operation"]["flexible_receiver"]

@@ -216,6 +216,8 @@ def _running_mean(values: RealArray) -> RealArray:
 
 
 LARGEST_EVALUATIONS = 60
+MISFIT_BANDS = 8
+"""Groups of lines whose pulls are held against each other."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -316,9 +318,7 @@ def self_calibrate(
     )
     n = start.size
     residuals = problem.residuals(result.x)
-    normal, _, _ = problem.normal_equations(result.x)
-    unit = 1 / np.sqrt(np.diag(normal))
-    covariance = np.linalg.inv(normal * np.outer(unit, unit)) * np.outer(unit, unit)
+    covariance = _inverse(problem.normal_equations(result.x)[0])
     return SelfCalibration(
         parametrisation,
         result.x[:n],
@@ -329,6 +329,41 @@ def self_calibrate(
         int(result.nfev),
         bool(result.status > 0),
     )
+
+
+def _inverse(normal: RealArray) -> RealArray:
+    """Invert equations of many units."""
+    unit = 1 / np.sqrt(np.diag(normal))
+    return np.asarray(np.linalg.inv(normal * np.outer(unit, unit)) * np.outer(unit, unit))
+
+
+def with_misfit(
+    found: SelfCalibration, raw: RawInertance, test: InertanceTest, prior: Prior | None = None
+) -> SelfCalibration:
+    """Let the covariance grow by what residuals that are no noise may have moved.
+
+    `raw`: lines of the whole band, those that were held out included.
+
+    Noise pulls no group of residuals in one direction, a wrong model does. What each of
+    `MISFIT_BANDS` bands, each impact, each sensor and each prior alone would move the solution by,
+    adds up in squares (sandwich covariance of clusters; Liang and Zeger 1986), and so does what all
+    together move it by, since some lines were not fitted.
+    """
+    problem = _Problem(found.parametrisation, raw, test, prior)
+    unknowns = np.concatenate([found.values, found.errors])
+    slopes = problem.slopes(unknowns)
+    bands = np.array_split(slopes.sum(axis=(2, 3)), MISFIT_BANDS, axis=1)
+    by_sensor = slopes.reshape(*slopes.shape[:2], -1, 3, slopes.shape[3]).sum(axis=(1, 3, 4))
+    normal, gradient, _ = problem.normal_equations(unknowns)
+    groups = [
+        np.stack([band.sum(axis=1) for band in bands], axis=1),
+        slopes.sum(axis=(1, 2)),
+        by_sensor,
+        *((deviations[:, np.newaxis] * rows).T for deviations, rows in problem.priors(unknowns)),
+        gradient[:, np.newaxis],
+    ]
+    moves = _inverse(normal) @ np.concatenate(groups, axis=1)
+    return replace(found, covariance=found.covariance + moves @ moves.T)
 
 
 def evaluated_together(
@@ -389,6 +424,10 @@ class _Problem:
         rest = np.sqrt(max(squares - float(projected @ projected), 0.0))
         return np.append(projected, rest), np.vstack([factor, np.zeros(unknowns.size)])
 
+    def slopes(self, unknowns: RealArray) -> RealArray:
+        """Share of each residual in ``Jᵀ r``, (n_unknowns, n_frequency, n_channel, n_impact)."""
+        return np.asarray((self._jacobian(unknowns).conj() * self.residuals(unknowns)).real)
+
     def normal_equations(self, unknowns: RealArray) -> tuple[RealArray, RealArray, float]:
         """``Jᵀ J``, ``Jᵀ r`` and ``rᵀ r`` of residuals and priors."""
         residuals, jacobian = self.residuals(unknowns), self._jacobian(unknowns)
@@ -396,7 +435,7 @@ class _Problem:
         flat = residuals.reshape(-1).view(float)
         normal, gradient = rows @ rows.T, rows @ flat
         squares = float(flat @ flat)
-        for deviations, slopes in self._priors(unknowns):
+        for deviations, slopes in self.priors(unknowns):
             normal += slopes.T @ slopes
             gradient += slopes.T @ deviations
             squares += float(deviations @ deviations)
@@ -437,7 +476,7 @@ class _Problem:
         along = np.sum(self.common.conj() * scaled, axis=-2, keepdims=True)
         return np.asarray(scaled - self.shrink * self.common * along)
 
-    def _priors(self, unknowns: RealArray) -> list[tuple[RealArray, RealArray]]:
+    def priors(self, unknowns: RealArray) -> list[tuple[RealArray, RealArray]]:
         """Deviations from what was known, and their derivatives, both in units of 1 σ."""
         n = self.n
         values, errors = np.split(unknowns, [n])

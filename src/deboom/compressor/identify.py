@@ -20,6 +20,7 @@ from deboom.compressor.calibrate import (
     hold_out_impacts,
     hold_out_lines,
     self_calibrate,
+    with_misfit,
 )
 from deboom.compressor.hose_presence import HosePresence, hoses_in_hammer_test
 from deboom.compressor.identifiability import (
@@ -92,6 +93,8 @@ MASS_LINE = 60.0
 """Line from which the load of the mounts is some percent of the body's inertia [Hz]."""
 SMALLEST_LINES, LARGEST_LINES = 12, 48
 """Lines of a calibration from the mass line."""
+MISFIT_LINES = 96
+"""Lines of the whole band that say how far a model with an alarm may be off."""
 STIFFNESS_DEVIATION = 0.3
 """Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
 
@@ -286,6 +289,11 @@ def identify(
         held_out.append(hold_out_impacts(without, part, test.tolerances))
     # by the sheet: the calibration explains part of a flexible body by placement
     by_sheet = np.linalg.inv(inertance.values)
+    rigid = rigid_limit(calibrated.model, inertance.frequency, by_sheet)
+    if _worst_chi(calibrated, held_out) > ALARM or not rigid.is_rigid:
+        marked = np.zeros(between.size, dtype=bool)
+        marked[thinned(np.flatnonzero(between | fitted), MISFIT_LINES)] = True
+        calibrated = with_misfit(calibrated, raw.select(marked), test, PRIOR)
     return Identification(
         test,
         parametrisation.length,
@@ -300,7 +308,7 @@ def identify(
         calibrated,
         knowledge(parametrisation.names, calibrated.parameter_covariance, PRIOR.deviations),
         modal_table(calibrated.model),
-        rigid_limit(calibrated.model, inertance.frequency, by_sheet),
+        rigid,
         tuple(held_out),
         hoses_in_hammer_test(test.name, inertance, parametrisation.length, hoses)
         if hoses
@@ -318,8 +326,7 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
     A subframe's resonance that the model does not know is otherwise explained by sensors out of
     place, and that error goes into every load.
     """
-    worst = max([found.calibrated.reduced_chi, *(held.reduced_chi for held in found.held_out)])
-    if worst <= ALARM:
+    if _worst_chi(found.calibrated, found.held_out) <= ALARM:
         return found.calibrated
     lines = np.flatnonzero(found.raw.frf.frequency >= above)
     if lines.size < SMALLEST_LINES:
@@ -339,6 +346,11 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
     )
     raw = found.raw.select(marked)
     return self_calibrate(found.calibrated.parametrisation, raw, found.test, start, prior)
+
+
+def _worst_chi(calibrated: SelfCalibration, held_out: Sequence[HoldOut]) -> float:
+    """Find the largest reduced χ of fit and predictions [1]."""
+    return max([calibrated.reduced_chi, *(check.reduced_chi for check in held_out)])
 
 
 def _lines_of_fit(test: InertanceTest, options: IdentifyOptions) -> BoolArray:

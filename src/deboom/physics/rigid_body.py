@@ -13,6 +13,9 @@ import numpy.typing as npt
 from deboom.arrays import RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 
+TOLERATED = 4.0
+"""Standard deviations that an entry of a measured mass matrix may be off a rigid body [1]."""
+
 
 def skew(vector: npt.ArrayLike) -> RealArray:
     """Return the matrix of the cross product, ``skew(r) @ b = r × b``, shape (..., 3, 3)."""
@@ -205,17 +208,23 @@ class RigidBody:
     inertia: RealArray
 
 
-def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody:
+def mass_properties(
+    matrix: npt.ArrayLike, tolerance: float = 1e-6, deviation: npt.ArrayLike | None = None
+) -> RigidBody:
     """Read mass, centre of gravity and inertia from a mass matrix, the inverse of `mass_matrix`.
 
-    Raises InputError: not positive definite, or further from a rigid body than `tolerance`.
+    They are those of its symmetric part. Raises InputError: not positive definite, or further from
+    a rigid body than `tolerance`, or than `TOLERATED` deviations where these are given.
 
     Parameters
     ----------
     matrix : array, shape (6, 6) — mass matrix at any reference point [kg, kg m, kg m²]
     tolerance : float
         Largest deviation from the mass matrix of a rigid body, relative to its mass, with lengths
-        divided by the radius of gyration [1]. A measured apparent mass needs a wide one.
+        divided by the radius of gyration [1].
+    deviation : array, shape (6, 6), optional
+        Standard deviation of each entry of a measured matrix, in place of the tolerance [kg, kg m,
+        kg m²].
     """
     matrix = np.asarray(matrix, dtype=float)
     if matrix.shape != (6, 6):
@@ -228,11 +237,16 @@ def mass_properties(matrix: npt.ArrayLike, tolerance: float = 1e-6) -> RigidBody
     centre = np.cross(np.eye(3), symmetric[3:, :3].T).sum(axis=0) / (2 * mass)
     inertia = symmetric[3:, 3:] - mass * skew(centre) @ skew(centre).T
     unit = np.repeat([1.0, np.sqrt(np.trace(symmetric[3:, 3:]) / (3 * mass))], 3)
-    deviation = (matrix - mass_matrix(mass, inertia, centre)) / np.outer(unit, unit)
-    worst = float(np.max(np.abs(deviation))) / mass
+    rest = np.abs(matrix - mass_matrix(mass, inertia, centre))
+    if deviation is not None:
+        worst, tolerance = float(np.max(rest / np.asarray(deviation))), TOLERATED
+        size = f"{worst:.1f} standard deviations of an entry"
+    else:
+        worst = float(np.max(rest / np.outer(unit, unit))) / mass
+        size = f"{worst:.2g} of its mass"
     if worst > tolerance:
         raise InputError(
-            f"the mass matrix deviates by {worst:.2g} of its mass from that of a rigid body, "
+            f"the mass matrix deviates by {size} from that of a rigid body, "
             f"more than the tolerance of {tolerance:.2g}"
         )
     return RigidBody(mass, centre, inertia)

@@ -292,3 +292,22 @@ def test_both_wishbone_mounts_may_have_functions_of_their_own(tmp_path):
     ]
     difference = np.linalg.norm(heard[1] - heard[0]) / np.linalg.norm(heard[0])
     assert 0.01 < difference < 0.1
+
+
+def test_an_electric_drive_states_rotor_orders_and_lines_of_its_model(tmp_path, monkeypatch):
+    folder = write_platform(tmp_path / "electric", 1)
+    path = folder / "platform.toml"
+    lines = path.read_text(encoding="utf-8").replace("dominant_order = 1.5", "dominant_order = 6.0")
+    kept = [line for line in lines.splitlines() if not line.startswith("cylinders")]
+    of_order = 'name = "g5_wot220"'
+    kept[kept.index(of_order)] += "\norder = 1.5"
+    path.write_text("\n".join(kept), encoding="utf-8")
+    for file in (folder / "operating").glob("*.uff"):
+        if file.stem != "g5_wot220":
+            file.write_bytes(file.read_bytes().replace(b"order 1.5,", b"order 6.0,"))
+    orders = {case.name: case.order for case in read_platform(folder).load_cases}
+    assert orders.pop("g5_wot220") == 1.5
+    assert set(orders.values()) == {6.0}
+    monkeypatch.setattr("deboom.files.platform.HIGHEST", 60.0)
+    with pytest.raises(InputError, match="lines of 20 to 80 Hz of a rotor order"):
+        read_platform(folder)

@@ -7,11 +7,13 @@ import pytest
 
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.calibrate import hold_out_impacts, hold_out_lines
-from deboom.compressor.identify import ALARM, IdentifyOptions, identify, misplaced
+from deboom.compressor.calibrate import hold_out_impacts, hold_out_lines, self_calibrate
+from deboom.compressor.identifiability import quantities, quantity_deviations
+from deboom.compressor.identify import ALARM, PRIOR, IdentifyOptions, identify, misplaced
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
+from deboom.study.compressor_identification import read_compressor_truth
 
 QUICK = IdentifyOptions(largest_lines=12, held_out=0)
 
@@ -135,6 +137,14 @@ def test_a_flexible_body_is_reported_with_the_limit_of_the_rigid_model(tmp_path)
     text = " ".join(found.alarms)
     assert f"the rigid model holds to {found.rigid.holds_to:.0f} Hz" in text
     assert "times the noise (alarm at 1.5)" in text
+    truth = read_compressor_truth(tmp_path / "test").model
+    misses = quantities(found.calibrated.model).values - quantities(truth).values
+    # without the residual term they are some 40 σ off, root mean square
+    score = misses / quantity_deviations(found.calibrated)
+    assert np.sqrt(np.mean(score**2)) < 2.5
+    part = found.raw.select(found.fitted)
+    plain = self_calibrate(found.point.parametrisation, part, found.test, found.point.values, PRIOR)
+    assert np.sqrt(np.mean((misses / quantity_deviations(plain)) ** 2)) > 10
 
 
 def test_a_flexible_receiver_raises_reduced_chi(tmp_path):

@@ -161,6 +161,10 @@ def test_mass_properties_of_a_measured_matrix_need_a_tolerance():
     with pytest.raises(InputError, match="deviates by"):
         mass_properties(measured)
     body = mass_properties(measured, tolerance=0.05)
+    size = np.max(np.abs(measured - measured.T)) + 1.0
+    assert mass_properties(measured, deviation=np.full((6, 6), size)).mass == body.mass
+    with pytest.raises(InputError, match="standard deviations of an entry"):
+        mass_properties(measured, deviation=np.full((6, 6), 1e-6))
     assert body.mass == pytest.approx(193.5, abs=0.05)
     np.testing.assert_allclose(body.centre, CENTRE, atol=5e-4)
 

@@ -60,6 +60,8 @@ from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.powertrain import Powertrain
 
 FRF = 4
+LOWEST, HIGHEST = 15.0, 140.0
+"""Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
 """UFF function types that hold complex spectra: general, spectrum, order function."""
 
@@ -235,9 +237,9 @@ def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
 
 
 class Engine(StrictModel):
-    """The engine and its gearbox."""
+    """The engine or electric drive and its gearbox."""
 
-    cylinders: Number
+    cylinders: Number | None = None  # left out by an electric drive
     dominant_order: Positive  # of the operating spectra [cycles per revolution]
     total_ratios: AtLeastOne[Positive]  # engine speed over wheel speed, gear 1 first [1]
 
@@ -304,6 +306,7 @@ class LoadCaseEntry(StrictModel):
     title: str  # in words, for the report
     gear: Number
     torque_limit_nm: Positive  # of the engine
+    order: Positive | None = None  # of this run's spectra, where it is not the dominant one
     operating: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
 
@@ -492,7 +495,7 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
         if hasattr(file, "channel_table"):
             rows = _channel_rows(folder / file.channel_table, mounts, tell)
         wanted = _by_quantity(rows, mounts) if mounts else _in_table_order(rows)
-        order = getattr(getattr(file, "engine", None), "dominant_order", None)
+        dominant = getattr(getattr(file, "engine", None), "dominant_order", None)
         for vehicle in file.vehicles:
             if hasattr(vehicle, "noise_transfer"):
                 path, item = folder / vehicle.noise_transfer, f"vehicle {vehicle.name}"
@@ -504,11 +507,21 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
         for case in file.load_cases:
             if hasattr(case, "operating"):
                 path, item = folder / case.operating, f"load case {case.name}"
+                order = getattr(case, "order", None) or dominant
                 channels = [*wanted["displacement"], *wanted["force"]]
                 with noting(tell):
                     operating[case.name] = operating_columns(path, item, order, channels, tell)
         every = [*noise_transfer.values(), *(part for pair in operating.values() for part in pair)]
         frequency = common_axis(every, tell)
+        electric = getattr(getattr(file, "engine", None), "cylinders", 0) is None
+        if electric and frequency.size and (frequency[0] < LOWEST or frequency[-1] > HIGHEST):
+            tell(
+                InputError(
+                    f"{folder / PLATFORM_FILE}: lines of {frequency[0]:g} to {frequency[-1]:g} Hz "
+                    f"of a rotor order, but a drive on its mounts is modelled from {LOWEST:g} to "
+                    f"{HIGHEST:g} Hz: export these lines, or state a lower order"
+                )
+            )
         for case in file.load_cases:
             if getattr(case, "torque_table", None) and frequency.size:
                 with noting(tell):
@@ -600,7 +613,7 @@ def _load_case(entry: LoadCaseEntry, engine: Engine, contents: Contents) -> Load
         gear=entry.gear,
         total_ratio=engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
-        order=engine.dominant_order,
+        order=entry.order or engine.dominant_order,
         displacement=Spectrum(contents.frequency, displacement.values, displacement.names, "m"),
         force=Spectrum(contents.frequency, force.values, force.names, "N"),
         engine_torque=contents.engine_torque.get(entry.name),

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from dataclasses import fields
-from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
@@ -125,66 +124,21 @@ def identify(
         typer.echo(f"identified with alarms: {len(alarms)}", err=True)
 
 
-class RouteChoice(Enum):
-    """Whose numbers are headline and verdict."""
-
-    auto = "auto"
-    a = "a"
-    b = "b"
-    c = "c"
-    d = "d"
-    e = "e"
-
-
-class HoseChoice(Enum):
-    """Which sweeps are evaluated."""
-
-    soft = "soft"
-    standard = "standard"
-
-
-class SenseChoice(Enum):
-    """Sense of rotation about x."""
-
-    positive = "positive"
-    negative = "negative"
-
-
 def unbalance(
     folder: Annotated[Path, typer.Argument(help="Folder with operation.toml.")],
-    limits: Annotated[
-        Path | None,
-        typer.Option(
-            help="TOML file of limits: pass, fail or undecided for each, and supplier_sheet.html "
-            "and .xlsx in the run folder."
-        ),
-    ] = None,
+    limits: Annotated[Path | None, typer.Option(help="TOML file of limits to judge by.")] = None,
     route: Annotated[
-        RouteChoice,
-        typer.Option(
-            help="Whose numbers count. a: measured apparent mass (thesis); b: model at the virtual "
-            "point; c: self-calibrated model; d: measured, self-calibrated; e: c with mounts "
-            "brought up to date by the sweep. auto: d, or e where the mounts have changed, no "
-            "hoses are seen in the sweeps and the hammer test gave no alarm."
-        ),
-    ] = RouteChoice.auto,
+        Literal["auto", "a", "b", "c", "d", "e"], typer.Option(help="Whose numbers count.")
+    ] = "auto",
     identified: Annotated[
-        Path | None,
-        typer.Option(
-            help="Run of `deboom identify` on this hammer test, or its compressor_model.json: its "
-            "bands are fitted again. Another hammer test is refused."
-        ),
+        Path | None, typer.Option(help="Run of `deboom identify`, whose bands are fitted again.")
     ] = None,
     hoses: Annotated[
-        HoseChoice | None,
-        typer.Option(help="Sweeps with these hoses. Default: soft ones where there are any."),
+        Literal["soft", "standard"] | None, typer.Option(help="Of the sweeps; default: soft.")
     ] = None,
     sense: Annotated[
-        SenseChoice | None,
-        typer.Option(
-            help="Sense of rotation about x, positive from y to z; the sweeps must agree. "
-            "Default: as they say."
-        ),
+        Literal["positive", "negative"] | None,
+        typer.Option(help="Of rotation about x, that sweeps must agree with; default: as they do."),
     ] = None,
     band: Annotated[
         str, typer.Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
@@ -211,6 +165,12 @@ def unbalance(
     Look at three things before you trust it: residuals over noise, the state of the mounts (what
     ran is not always what was struck; then route e), and the hatched speeds. That y and z agree
     proves nothing: a gas force that turns with the rotor agrees as well.
+
+    Routes. a: measured apparent mass (thesis); b: model at the virtual point; c: self-calibrated
+    model; d: measured, self-calibrated; e: c with mounts brought up to date by the sweep. auto: d,
+    or e where the mounts have changed, no hoses are seen and the hammer test gave no alarm. With
+    --identified, another hammer test than that of the run is refused. With --limits the run folder
+    gets supplier_sheet.html and .xlsx.
 
     A file of limits:
 
@@ -244,65 +204,42 @@ def unbalance(
     from deboom.study.compressor_unbalance import UnbalancePlan
     from deboom.study.options import band_of
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
     from deboom.study.unbalance_report import unbalance_into_run
 
-    with one_sentence_errors():
-        options = UnbalanceOptions(
-            hoses=None if hoses is None else HoseState(hoses.value),
-            expected_sense=None if sense is None else RotationSense[sense.name.upper()],
-            band=band_of(band),
-            confidence=confidence,
-        )
-        plan = UnbalancePlan(
-            route=route.value,
-            unbalance=options,
-            limits=None if limits is None else read_component_limits(limits),
-            identified=identified,
-            truth=truth,
-        )
-        with progress_bar("unbalance") as progress:
-            run, decision = unbalance_into_run(folder, out, plan, progress)
+    options = UnbalanceOptions(
+        hoses=None if hoses is None else HoseState(hoses),
+        expected_sense=None if sense is None else RotationSense[sense.upper()],
+        band=band_of(band),
+        confidence=confidence,
+    )
+    plan = UnbalancePlan(
+        route=route,
+        unbalance=options,
+        limits=None if limits is None else read_component_limits(limits),
+        identified=identified,
+        truth=truth,
+    )
+    with progress_bar("unbalance") as progress:
+        run, decision = unbalance_into_run(folder, out, plan, progress)
     if decision:
         typer.echo(decision)
     typer.echo(run.as_posix())
 
 
-class Method(Enum):
-    """How the order is taken out of the time record."""
-
-    VOLD_KALMAN = "vold-kalman"
-    RESAMPLING = "resampling"
-
-
 def orders(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
-    time_run: Annotated[
-        str, typer.Argument(help="One of its [[time_runs]], such as g5_wot220_time.")
-    ],
-    name: Annotated[
-        str | None, typer.Option(help="Of the operating run; by default that of the time run.")
-    ] = None,
-    method: Annotated[Method, typer.Option(help="Of order tracking.")] = Method.VOLD_KALMAN,
-    bandwidth: Annotated[
-        float, typer.Option(help="Of the Vold-Kalman filter, full half-power width [Hz].")
-    ] = 3.0,
-    revolutions: Annotated[
-        float, typer.Option(help="Of the window of resampling; a multiple of 4.")
-    ] = 12.0,
+    time_run: Annotated[str, typer.Argument(help="One of its [[time_runs]].")],
+    name: Annotated[str | None, typer.Option(help="Of the operating run; default: alike.")] = None,
+    method: Annotated[
+        Literal["vold-kalman", "resampling"], typer.Option(help="Of order tracking.")
+    ] = "vold-kalman",
+    bandwidth: Annotated[float, typer.Option(help="Of the filter, half-power width [Hz].")] = 3.0,
+    revolutions: Annotated[float, typer.Option(help="Of resampling; a multiple of 4.")] = 12.0,
     other_order: Annotated[
-        list[float] | None,
-        typer.Option(
-            help="A strong order beside the dominant one, for the filter; repeatable. By default "
-            "0.5, and twice and four times the dominant order."
-        ),
+        list[float] | None, typer.Option(help="A strong order beside, for the filter; repeatable.")
     ] = None,
-    rpm_from: Annotated[
-        float | None, typer.Option(help="Lowest line [1/min]; by default the run's.")
-    ] = None,
-    rpm_to: Annotated[
-        float | None, typer.Option(help="Highest line [1/min]; by default the run's.")
-    ] = None,
+    rpm_from: Annotated[float | None, typer.Option(help="Lowest line; default: the run's.")] = None,
+    rpm_to: Annotated[float | None, typer.Option(help="Highest line; default: the run's.")] = None,
     rpm_step: Annotated[float, typer.Option(help="Between lines [1/min].")] = 10.0,
 ) -> None:
     """Make an operating run of a run over time, and add it to its campaign.
@@ -315,24 +252,24 @@ def orders(
     deboom orders CAMPAIGN g5_wot220_time, then deboom characterise CAMPAIGN --library mounts.db.
     Both in one: deboom characterise CAMPAIGN --library mounts.db --time-runs.
 
+    By default the orders beside the dominant one are 0.5, and twice and four times it.
+
     The output says what the spectra resolve: bandwidth, the finest detail that the run-up leaves,
     and what noise and neighbouring orders pretend.
     """
     from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
     from deboom.study.campaigns import described_orders, orders_into_campaign
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        options = TrackingOptions(
-            method=OrderTracking(method.value),
-            bandwidth=bandwidth,
-            revolutions=revolutions,
-            other_orders=tuple(other_order) if other_order else None,
-            lowest_rpm=rpm_from,
-            highest_rpm=rpm_to,
-            rpm_step=rpm_step,
-        )
-        tracked, path = orders_into_campaign(campaign, time_run, options, name)
+    options = TrackingOptions(
+        method=OrderTracking(method),
+        bandwidth=bandwidth,
+        revolutions=revolutions,
+        other_orders=tuple(other_order) if other_order else None,
+        lowest_rpm=rpm_from,
+        highest_rpm=rpm_to,
+        rpm_step=rpm_step,
+    )
+    tracked, path = orders_into_campaign(campaign, time_run, options, name)
     for line in described_orders(time_run, tracked, path):
         typer.echo(line)
 
@@ -369,15 +306,10 @@ def list_mounts(
     import pandas as pd
 
     from deboom.mounts.library import open_library
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), open_library(library) as opened:
+    with open_library(library) as opened:
         found = opened.identities(
-            campaign=campaign,
-            mount=mount,
-            variant=variant,
-            part_number=part_number,
-            serial=serial,
+            campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
     typer.echo(pd.DataFrame(found).to_string(index=False) if found else "no mount")
 
@@ -393,15 +325,10 @@ def show(
 ) -> None:
     """Show one mount: where it sits, and how far to believe each direction."""
     from deboom.mounts.library import open_library
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), open_library(library) as opened:
+    with open_library(library) as opened:
         identity = opened.find(
-            campaign=campaign,
-            mount=mount,
-            variant=variant,
-            part_number=part_number,
-            serial=serial,
+            campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
         typer.echo(_described(opened.load(identity)))
 
@@ -417,21 +344,17 @@ def import_mounts(
     """Import the mounts of a JSON export; a library that is missing is made."""
     from deboom.files.library_export import read_library_json
     from deboom.mounts.library import open_library
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        campaigns, mounts = read_library_json(file)
-        with open_library(library, create=True) as opened:
-            opened.add(campaigns, mounts, replace=replace)
+    campaigns, mounts = read_library_json(file)
+    with open_library(library, create=True) as opened:
+        opened.add(campaigns, mounts, replace=replace)
     typer.echo(f"{len(mounts)} mounts imported")
 
 
 @library_app.command()
 def export(
     library: Where,
-    file: Annotated[
-        Path, typer.Argument(help="What to write; .xlsx, .json or .uff says in which format.")
-    ],
+    file: Annotated[Path, typer.Argument(help="What to write: .xlsx, .json or .uff.")],
     campaign: Campaign = None,
     mount: MountName = None,
     variant: Variant = None,
@@ -446,18 +369,13 @@ def export(
         write_library_xlsx,
     )
     from deboom.mounts.library import open_library
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), open_library(library) as opened:
+    with open_library(library) as opened:
         kind = file.suffix.lower()
         if kind not in (".xlsx", ".json", ".uff", ".unv"):
             raise InputError(f"{file}: name a file that ends with .xlsx, .json or .uff")
         found = opened.identities(
-            campaign=campaign,
-            mount=mount,
-            variant=variant,
-            part_number=part_number,
-            serial=serial,
+            campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
         if not found:
             raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
@@ -478,35 +396,23 @@ def export(
 
 def characterise(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
-    library: Annotated[
-        str, typer.Option(help="Where mounts go: an SQLite file, or a PostgreSQL URL.")
-    ],
-    mount_set: Annotated[
-        list[str] | None, typer.Option(help="Only this mount set, such as M3; repeatable.")
-    ] = None,
-    gear: Annotated[
-        list[int] | None, typer.Option(help="Only runs in this gear; repeatable. Default 5 6 7.")
-    ] = None,
+    library: Annotated[str, typer.Option(help="Where mounts go: a file, or a PostgreSQL URL.")],
+    mount_set: Annotated[list[str] | None, typer.Option(help="Only this; repeatable.")] = None,
+    gear: Annotated[list[int] | None, typer.Option(help="Repeatable; default 5 6 7.")] = None,
     seed: Annotated[int, typer.Option(help="Of the error budget, from 1.")] = 1,
     replace: Annotated[
         bool, typer.Option("--replace", help="Exchange mounts that are there already.")
     ] = False,
     time_runs: Annotated[
-        bool,
-        typer.Option(
-            "--time-runs",
-            help="First add the order spectra of its runs over time to the campaign, as "
-            "`deboom orders` does.",
-        ),
+        bool, typer.Option("--time-runs", help="First do `deboom orders` with its time runs.")
     ] = False,
 ) -> None:
     """Characterise the mounts of a measurement campaign and keep them in a library."""
     from deboom.mounts.characterise import CharacteriseOptions
     from deboom.study.campaigns import characterise_into_library, described, track_untracked
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), progress_bar("characterise") as progress:
+    with progress_bar("characterise") as progress:
         if time_runs:
             track_untracked(campaign, typer.echo)
         gears = tuple(gear) if gear else CharacteriseOptions().gears

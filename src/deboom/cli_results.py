@@ -200,26 +200,12 @@ def new(
     kind: Annotated[FolderKind, typer.Argument(help="What was, or will be, measured.")],
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="A folder to be made.")],
     mount: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="NAME",
-            help="Name of a mount of a platform, campaign or vehicle; NAME=left,right for pieces "
-            "of one part number. Repeatable.",
-        ),
+        list[str] | None, typer.Option(help="NAME, or NAME=left,right; repeatable.")
     ] = None,
-    vehicle: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Name of a vehicle of a platform. Repeatable."),
-    ] = None,
-    group: Annotated[str, typer.Option(help="Name of the group of these vehicles.")] = "cars",
-    load_case: Annotated[
-        list[str] | None,
-        typer.Option(metavar="NAME", help="Name of a run of a platform. Repeatable."),
-    ] = None,
-    files: Annotated[
-        FunctionFiles,
-        typer.Option(help="Format of a platform's transfer functions and spectra."),
-    ] = FunctionFiles.uff,
+    vehicle: Annotated[list[str] | None, typer.Option(help="Of a platform; repeatable.")] = None,
+    group: Annotated[str, typer.Option(help="Of these vehicles.")] = "cars",
+    load_case: Annotated[list[str] | None, typer.Option(help="Its run; repeatable.")] = None,
+    files: Annotated[FunctionFiles, typer.Option(help="Of spectra.")] = FunctionFiles.uff,
 ) -> None:
     """Write a folder to fill in with measurements of your own.
 
@@ -228,7 +214,8 @@ def new(
     with noise transfer functions both ways; compressor for a roving-hammer test; operation for
     run-ups of a compressor; car for an electric car with its compressor; hammer for hits over time.
 
-    The folder holds a TOML file with a comment on each key, tables with their columns and units,
+    --mount names a mount of a platform, campaign or vehicle; with =left,right the pieces of one
+    part number. The folder holds a TOML file with a comment on each key, tables with their columns and units,
     and a README. `deboom check FOLDER` lists what is still to be filled in.
 
     Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1

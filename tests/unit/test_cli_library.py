@@ -7,12 +7,12 @@ import pytest
 from mounts_library_samples import assert_same, campaign, mount, wishbone
 from typer.testing import CliRunner
 
-from deboom.cli_measurements import library_app
+from deboom.cli import app
 from deboom.mounts.library import open_library
 
 
 def call(*arguments):
-    return CliRunner().invoke(library_app, [str(argument) for argument in arguments])
+    return CliRunner().invoke(app, ["library", *map(str, arguments)])
 
 
 @pytest.fixture

@@ -3,13 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
-import typer
 from typer.testing import CliRunner
 
 from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
-from deboom.cli_measurements import characterise
+from deboom.cli import app
 from deboom.errors import InputError
 from deboom.mounts.library import open_library
 from deboom.mounts.operating_map import OperatingMap
@@ -31,9 +30,7 @@ LINES = np.arange(20.0, 80.5, 2.0)
 
 
 def call(*arguments):
-    app = typer.Typer()
-    app.command()(characterise)
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+    return CliRunner().invoke(app, ["characterise", *map(str, arguments)])
 
 
 @pytest.fixture(scope="module")

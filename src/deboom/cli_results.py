@@ -215,8 +215,8 @@ def new(
     run-ups of a compressor; car for an electric car with its compressor; hammer for hits over time.
 
     --mount names a mount of a platform, campaign or vehicle; with =left,right the pieces of one
-    part number. The folder holds a TOML file with a comment on each key, tables with their columns and units,
-    and a README. `deboom check FOLDER` lists what is still to be filled in.
+    part number. The folder holds a TOML file with a comment on each key, tables with their columns
+    and units, and a README. `deboom check FOLDER` lists what is still to be filled in.
 
     Try: deboom new platform my_platform --mount EnM --mount Du=left,right --vehicle car-1
     """

@@ -42,7 +42,7 @@ def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
 
 
 def test_the_calibration_of_the_guide_is_read(tmp_path):
-    (tmp_path / "run.csv").write_text(blocks(SECTIONS["Campaign"], "csv")[0])
+    (tmp_path / "run.csv").write_text(blocks(SECTIONS["Campaign"], "text")[0])
     rows = read_table(tmp_path / "run.csv", WavChannel)
     assert [(row.channel, row.full_scale) for row in rows] == [
         ("A1 x", 500.0),

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -21,7 +20,7 @@ from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile, 
 from deboom.files.platform import PLATFORM_FILE, MountEntry, PlatformFile
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel
-from deboom.files.tables import write_frame
+from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
 from deboom.mounts.mount import AXES
 
@@ -237,8 +236,14 @@ def new_folder(folder: Path, kind: FolderKind, names: Names = Names()) -> Path:
 def _write_platform_tables(folder: Path, entries: Sequence[MountEntry], names: Names) -> None:
     """Write its workbooks, and the headers of functions that are tables."""
     channels = _channel_rows(entries)
-    replace_bytes(folder / "mounts.xlsx", _workbook(_mount_rows(entries), _MOUNT_HELP))
-    replace_bytes(folder / "channels.xlsx", _workbook(channels, _CHANNEL_HELP))
+    for name, table, explained in (
+        ("mounts", _mount_rows(entries), _MOUNT_HELP),
+        ("channels", channels, _CHANNEL_HELP),
+    ):
+        explained_table = pd.DataFrame(explained, columns=["column", "what goes there"])
+        # the first sheet is read
+        sheets = {"table": table, "help": explained_table}
+        replace_bytes(folder / f"{name}.xlsx", workbook_bytes(sheets, name))
     for inside, files in (("noise_transfer", names.vehicles), ("operating", names.load_cases)):
         (folder / inside).mkdir()
         for name in files if names.files in (FunctionFiles.csv, FunctionFiles.xlsx) else ():
@@ -301,20 +306,6 @@ def _channel_rows(mounts: Sequence[MountEntry]) -> pd.DataFrame:
     )
 
 
-def _workbook(table: pd.DataFrame, explained: Sequence[tuple[str, str]]) -> bytes:
-    """Return an Excel file: the table first, which is read, then what its columns mean."""
-    memory = io.BytesIO()
-    with pd.ExcelWriter(memory, engine="openpyxl") as book:
-        table.to_excel(book, sheet_name="table", index=False)
-        help_sheet = pd.DataFrame(explained, columns=["column", "what goes there"])
-        help_sheet.to_excel(book, sheet_name="help", index=False)
-        for sheet, widths in (("table", [16] * table.shape[1]), ("help", [24, 110])):
-            for column, width in zip("ABCDEFGH", widths, strict=False):
-                book.sheets[sheet].column_dimensions[column].width = width
-            book.sheets[sheet].freeze_panes = "A2"
-    return memory.getvalue()
-
-
 def _write_header(path: Path, channels: pd.DataFrame, *, transfer: bool) -> None:
     """Write a table of functions with its columns and without a line."""
     header = ["frequency [Hz]"]
@@ -325,6 +316,4 @@ def _write_header(path: Path, channels: pd.DataFrame, *, transfer: bool) -> None
     if path.suffix == ".csv":
         write_frame(path, table)
     else:
-        memory = io.BytesIO()
-        table.to_excel(memory, index=False)
-        replace_bytes(path, memory.getvalue())
+        replace_bytes(path, workbook_bytes({"table": table}, path.stem))

@@ -114,35 +114,6 @@ class SweepNodes:
         )
 
 
-@dataclass(frozen=True, eq=False)
-class SweepSpectra:
-    """What one file of order spectra holds.
-
-    - `acceleration`: channels ``A1 x`` … of the compressor [m/s^2].
-    - `holder`, `sound`: channels ``mount 1 x`` … [m/s^2] and the microphones [Pa]; None where there
-      are none.
-    """
-
-    acceleration: Spectrum
-    holder: Spectrum | None
-    sound: Spectrum | None
-
-
-@dataclass(frozen=True, eq=False)
-class SweepRecord:
-    """What one file over time holds.
-
-    - `tacho` (n_sample,): [V or 1].
-    - `acceleration`: as in `SweepSpectra`.
-    - `holder`, `sound`.
-    """
-
-    tacho: RealArray
-    acceleration: TimeRecord
-    holder: TimeRecord | None
-    sound: TimeRecord | None
-
-
 def write_sweep(
     path: Path,
     nodes: SweepNodes,
@@ -199,27 +170,29 @@ def write_sweep_record(
     write_uff(path, _functions(time, columns, 1, notes), binary=True)
 
 
-def read_sweep(path: Path, nodes: SweepNodes) -> SweepSpectra:
+def read_sweep(path: Path, nodes: SweepNodes) -> tuple[Spectrum | None, ...]:
     """Read order spectra.
 
+    - returns `acceleration`, `holder`, `sound`: of the compressor [m/s^2], of the body side of its
+      mounts [m/s^2], of the microphones [Pa]; None where the nodes have none.
     - raises InputError: the file cannot be read as UFF; the tacho is missing or does not fit the
       lines; a channel is missing, doubled, dead, real, or of another order, type or unit.
     """
     file = FunctionMatrix(path, "", SPECTRA)
     file.check_order(1.0, "an unbalance is of order 1, export that")
     file.check_speed(_tacho(file, nodes.tacho, "speed in rpm"), 1.0)
-    spectra = []
-    for _, dofs, ordinate, unit in nodes.channels:
-        values = _channels(file, dofs, ordinate, unit) if dofs else None
-        names = tuple(dof.name for dof in dofs)
-        spectra.append(None if values is None else Spectrum(file.axis, values, names, unit))
-    acceleration, holder, sound = spectra
-    assert acceleration is not None
-    return SweepSpectra(acceleration, holder, sound)
+    return tuple(
+        Spectrum(file.axis, _channels(file, dofs, *of), tuple(dof.name for dof in dofs), of[1])
+        if dofs
+        else None
+        for _, dofs, *of in nodes.channels
+    )
 
 
-def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord:
-    """Read channels over time."""
+def read_sweep_record(
+    path: Path, nodes: SweepNodes, rate: float
+) -> tuple[RealArray, tuple[TimeRecord | None, ...]]:
+    """Read the tacho (n_sample,) [V or 1], and channels over time as `read_sweep` does."""
     file = FunctionMatrix(path, "", (TIME_SIGNAL,))
     stated = (file.axis.size - 1) / (file.axis[-1] - file.axis[0])
     if abs(stated / rate - 1) > 1e-4:
@@ -233,9 +206,7 @@ def read_sweep_record(path: Path, nodes: SweepNodes, rate: float) -> SweepRecord
         values = _channels(file, dofs, ordinate, unit, is_complex=False).real if dofs else None
         names = tuple(dof.name for dof in dofs)
         records.append(None if values is None else TimeRecord(values, rate, names, unit))
-    acceleration, holder, sound = records
-    assert acceleration is not None
-    return SweepRecord(tacho, acceleration, holder, sound)
+    return tacho, tuple(records)
 
 
 _Column = tuple[Dof, str, str, RealOrComplexArray]
@@ -452,24 +423,25 @@ def _sweep(
 ) -> OperatingSweep:
     try:
         if entry.spectra is not None:
-            found = read_sweep(folder / entry.spectra, nodes)
-            acceleration, holder, sound = found.acceleration, found.holder, found.sound
-            corner = stated.corner_hz / acceleration.frequency
-            floor = (stated.floor_m_s2 * np.sqrt(1 + corner**2))[:, np.newaxis]
+            parts = read_sweep(folder / entry.spectra, nodes)
+            floor = None
         else:
             # loading made sure that a record and its rate are there
             assert entry.record is not None
             assert entry.sample_rate_hz is not None
-            record = read_sweep_record(folder / entry.record, nodes, entry.sample_rate_hz)
-            parts = [part for part in (record.acceleration, record.holder, record.sound) if part]
+            tacho, records = read_sweep_record(folder / entry.record, nodes, entry.sample_rate_hz)
             try:
-                tracked = tracked_sweep(record.tacho, parts)
+                tracked = tracked_sweep(tacho, [record for record in records if record])
             except InputError as error:
                 raise InputError(f"{folder / entry.record}: {error}") from None
-            acceleration, *rest = tracked.spectra
-            holder = rest.pop(0) if record.holder else None
-            sound = rest.pop(0) if record.sound else None
+            spectra = iter(tracked.spectra)
+            parts = tuple(next(spectra) if record else None for record in records)
             floor = np.maximum(tracked.noise[0], np.finfo(float).tiny)
+        acceleration, holder, sound = parts
+        assert acceleration is not None
+        if floor is None:
+            corner = stated.corner_hz / acceleration.frequency
+            floor = (stated.floor_m_s2 * np.sqrt(1 + corner**2))[:, np.newaxis]
         return OperatingSweep(
             name=entry.name,
             hoses=HoseState(entry.hoses),

@@ -79,11 +79,8 @@ class TableRow:
 
     sheet: ClassVar[str | None] = None
     """Sheet of an Excel file; None is the first."""
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        """What no other row may repeat, in words."""
-        return ()
+    unique: ClassVar[tuple[str, ...]] = ()
+    """What no other row may repeat, in words with the row's entries."""
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         """Refuse what does not fit together in this row, or with earlier ones."""
@@ -122,8 +119,8 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
                     item._check(read)
                 except InputError as error:
                     raise row.error(str(error)) from None
-                for words in item._unique:
-                    refuse_second(seen, words, row)
+                for words in item.unique:
+                    refuse_second(seen, words.format(item), row)
                 read.append(item)
     return tuple(read)
 
@@ -272,13 +269,15 @@ class MountRow(TableRow):
     - `position`: virtual point in vehicle axes, from the powertrain's centre of gravity [m].
     """
 
+    unique = ("'{0.name}'",)
     mount: str
     piece: Blank
     position: _Place
 
     @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"'{' '.join(filter(None, (self.mount, self.piece)))}'",)
+    def name(self) -> str:
+        """Mount and piece in one."""
+        return f"{self.mount} {self.piece}".strip()
 
 
 @dataclass(frozen=True)
@@ -294,6 +293,7 @@ class SensorRow(TableRow):
       [rad].
     """
 
+    unique = ("sensor '{0.sensor}'",)
     sensor: str
     kind: str
     model: str
@@ -301,10 +301,6 @@ class SensorRow(TableRow):
     piece: Blank
     position: Annotated[Vector, _Numbers(_AXES, "m", one_unit=True)]
     angles: Annotated[Vector, _Numbers(("rx", "ry", "rz"), "rad", written="deg", one_unit=True)]
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"sensor '{self.sensor}'",)
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         kinds = [kind.value for kind in SensorKind]
@@ -345,15 +341,12 @@ class PlacedSensor(TableRow):
       [rad].
     """
 
-    sheet: ClassVar[str | None] = "sensors"
+    sheet = "sensors"
+    unique = ("sensor '{0.sensor}'", "node {0.node}")
     sensor: str
     node: int
     position: _PlaceInMillimetres
     angles: _Angles
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"sensor '{self.sensor}'", f"node {self.node}")
 
 
 @dataclass(frozen=True)
@@ -366,7 +359,8 @@ class PlacedImpact(TableRow):
     - `direction`: unit vector along which a positive force pushes [1].
     """
 
-    sheet: ClassVar[str | None] = "impacts"
+    sheet = "impacts"
+    unique = ("impact '{0.impact}'", "node {0.node} along {0.axis}")
     impact: str
     node: int
     position: _PlaceInMillimetres
@@ -378,9 +372,9 @@ class PlacedImpact(TableRow):
         return uff_direction(self.direction)
 
     @property
-    def _unique(self) -> tuple[str, ...]:
-        along = self.uff_direction.lstrip("+-")
-        return (f"impact '{self.impact}'", f"node {self.node} along {along}")
+    def axis(self) -> str:
+        """Axis of the direction without its sign."""
+        return self.uff_direction.lstrip("+-")
 
 
 @dataclass(frozen=True)
@@ -394,6 +388,7 @@ class HammerPoint(TableRow):
     - `direction`: unit vector along which a positive force pushes [1].
     """
 
+    unique = ("impact '{0.impact}'", "node {0.node} along {0.direction}", "file '{0.file}'")
     impact: str
     node: int
     file: str
@@ -404,11 +399,6 @@ class HammerPoint(TableRow):
     def uff_direction(self) -> str:
         """``+x`` … ``-z`` along an axis of the vehicle, else ``scalar``."""
         return uff_direction(self.direction)
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        pushed = f"node {self.node} along {self.direction}"
-        return (f"impact '{self.impact}'", pushed, f"file '{self.file}'")
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         parts = Path(self.file)
@@ -456,6 +446,7 @@ class ImpactRow(TableRow):
     - `position`: from the powertrain's centre of gravity [m].
     """
 
+    unique = ("impact '{0.impact}'", "DoF {0.node} {0.direction}")
     impact: str
     mount: str
     piece: Blank
@@ -467,10 +458,6 @@ class ImpactRow(TableRow):
     def vector(self) -> tuple[float, ...]:
         """Unit vector along `direction`."""
         return tuple(_sign(self.direction) * (axis == self.direction[1:]) for axis in _AXES)
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"impact '{self.impact}'", f"DoF {self.node} {self.direction}")
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         directions = [f"{sign}{axis}" for axis in _AXES for sign in "+-"]
@@ -489,15 +476,12 @@ class PanelRow(TableRow):
     - `area`: area with which its motion changes the volume of the cabin [m²].
     """
 
+    unique = ("panel '{0.panel}'", "node {0.node}")
     panel: str
     node: int
     normal: Annotated[Vector, _Numbers(("nx", "ny", "nz"))]
     position: _Place
     area: Annotated[float, _Numbers(("area",), "m^2")]
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"panel '{self.panel}'", f"node {self.node}")
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         if abs(np.linalg.norm(self.normal) - 1) > 1e-3:
@@ -539,6 +523,11 @@ class _Channel(TableRow):
     node: int
     direction: str
     unit: Unit
+
+    @property
+    def along(self) -> str:
+        """Axis of the direction without its sign."""
+        return self.direction.lstrip("+-")
 
     @property
     def sign(self) -> float:
@@ -591,6 +580,7 @@ class CampaignChannel(_Channel):
     - `unit`: unit as the table states it.
     """
 
+    unique = ("{0.quantity} '{0.channel}'", "{0.ordinate} at node {0.node} along {0.along}")
     channel: str
     quantity: str
     node: int
@@ -598,12 +588,9 @@ class CampaignChannel(_Channel):
     unit: Unit
 
     @property
-    def _unique(self) -> tuple[str, ...]:
-        ordinate, along = CAMPAIGN_QUANTITIES[self.quantity][0], self.direction.lstrip("+-")
-        return (
-            f"{self.quantity} '{self.channel}'",
-            f"{ordinate} at node {self.node} along {along}",
-        )
+    def ordinate(self) -> str:
+        """Word of the quantity in the UFF file."""
+        return CAMPAIGN_QUANTITIES[self.quantity][0]
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         si = {quantity: unit for quantity, (_, unit) in CAMPAIGN_QUANTITIES.items()}
@@ -629,20 +616,13 @@ class HammerChannel(_Channel):
     - `range`: largest value that the channel can hold, in SI; infinite where it is not known.
     """
 
+    unique = ("channel '{0.channel}'", "{0.quantity} at node {0.node} along {0.along}")
     channel: str
     quantity: str
     node: int
     direction: str
     unit: Unit
     range: Annotated[float, InUnitOfRow] = math.inf
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        along = self.direction.lstrip("+-")
-        return (
-            f"channel '{self.channel}'",
-            f"{self.quantity} at node {self.node} along {along}",
-        )
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         axis = self.channel.rpartition(" ")[2]
@@ -666,6 +646,7 @@ class ChannelRow(_Channel):
     - `unit`: unit as the table states it.
     """
 
+    unique = ("{0.quantity} '{0.channel}'", "{0.quantity} at node {0.node} {0.direction}")
     channel: str
     quantity: str
     mount: str
@@ -674,13 +655,6 @@ class ChannelRow(_Channel):
     node: int
     direction: str
     unit: Unit
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (
-            f"{self.quantity} '{self.channel}'",
-            f"{self.quantity} at node {self.node} {self.direction}",
-        )
 
     def _check(self, _earlier: Sequence[Self]) -> None:
         if self.axis not in _AXES:

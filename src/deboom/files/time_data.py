@@ -23,7 +23,6 @@ from deboom.errors import InputError
 from deboom.files.disk import kind_of, library, read_bytes
 from deboom.files.function_table import TIME_SIGNAL, matlab_table
 from deboom.files.rows import (
-    CAMPAIGN_QUANTITIES,
     CampaignChannel,
     InUnitOfRow,
     TableRow,
@@ -155,7 +154,7 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunctio
             function_type=TIME_SIGNAL,
             response_node=row.node,
             response_direction=row.direction,
-            ordinate=CAMPAIGN_QUANTITIES[row.quantity][0],
+            ordinate=row.ordinate,
             ordinate_unit=unit.si,
             file_unit=unit.label,
         )
@@ -189,9 +188,8 @@ def _readable(path: Path, kind: str) -> Iterator[None]:
             yield
     except InputError:
         raise
-    except Exception as error:  # each library has a dozen kinds
-        reason = str(error).strip().partition("\n")[0] or type(error).__name__
-        raise InputError(f"{path} is {kind}, but damaged ({reason}): export it again") from None
+    except Exception:  # each library has a dozen kinds
+        raise InputError(f"{path} is {kind}, but damaged: export it again") from None
 
 
 def _mdf(path: Path) -> _Channels:
@@ -199,10 +197,12 @@ def _mdf(path: Path) -> _Channels:
     try:
         file = opened(io.BytesIO(read_bytes(path)))
     except Exception as error:
-        # half open, it would complain on the console when it is cleared away
+        # left half open, the library would complain on the console when it is cleared away
         for frame, _ in walk_tb(error.__traceback__):
-            if hasattr(frame.f_locals.get("self"), "_closed"):
-                frame.f_locals["self"]._closed = True
+            half: Any = frame.f_locals.get("self")
+            if hasattr(half, "_tempfile"):
+                half._tempfile.close()
+                half._closed = True
         raise
     with file:
         for number, group in enumerate(file.groups):
@@ -294,6 +294,7 @@ class WavChannel(TableRow):
     - `unit`: unit of the channel, such as ``Pa``.
     """
 
+    unique = ("channel '{0.channel}'",)
     channel: str
     full_scale: Annotated[float, InUnitOfRow]
     unit: Unit
@@ -301,10 +302,6 @@ class WavChannel(TableRow):
     def _check(self, _earlier: Sequence[WavChannel]) -> None:
         if not 0 < self.full_scale < math.inf:
             raise InputError(f"full_scale of '{self.channel}' is not positive: state it")
-
-    @property
-    def _unique(self) -> tuple[str, ...]:
-        return (f"channel '{self.channel}'",)
 
 
 def _wav(path: Path) -> _Channels:

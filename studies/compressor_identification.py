@@ -56,7 +56,6 @@ class Options:
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
     identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False
-    reference: Annotated[bool, Option(help="Fit the 44 numbers by SLSQP as well.")] = True
 
     def __post_init__(self) -> None:
         if self.cases < 1:
@@ -74,7 +73,7 @@ def run(
     context: RunContext | None = None,  # noqa: ARG001
 ) -> Report:
     """Measure, identify, compare and report."""
-    beside = Beside(reference=options.reference, identical_mounts=options.identical_mounts)
+    beside = Beside(identical_mounts=options.identical_mounts)
     with progress_bar("compressor identification") as progress:
         if given is not None:
             step = counted(progress, STEPS)

@@ -31,7 +31,8 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.thesis_fit import fit_identical_mounts, fit_thesis_parameters
+from deboom.compressor.mount_shares import mount_shares
+from deboom.compressor.thesis_fit import fit_thesis_parameters
 from deboom.study.compressor_identification import (
     IdentificationErrors,
     errors_of,
@@ -108,8 +109,8 @@ def _identical(seed: int) -> tuple[float, float, bool]:
         test, truth = read_test(folder, truth=True)
         assert truth is not None
         assert test.drawing is not None
-        fit = fit_identical_mounts(identify(test, OPTIONS), test.drawing)
-        return (*mounting_errors(fit, truth), fit.holds)
+        fit = mount_shares(identify(test, OPTIONS), test.drawing.mounts, identical=True)
+        return (*mounting_errors(fit, truth), fit.identical_holds)
 
 
 def _p90(values: Sequence[float]) -> float:

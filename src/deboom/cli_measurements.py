@@ -40,9 +40,6 @@ def identify(
         bool,
         typer.Option(help="With a drawing: also fit each mount's place, tilt and stiffness."),
     ] = True,
-    reference: Annotated[
-        bool, typer.Option(help="These by a second optimiser as well (SLSQP).")
-    ] = False,
     identical_mounts: Annotated[
         bool,
         typer.Option(
@@ -106,7 +103,7 @@ def identify(
             smallest_coherence=smallest_coherence,
             held_out=held_out,
         )
-        beside = Beside(thesis=thesis, reference=reference, identical_mounts=identical_mounts)
+        beside = Beside(thesis=thesis, identical_mounts=identical_mounts)
         with progress_bar("identify") as progress:
             run, alarms = identify_into_run(
                 folder,

@@ -27,8 +27,7 @@ KEYS = [
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    options = {"cases": 1, "reference": False}
-    return run_study(STUDY, tmp_path_factory.mktemp("results"), options)
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), {"cases": 1})
 
 
 def test_a_compressor_is_identified(finished):

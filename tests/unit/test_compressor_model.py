@@ -18,7 +18,6 @@ from deboom.compressor.model import (
     rigid_limit,
 )
 from deboom.compressor.parameters import (
-    IdenticalMountParameters,
     MinimalParameters,
     ThesisParameters,
     mass_matrix_from_parameters,
@@ -55,13 +54,6 @@ def compressor(gain=RUBBER):
 MODEL = compressor()
 
 
-def identical_values():
-    minimal = MinimalParameters(0.055).values_of(MODEL)
-    rng = np.random.default_rng(1)
-    mounting = [rng.normal(0, 0.003, 9), rng.normal(0, 0.05, 6), np.log([3e4, 1.2e4])]
-    return np.concatenate([minimal[:10], *mounting, minimal[-5:]])
-
-
 def thesis_values():
     values = ThesisParameters().values_of(MODEL, MOUNTS)
     values[-1] = 1.1
@@ -71,7 +63,6 @@ def thesis_values():
 CASES = [
     pytest.param(MinimalParameters(0.055), MinimalParameters(0.055).values_of(MODEL), id="minimal"),
     pytest.param(ThesisParameters(), thesis_values(), id="thesis"),
-    pytest.param(IdenticalMountParameters(MOUNTS, 0.055), identical_values(), id="identical"),
 ]
 
 
@@ -111,7 +102,7 @@ def test_derivatives_of_apparent_mass_and_mass_matrix(parametrisation, values):
 
 
 def test_the_numbers_of_each_parametrisation():
-    assert [case.values[1].size for case in CASES] == [35, 44, 32]
+    assert [case.values[1].size for case in CASES] == [35, 44]
     assert len(ThesisParameters().units) == 44
 
 
@@ -127,16 +118,6 @@ def test_parameters_return_the_compressor():
     thesis[-1] = 2.0
     doubled = ThesisParameters().model(thesis)
     np.testing.assert_allclose(doubled.gain.at(FEW), 2 * GAIN.at(FEW), rtol=1e-14)
-
-
-def test_identical_mounts_at_their_nominal_place():
-    values = identical_values()
-    values[10:25] = 0.0
-    mounts = IdenticalMountParameters(MOUNTS, 0.055).mounts(values)
-    for mount, nominal in zip(mounts, MOUNTS, strict=True):
-        np.testing.assert_allclose(mount.position, nominal.position, atol=1e-15)
-        np.testing.assert_allclose(mount.orientation, nominal.orientation, atol=1e-12)
-        np.testing.assert_allclose(mount.stiffness, [3e4, 1.2e4, 1.2e4])
 
 
 def test_any_ten_numbers_are_a_body_and_any_body_is_ten_numbers():

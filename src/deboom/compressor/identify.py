@@ -174,12 +174,6 @@ class Identification(Tabled):
         )
 
     @property
-    def whitened(self) -> Objective:
-        """Inertance at the virtual point on the lines of the fit, in units of its noise."""
-        part = self.raw.select(self.fitted)
-        return _whitened(part, self.inertance.values[self.fitted], self.response, self.excitation)
-
-    @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust the model, in words; empty where there are none."""
         alarms = []

@@ -93,6 +93,11 @@ class MountShares:
         return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
     @property
+    def identical_holds(self) -> bool:
+        """Whether test and drawing agree with identical round mounts."""
+        return self.identical_probability >= SMALLEST_PROBABILITY
+
+    @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust them, in words; empty where there are none."""
         if self.probability >= SMALLEST_PROBABILITY:
@@ -105,7 +110,7 @@ class MountShares:
     @property
     def statement(self) -> str:
         """What the single mounts rest on, in words."""
-        if self.identical:
+        if self.identical_holds:
             return (
                 "The hammer test agrees with identical round mounts (probability "
                 f"{self.identical_probability:.2g}) and then shows what each of them carries."
@@ -134,10 +139,13 @@ def mount_shares(
     found: Identification,
     drawn: tuple[CompressorMount, ...],
     prior: MountPrior | None = None,
+    *,
+    identical: bool = False,
 ) -> MountShares:
     """Split the stiffness at the virtual point into single mounts.
 
-    InputError: fewer than two mounts.
+    `identical`: take identical round mounts even where the χ² refutes them. InputError: fewer than
+    two mounts.
 
     K_VP has 20 numbers and three mounts have 27, which no test at one virtual point can tell. The
     mounts sought fit K_VP, weighed with its posterior covariance, and the drawing, weighed with the
@@ -154,7 +162,7 @@ def mount_shares(
     any_mounts = np.diag([*np.tile(per_mount, len(drawn)), prior.scale])
     whiten = _whitening(found)
     one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)), whiten)
-    identical = one_part.probability >= SMALLEST_PROBABILITY
+    identical = identical or one_part.probability >= SMALLEST_PROBABILITY
     best = one_part if identical else _agreeing(found, drawn, any_mounts, whiten)
     posterior = np.linalg.inv(best.slopes.T @ best.slopes + np.eye(best.slopes.shape[1]))
     return MountShares(

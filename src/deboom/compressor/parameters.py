@@ -1,4 +1,4 @@
-"""Numbers that describe a compressor on its mounts: minimal, the thesis's, identical mounts."""
+"""Numbers that describe a compressor on its mounts: the minimal ones and the thesis's."""
 
 from __future__ import annotations
 
@@ -109,42 +109,8 @@ class Parametrisation(ABC):
         return result
 
 
-class _LogCholeskyBody(Parametrisation):
-    """Parametrisations that begin with ten numbers of mass and end with five of the gain."""
-
-    length: float
-    reference_frequency: float
-
-    @property
-    def parts(self) -> tuple[slice, slice, slice]:
-        n_gain = len(GAIN_SHAPE_NAMES)
-        return slice(0, N_MASS), slice(N_MASS, -n_gain), slice(-n_gain, None)
-
-    @abstractmethod
-    def stiffness(self, values: RealArray) -> RealArray:
-        """K_VP, shape (6, 6)."""
-
-    @abstractmethod
-    def stiffness_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate K_VP by its numbers, shape (n, 6, 6)."""
-
-    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
-        body = mass_properties(mass_matrix_from_parameters(values[:N_MASS], self.length))
-        gain = gain_from_parameters(values[self.parts[2]], self.reference_frequency)
-        return body, self.stiffness(values), gain
-
-    def derivatives(
-        self, values: RealArray, frequency: RealArray
-    ) -> tuple[RealArray, RealArray, ComplexArray]:
-        return (
-            _mass_matrix_derivatives(values[:N_MASS], self.length),
-            self.stiffness_derivatives(values),
-            gain_derivatives(values[self.parts[2]], self.reference_frequency, frequency),
-        )
-
-
 @dataclass(frozen=True)
-class MinimalParameters(_LogCholeskyBody):
+class MinimalParameters(Parametrisation):
     """Ten numbers of mass, twenty of stiffness, five of gain: all that a virtual point can show.
 
     `length`: characteristic length by which rotations are scaled, printed with every result [m];
@@ -167,6 +133,12 @@ class MinimalParameters(_LogCholeskyBody):
         return (*MASS_PARAMETER_NAMES, *entries, *GAIN_SHAPE_NAMES)
 
     @property
+    def parts(self) -> tuple[slice, slice, slice]:
+        """Places of the numbers of mass, of stiffness and of gain."""
+        n = N_MASS + N_STIFFNESS
+        return slice(0, N_MASS), slice(N_MASS, n), slice(n, None)
+
+    @property
     def stiffness_basis(self) -> RealArray:
         """6×6 matrix that each stiffness parameter multiplies, shape (20, 6, 6)."""
         unit = np.repeat([1.0, self.length], 3)
@@ -178,13 +150,24 @@ class MinimalParameters(_LogCholeskyBody):
                 basis[number, 2, 5] = basis[number, 5, 2] = -entry
         return basis
 
-    def stiffness(self, values: RealArray) -> RealArray:
-        """Compute K_VP at the reference line, shape (6, 6) [N/m, N/rad, N m/rad]."""
-        return np.asarray(np.tensordot(values[self.parts[1]], self.stiffness_basis, axes=1))
+    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
+        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] at the reference line, and gain."""
+        of_mass, of_stiffness, of_gain = self.parts
+        body = mass_properties(mass_matrix_from_parameters(values[of_mass], self.length))
+        stiffness = np.tensordot(values[of_stiffness], self.stiffness_basis, axes=1)
+        gain = gain_from_parameters(values[of_gain], self.reference_frequency)
+        return body, np.asarray(stiffness), gain
 
-    def stiffness_derivatives(self, values: RealArray) -> RealArray:  # noqa: ARG002  K is linear
-        """Differentiate K_VP by its numbers, shape (20, 6, 6)."""
-        return self.stiffness_basis
+    def derivatives(
+        self, values: RealArray, frequency: RealArray
+    ) -> tuple[RealArray, RealArray, ComplexArray]:
+        """Differentiate mass matrix (10, 6, 6), K_VP (20, 6, 6) and gain (5, n_frequency)."""
+        of_mass, _, of_gain = self.parts
+        return (
+            _mass_matrix_derivatives(values[of_mass], self.length),
+            self.stiffness_basis,
+            gain_derivatives(values[of_gain], self.reference_frequency, frequency),
+        )
 
     def values_of(self, model: CompressorModel) -> RealArray:
         """Find the parameters of a compressor, the inverse of `model`.
@@ -314,78 +297,6 @@ class ThesisParameters(Parametrisation):
         )
 
 
-@dataclass(frozen=True, eq=False)
-class IdenticalMountParameters(_LogCholeskyBody):
-    """Identical mounts that are round about their axes: 17 numbers of mounting for three mounts.
-
-    `length`: characteristic length of the body [m]; `reference_frequency`: line at which the real
-    part of the gain is 1 and the stiffness is stated [Hz].
-
-    Per mount three of position and two of tilt; in common the axial and the radial stiffness. The
-    rotation of a round mount about its own axis has no effect and is no parameter. All are seen at
-    the virtual point: no null space is left.
-    """
-
-    nominal: tuple[CompressorMount, ...]
-    length: float
-    reference_frequency: float = 20.0
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Name of each parameter."""
-        mounts = [mount.name for mount in self.nominal]
-        return (
-            *MASS_PARAMETER_NAMES,
-            *(f"{mount} offset {axis}" for mount in mounts for axis in AXES[:3]),
-            *(f"{mount} tilt {axis}" for mount in mounts for axis in AXES[1:3]),
-            "ln axial stiffness",
-            "ln radial stiffness",
-            *GAIN_SHAPE_NAMES,
-        )
-
-    def mounts(self, values: RealArray) -> tuple[CompressorMount, ...]:
-        """Return the mounts that the numbers stand for, stiffness at the reference line."""
-        n_mounts = len(self.nominal)
-        offset, tilt = self._offsets_and_tilts(values)
-        axial, radial = np.exp(values[N_MASS + 5 * n_mounts : N_MASS + 5 * n_mounts + 2])
-        return tuple(
-            CompressorMount(
-                mount.name,
-                mount.position + offset[i],
-                _angles_of(mount.orientation @ rotation_matrix([0.0, *tilt[i]])),
-                np.array([axial, radial, radial]),
-            )
-            for i, mount in enumerate(self.nominal)
-        )
-
-    def stiffness(self, values: RealArray) -> RealArray:
-        """Compute K_VP at the reference line, shape (6, 6) [N/m, N/rad, N m/rad]."""
-        return mounts_at_virtual_point(self.mounts(values))
-
-    def stiffness_derivatives(self, values: RealArray) -> RealArray:
-        """Differentiate K_VP at the reference line, shape (5 n_mount + 2, 6, 6)."""
-        _, tilt = self._offsets_and_tilts(values)
-        offsets, tilts = [], []
-        common = np.zeros((2, 6, 6))
-        for nominal, mount, angles in zip(self.nominal, self.mounts(values), tilt, strict=True):
-            forward, turn = forward_matrix(mount.position), mount.orientation
-            each = mount_stiffness_derivatives(mount)
-            offsets.append(each[:3])
-            for axis in (1, 2):
-                turned = nominal.orientation @ rotation_derivative(np.array([0.0, *angles]), axis)
-                half = turned @ np.diag(mount.stiffness) @ turn.T
-                tilts.append(_plus_transpose(forward.T @ half @ forward))
-            by_stiffness = each[6:] * mount.stiffness[:, np.newaxis, np.newaxis]
-            common += np.stack([by_stiffness[0], by_stiffness[1] + by_stiffness[2]])
-        return np.concatenate([*offsets, np.stack(tilts), common])
-
-    def _offsets_and_tilts(self, values: RealArray) -> tuple[RealArray, RealArray]:
-        """Offsets (n_mount, 3) [m] and tilts (n_mount, 2) [rad]."""
-        n = len(self.nominal)
-        numbers = values[N_MASS:]
-        return numbers[: 3 * n].reshape(n, 3), numbers[3 * n : 5 * n].reshape(n, 2)
-
-
 def mass_matrix_of_pseudo_inertia(pseudo: RealArray) -> RealArray:
     """Read the 6×6 mass matrix off a pseudo-inertia; the map is linear.
 
@@ -510,11 +421,3 @@ def _mass_matrix_derivatives(values: RealArray, length: float) -> RealArray:
         by_number[number, row, column] = scale * slope
     half = by_number @ factor.T
     return mass_matrix_of_pseudo_inertia(half + np.swapaxes(half, -1, -2))
-
-
-def _angles_of(rotation: RealArray) -> RealArray:
-    """Angles x, y, z of ``R = Rz Ry Rx``, shape (3,) [rad]."""
-    about_y = np.arcsin(np.clip(-rotation[2, 0], -1.0, 1.0))
-    about_x = np.arctan2(rotation[2, 1], rotation[2, 2])
-    about_z = np.arctan2(rotation[1, 0], rotation[0, 0])
-    return np.array([about_x, about_y, about_z])

@@ -212,48 +212,6 @@ def fit_at_virtual_point(
     )
 
 
-def fit_by_slsqp(
-    parametrisation: Parametrisation,
-    objective: Objective,
-    start: RealArray,
-    bounds: Bounds,
-    largest_iterations: int = 300,
-) -> PointFit:
-    """Fit by sequential quadratic programming, near to the spreadsheet's GRG method of the thesis.
-
-    A reference only: it needs several times more evaluations than least squares, because it sees
-    the sum of the squares instead of each residual.
-    """
-    from scipy.optimize import minimize
-
-    residuals, jacobian = _real_functions(parametrisation, objective)
-    middle, half = (bounds.upper + bounds.lower) / 2, (bounds.upper - bounds.lower) / 2
-
-    def cost(scaled: RealArray) -> tuple[float, RealArray]:
-        values = middle + half * scaled
-        deviation = residuals(values)
-        return 0.5 * float(deviation @ deviation), half * (jacobian(values).T @ deviation)
-
-    result = minimize(
-        cost,
-        (start - middle) / half,
-        jac=True,
-        bounds=[(-1.0, 1.0)] * start.size,
-        method="SLSQP",
-        options={"maxiter": largest_iterations, "ftol": 1e-9},
-    )
-    values = middle + half * result.x
-    return PointFit(
-        parametrisation,
-        values,
-        float(result.fun),
-        jacobian(values),
-        int(result.nfev),
-        _names_at_bound(parametrisation, values, bounds),
-        bool(result.success),
-    )
-
-
 def linear_start(
     parametrisation: MinimalParameters, frequency: npt.ArrayLike, inertance: npt.ArrayLike
 ) -> RealArray:

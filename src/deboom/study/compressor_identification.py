@@ -32,13 +32,9 @@ from deboom.compressor.identify import (
     identify,
 )
 from deboom.compressor.model import CompressorModel, GainFactor
+from deboom.compressor.mount_shares import MountShares, mount_shares
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
-from deboom.compressor.thesis_fit import (
-    IdenticalFit,
-    ThesisFit,
-    fit_identical_mounts,
-    fit_thesis_parameters,
-)
+from deboom.compressor.thesis_fit import ThesisFit, fit_thesis_parameters
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.run_folder import hash_files
@@ -149,7 +145,7 @@ def errors_of(found: Identification, truth: CompressorTruth) -> IdentificationEr
     )
 
 
-def mounting_errors(fit: IdenticalFit, truth: CompressorTruth) -> tuple[float, float]:
+def mounting_errors(fit: MountShares, truth: CompressorTruth) -> tuple[float, float]:
     """Largest error of place [m], and of the direction of the axis [rad], of identical mounts."""
     places, angles = [], []
     for found, true in zip(fit.mounts, truth.mounts, strict=True):
@@ -174,12 +170,11 @@ def _gain(model: CompressorModel, lines: npt.ArrayLike) -> RealArray:
 class Beside:
     """What is fitted beside the identification itself.
 
-    `thesis`: the thesis's 44 numbers, where there is a drawing; `reference`: these by sequential
-    quadratic programming as well; `identical_mounts`: identical round mounts.
+    `thesis`: the thesis's 44 numbers, where there is a drawing; `identical_mounts`: identical round
+    mounts.
     """
 
     thesis: bool = True
-    reference: bool = False
     identical_mounts: bool = False
 
 
@@ -198,7 +193,7 @@ class IdentifiedTest:
     found: Identification
     options: IdentifyOptions
     thesis: ThesisFit | None
-    identical: IdenticalFit | None
+    identical: MountShares | None
     truth: CompressorTruth | None
     seconds: float
     kept: IdentifiedCompressor
@@ -254,10 +249,10 @@ def identified_test(
         thesis, identical = None, None
         if beside.thesis and test.drawing is not None:
             step("the thesis's 44 numbers")
-            thesis = fit_thesis_parameters(found, test.drawing, with_reference=beside.reference)
+            thesis = fit_thesis_parameters(found, test.drawing)
         if beside.identical_mounts and test.drawing is not None:
             step("identical mounts")
-            identical = fit_identical_mounts(found, test.drawing)
+            identical = mount_shares(found, test.drawing.mounts, identical=True)
     kept = identified_compressor(found, options.bands, hashes)
     return IdentifiedTest(found, options, thesis, identical, truth, seconds, kept)
 

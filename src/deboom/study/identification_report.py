@@ -27,10 +27,8 @@ from deboom.compressor.identify import (
     modal_likeness,
 )
 from deboom.compressor.model import gain_from_parameters
-from deboom.compressor.thesis_fit import (
-    IdenticalFit,
-    ThesisFit,
-)
+from deboom.compressor.mount_shares import MountShares
+from deboom.compressor.thesis_fit import ThesisFit
 from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
@@ -106,11 +104,8 @@ def identification_report(tests: Sequence[IdentifiedTest], inputs: Sequence[Path
             "The compressor was not weighed: its mass, inertia and stiffness are known no better "
             "than the ratio of hammer and accelerometers. Weigh it."
         )
-    if first.identical is not None and not first.identical.holds:
-        report.warn(
-            f"Identical mounts are refuted: they leave residuals {first.identical.chi_ratio:.2f} "
-            "times as large as mounts that may differ."
-        )
+    if first.identical is not None and not first.identical.identical_holds:
+        report.warn(first.identical.statement)
     report.summary["mass_kg"] = model.mass
     errors = [errors_of(test.found, test.truth) for test in tests if test.truth is not None]
     if errors:
@@ -512,18 +507,14 @@ def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> N
         pd.DataFrame({"change": [str(1 + k) for k in range(len(changes))], "in words": changes}),
         "Changes that no test at one virtual point can see.",
     )
-    fits = [("least squares, trf", thesis.fit, thesis.seconds)]
-    if thesis.reference is not None:
-        fits.append(("SLSQP, near to GRG", thesis.reference, thesis.reference_seconds))
-    table = {
-        "optimiser": [name for name, _, _ in fits],
-        "cost [1]": [fit.cost for _, fit, _ in fits],
-        "evaluations": [fit.n_evaluations for _, fit, _ in fits],
-        "time [s]": [seconds for _, _, seconds in fits],
-        "parameters at a bound": [len(fit.at_bound) for _, fit, _ in fits],
-        "converged": [fit.converged for _, fit, _ in fits],
+    fit = {
+        "cost [1]": [thesis.fit.cost],
+        "evaluations": [thesis.fit.n_evaluations],
+        "time [s]": [thesis.seconds],
+        "parameters at a bound": [len(thesis.fit.at_bound)],
+        "converged": [thesis.fit.converged],
     }
-    report.table("fits", pd.DataFrame(table), "Optimisers of the 44-number fit, one cost.")
+    report.table("fits", pd.DataFrame(fit), "Least squares of the 44 numbers.")
     identifiability = identifiability_table(test, thesis)
     narrow = {
         "parameter": "parameter",
@@ -550,37 +541,34 @@ def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> N
     )
 
 
-def _identical(report: Report, fit: IdenticalFit) -> None:
-    """Show place, tilt and stiffness of identical round mounts."""
-    verdict = (
-        "as well as mounts that may differ: the assumption holds"
-        if fit.holds
-        else f"{fit.chi_ratio:.2f} times worse than mounts that may differ: the assumption is wrong"
-    )
+def _identical(report: Report, fit: MountShares) -> None:
+    """Show place, direction and stiffness of identical round mounts."""
     report.section(
         "Identical round mounts",
         "With one axial and one radial stiffness for all mounts, nothing stays invisible: place "
-        f"and tilt of each mount are found. This explains the test {verdict}. Offsets are along "
-        "the axes of the sheet, tilts about the mount's own radial axes, both from the drawing; "
-        f"stiffness at {REFERENCE_FREQUENCY:g} Hz.",
+        f"and direction of each mount are found. {fit.statement} Offsets and angles are along and "
+        f"about axes of the sheet, from the drawing; stiffness at {REFERENCE_FREQUENCY:g} Hz.",
     )
-    n = 5 * len(fit.drawn)
-    factor = np.repeat([1e3, 180 / np.pi], [3 * len(fit.drawn), 2 * len(fit.drawn)])
-    stiffness = fit.mounts[0].stiffness[:2]
+    # a round mount has no angle about its own axis, the first of its three
+    columns = {"offset x": 0, "offset y": 1, "offset z": 2, "angle y": 4, "angle z": 5}
+    shown = list(columns.values())
+    n = len(fit.drawn)
+    factor = np.array([1e3] * 3 + [180 / np.pi] * 2)
+    moved = fit.values[:-1].reshape(n, -1)[:, shown]
+    stiffness = 1e-3 * fit.mounts[0].stiffness[:2]
     table = pd.DataFrame(
         {
             "parameter": [
-                *fit.calibrated.parametrisation.names[10 : 10 + n],
+                *(f"{mount.name} {name}" for mount in fit.drawn for name in columns),
                 "axial stiffness",
                 "radial stiffness",
             ],
-            "unit": ["mm"] * (3 * len(fit.drawn)) + ["°"] * (2 * len(fit.drawn)) + ["N/mm"] * 2,
-            "identified": np.concatenate(
-                [factor * fit.calibrated.values[10 : 10 + n], 1e-3 * stiffness]
-            ),
-            "standard deviation": np.concatenate(
-                [factor * fit.deviations[:n], 1e-3 * stiffness * fit.deviations[n:]]
-            ),
+            "unit": ["mm", "mm", "mm", "°", "°"] * n + ["N/mm"] * 2,
+            "identified": [*(factor * moved).ravel(), *stiffness],
+            "standard deviation": [
+                *(factor * fit.deviations[:, shown]).ravel(),
+                *(stiffness * fit.deviations[0, 6:8]),
+            ],
         }
     )
     report.table("identical_mounts", table, "Mounts as found.", shown=in_words(table))
@@ -663,7 +651,6 @@ def identify_into_run(
             "held-out": options.held_out,
             "from-hits": from_hits,
             "thesis": beside.thesis,
-            "reference": beside.reference,
             "identical-mounts": beside.identical_mounts,
             "truth": with_truth,
         },

@@ -15,7 +15,6 @@ from deboom.measurement.quality import (
     quality_of_sheet,
     quality_table,
     reciprocity,
-    repeat_coherence,
     response_consistency,
 )
 from deboom.measurement.virtual_point import impact_geometry, sensor_geometry, virtual_point
@@ -25,7 +24,6 @@ from hammer_test import EXACT, InjectedFault, draw_hammer_test, measure
 ORDER = [
     "conditioning",
     "redundancy",
-    "coherence",
     "geometric consistency",
     "specific consistency",
     "overall consistency",
@@ -62,7 +60,7 @@ def report(hammer, measured, **options):
 def test_a_good_measurement_keeps_all_limits_in_the_stated_order(hammer):
     test, _, _, generator = hammer
     measured = measure(test, generator)
-    checks = report(hammer, measured, repeats=(measure(test, generator),))
+    checks = report(hammer, measured)
     assert [check.passed for check in checks] == [True] * len(checks)
     ranks = [next(k for k, word in enumerate(ORDER) if c.name.startswith(word)) for c in checks]
     assert sorted(set(ranks)) == list(range(len(ORDER)))
@@ -92,14 +90,9 @@ def test_operation_lists_what_it_cannot_check(hammer):
     checks = by_name(quality_in_operation(response, run, tolerances=EXACT))
     unchecked = {name: c.culprit for name, c in checks.items() if c.passed is None}
     assert unchecked == {
-        "coherence of repeats": "needs the same measurement twice",
         "reciprocity": "needs frequency response functions",
         "passivity": "needs frequency response functions",
     }
-    noisy = Spectrum(run.frequency, 1.1 * run.values, run.channels, run.unit)
-    with_repeat = by_name(quality_in_operation(response, run, repeats=(noisy,)))
-    # |1 + 1.1|² / 2 (1 + 1.1²)
-    assert with_repeat["coherence of repeats"].number == pytest.approx(4.41 / 4.42, rel=1e-6)
 
 
 def test_points_apart_have_no_driving_point(hammer):
@@ -121,17 +114,20 @@ def test_a_poor_sheet_is_reported_before_measuring(hammer):
 
 def test_the_table_has_a_row_per_check(hammer):
     test, _, _, generator = hammer
-    checks = report(hammer, reversed_channel(test, generator))
+    _, response, _, _ = hammer
+    apart = virtual_point(impact_geometry(test.impacts, (0.1, 0.0, 0.0)))
+    faulty = reversed_channel(test, generator)
+    checks = quality_of_frf(response, apart, faulty, FrfForm.INERTANCE)
     table = quality_table(checks)
     assert [row["check"] for row in table] == [check.name for check in checks]
     assert set(table[0]) == {"check", "number [1]", "limit", "verdict", "worst"}
     verdicts = {row["check"]: row["verdict"] for row in table}
-    assert verdicts["coherence of repeats"] == "not checked"
+    assert verdicts["passivity"] == "not checked"
     assert verdicts["geometric consistency (error)"] == "look here"
     limits = {row["check"]: row["limit"] for row in table}
     assert limits["geometric consistency (error)"] == "≤ 0.02"
     assert limits["specific consistency of sensors"] == "≥ 0.75"
-    assert limits["coherence of repeats"] == ""
+    assert limits["passivity"] == ""
 
 
 def test_silence_is_refused(hammer):
@@ -157,8 +153,6 @@ def test_a_line_of_silence_is_named(hammer):
     ("call", "words"),
     [
         (lambda: likeness([1.0], [1.0, 2.0]), r"shapes \(1,\) and \(2,\) differ"),
-        (lambda: repeat_coherence([[1.0]]), "at least two repeats"),
-        (lambda: repeat_coherence([[1.0], [1.0, 2.0]]), "have one shape"),
         (lambda: reciprocity(frf(2, 3)), "as many inputs as outputs"),
         (lambda: reciprocity(frf(2, 2, zero=True)), "driving point function of o1 is 0"),
         (lambda: passivity(frf(2, 3), FrfForm.INERTANCE, 1.0), "as many inputs as outputs"),
@@ -196,6 +190,5 @@ def test_channels_and_lines_must_agree(hammer):
         find_culprit(response.geometry, np.ones((4, 17)), EXACT)
 
 
-def test_silent_repeats_agree():
-    assert repeat_coherence([[0.0, 1.0], [0.0, 1.0]]) == pytest.approx([1.0, 1.0])
+def test_silence_agrees_with_silence():
     assert likeness([0.0], [0.0]) == pytest.approx([1.0])

@@ -24,7 +24,6 @@ from deboom.measurement.quality import (
     likeness,
     passivity,
     reciprocity,
-    repeat_coherence,
     response_consistency,
 )
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
@@ -61,15 +60,6 @@ def test_likeness_of_unrelated_functions_is_one_half():
 @pytest.mark.parametrize("other", [np.exp(1j * np.pi / 3), 2 + np.sqrt(3), 2 - np.sqrt(3)])
 def test_halfway_means_sixty_degrees_or_a_factor_of_3_7(other):
     assert likeness(1.0, other) == pytest.approx(0.75)
-
-
-def test_repeats_of_noise_have_one_nth():
-    generator = np.random.default_rng(2)
-    noise = generator.normal(size=(4, 20000)) + 1j * generator.normal(size=(4, 20000))
-    assert repeat_coherence(noise).mean() == pytest.approx(1 / 4, abs=0.01)
-    # signal to noise 10: (1 + 0.01/n) / (1 + 0.01), to first order in the noise
-    noisy = 1 + 0.1 * noise / np.sqrt(2)
-    assert repeat_coherence(noisy).mean() == pytest.approx(1.0025 / 1.01, abs=2e-4)
 
 
 def test_geometric_consistency_by_hand(hammer):

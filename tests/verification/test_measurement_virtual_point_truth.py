@@ -127,18 +127,6 @@ def test_least_squares_is_the_least_of_all_sums():
         assert part(found) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
 
 
-def test_the_noise_of_the_motion_is_the_stated_gain():
-    generator = np.random.default_rng(5)
-    test = draw_hammer_test(generator)
-    motion = body_motion(generator, 400)
-    noise = generator.normal(size=(2, 400, 18))
-    noisy = readings(test.sensors, motion) + 0.01 * (noise[0] + 1j * noise[1])
-    point = virtual_point(sensor_geometry(test.sensors))
-    found = motion_at_point(point, spectrum(test.sensors, noisy)).values
-    errors = np.sqrt(np.mean(np.abs(found - motion) ** 2, axis=0) / 2)
-    assert errors == pytest.approx(0.01 * point.conditioning.noise_gain, rel=0.1)
-
-
 def test_mounts_move_as_the_body_does():
     generator = np.random.default_rng(6)
     test = draw_hammer_test(generator)

@@ -22,12 +22,9 @@ from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor
 from deboom.measurement.virtual_point import (
     ChannelGeometry,
     impact_geometry,
-    motion_at_mounts,
-    motion_at_point,
     sensor_geometry,
     virtual_point,
 )
-from deboom.physics.dynamic_stiffness import displacement_from_acceleration
 
 
 class Method(Enum):
@@ -194,52 +191,3 @@ def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> S
             raise InputError(f"path {path} has no force of {missing}, there are {force.channels}")
     columns = [force.select(pieces).values.sum(axis=1) for pieces in paths.values()]
     return Spectrum(force.frequency, np.column_stack(columns), tuple(paths), force.unit)
-
-
-def body_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return the acceleration ``<point> x`` … ``<point> rz`` of the body at every virtual point."""
-    parts = {
-        point: motion_at_point(
-            virtual_point(vehicle.geometry(point, Method.RECIPROCAL)), run.acceleration
-        )
-        for point in vehicle.points
-    }
-    names = [f"{point} {name}" for point, part in parts.items() for name in part.channels]
-    return _beside(list(parts.values()), names)
-
-
-def _source_motion(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Acceleration at the virtual points [m/s²]; only the powertrain turns as a rigid body."""
-    on_powertrain = [s for s in vehicle.source_sensors if s.mount in vehicle.powertrain_mounts]
-    body = virtual_point(sensor_geometry(on_powertrain))
-    parts = []
-    for point in vehicle.points:
-        if point in vehicle.powertrain_mounts:
-            parts.append(motion_at_mounts(body, run.acceleration, {point: vehicle.position(point)}))
-            continue
-        sensors = [s for s in vehicle.source_sensors if f"{s.mount} {s.piece}".strip() == point]
-        if len(sensors) != 1:
-            raise InputError(
-                f"vehicle {vehicle.name}: {len(sensors)} source sensors at {point}: it needs one"
-            )
-        seen = run.acceleration.select(sensors[0].channels)
-        turned = seen.values @ sensors[0].orientation.T
-        parts.append(Spectrum(seen.frequency, turned, seen.channels, seen.unit))
-    return _beside(parts, [f"{point} {axis}" for point in vehicle.points for axis in SENSOR_AXES])
-
-
-def mount_deflection(vehicle: MeasuredVehicle, run: VehicleRun) -> Spectrum:
-    """Return how far each mount is deflected, source side against body side, ``<point> x y z`` [m].
-
-    Times the mount's stiffness it is the force on the body. Too few sensors on a source raise
-    InputError.
-    """
-    source = _source_motion(vehicle, run)
-    relative = source.values - body_motion(vehicle, run).select(source.channels).values
-    displacement = displacement_from_acceleration(relative, source.frequency)
-    return Spectrum(source.frequency, displacement, source.channels, "m")
-
-
-def _beside(parts: Sequence[Spectrum], names: Sequence[str]) -> Spectrum:
-    values = np.hstack([part.values for part in parts])
-    return Spectrum(parts[0].frequency, values, tuple(names), parts[0].unit)

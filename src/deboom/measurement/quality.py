@@ -1,7 +1,7 @@
 """Quality report of a virtual point, in the order in which a laboratory repairs things.
 
-Conditioning, before anything is measured; coherence of repeats; geometric consistency; specific and
-overall consistency; reciprocity; passivity; and leave-one-out, which names the culprit.
+Conditioning, before anything is measured; geometric consistency; specific and overall consistency;
+reciprocity; passivity; and leave-one-out, which names the culprit.
 
 Two consistencies compare what channels measured with what the body's motion, estimated from all of
 them, makes of it: the thesis's geometric one is an error, 0 is perfect; van der Seijs's rigid one a
@@ -53,7 +53,6 @@ LARGEST_CONDITION_NUMBER = 10.0
 """Scaled: the worst-seen motion has this much more noise than the best-seen one [1]."""
 LEAST_REDUNDANCY = 0.05
 """Share of a channel that the others must be able to tell [1]."""
-LEAST_REPEAT_COHERENCE = 0.8
 LARGEST_INCONSISTENCY = 0.02
 """Mean error of a channel from which the thesis's metric safely flags inverted channels (0.09) and
 swapped axes (0.27) [1]."""
@@ -140,20 +139,16 @@ def quality_in_operation(
     point: VirtualPoint,
     measured: Spectrum,
     *,
-    repeats: Sequence[Spectrum] = (),
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> tuple[QualityCheck, ...]:
     """Judge the virtual point of a body in operation.
 
     All checks are listed in their order; those that need a known force as not checked. Raises
-    InputError: a missing channel, repeats of other lines, or lines without signal.
-
-    - `repeats`: the same run again, phase referred to the same event; may be empty.
+    InputError: a missing channel, or lines without signal.
     """
     missing = "needs frequency response functions"
     return (
         *quality_of_sheet(point.geometry, "sensors"),
-        _coherence(point, (measured, *repeats)),
         *_consistency_checks(point, measured),
         _not_checked("reciprocity", missing),
         _not_checked("passivity", missing),
@@ -167,7 +162,6 @@ def quality_of_frf(
     measured: Frf,
     form: FrfForm,
     *,
-    repeats: Sequence[Frf] = (),
     tolerances: Tolerances = DEFAULT_TOLERANCES,
 ) -> tuple[QualityCheck, ...]:
     """Judge a virtual point that was hit and watched.
@@ -177,26 +171,15 @@ def quality_of_frf(
     virtual points are apart. Tolerances of the sensors are taken for the impacts as well.
     """
     used = measured.select(response.channels, excitation.channels)
-    again = [repeat.select(used.outputs, used.inputs) for repeat in repeats]
     return (
         *quality_of_sheet(response.geometry, "sensors"),
         *quality_of_sheet(excitation.geometry, "impacts"),
-        _coherence(response, (used, *again)),
         *_consistency_checks(response, used),
         *_rigid_checks("impacts", excitation_consistency(excitation, used)),
         *_driving_point_checks(response, excitation, used, form),
         _leave_one_out("sensors", culprit_of_responses(response, used, tolerances)),
         _leave_one_out("impacts", culprit_of_excitation(excitation, used, tolerances)),
     )
-
-
-def _coherence(point: VirtualPoint, runs: Sequence[Spectrum | Frf]) -> QualityCheck:
-    name = "coherence of repeats"
-    if len(runs) < 2:
-        return _not_checked(name, "needs the same measurement twice")
-    values = repeat_coherence([channel_values(point, run) for run in runs])
-    means = values.mean(axis=(0, 1))
-    return _at_least(name, dict(zip(point.channels, means, strict=True)), LEAST_REPEAT_COHERENCE)
 
 
 def _consistency_checks(point: VirtualPoint, measured: Spectrum | Frf) -> tuple[QualityCheck, ...]:
@@ -272,24 +255,6 @@ def likeness(first: npt.ArrayLike, second: npt.ArrayLike, axis: int | None = Non
     if axis is not None:
         together, apart = together.sum(axis=axis), apart.sum(axis=axis)
     return _share(together, 2.0 * apart)
-
-
-def repeat_coherence(repeats: Sequence[npt.ArrayLike]) -> RealArray:
-    """Return how well repeats of one measurement agree, shape of one repeat [1].
-
-    ``|Σ x|² / n Σ |x|²``, the coherence between a constant excitation and the response: 1 if all
-    are equal, on average 1/n for n repeats of nothing but noise. Fewer than two repeats, or shapes
-    that differ, raise InputError.
-    """
-    arrays = [np.asarray(repeat, dtype=complex) for repeat in repeats]
-    if len(arrays) < 2:
-        raise InputError("repeatability needs at least two repeats of the measurement")
-    shapes = sorted({array.shape for array in arrays})
-    if len(shapes) > 1:
-        raise InputError(f"repeats of one measurement have one shape, not {shapes}")
-    stacked = np.stack(arrays)
-    energy = len(arrays) * np.sum(np.abs(stacked) ** 2, axis=0)
-    return _share(np.abs(stacked.sum(axis=0)) ** 2, energy)
 
 
 def _share(part: RealArray, whole: RealArray) -> RealArray:
@@ -368,31 +333,29 @@ def _consistency(
     return RigidConsistency(frequency, point.channels, np.sqrt(kept / energy), specific)
 
 
-@checked(likeness="n n", likeness_by_energy="n n", size="n n")
+@checked(likeness="n n", size="n n")
 class Reciprocity:
     """How symmetric a matrix of frequency response functions is.
 
-    - `likeness`, `likeness_by_energy` (n, n): coherence criterion of each entry and its mirror
-      image, mean over the lines, and with each line weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that
-      lines of nothing but noise do not count: 1 is perfect, 0.5 what two unrelated functions have,
-      0 opposite sign [1].
+    - `likeness` (n, n): coherence criterion of each entry and its mirror image over the lines, each
+      weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines of nothing but noise do not count: 1 is
+      perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
     - `size` (n, n).
     """
 
     names: tuple[str, ...]
     likeness: RealArray
-    likeness_by_energy: RealArray
     size: RealArray
 
     def worst(self, smallest: float = 0.1) -> tuple[str, float]:
-        """Return the least reciprocal pair, such as ``x–ry``, and its likeness by energy.
+        """Return the least reciprocal pair, such as ``x–ry``, and its likeness.
 
         Pairs of a `size` below `smallest` do not count: symmetric bodies have entries that are
         nothing but noise. An empty name and 1 where all pairs are small.
         """
         rows, columns = np.triu_indices(len(self.names), k=1)
         pairs = [
-            (float(self.likeness_by_energy[i, j]), f"{self.names[i]}–{self.names[j]}")
+            (float(self.likeness[i, j]), f"{self.names[i]}–{self.names[j]}")
             for i, j in zip(rows, columns, strict=True)
             if self.size[i, j] >= smallest
         ]
@@ -416,8 +379,7 @@ def reciprocity(frf: Frf) -> Reciprocity:
     energy = (np.abs(comparable) ** 2 + np.abs(mirror) ** 2) / 2
     return Reciprocity(
         names=frf.outputs,
-        likeness=likeness(frf.values, mirrored).mean(axis=0),
-        likeness_by_energy=likeness(comparable, mirror, axis=0),
+        likeness=likeness(comparable, mirror, axis=0),
         size=np.sqrt(energy.mean(axis=0)),
     )
 

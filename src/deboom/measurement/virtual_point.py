@@ -154,14 +154,12 @@ def _point(position: npt.ArrayLike) -> RealArray:
     return point
 
 
-@checked(noise_gain="m ?", redundancy="n")
+@checked(redundancy="n")
 class Conditioning:
     """What a position sheet promises.
 
     - `condition_number`: condition number of the forward matrix with rotations counted as motion at
       `length`; infinite where the rank is short [1].
-    - `noise_gain` (6,): standard deviation of each motion per that of a channel [1, 1/m]; infinite
-      where the rank is short.
     - `redundancy` (n_channel,): share of an error in one channel that shows in its own residual, 0
       … 1; a fault in a channel of redundancy 0 cannot be noticed [1].
     """
@@ -170,7 +168,6 @@ class Conditioning:
     condition_number: float
     length: float
     worst_seen: str
-    noise_gain: RealArray
     redundancy: RealArray
 
     @property
@@ -182,25 +179,20 @@ class Conditioning:
 def conditioning(geometry: ChannelGeometry) -> Conditioning:
     """Judge a position sheet before any measurement.
 
-    ``noise_gain = √diag (Vᵀ V)⁻¹``, ``redundancy = 1 − diag V V⁺``. Without the scaling the
+    ``redundancy = 1 − diag V V⁺``. Without the scaling the
     condition number depends on the unit of length (three sensors of a published rig 30 mm from
     their virtual point: 49 in metres, 1.5 scaled).
     """
     scaled = geometry.forward / geometry.scale
     singular, directions = np.linalg.svd(scaled)[1:]
     rank = int(np.count_nonzero(singular > singular[0] / SINGULAR))
-    noise_gain = np.full(scaled.shape[1], np.inf)
-    condition_number = np.inf
-    left, gains, right = np.linalg.svd(scaled, full_matrices=False)
-    if rank == scaled.shape[1]:
-        condition_number = float(singular[0] / singular[-1])
-        noise_gain = np.linalg.norm(right.T / gains, axis=1) / geometry.scale
+    complete = rank == scaled.shape[1]
+    left = np.linalg.svd(scaled, full_matrices=False)[0]
     return Conditioning(
         rank=rank,
-        condition_number=condition_number,
+        condition_number=float(singular[0] / singular[-1]) if complete else np.inf,
         length=geometry.length,
         worst_seen=_in_words(directions[-1] / geometry.scale, geometry),
-        noise_gain=noise_gain,
         redundancy=np.clip(1.0 - np.sum(left[:, :rank] ** 2, axis=1), 0.0, 1.0),
     )
 

@@ -110,14 +110,13 @@ DEFAULT_OPTIONS = CharacteriseOptions()
 class DirectionResult:
     """Result for one direction.
 
-    `surface` over the lines that are not near the floor, its agreement with those lines
-    (`training`), agreement of like surfaces with load cases they were not fitted to (`held_out`),
-    and its uncertainty; where there is no surface, `complaint` says why.
+    `surface` over the lines that are not near the floor, agreement of like surfaces with load cases
+    they were not fitted to (`held_out`), and its uncertainty; where there is no surface,
+    `complaint` says why.
     """
 
     measured: OperatingMap
     surface: DynamicStiffnessSurface | None = None
-    training: Agreement | None = None
     held_out: Agreement | None = None
     budget: DirectionBudget | None = None
     complaint: str = ""
@@ -391,7 +390,6 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
     return DirectionResult(
         measured=measured,
         surface=surface,
-        training=agreement(samples, surface.predict(samples.points, extrapolate=True)),
         held_out=_held_out(samples, surface, options.folds),
     )
 

@@ -43,10 +43,12 @@ same: $(READY)
 wheel: $(READY)
 	$(BIN)/python benchmarks/wheel.py
 
+validate: export OPENBLAS_NUM_THREADS := 1
 validate: $(READY)
-	$(BIN)/python benchmarks/validate.py
+	$(BIN)/python benchmarks/validate.py $(ROOM)
 
-ROOM := physics
+mutants: ROOM ?= physics
+mutants: export OPENBLAS_NUM_THREADS := 1
 mutants: $(READY)
 	$(BIN)/python benchmarks/mutants.py $(ROOM)
 

@@ -1,21 +1,34 @@
-"""Measure every claim again and rewrite docs/validation.md: ``make validate``."""
+"""Measure claims again and write docs/validation.md: ``make validate``, or some of its sections.
+
+``python benchmarks/validate.py mounts robust`` measures the section ``robust`` and all that rest
+on the room ``mounts``; ``--mark`` measures nothing and marks what was measured on older sources.
+``DRAWS=4`` takes four times as many draws. Every section is written as soon as it is measured.
+"""
 
 from __future__ import annotations
 
+import argparse
+import ast
+import hashlib
 import importlib
-import pkgutil
-import platform
+import io
+import re
+import resource
 import sys
 import time
+import tokenize
+import traceback
+from collections.abc import Iterator
 from datetime import UTC, datetime
+from functools import cache
 from importlib import metadata
 from pathlib import Path
-from types import ModuleType
 
-import claims
 from claims import Claim
 
-PAGE = Path(__file__).parents[1] / "docs" / "validation.md"
+ROOT = Path(__file__).parents[1]
+PAGE = ROOT / "docs" / "validation.md"
+CLAIMS = ROOT / "benchmarks" / "claims"
 HEAD = """# Validation
 
 Every claim beside its measured figure. This page is written by a command; do not edit it:
@@ -24,20 +37,106 @@ Every claim beside its measured figure. This page is written by a command; do no
 make validate
 ```
 
-Measured on {date} with Python {python}, {packages}. A claim that does not hold says **no**; the
-reason stands in the section's text or in [decisions.md](decisions.md).
+What follows from an equation is held by tests instead. A claim that does not hold says **no**; the
+reason stands in the section's text or in [decisions.md](decisions.md). Below each section stand its
+command, its processor time and the hash of the code it rests on, comments and docstrings apart.
 """
+OLDER = "*Measured on older sources: the code has changed since.*"
+FOOT = re.compile(r"`python benchmarks/validate\.py (\w+)`.*?(?:sources `(\w+)`)?$", re.M)
 
 
-def sections() -> list[ModuleType]:
-    """Import the modules of claims, in the order of their names."""
-    names = sorted(module.name for module in pkgutil.iter_modules(claims.__path__))
-    return [importlib.import_module(f"claims.{name}") for name in names]
+def section_names() -> list[str]:
+    """Return the names of all sections."""
+    return sorted(path.stem for path in CLAIMS.glob("[!_]*.py"))
 
 
-def section_text(module: ModuleType, rows: list[Claim], seconds: float) -> str:
-    """Write one section: title, text, table, and the command that gives it."""
-    title, _, text = (module.__doc__ or module.__name__).partition("\n")
+@cache
+def code(path: Path) -> str:
+    """Return a module's text without comments, docstrings and blank lines."""
+    text = path.read_text(encoding="utf-8")
+    lines = text.splitlines()
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+    for node in ast.walk(ast.parse(text)):
+        match node:
+            case ast.Expr(value=ast.Constant(value=str())):
+                lines[node.lineno - 1 : node.end_lineno] = [""] * (
+                    node.end_lineno - node.lineno + 1
+                )
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+@cache
+def imported(path: Path) -> tuple[Path, ...]:
+    """Return the project's modules that a module imports, and the studies it loads by name."""
+    names: set[str] = set()
+    studies = {study.stem: study for study in (ROOT / "studies").glob("[!_]*.py")}
+    found: set[Path] = set()
+    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        match node:
+            case ast.Import(names=aliases):
+                names |= {alias.name for alias in aliases}
+            case ast.ImportFrom(module=str(module), names=aliases):
+                names |= {module, *(f"{module}.{alias.name}" for alias in aliases)}
+            case ast.Constant(value=str(value)) if value.removesuffix(".py") in studies:
+                found.add(studies[value.removesuffix(".py")])
+    for name in names:
+        place = name.removeprefix("deboom.studies.").replace(".", "/")
+        base = ROOT / "studies" if name.startswith("deboom.studies.") else ROOT / "src"
+        for folder in (base, ROOT / "benchmarks"):
+            found |= {p for p in (folder / f"{place}.py", folder / place / "__init__.py")}
+    return tuple(sorted(p for p in found if p.exists()))
+
+
+def sources(name: str) -> list[Path]:
+    """Return every module that a section rests on, its own among them."""
+    seen, waiting = set(), [CLAIMS / f"{name}.py"]
+    while waiting:
+        path = waiting.pop()
+        if path not in seen:
+            seen.add(path)
+            waiting += imported(path)
+    return sorted(seen)
+
+
+def fingerprint(name: str) -> str:
+    """Return the hash of the code that a section rests on."""
+    digest = hashlib.sha256()
+    for path in sources(name):
+        digest.update(f"{path.relative_to(ROOT)}\n{code(path)}\n".encode())
+    return digest.hexdigest()[:12]
+
+
+def sections_of(page: str) -> dict[str, str]:
+    """Split a page into its sections, by name."""
+    found = {}
+    for text in re.split(r"^(?=## )", page, flags=re.M)[1:]:
+        if foot := FOOT.search(text):
+            found[foot[1]] = f"{text.strip()}\n"
+    return found
+
+
+def marked(page: str) -> str:
+    """Write a page anew, each section that rests on changed code marked, sections in order."""
+    texts = []
+    kept = sections_of(page)
+    for name in section_names():
+        if name not in kept:
+            continue
+        text = kept[name].replace(f"{OLDER}\n\n", "")
+        foot = FOOT.search(text)
+        if foot is None or foot[2] != fingerprint(name):
+            title, _, rest = text.partition("\n\n")
+            text = f"{title}\n\n{OLDER}\n\n{rest}"
+        texts.append(text)
+    return "\n".join([HEAD, *texts])
+
+
+def section_text(name: str, doc: str, rows: list[Claim], seconds: float) -> str:
+    """Write one section: title, text, table, and where it comes from."""
+    title, _, text = doc.partition("\n")
     lines = [f"## {title.rstrip('.')}", ""]
     if text.strip():
         lines += [text.strip(), ""]
@@ -47,9 +146,11 @@ def section_text(module: ModuleType, rows: list[Claim], seconds: float) -> str:
         f"{'yes' if row.holds else '**no**'} |"
         for row in rows
     ]
-    name = module.__name__.removeprefix("claims.")
-    lines += ["", f"`python benchmarks/validate.py {name}` ({seconds:.0f} s)", ""]
-    return "\n".join(lines)
+    packages = ", ".join(f"{p} {metadata.version(p)}" for p in ("numpy", "scipy", "pymoo"))
+    foot = (
+        f"`python benchmarks/validate.py {name}`: {seconds:.0f} s on {datetime.now(UTC):%Y-%m-%d}"
+    )
+    return "\n".join([*lines, "", f"{foot}, {packages}, sources `{fingerprint(name)}`", ""])
 
 
 def _cell(text: str) -> str:
@@ -57,29 +158,48 @@ def _cell(text: str) -> str:
     return text.replace("|", "\\|")
 
 
-def main(wanted: list[str]) -> None:
-    """Run the wanted sections, or all and rewrite the page."""
-    texts = []
-    for module in sections():
-        name = module.__name__.removeprefix("claims.")
-        if wanted and name not in wanted:
+def _cpu() -> float:
+    used = [resource.getrusage(who) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN)]
+    return sum(one.ru_utime + one.ru_stime for one in used)
+
+
+def _wanted(asked: list[str]) -> Iterator[str]:
+    for name in section_names():
+        text = (CLAIMS / f"{name}.py").read_text(encoding="utf-8")
+        if not asked or any(one == name or f"deboom.{one}." in text for one in asked):
+            yield name
+
+
+def main() -> int:
+    """Measure the wanted sections and write each into the page."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("wanted", nargs="*", help="sections or rooms; all if none is named")
+    parser.add_argument("--mark", action="store_true", help="only mark what is older")
+    asked = parser.parse_args()
+    page = PAGE.read_text(encoding="utf-8")
+    names = [] if asked.mark else list(_wanted(asked.wanted))
+    failed = []
+    begin = time.perf_counter()
+    for number, name in enumerate(names, 1):
+        print(f"{number} of {len(names)}: {name} ...", file=sys.stderr, flush=True)
+        before = _cpu()
+        try:
+            module = importlib.import_module(f"claims.{name}")
+            rows = module.claims()
+        except Exception:
+            traceback.print_exc()
+            failed.append(name)
             continue
-        print(f"{name} ...", file=sys.stderr, flush=True)
-        begin = time.perf_counter()
-        rows = module.claims()
-        texts.append(section_text(module, rows, time.perf_counter() - begin))
-    if wanted:
-        print("\n".join(texts))
-        return
-    packages = ", ".join(
-        f"{name} {metadata.version(name)}" for name in ("numpy", "scipy", "pymoo", "scikit-learn")
-    )
-    head = HEAD.format(
-        date=f"{datetime.now(UTC):%Y-%m-%d}", python=platform.python_version(), packages=packages
-    )
-    PAGE.write_text("\n".join([head, *texts]), encoding="utf-8", newline="\n")
-    print(PAGE)
+        text = section_text(name, module.__doc__ or name, rows, _cpu() - before)
+        page = marked("\n".join([page, text]))
+        PAGE.write_text(page, encoding="utf-8", newline="\n")
+        print(text if asked.wanted else f"{_cpu() - before:.0f} s of processor", flush=True)
+    PAGE.write_text(marked(page), encoding="utf-8", newline="\n")
+    print(f"{PAGE}: {time.perf_counter() - begin:.0f} s, {_cpu():.0f} s of processor")
+    if failed:
+        print(f"not measured, they failed: {', '.join(failed)}")
+    return 1 if failed else 0
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    sys.exit(main())

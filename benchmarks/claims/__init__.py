@@ -1,5 +1,10 @@
-"""Claims that the documentation makes, each measured afresh by ``make validate``."""
+"""Claims that the documentation makes, each measured afresh by ``make validate``.
 
+What follows from an equation, and what a single measurement shows, stands in tests/verification;
+here stands what takes many draws, and what the shipped studies find.
+"""
+
+import os
 from dataclasses import dataclass
 
 
@@ -15,3 +20,18 @@ class Claim:
     """The figure, as text with its unit and sample."""
     holds: bool
     """Whether the figure meets the bound."""
+
+
+def at_most(topic: str, bound: float, value: float, form: str = ".1f", more: str = "") -> Claim:
+    """Claim that a figure does not exceed a bound."""
+    return Claim(topic, f"≤ {bound:g}", f"{value:{form}}{more}", bool(value <= bound))
+
+
+def at_least(topic: str, bound: float, value: float, form: str = ".1f", more: str = "") -> Claim:
+    """Claim that a figure reaches a bound."""
+    return Claim(topic, f"≥ {bound:g}", f"{value:{form}}{more}", bool(value >= bound))
+
+
+def draws(few: int) -> int:
+    """Return how many draws a claim takes: few, times the environment variable ``DRAWS``."""
+    return round(few * float(os.environ.get("DRAWS", "1")))

@@ -13,7 +13,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 from scipy.stats import qmc
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
@@ -24,7 +24,7 @@ from deboom.physics.sound_level import spl
 
 FREQUENCY = np.linspace(20.0, 80.0, 241)
 BAND = FREQUENCY <= 60.0
-BENCHES = range(1, 201)
+BENCHES = range(1, 1 + draws(200))
 FLEETS = range(1001, 1201)
 
 

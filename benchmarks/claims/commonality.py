@@ -9,14 +9,14 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.explore.commonality import fewest_part_numbers
 from deboom.explore.sharing import Sharing, SharingProblem, own_optima, shared_design
 from deboom.explore.space import DesignSpace
 from deboom.study.runner import load_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
-PROBLEMS = 40
+PROBLEMS = draws(15)
 
 
 @dataclass(frozen=True, eq=False)

@@ -38,7 +38,7 @@ Fault = tuple[tuple[str, ...], ComplexArray]
 
 
 def claims() -> list[Claim]:
-    """Measure everything afresh; about 45 s on one core."""
+    """Measure everything afresh."""
     with TemporaryDirectory() as scratch:
         folder = Path(scratch)
         return [*_sheet_faults(folder), _rigid_limit(folder), _no_alarms(folder), _softening()]

@@ -29,7 +29,7 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
@@ -41,8 +41,8 @@ from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseState, OperatingTest
 from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
-SEEDS = range(2, 12)
-FEW = range(2, 5)
+SEEDS = range(2, 2 + draws(4))
+FEW = range(2, 2 + draws(2))
 BOTH_ENDS = ("a", "d", "e")
 BANDS = ((20.0, 50.0), (50.0, 150.0))
 COVERED = (20.0, 150.0)

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.bench.unselected_fleets import load_unselected
 from deboom.explore.correlation import correlations
 from deboom.study.correlation import Plan
@@ -27,9 +27,9 @@ from deboom.study.runner import load_study, run_study
 from write_fleet_rates import draw_unselected
 
 STUDIES = Path(__file__).parents[2] / "studies"
-SEEDS = (1, 2, 3)
+SEEDS = tuple(range(1, 1 + draws(2)))
 FROM_THE_STUDY = {"groups": 0.91, "alike": 0.78, "strut_and_wishbone": 0.77, "gearbox": 0.10}
-DATA_SETS = 400
+DATA_SETS = draws(200)
 MANY = {"designs": 4096, "plan": Plan.sobol, "draws": 2, "resamples": 100}
 
 

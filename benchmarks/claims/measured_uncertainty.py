@@ -21,7 +21,7 @@ from functools import cache
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.bench.campaign import CampaignErrors
 from deboom.bench.fleet import BodySpread, load_fleet, noise_transfer, scattered_body
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
@@ -47,9 +47,9 @@ from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
 from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 
-REPLICATES = 200
+REPLICATES = draws(60)
 DRAWS = 59
-BENCHES = 8
+BENCHES = 3
 """Characterised for the library."""
 
 WOT = tuple(PlannedRun(gear, limit, True) for gear in (5, 6, 7) for limit in (120.0, 160.0, 220.0))

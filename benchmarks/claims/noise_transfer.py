@@ -1,19 +1,15 @@
 """Noise transfer functions and the coupled car.
 
 Hammer and loudspeaker on the bench's vehicles, virtual points, misplaced blows, the split of the
-variance, and what the driven car makes of a prediction from bench forces. Level and shape are
-judged from 20 to 55 Hz, as in the study that the virtual vehicles come from.
+variance and the spread of vehicles.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
-from scipy.signal import find_peaks
 
 from claims import Claim
 from deboom.arrays import ComplexArray, RealArray
@@ -26,13 +22,11 @@ from deboom.bench.fleet import (
     load_fleet,
     noise_transfer,
     scattered_body,
-    source_motion,
 )
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.layout import points as virtual_points
-from deboom.bench.operating_run import CarErrors, OperatingRun, PlannedRun, at_ears, drive, true_run
-from deboom.bench.powertrain import VirtualBench, load_bench, with_mount_set
-from deboom.bench.sensors import TransferErrors, measured_noise_transfer
+from deboom.bench.operating_run import PlannedRun, true_run
+from deboom.bench.powertrain import load_bench
 from deboom.bench.vehicle_acquisition import (
     NO_ACQUISITION_ERRORS,
     AcquisitionErrors,
@@ -42,43 +36,31 @@ from deboom.bench.vehicle_acquisition import (
     impact_places,
     strike,
 )
-from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
-from deboom.files.vehicle import read_vehicle
-from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.measured_vehicle import Method, point_noise_transfer
+from deboom.measurement.channels import Frf
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     noise_transfer_at_points,
-    noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.measurement.uncertainty import level_spread, variance_split
 from deboom.measurement.virtual_point import impact_geometry, sensor_geometry
-from deboom.physics.frf import corr_f, corr_s
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 from deboom.physics.sound_level import spl
-from deboom.vehicles.path_analysis import analyse_paths
 
 BENCH = load_bench()
 FLEET = load_fleet(1)
 VEHICLES = tuple(f"U06-{k}" for k in range(1, 6))
-BAND = FREQUENCY <= 55.0
 MODES = np.array([24.0, 30.0, 37.0, 40.0, 47.0])
-PATHS = {path: [path] for path in FLEET.paths[:-1]} | {"Du x": ["Du left x", "Du right x"]}
 
 
 def claims() -> list[Claim]:
     """Measure everything afresh; about 30 s on one core."""
     return [
-        _sign(),
-        *_exact_files(),
         *_with_errors(),
         _misplacement(),
         *_variance(),
         *_spread(),
-        *_methods(),
-        *_car(),
     ]
 
 
@@ -149,40 +131,6 @@ def _both_methods(
 
 def _at_points(body: Body) -> ComplexArray:
     return ear_transfer(body, FLEET.cabin, FREQUENCY).reshape(FREQUENCY.size, len(EARS), -1)
-
-
-def _sign() -> Claim:
-    worst = 0.0
-    for body in FLEET.bodies.values():
-        direct = ear_transfer(body, FLEET.cabin, FREQUENCY)
-        breathing = source_motion(body, FLEET.cabin, FREQUENCY).transpose(0, 3, 1, 2)
-        worst = max(worst, float(np.abs(direct + breathing).max() / np.abs(direct).max()))
-    return Claim(
-        "p/F = -a/Qdot, 15 vehicles, two ears, six loads at five points: largest error",
-        "≤ 1e-12 (closed forms with and without waves: tests)",
-        f"{worst:.0e}",
-        worst <= 1e-12,
-    )
-
-
-def _exact_files() -> list[Claim]:
-    with TemporaryDirectory() as scratch:
-        folder = write_vehicle(Path(scratch) / "car", 1, errors=NO_VEHICLE_ERRORS, load_cases=())
-        vehicle = read_vehicle(folder)
-        true = _at_points(FLEET.bodies[vehicle.name])
-        errors = [
-            float(np.abs(point_noise_transfer(vehicle, method).values - true).max())
-            / float(np.abs(true).max())
-            for method in Method
-        ]
-    return [
-        Claim(
-            "exact files → six loads of five virtual points, hammer and loudspeaker",
-            "≤ 1e-12",
-            " and ".join(f"{e:.0e}" for e in errors),
-            max(errors) <= 1e-12,
-        )
-    ]
 
 
 def _with_errors() -> list[Claim]:
@@ -332,75 +280,4 @@ def _spread() -> list[Claim]:
             "; ".join(f"{group}: {a:.1f} and {b:.1f}" for group, (a, b) in found.items()),
             min(min(pair) for pair in found.values()) >= 10.0,
         ),
-    ]
-
-
-def _operated(number: int) -> tuple[VirtualBench, OperatingRun]:
-    bench = with_mount_set(BENCH, f"M{number}")
-    return bench, true_run(bench, PlannedRun(5, 220.0), FREQUENCY)
-
-
-def _methods() -> list[Claim]:
-    peaks, shapes, scales = [], [], []
-    for number, name in enumerate(VEHICLES, 1):
-        force = Spectrum(FREQUENCY, _operated(number)[1].path_force, tuple(PATHS), "N")
-        for seed in range(1, 7):
-            direct, reciprocal = _both_methods(FLEET.bodies[name], (seed, number))
-            first, second = (
-                analyse_paths(noise_transfer_of_paths(ntf, PATHS, EARS[0]), force).pressure[BAND]
-                for ntf in (reciprocal, direct)
-            )
-            peaks.append(_peak_deviation(first, second))
-            shapes.append(100 * float(corr_f(second, first)))
-            scales.append(100 * float(corr_s(second, first)))
-    return [
-        Claim(
-            "hammer against reciprocal, same forces, 5 vehicles x 6 set-ups: SPL at peaks, median "
-            "(90 %) [dB]; corr_f, corr_s of the pressure, median [%] (figure 41)",
-            "thesis: 1 to 2 dB at peaks",
-            f"{np.median(peaks):.1f} ({np.quantile(peaks, 0.9):.1f}); {np.median(shapes):.1f}, "
-            f"{np.median(scales):.1f}",
-            bool(np.quantile(peaks, 0.9) <= 2.5),
-        )
-    ]
-
-
-def _peak_deviation(measured: ComplexArray, other: ComplexArray) -> float:
-    """Largest level difference at a peak, the other one's highest level within 1 Hz."""
-    lines = FREQUENCY[BAND]
-    first, second = (spl(p, lines) for p in (measured, other))
-    at = find_peaks(first, prominence=2.0)[0]
-    return max(abs(first[k] - second[np.abs(lines - lines[k]) <= 1.0].max()) for k in at)
-
-
-def _car() -> list[Claim]:
-    shapes, scales, peaks = [], [], []
-    for number in range(1, 6):
-        bench, run = _operated(number)
-        for vehicle, name in enumerate(VEHICLES):
-            generator = np.random.default_rng([number, vehicle])
-            body, errors = FLEET.bodies[name], CarErrors()
-            torque = run.engine_torque * (1 + generator.normal(0, errors.torque))
-            car = drive(bench, body, FLEET.cabin, 5, torque, FREQUENCY, errors.mount_stiffness)
-            measured = at_ears(car, errors, generator)[1][BAND, 0]
-            transfer = noise_transfer(body, FLEET.cabin, FREQUENCY)
-            transfer = measured_noise_transfer(transfer, TransferErrors(), generator)
-            predicted = np.sum(transfer * run.path_force, axis=1)[BAND]
-            shapes.append(100 * float(corr_f(predicted, measured)))
-            scales.append(100 * float(corr_s(np.abs(predicted), np.abs(measured))))
-            peaks.append(_peak_deviation(measured, predicted))
-    within = f", {sum(peak <= 3 for peak in peaks)} of {len(peaks)} within 3 dB"
-    return [
-        Claim(
-            "driven car against bench forces times functions with 5 % and 0.5 dB, 5 vehicles x 5 "
-            f"mount sets: {what}, median (range)",
-            asked,
-            f"{np.median(found):.1f} ({min(found):.1f} to {max(found):.1f}) {unit}{beyond}",
-            bool(holds),
-        )
-        for what, asked, found, unit, beyond, holds in (
-            ("corr_f complex", "median ≤ 5 %", shapes, "%", "", np.median(shapes) <= 5),
-            ("corr_s magnitude", "median ≤ 15 %", scales, "%", "", np.median(scales) <= 15),
-            ("largest peak deviation", "≤ 3 dB", peaks, "dB", within, max(peaks) <= 3),
-        )
     ]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.arrays import RealArray
 from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
@@ -28,7 +28,7 @@ from deboom.mounts.part_scatter import (
     library_scatter,
 )
 
-REPETITIONS = 4000
+REPETITIONS = draws(4000)
 SETS = tuple(f"M{number}" for number in range(1, 9))
 
 

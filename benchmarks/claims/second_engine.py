@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.surface_forces import MountState
@@ -33,7 +33,7 @@ from deboom.study.second_engine import (
     second_engines,
 )
 
-SEEDS = range(1, 7)
+SEEDS = range(1, 1 + draws(2))
 SETS = ("M1", "M2", "M3", "M4", "M5")
 
 

@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.explore.box import Box, BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.study.runner import load_study
@@ -45,7 +45,7 @@ STUDY = load_study(STUDIES / "solution_box.py").module
 EFFORT = BoxEffort(calibration=2**20, verification=2**20)
 MOST = BoxEffort(calibration=2**20, verification=2**22)
 REPEATED = BoxEffort(starts=1, calibration=16384)
-REPETITIONS = 200
+REPETITIONS = draws(40)
 
 
 def plane(n_variables: int, seed: int) -> tuple[KnownShare, np.ndarray, Box, Box, float]:

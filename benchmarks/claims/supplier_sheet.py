@@ -3,7 +3,7 @@
 `deboom report RUN --supplier` on a run of `studies/u06_robust_front.py` with a fifth of its budget
 (60 × 40 designs, prescribed motion), seed 1. "Only this part" is checked against paths and levels
 put together by hand from the platform's files, the worth of a tolerance against another step with
-other draws. 200 deliveries of 60 strut mounts are drawn about the band, from capable to hopeless;
+other draws. Deliveries of 60 strut mounts are drawn about the band, from capable to hopeless;
 their true stiffness at the state of the sheet comes from the bench's law, the supplier reads it
 with an expanded uncertainty of 2 % and fills in the workbook, which is read back and judged. A
 verdict is wrong where a part passes whose true stiffness lies outside of the band, or fails inside.
@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 import openpyxl
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.bench.powertrain import load_bench, operating_stiffness, static_deflection
 from deboom.choices import Pick
 from deboom.explore.front import verification_response
@@ -33,7 +33,7 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import path_contributions
 
 STUDIES = Path(__file__).parents[2] / "studies"
-DELIVERIES, PARTS = 200, 60
+DELIVERIES, PARTS = draws(60), 60
 UNCERTAINTY = 0.02
 
 

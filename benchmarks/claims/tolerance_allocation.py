@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, draws
 from deboom.explore.moments import Estimator
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import ToleranceStructure, cut_normal_moments, sobol_sample
@@ -35,8 +35,8 @@ STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "tolerance_allocation.py")
 PARTS = STUDIES / "data" / "u06_parts.toml"
 LOWER, UPPER = 0.05, 0.30
-PROBLEMS = 50
-SEEDS = 10
+PROBLEMS = draws(20)
+SEEDS = draws(3)
 
 
 def claims() -> list[Claim]:

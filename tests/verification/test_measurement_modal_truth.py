@@ -6,7 +6,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from claims.modal_analysis import pressure_of_modes
 from deboom.bench.fleet import (
     NO_SPREAD,
     ear_transfer,
@@ -22,6 +21,7 @@ from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
+    ModalModel,
     mac_matrix,
     modal_model,
     pole_clusters,
@@ -175,6 +175,24 @@ def test_panels_of_each_mode_add_up_and_are_the_true_ones(vehicle):
     assert np.abs(found - true).max() < 0.06
     assert found.shape == (5, 8)
     assert np.array_equal(found.argmax(axis=1), true.argmax(axis=1))
+
+
+def pressure_of_modes(
+    reciprocal: ModalModel, direct: ModalModel, accelerance: ModalModel, ear: str
+) -> np.ndarray:
+    """Find what the modes bring to the ear without asking any panel, shape (n_mode,).
+
+    With ``φ`` of the body, the ear's share G in a mode and ``m = 2jω_d``: ``a/Q̇ ∝ −φ_c G/m``,
+    ``p/F ∝ G φ_i/m``, ``a/F ∝ φ_c φ_i/m``. The first two over the third, by least squares over all
+    channels and forces, are ``−G²/m``, which is what the panels add up to.
+    """
+    channels = [reciprocal.outputs.index(name) for name in accelerance.outputs]
+    blows = [direct.inputs.index(name) for name in accelerance.inputs]
+    moved = reciprocal.residues[:, channels, reciprocal.inputs.index(ear)]
+    heard = direct.residues[:, direct.outputs.index(ear)][:, blows]
+    product = moved[:, :, np.newaxis] * heard[:, np.newaxis, :]
+    both = accelerance.residues
+    return np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
 
 
 def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(tmp_path):

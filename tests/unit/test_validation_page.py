@@ -1,0 +1,76 @@
+"""The page of claims: its format, and that it never passes for fresher than it is."""
+
+import re
+
+import pytest
+
+import validate
+from claims import Claim, at_least, at_most, draws
+
+PAGE = validate.PAGE.read_text(encoding="utf-8")
+
+
+def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
+    assert validate.marked(PAGE) == PAGE, "run: python benchmarks/validate.py --mark"
+    rows = [line for line in PAGE.splitlines() if line.startswith("|")]
+    assert rows
+    assert [row for row in rows if len(re.findall(r"(?<!\\)\|", row)) != 5] == []
+    assert set(validate.sections_of(PAGE)) <= set(validate.section_names())
+
+
+@pytest.fixture
+def section(monkeypatch):
+    monkeypatch.setattr(validate, "section_names", lambda: ["bench"])
+    rows = [Claim("|K| of a | b", "≤ 1", "0.5", True)]
+    return validate.section_text("bench", "Bench.\n\nWhat it is.\n", rows, 2.0)
+
+
+def test_a_section_is_fresh_until_its_code_changes(section, monkeypatch):
+    fresh = validate.marked(section)
+    assert r"| \|K\| of a \| b | ≤ 1 | 0.5 | yes |" in fresh
+    assert validate.OLDER not in fresh
+    monkeypatch.setattr(validate, "fingerprint", lambda _: "0" * 12)
+    older = validate.marked(fresh)
+    assert older.count(validate.OLDER) == 1
+    assert validate.marked(older) == older
+    monkeypatch.undo()
+    monkeypatch.setattr(validate, "section_names", lambda: ["bench"])
+    assert validate.marked(older) == fresh
+
+
+def test_a_newer_section_takes_the_place_of_the_older(section):
+    page = validate.marked("\n".join([section.replace("0.5", "0.7"), section]))
+    assert page.count("## Bench") == 1
+    assert "0.7" not in page
+
+
+def test_comments_and_docstrings_are_no_code_and_all_else_is(tmp_path):
+    def code(text):
+        path = tmp_path / f"a{hash(text)}.py"
+        path.write_text(text)
+        return validate.code(path)
+
+    bare = code("def f():\n    return 1\n")
+    assert code('"""M."""\n\n\ndef f():  # why\n    """F."""\n\n    return 1\n') == bare
+    assert code("def f():\n    return 2\n") != bare
+    assert "'#'" in code("x = '#'  # a\n")
+
+
+def test_a_section_rests_on_what_it_imports_and_the_studies_it_names():
+    names = {str(path.relative_to(validate.ROOT)) for path in validate.sources("front_study")}
+    assert "benchmarks/claims/front_study.py" in names
+    assert "studies/u06_robust_front.py" in names
+    assert "src/deboom/physics/sound_level.py" in names
+    explore = {path.name for path in validate.sources("explore")}
+    assert {"robust.py", "known_truth.py"} <= explore
+    assert "hoses.py" not in explore
+
+
+def test_bounds_hold_at_the_bound_and_no_further(monkeypatch):
+    assert at_most("a", 1.0, 1.0).holds
+    assert not at_most("a", 1.0, 1.01).holds
+    assert at_least("a", 1.0, 1.0).holds
+    assert not at_least("a", 1.0, 0.99).holds
+    assert at_least("a", 2.0, 2.5, ".2f", " dB") == Claim("a", "≥ 2", "2.50 dB", True)
+    monkeypatch.setenv("DRAWS", "2.5")
+    assert draws(4) == 10

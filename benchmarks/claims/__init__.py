@@ -34,4 +34,4 @@ def at_least(topic: str, bound: float, value: float, form: str = ".1f", more: st
 
 def draws(few: int) -> int:
     """Return how many draws a claim takes: few, times the environment variable ``DRAWS``."""
-    return round(few * float(os.environ.get("DRAWS", "1")))
+    return max(1, round(few * float(os.environ.get("DRAWS", "1"))))

@@ -21,7 +21,7 @@ from deboom.bench.layout import ACCELEROMETER_OFFSETS
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation
-from deboom.bench.sensors import measured_run as measure_in_operation
+from deboom.bench.signals import order_noise
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.culprit import Diagnosis, Fault, culprit_of_responses, find_culprit
 from deboom.measurement.quality import response_consistency
@@ -182,15 +182,20 @@ def _operation() -> list[Claim]:
     scores, alarms = {kind: Score() for kind in KINDS}, 0
     for seed in range(1, 101):
         generator = np.random.default_rng(seed)
-        instruments, known = draw_instrumentation(bench, budget, generator)
+        instruments = draw_instrumentation(bench, budget, generator)
         sheet = [
             Sensor(f"A{k + 1}", SensorKind.ACCELEROMETER, "", "", "", r, turned[:, :3].T)
             for k, (r, turned) in enumerate(
-                zip(places, known.sensor_forward.reshape(-1, 3, 6), strict=True)
+                zip(places, instruments.sensor_forward.reshape(-1, 3, 6), strict=True)
             )
         ]
-        runs = [measure_in_operation(instruments, ramp, budget, generator) for ramp in ramps]
-        shown = np.vstack([run.acceleration for run in runs])
+        felt = [
+            (-((2 * np.pi * lines[:, None]) ** 2) * ramp.powertrain.motion) @ instruments.sensing.T
+            for ramp in ramps
+        ]
+        shown = np.vstack(
+            [clean + order_noise(clean, 3, budget.acceleration_noise, generator) for clean in felt]
+        )
         alarms += find_culprit(sensor_geometry(sheet), shown, Tolerances()).named
         for kind, score in scores.items():
             truth, faulty_sheet, faulty = _spoil(sheet, shown, kind, generator)

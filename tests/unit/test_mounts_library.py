@@ -212,7 +212,8 @@ def test_a_missing_library_is_not_made_in_passing(path):
         ("http://host/mounts", "cannot live in http"),
         ("://", "a path or a URL such as postgresql://user@host/database"),
         ("postgresql://host:port/x", "a path or a URL such as postgresql://user@host/database"),
-        (".", "is a folder; give the file of a library"),
+        (".", "is a folder, a device or a pipe; give the file of a library"),
+        ("/dev/zero", "is a folder, a device or a pipe; give the file of a library"),
         ("missing/folder/mounts.db", "its folder does not exist; make it first"),
     ],
 )
@@ -510,6 +511,25 @@ def test_a_reader_of_postgresql_may_not_write(new_database):
         with pytest.raises(InputError, match=r"may not be written to \(permission denied for"):
             database.add([campaign("summer")], [mount(campaign_name="summer")])
     _execute(new_database, "DROP OWNED BY reader; DROP ROLE reader")
+
+
+@pytest.mark.parametrize("encoding", ["LATIN1", "SQL_ASCII"])
+def test_a_database_in_another_encoding_is_read_and_written_or_refused(postgres_server, encoding):
+    name = f"test_{encoding.lower()}"
+    made = f"CREATE DATABASE {name} TEMPLATE template0 ENCODING '{encoding}' LOCALE 'C'"
+    _execute(postgres_server.format("postgres"), made, autocommit=True)
+    with open_library(postgres_server.format(name), create=True) as database:
+        kept = [mount(serial="Größe 1"), mount(serial="Größe 2")]
+        database.add([campaign()], kept)
+        assert_same(database.load(kept[1].identity), kept[1])
+        greek = mount(serial="λ")
+        if encoding == "LATIN1":
+            with pytest.raises(InputError, match=r"cannot keep this name .*use a database in UTF8"):
+                database.add([campaign("summer")], [mount(serial="λ", campaign_name="summer")])
+            assert [one.name for one in database.campaigns()] == ["spring"]
+        else:
+            database.add([campaign()], [greek])
+            assert_same(database.load(greek.identity), greek)
 
 
 def test_a_password_is_never_shown():

@@ -163,7 +163,9 @@ def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
     ``v' = 1 − A/(b f + 1) + A/(b f_ref + 1)``, ``v'' = c − A''/(b'' f + 1)`` with A, b, A'', b''
     positive for any values: `HyperbolicGain` written in numbers that no optimiser can make invalid.
     """
-    rise, slope, loss_limit, loss_rise, loss_slope = (float(v) for v in np.asarray(values))
+    numbers = np.asarray(values, dtype=float)
+    # a search that goes astray must find back: e^±200 is neither zero nor infinite
+    rise, slope, loss_rise, loss_slope = np.clip(numbers[[0, 1, 3, 4]], -200.0, 200.0).tolist()
     at_reference = np.exp(slope) * reference + 1
     return GainFactor(
         HyperbolicGain(
@@ -172,7 +174,7 @@ def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
             float(np.exp(-rise)),
         ),
         HyperbolicGain(
-            loss_limit, float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
+            float(numbers[2]), float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
         ),
     )
 

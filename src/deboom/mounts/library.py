@@ -61,6 +61,7 @@ TIMEOUT = 10.0
 _ADVISORY_LOCK = 0x6465626F6F6D  # "deboom", one number for all libraries of a database
 _SQLITE_SIGNATURE = b"SQLite format 3\0"
 _LOCK_NOT_AVAILABLE, _NO_PRIVILEGE, _READ_ONLY = "55P03", "42501", "25006"
+_NO_SUCH_LETTER = "22P05"
 _KEY = ("campaign", "mount", "variant", "part_number", "serial")  # tells mounts apart
 
 
@@ -296,6 +297,8 @@ class MountLibrary:
                 )
             elif state in (_NO_PRIVILEGE, _READ_ONLY) or "readonly" in text:
                 sentence = f"may not be written to ({text}); ask its owner for the right to"
+            elif state == _NO_SUCH_LETTER:
+                sentence = f"cannot keep this name ({text}): use a database in UTF8"
             elif any(word in text for word in ("malformed", "not a database", "no such")):
                 sentence = f"is damaged ({text}); restore it from a backup"
             elif isinstance(error, OperationalError):
@@ -350,7 +353,9 @@ def open_library(
     else:
         name = url.render_as_string(hide_password=True)
         try:
-            engine = create_engine(url, poolclass=NullPool)
+            # whatever the database is kept in, names travel as UTF-8
+            utf8 = {"client_encoding": "utf8"}
+            engine = create_engine(url, poolclass=NullPool, connect_args=utf8)
         except ModuleNotFoundError:
             raise InputError(f"{name} needs a driver: pip install 'deboom[postgres]'") from None
     library = MountLibrary(name, engine, timeout)
@@ -386,8 +391,8 @@ def _url(where: str | Path) -> URL:
 
 def _check_file(path: Path, create: bool) -> None:
     """Refuse a path that is no SQLite file and may not become one."""
-    if path.is_dir():
-        raise InputError(f"{path} is a folder; give the file of a library")
+    if path.exists() and not path.is_file():
+        raise InputError(f"{path} is a folder, a device or a pipe; give the file of a library")
     if not path.exists():
         if not create:
             raise InputError(f"{path}: there is no such library; check the path")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +11,7 @@ from typing import Any
 from urllib.parse import quote
 
 from deboom.errors import InputError
-from deboom.files.disk import replace_text
+from deboom.files.disk import read_json, replace_text
 from deboom.files.run_folder import RECORD, RunEntry, check_files, readable_runs
 from deboom.report.overview import RunCard, render_overview
 
@@ -199,8 +198,8 @@ def _about(path: Path, name: str) -> str:
 
 def _summary(entry: RunEntry) -> dict[str, Any]:
     try:
-        return dict(json.loads((entry.folder / SUMMARY).read_text(encoding="utf-8")))
-    except (OSError, ValueError):
+        return read_json(entry.folder / SUMMARY, "it names no headlines")
+    except InputError:
         return {}
 
 

@@ -18,7 +18,7 @@ import sys
 import time
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, is_dataclass
 from enum import Enum
 from pathlib import Path
 from types import ModuleType
@@ -172,6 +172,8 @@ def load_study(study: str | Path) -> Study:
             f"{path}: a study has a class Options, prepare(options) and run(model, options, "
             f"context); there is no {missing[0]}"
         )
+    if not is_dataclass(module.Options):
+        raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
     return Study(path, question, module)
 
 

@@ -145,6 +145,7 @@ def test_a_stiffness_that_turns_nan_is_reported_and_not_returned():
         ({"max_iterations": 0}, "max_iterations"),
         ({"start": 0.0}, "above 0"),
         ({"start": np.nan}, "above 0"),
+        ({"start": np.append(np.full(8, 1e-4), 0.0)}, "above 0"),
     ],
 )
 def test_options_out_of_range_are_refused(options, message):

@@ -90,7 +90,8 @@ def test_the_analyzer_prints_coherences_above_1():
     above = np.flatnonzero(export["Hf_coh_chan_2"] > 1)
     assert list(above) == [0, 11, 13, 28, 57]
     measured = spectra(export, float(export["PSD_DeltaF"]))
-    with pytest.raises(InputError, match="Hz is above 1: auto and cross spectra"):
+    line = measured.frequency[11]
+    with pytest.raises(InputError, match=f"at {line:g} Hz is above 1: auto and cross spectra"):
         coherence(measured.on_lines(np.arange(1601) >= 5))
     identity = np.abs(measured.output_input) ** 2 / (measured.input_auto * measured.output_auto)
     np.testing.assert_allclose(identity[above, 0, 0].real, export["Hf_coh_chan_2"][above], 1e-6)

@@ -67,6 +67,13 @@ def test_constant_speed_is_a_windowed_fourier_transform(per_revolution):
     np.testing.assert_allclose(found, amplitudes, atol=1e-6)
 
 
+def test_new_samples_lie_whole_steps_from_the_zero_mark_within_the_record():
+    angle = np.linspace(5.0, 30.0, 400)
+    revolution, found = angular_resample(np.sin(angle)[:, np.newaxis], angle, 8)
+    np.testing.assert_allclose(revolution, np.arange(7, 39) / 8)
+    np.testing.assert_allclose(found[:, 0], np.sin(2 * np.pi * revolution), atol=1e-6)
+
+
 @pytest.mark.parametrize("part", [0.1, 0.2, 0.25])
 def test_resampling_loses_what_a_quintic_spline_must_lose(part):
     """Closed form of the cardinal spline's frequency response; order at a part of the rate."""

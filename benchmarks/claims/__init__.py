@@ -22,16 +22,6 @@ class Claim:
     """Whether the figure meets the bound."""
 
 
-def at_most(topic: str, bound: float, value: float, form: str = ".1f", more: str = "") -> Claim:
-    """Claim that a figure does not exceed a bound."""
-    return Claim(topic, f"≤ {bound:g}", f"{value:{form}}{more}", bool(value <= bound))
-
-
-def at_least(topic: str, bound: float, value: float, form: str = ".1f", more: str = "") -> Claim:
-    """Claim that a figure reaches a bound."""
-    return Claim(topic, f"≥ {bound:g}", f"{value:{form}}{more}", bool(value >= bound))
-
-
 def draws(few: int) -> int:
     """Return how many draws a claim takes: few, times the environment variable ``DRAWS``."""
     return max(1, round(few * float(os.environ.get("DRAWS", "1"))))

@@ -40,7 +40,7 @@ from deboom.study.compressor_identification import (
     read_test,
 )
 
-SEEDS = range(2, 2 + draws(6))
+SEEDS = range(2, 2 + draws(4))
 THESIS_SEEDS = range(2, 2 + draws(2))
 OPTIONS = IdentifyOptions(held_out=0)
 

@@ -4,16 +4,12 @@ Random virtual compressors at calibration level C2 (gains 2 %, places 1.5 mm, an
 1 %), struck without hoses and run from 1020 to 9000 1/min at 7.5 and 13.5 bar with soft hoses;
 files written and read as a laboratory's, the truth read for these rows only. Routes: a, measured
 apparent mass by the position sheet (thesis); d, the same by self-calibrated sensors and impacts
-(default); e, self-calibrated model with the mounts updated by the sweep: by a common factor over
-frequency, or, where that leaves more than noise and Schwarz's criterion prefers it, each mount by
-its own stroke. Line-by-line errors are
+(default); e, self-calibrated model with the mounts updated by the sweep. Line-by-line errors are
 rms over lines, both directions and both pressures, relative to the true unbalance; the rotating gas
 force, which passes as unbalance, is part of the truth there. "Changed" mounts have 0.9 times the
-real and 1.1 times the imaginary part of the dynamic stiffness that they had under the hammer;
-"softening" ones follow the bench's amplitude law, each with its own motion, in operation or under
-the hammer as well. Medians over the
-compressors. "Cover" is the share of lines and compressors, 20 to 150 Hz, whose true amplitude lies
-in the stated 95 % band; lines of one compressor share their calibration, so it varies a lot.
+real and 1.1 times the imaginary part of the dynamic stiffness that they had under the hammer.
+Medians over the compressors. "Cover" is the share of lines and compressors, 20 to 150 Hz, whose
+true amplitude lies in the stated 95 % band; lines of one compressor share their calibration.
 """
 
 from __future__ import annotations
@@ -32,23 +28,19 @@ from threadpoolctl import threadpool_limits
 from claims import Claim, draws
 from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import OperationPlan
-from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
-from deboom.compressor.unbalance_load import RotationSense
 from deboom.files.operating_test import read_operating_test
-from deboom.measurement.compressor_test import HoseState, OperatingTest
+from deboom.measurement.compressor_test import OperatingTest
 from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
 SEEDS = range(2, 2 + draws(4))
-FEW = range(2, 2 + draws(2))
 BOTH_ENDS = ("a", "d", "e")
 BANDS = ((20.0, 50.0), (50.0, 150.0))
 COVERED = (20.0, 150.0)
 UNCHANGED = OperationPlan()
 CHANGED = OperationPlan(mount_storage=0.9, mount_loss=1.1)
-SOFTENING = OperationPlan(softening=True)
 OPTIONS = IdentifyOptions(held_out=0)
 
 
@@ -83,83 +75,30 @@ class Measured:
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        flexible = list(pool.map(_flexible, FEW))
         seeds = list(pool.map(_states, SEEDS))
-        against = list(pool.map(_against, FEW))
-        struck = list(pool.map(_struck_softening, FEW))
-    unchanged, changed, softening, common, hoses = (list(part) for part in zip(*seeds, strict=True))
+    unchanged, changed = (list(part) for part in zip(*seeds, strict=True))
     return [
         *_unchanged(unchanged),
         *_changed(changed),
-        *_softening(softening, common, struck),
         _together(unchanged, changed),
         _cover(unchanged, changed),
         _scores(unchanged, changed),
-        _flexible_claim(flexible),
         _state(unchanged, changed),
-        _hoses(unchanged, hoses),
-        Claim(
-            "compressors that turn from z to y, recognised",
-            f"{len(against)} of {len(against)}",
-            f"{sum(against)} of {len(against)}",
-            all(against),
-        ),
     ]
 
 
-def _states(seed: int) -> tuple[Measured, Measured, Measured, Measured, Measured]:
-    """One compressor in three states, the last one by two laws; its standard hoses as soft ones."""
+def _states(seed: int) -> tuple[Measured, Measured]:
+    """One compressor with its mounts as struck, and changed."""
     with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
-        (plain, truth), changed, softening = (
-            _written(Path(scratch), seed, plan) for plan in (UNCHANGED, CHANGED, SOFTENING)
+        (plain, truth), changed = (
+            _written(Path(scratch), seed, plan) for plan in (UNCHANGED, CHANGED)
         )
         # the same hammer test: the bench draws its sweeps apart
         found = identify(plain.hammer, OPTIONS)
-        passed_off = replace(
-            plain,
-            sweeps=tuple(
-                replace(sweep, hoses=HoseState.SOFT)
-                for sweep in plain.with_hoses(HoseState.STANDARD)
-            ),
-        )
         return (
             _measured(unbalance(plain, found, _routes(BOTH_ENDS)), truth),
             _measured(unbalance(changed[0], found, _routes(BOTH_ENDS)), changed[1]),
-            _measured(unbalance(softening[0], found, _routes(("d", "e"))), softening[1]),
-            _measured(
-                unbalance(softening[0], found, replace(_routes(("d", "e")), by_stroke=False)),
-                softening[1],
-            ),
-            _measured(unbalance(passed_off, found, _routes(("d",))), truth),
         )
-
-
-def _struck_softening(seed: int) -> Measured:
-    """Mounts that soften under the hammer as well, hit by hit."""
-    plan = OperationPlan(CompressorPlan(softening=True), softening=True)
-    with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
-        test, truth = _written(Path(scratch), seed, plan)
-        return _measured(
-            unbalance(test, identify(test.hammer, OPTIONS), _routes(("d", "e"))), truth
-        )
-
-
-def _against(seed: int) -> bool:
-    """Whether a rotor that turns the other way is recognised."""
-    with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
-        test, _ = _written(Path(scratch), seed, OperationPlan(sense=-1))
-        found = unbalance(test, identify(test.hammer, OPTIONS), _routes(("d",)))
-        return found.sense.sense is RotationSense.NEGATIVE
-
-
-def _flexible(seed: int) -> tuple[Measured, bool]:
-    """On a subframe with a mode at 38 Hz; whether the hammer test alone raises an alarm."""
-    plan = OperationPlan(CompressorPlan(flexible_receiver=True))
-    with threadpool_limits(1), tempfile.TemporaryDirectory() as scratch:
-        test, truth = _written(Path(scratch), seed, plan)
-        found = identify(test.hammer, OPTIONS)
-        measured = _measured(unbalance(test, found, _routes(("c", "d"))), truth)
-        return measured, bool(found.alarms)
 
 
 def _routes(letters: Sequence[str]) -> UnbalanceOptions:
@@ -297,49 +236,6 @@ def _changed(changed: Sequence[Measured]) -> list[Claim]:
     ]
 
 
-def _softening(
-    softening: Sequence[Measured], common: Sequence[Measured], struck: Sequence[Measured]
-) -> list[Claim]:
-    before = _median(common, "e", "static", 0), _median(common, "e", "dynamic", 0)
-    cover = [100 * float(np.mean([one.routes["e"].cover[i] for one in softening])) for i in (0, 1)]
-    return [
-        _row(
-            "softening mounts, route e: static unbalance in 20-50, 50-150 Hz [%]",
-            (5, 2),
-            [_median(softening, "e", "static", 0), _median(softening, "e", "static", 1)],
-        ),
-        _row(
-            "the same: dynamic unbalance in 20-50, 50-150 Hz [%]",
-            (5, 2.5),
-            [_median(softening, "e", "dynamic", 0), _median(softening, "e", "dynamic", 1)],
-        ),
-        Claim(
-            "the same with one factor for all mounts: static, dynamic unbalance in 20-50 Hz [%]",
-            "more than with a law over the stroke",
-            ", ".join(f"{value:.1f}" for value in before),
-            before[0] > _median(softening, "e", "static", 0)
-            and before[1] > _median(softening, "e", "dynamic", 0),
-        ),
-        Claim(
-            "softening mounts, route e: cover of 95 % bands, static and dynamic [%]",
-            "at least 85",
-            ", ".join(f"{value:.0f}" for value in cover),
-            all(value >= 85 for value in cover),
-        ),
-        _row(
-            f"softening under the hammer as well, {len(struck)} compressors, route e: static, "
-            "dynamic unbalance in 20-50 Hz [%]",
-            (5, 5),
-            [_median(struck, "e", "static", 0), _median(struck, "e", "dynamic", 0)],
-        ),
-        _row(
-            "softening mounts, all lines together: static, dynamic unbalance [%]",
-            (1.2, 2),
-            [_median(softening, "d", "together", 0), _median(softening, "d", "together", 1)],
-        ),
-    ]
-
-
 def _together(unchanged: Sequence[Measured], changed: Sequence[Measured]) -> Claim:
     found = [
         _median(state, "d", "together", number)
@@ -379,20 +275,6 @@ def _scores(unchanged: Sequence[Measured], changed: Sequence[Measured]) -> Claim
     )
 
 
-def _flexible_claim(flexible: Sequence[tuple[Measured, bool]]) -> Claim:
-    measured = [one for one, _ in flexible]
-    low, high = (_median(measured, "d", "static", number) for number in (0, 1))
-    model = _median(measured, "c", "static", 0)
-    alarms = sum(alarm for _, alarm in flexible)
-    return Claim(
-        f"flexible receiver, {len(flexible)} compressors: route d in 20-50, 50-150 Hz (route c) "
-        "[%]; alarms of the hammer test",
-        f"at most 2, 2; {len(flexible)}",
-        f"{low:.2f}, {high:.2f} ({model:.0f}); {alarms}",
-        low <= 2 and high <= 2 and alarms == len(flexible),
-    )
-
-
 def _state(unchanged: Sequence[Measured], changed: Sequence[Measured]) -> Claim:
     false = sum(one.changed for one in unchanged)
     seen = sum(one.changed for one in changed)
@@ -402,16 +284,4 @@ def _state(unchanged: Sequence[Measured], changed: Sequence[Measured]) -> Claim:
         f"{len(changed)}; 0; at most 1",
         f"{seen}; {false}; {worst:.2f}",
         seen == len(changed) and false == 0 and worst <= 1,
-    )
-
-
-def _hoses(unchanged: Sequence[Measured], hoses: Sequence[Measured]) -> Claim:
-    def seen(state: Sequence[Measured]) -> int:
-        return sum(any("hoses joined" in alarm for alarm in one.alarms) for one in state)
-
-    return Claim(
-        "standard hoses reported as soft: seen in the sweeps; wrongly seen with soft hoses",
-        f"{len(hoses)}; 0",
-        f"{seen(hoses)}; {seen(unchanged)}",
-        seen(hoses) == len(hoses) and seen(unchanged) == 0,
     )

@@ -70,6 +70,7 @@ def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
     interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
+    beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
     design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
@@ -89,8 +90,9 @@ def report(
     state per direction, the test of a part, what the process must show, what it is worth. --box
     gives bands and limits, --tolerances bands where no box was made, --sharing part numbers;
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
-    --interactive: one page to brush designs in, pin two and read their stiffness. The model is
-    built again from the run's options; edited files are refused.
+    --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
+    stiffness and hear their run-up; --beside lays another front over it. The model is built again
+    from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -107,7 +109,8 @@ def report(
             )
         from deboom.study.interactive_front import write_interactive_page
 
-        typer.echo(write_interactive_page(run, studies=studies, out=out).as_posix())
+        page = write_interactive_page(run, studies=studies, out=out, beside=beside)
+        typer.echo(page.as_posix())
     if not supplier:
         return
     from deboom.study.supplier_page import supplier_sheets

@@ -3,6 +3,7 @@
 import base64
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,9 @@ from typer.testing import CliRunner
 
 from deboom.choices import Pick
 from deboom.cli import app
+from deboom.errors import InputError
 from deboom.report.interactive import MAX_BYTES
-from deboom.study.interactive_front import write_interactive_page
+from deboom.study.interactive_front import interactive_front, overlaid, write_interactive_page
 from deboom.study.platform_model import Motion, MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_study import supplier_study
@@ -66,12 +68,16 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
         pd.read_csv(folder / f"{stem}.csv")
         for stem in ("designs", "front", "stiffness", "per_vehicle")
     )
+    n, tried = len(designs), pd.read_csv(folder / "evaluated.csv")
+    searched = tried["mean level in search [dB(A)]"]
+    np.testing.assert_allclose(axes["mean level"]["values"][n:], searched, rtol=1e-6)
     free = {"Front y", "Rear y", "Rear z"}  # they transmit nothing
     assert {name for name in VARIABLES if axes[name]["note"] == "no requirement"} == free
     for name in free:
         assert set(axes[name]["values"]) == {1.0}
     for name in {*VARIABLES, *losses} - free - {f"{name} loss" for name in free}:
-        np.testing.assert_allclose(axes[name]["values"], designs[f"{name} [1]"], rtol=1e-6)
+        np.testing.assert_allclose(axes[name]["values"][:n], designs[f"{name} [1]"], rtol=1e-6)
+        np.testing.assert_allclose(axes[name]["values"][n:], tried[f"{name} [1]"], rtol=1e-6)
     shown = [axes[name]["stiffness"] or np.nan for name in VARIABLES]
     np.testing.assert_allclose(shown, stiffness["nominal [N/mm]"], rtol=1e-12)
     assert axes[losses[0]]["stiffness"] is None
@@ -81,11 +87,11 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
     np.testing.assert_allclose(data["speed"], 60 * band / ORDER, rtol=1e-6)
     per_line = 1 / (len(band) * len(VEHICLES))
     np.testing.assert_allclose(
-        axes["mean level"]["values"], front["SPLV mean sum [dB(A)]"] * per_line, rtol=1e-6
+        axes["mean level"]["values"][:n], front["SPLV mean sum [dB(A)]"] * per_line, rtol=1e-6
     )
     cabrio = per_vehicle[per_vehicle["vehicle"] == "Cabrio"]
     np.testing.assert_allclose(
-        axes["Cabrio level"]["values"], cabrio["mean level of the lines [dB(A)]"], rtol=1e-6
+        axes["Cabrio level"]["values"][:n], cabrio["mean level of the lines [dB(A)]"], rtol=1e-6
     )
     index = supplier_study(folder, STUDIES, Pick.best_mean).index
     designs = np.vstack([np.ones(30), designs.to_numpy(float)[:, 1:]])
@@ -121,6 +127,34 @@ def test_it_can_go_elsewhere_and_leaves_the_run_as_it_was(folder, tmp_path):
     assert written == tmp_path / "new" / "place" / "interactive.html"
     assert data_of(written.read_text(encoding="utf-8"))["run"] == folder.name
     assert supplier_study(folder, STUDIES, Pick.best_mean).run.entry.finished
+
+
+def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, tmp_path):
+    page = write_interactive_page(folder, studies=STUDIES, out=tmp_path, beside=folder)
+    data = data_of(page.read_text(encoding="utf-8"))
+    n = len(pd.read_csv(folder / "designs.csv"))
+    assert data["runs"] == [0] * n + [1] * n
+    values = data["axes"][0]["values"]
+    assert values[:n] == values[n : 2 * n]
+    assert len(data["axes"][-1]["values"]) == 2 * n + len(pd.read_csv(folder / "evaluated.csv"))
+    first = interactive_front(supplier_study(folder, STUDIES, Pick.best_mean))
+    with pytest.raises(InputError, match="has other axes"):
+        overlaid(first, replace(first, axes=first.axes[1:]))
+
+
+def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path):
+    platform = load_study(STUDIES / "fleet_correlation.py")
+    options = {"platform": folder.parents[2] / "any", "mounts": MountSource.spectra, "designs": 20}
+    asked = {**options, "motion": Motion.prescribed, "resamples": 20, "draws": 2}
+    run = run_study(platform, tmp_path, asked)
+    page = write_interactive_page(run, studies=STUDIES)
+    data, doe = data_of(page.read_text(encoding="utf-8")), pd.read_csv(run / "doe.csv")
+    axes = {axis["name"]: axis["values"] for axis in data["axes"]}
+    lines = len(data["frequency"])
+    for vehicle in VEHICLES:
+        level = doe[f"{vehicle} [dB(A)]"] / lines
+        np.testing.assert_allclose(axes[f"{vehicle} level"], level, rtol=1e-6)
+    np.testing.assert_allclose(axes[VARIABLES[0]], doe[f"{VARIABLES[0]} [1]"], rtol=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -87,6 +88,27 @@ def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(finished):
     assert 1.05 < summary["slope_min"] < summary["slope_max"] < 1.4
     motions = pd.read_csv(finished / "motions.csv")
     assert set(motions["found with"]) == {"prescribed", "coupled"}
+
+
+def test_every_picture_behind_the_answer_has_its_table(finished):
+    names = ("level_maps", "path_contributions", "modes", "evaluated", "convergence")
+    tables = {name: pd.read_csv(finished / f"{name}.csv") for name in names}
+    pictures = {*names, "vector_sum", "design_responses", "parallel_coordinates"} - {"evaluated"}
+    assert pictures <= {path.stem for path in (finished / "figures").iterdir()}
+    peaks = tables["path_contributions"].groupby(["vehicle", "frequency [Hz]"])
+    np.testing.assert_allclose(peaks["share, today [%]"].sum(), 100.0)
+    assert (peaks["share, best mean [%]"].sum() < 100.0).all()
+    price = pd.read_csv(finished / "price.csv").set_index("number")
+    modes = [f"mode {mode} [Hz]" for mode in tables["modes"]["mode"]]
+    np.testing.assert_allclose(price.loc[modes, "best mean"], tables["modes"]["best mean [Hz]"])
+    maps = tables["level_maps"].query("`load case` == 'g5_wot220' or `load case` == 'g6_wot220'")
+    change = (maps["after [dB(A)]"] - maps["before [dB(A)]"]).groupby(maps["load case"]).mean()
+    cases = pd.read_csv(finished / "load_cases.csv").groupby("load case")["best mean [dB]"].mean()
+    np.testing.assert_allclose(change, cases[change.index])
+    assert (
+        len(tables["evaluated"])
+        == json.loads((finished / "summary.json").read_text())["n_evaluated"]
+    )
 
 
 def test_picks_keep_what_they_promise_when_verified(finished):

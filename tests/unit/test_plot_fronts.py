@@ -37,12 +37,34 @@ def draw_parts(chosen, labels=(("old", "new"), ("old", "soft", "stiff"))):
     return figures.part_choices(("EnM", "TSM"), labels, chosen, point_label="design")
 
 
+VARIABLES, LINES = ("EnM x", "TSM x"), np.array([20.0, 30.0, 40.0])
+DESIGNS = np.array([[0.8, 1.2], [1.0, 1.0], [1.2, 0.9]])
+
+
+def draw_lines(designs=DESIGNS, value=(51.0, 52.0, 53.0)):
+    bounds, marks = [[0.8] * 2, [1.2] * 2], {"today's": [1.0, 1.0]}
+    return figures.parallel_coordinates(
+        VARIABLES, designs, bounds, value, marks, value_label="mean level [dB(A)]"
+    )
+
+
+def draw_maps(after=((60.0, 50.0, 40.0), (61.0, 51.0, 40.0))):
+    return figures.level_maps(LINES, 1.5, VARIABLES, np.full((2, 3), 55.0), after)
+
+
+def draw_sum(after=(1j, 0.5)):
+    return figures.vector_sum(VARIABLES, {"today": [1.0, 0.5j], "new": after}, ("red", "blue"))
+
+
 def test_pictures_are_png_and_repeat_bit_for_bit():
     chosen = np.array([[0, 2], [1, 1], [1, 0]])
-    for draw in (draw_fronts, lambda: draw_parts(chosen)):
+    new = (draw_lines, draw_maps, draw_sum)
+    for draw in (draw_fronts, lambda: draw_parts(chosen), *new):
         assert draw() == draw()
         assert draw()[:8] == b"\x89PNG\r\n\x1a\n"
     assert draw_parts(chosen) != draw_parts(chosen[::-1])
+    assert draw_maps() != draw_maps(np.full((2, 3), 50.0))
+    assert draw_sum() != draw_sum((-1j, 0.5))
 
 
 @pytest.mark.parametrize(
@@ -52,6 +74,12 @@ def test_pictures_are_png_and_repeat_bit_for_bit():
         (lambda: draw_fronts(points={"all": (FRONT[0], [np.nan] * 3)}), "finite"),
         (lambda: draw_parts(np.array([[0, 3]])), "has no label"),
         (lambda: draw_parts(np.array([[0], [1]])), "one column"),
+        (lambda: draw_lines(DESIGNS[:, :1]), "one column per variable"),
+        (lambda: draw_lines(value=(51.0, 52.0)), "one column per variable"),
+        (lambda: draw_lines(value=(51.0, np.nan, 53.0)), "finite"),
+        (lambda: draw_maps(np.zeros((3, 3))), "2 rows and 3 lines"),
+        (lambda: draw_sum([np.inf, 0.0]), "finite"),
+        (lambda: draw_sum([1.0]), "different lengths"),
     ],
 )
 def test_what_cannot_be_drawn_is_refused(draw, sentence):

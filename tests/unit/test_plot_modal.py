@@ -1,10 +1,12 @@
 """Figures of a modal analysis: what is drawn, and what is refused."""
 
+import io
 import struct
 
 import numpy as np
 import pytest
-from plot_samples import mode_shapes, stabilisation_chart
+from PIL import Image
+from plot_samples import mode_shapes, moving_mode_shapes, stabilisation_chart
 
 from deboom.errors import InputError
 from deboom.plot import BodyMotion
@@ -42,6 +44,14 @@ def test_a_row_of_views_per_mode():
     one, two = mode_shapes(body(1)), mode_shapes(body(2))
     assert size(one)[0] == size(two)[0] == 1440
     assert size(one)[1] < size(two)[1]
+
+
+def test_motion_is_one_period_of_different_frames():
+    with Image.open(io.BytesIO(moving_mode_shapes(body(1)))) as moving:
+        assert (moving.format, moving.n_frames) == ("PNG", 12)
+        first = np.array(moving.convert("L"))
+        moving.seek(6)
+        assert np.any(np.array(moving.convert("L")) != first)
 
 
 def test_shapes_that_do_not_fit_their_points_are_refused():

@@ -194,6 +194,16 @@ def test_long_page_has_a_table_of_contents_whose_links_lead_somewhere():
 EVIL = "</style><script>alert(1)</script>\"'><img src=x onerror=alert(1)> & [dB]"
 
 
+def test_a_folded_section_can_be_opened_and_keeps_its_heading():
+    report = Report("Fold", "?")
+    report.section("Answer", "Build this.")
+    report.section("Pictures behind", "Where it comes from.", folded=True)
+    page = Document(report.html())
+    (_, words), *_ = [d for d in page.every("details") if "Where it comes from." in d[1]]
+    assert words.startswith("Pictures behind")
+    assert len(page.every("h2")) == 2
+
+
 def test_no_input_can_add_markup():
     clean = Document(render_page(page()))
     frame = pd.DataFrame({EVIL: [EVIL, "b"], "x [m]": [1.0, 2.0], f"n{EVIL}": ["a", "b"]})

@@ -29,6 +29,7 @@ from deboom.plot.fronts import (
     design_ranges,
     fronts,
     noise_bars,
+    parallel_coordinates,
     pareto_front,
     part_choices,
 )
@@ -39,10 +40,12 @@ from deboom.plot.intervals import (
     front_intervals,
     interval_panels,
 )
+from deboom.plot.levels import level_maps, vector_sum
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import (
     BodyMotion,
     mode_shapes,
+    moving_mode_shapes,
     stabilisation_chart,
 )
 from deboom.plot.parts import (
@@ -96,11 +99,14 @@ __all__ = [
     "index_bars",
     "index_map",
     "interval_panels",
+    "level_maps",
     "levels_in_box",
     "map_panels",
     "marked_bars",
     "mode_shapes",
+    "moving_mode_shapes",
     "noise_bars",
+    "parallel_coordinates",
     "pareto_front",
     "part_choices",
     "parts_in_intervals",
@@ -112,4 +118,5 @@ __all__ = [
     "stiffness_bars",
     "stiffness_over_preload",
     "variable_grid",
+    "vector_sum",
 ]

@@ -232,6 +232,61 @@ def part_choices(
         return figure
 
 
+_LINES = 300
+"""Designs beyond which lines and clouds are thinned, evenly."""
+
+
+def parallel_coordinates(
+    names: Sequence[str],
+    designs: npt.ArrayLike,
+    bounds: npt.ArrayLike,
+    value: npt.ArrayLike,
+    marks: Mapping[str, npt.ArrayLike],
+    *,
+    value_label: str,
+    ax: Axes | None = None,
+) -> Axes:
+    """Draw every design as a line over its variables, coloured by a response.
+
+    - `names`: of the k variables.
+    - `designs` (n, k), `bounds` (2, k): lower, then upper ones [units of the variables].
+    - `value` (n,): of each design [unit of the label].
+    - `marks` (k,): single designs by name, drawn above all others.
+    - raises InputError: shapes that disagree, values that are not finite.
+    """
+    from matplotlib import colormaps
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.colors import Normalize
+
+    rows = finite("parallel_coordinates", {"value": value})["value"]
+    low, high = finite("parallel_coordinates", {"bounds": bounds})["bounds"]
+    everything = [np.atleast_2d(given) for given in (designs, *marks.values())]
+    if any(given.shape[1] != len(names) for given in everything) or len(everything[0]) != len(rows):
+        raise InputError(
+            "figure parallel_coordinates: give one column per variable, one value each"
+        )
+    shares = [100.0 * (given - low) / (high - low) for given in everything]
+    colour = ScalarMappable(Normalize(rows.min(), rows.max()), colormaps["viridis"])
+    places = np.arange(len(names))
+    with canvas(ax, FULL_WIDTH, 2.9) as axes:
+        for row in np.argsort(-rows, kind="stable")[:: max(1, len(rows) // _LINES)]:
+            axes.plot(places, shares[0][row], color=colour.to_rgba(rows[row]), alpha=0.5, lw=0.8)
+        for number, (name, (share,)) in enumerate(zip(marks, shares[1:], strict=True)):
+            axes.plot(
+                *(places, share),
+                color=INK if number else MUTED,
+                linewidth=1.5,
+                marker=_PICK_MARKERS[number % len(_PICK_MARKERS)],
+                markersize=5,
+                label=name,
+            )
+        axes.set_xticks(places, names, rotation=35, ha="right", rotation_mode="anchor")
+        axes.set_ylabel("from lower to upper bound [%]")
+        figure_of(axes).colorbar(colour, ax=axes, label=value_label, pad=0.02)
+        place_legend(axes, ax, loc="outside upper left", ncols=len(marks))
+        return axes
+
+
 _MARKERS = ("o", "s", "D", "^", "v", "P")
 _BAR = 0.7
 _MARKS = 40

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
@@ -17,7 +18,9 @@ from deboom.plot.style import (
     TRACK,
     VEHICLE_PALETTE,
     canvas,
+    close,
     finite,
+    freeze_layout,
     halo,
     place_legend,
     styled_figure,
@@ -112,6 +115,7 @@ LARGEST = 0.28
 """Largest displacement in the drawing [m]; a real one is below a tenth of a millimetre."""
 
 _ENDS = ((0.0, VEHICLE_PALETTE[0], "one end"), (np.pi, VEHICLE_PALETTE[1], "half a period later"))
+N_FRAMES = 12
 _PANEL_LENGTH = 0.45
 _MARGIN = 0.4
 """Around the points, for what moves [m]."""
@@ -175,6 +179,50 @@ def mode_shapes(body: BodyMotion) -> Figure:
         shown = dict(zip(labels, handles, strict=True))
         figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
         return figure
+
+
+def moving_mode_shapes(body: BodyMotion) -> bytes:
+    """Draw the modes in motion, one period that repeats: from the side, the carrier from the front.
+
+    - returns animated PNG.
+    - raises InputError: as `mode_shapes`.
+    """
+    from PIL import Image
+
+    drawing = _Drawing(body)
+    columns = len(body.titles)
+    frames: list[Image.Image] = []
+    with styled_figure(1.75 * columns, 3.0) as figure:
+        grid = figure.subplots(2, columns, squeeze=False)
+        for mode in range(columns):
+            for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True):
+                drawing.at_rest(axes, view, last=True)
+                if mode:
+                    axes.set_ylabel("")
+                    axes.tick_params(labelleft=False)
+            grid[0, mode].set_title(body.titles[mode], loc="left", fontsize=8.0)
+        freeze_layout(figure)
+        for frame in range(N_FRAMES):
+            phase = 2 * np.pi * frame / N_FRAMES
+            moved = [
+                line
+                for mode in range(columns)
+                for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True)
+                for line in drawing.moved(axes, view, mode, phase, VEHICLE_PALETTE[0])
+            ]
+            drawn = io.BytesIO()
+            figure.savefig(drawn, format="png", dpi=100, metadata={"Software": None})
+            for line in moved:
+                line.remove()
+            with Image.open(drawn) as picture:
+                still = picture.convert("RGB")
+                frames.append(still.quantize(64, palette=frames[0] if frames else None))
+    close(figure)
+    moving = io.BytesIO()
+    frames[0].save(
+        moving, format="PNG", save_all=True, append_images=frames[1:], duration=100, loop=0
+    )
+    return moving.getvalue()
 
 
 class _Drawing:

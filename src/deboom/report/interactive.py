@@ -28,14 +28,17 @@ MAX_BYTES = 6_000_000
 _SCRIPTS = ("interactive_state.js", "interactive_pictures.js", "interactive_controls.js")
 _BYTES_PER_VALUE = 12
 _BYTES_PER_LEVEL = 8 / 3
-_PROGRAM = 100_000
+_PROGRAM = 120_000
+_MOST_EVALUATED = 6000
 
 
 @dataclass(frozen=True, eq=False)
 class Axis:
     """A quantity of every design, an axis of the parallel coordinates.
 
-    - `values` (n,), `today`: of each design and of today's [`unit`; ``1`` for a factor].
+    - `values` (n + m,), `today`: of each design, then of m that were evaluated on the way; of
+      today's [`unit`; ``1`` for a factor].
+    - `errors` (n,) or None: standard error of each design's value [unit].
     - `colour`: ``#RRGGBB`` of what the axis belongs to; `kind`: variable, objective or vehicle.
     - `limits`: ends of the axis [unit]; None: those of the values and of today's.
     - `stiffness`: what a factor of 1 stands for [N/mm]; nan where it stands for none.
@@ -51,6 +54,7 @@ class Axis:
     limits: tuple[float, float] | None = None
     stiffness: float = float("nan")
     note: str = ""
+    errors: RealArray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,6 +69,7 @@ class InteractiveFront:
     - `levels` (1 + n, n_vehicle, n_frequency): SPL without scatter, of today's design first
       [dB(A)].
     - `pictures`: for a reader without scripts.
+    - `runs` (n,): 1 for designs of another run beside, 0 for the run's own; empty: all its own.
     - raises InputError: shapes that do not belong together, values that are not finite, doubled
       names.
     """
@@ -82,6 +87,7 @@ class InteractiveFront:
     speed: RealArray
     levels: RealArray
     pictures: tuple[Picture, ...] = field(default=())
+    runs: Sequence[int] = ()
 
     def __post_init__(self) -> None:
         n, lines = len(self.points), len(self.frequency)
@@ -92,7 +98,10 @@ class InteractiveFront:
             and len(self.picks) == n
             and len(self.vehicle_colours) == len(self.vehicles)
             and len(self.speed) == lines
-            and all(np.shape(axis.values) == (n,) for axis in self.axes)
+            and len({np.shape(axis.values) for axis in self.axes}) == 1
+            and len(self.axes[0].values) >= n
+            and all(axis.errors is None or np.shape(axis.errors) == (n,) for axis in self.axes)
+            and len(self.runs) in (0, n)
         )
         if not fits:
             raise InputError(
@@ -122,11 +131,17 @@ def render_interactive(front: InteractiveFront) -> str:
     from jinja2 import Environment, StrictUndefined
 
     rows = _shown(front)
+    evaluated = _evenly(len(front.axes[0].values) - len(front.points), _MOST_EVALUATED)
     facts = list(front.facts)
     if len(rows) < len(front.points):
         facts.append(
             f"{len(rows)} of the {len(front.points)} designs are shown, evenly along the front and "
             f"with all picks, so that the page stays below {MAX_BYTES // 1_000_000} MB."
+        )
+    if evaluated:
+        facts.append(
+            f"All evaluated designs: {len(evaluated)} of {len(front.axes[0].values) - len(rows)}, "
+            "with the values that the search saw; they have no curves."
         )
     room = files("deboom.report")
     script = "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS)
@@ -139,7 +154,7 @@ def render_interactive(front: InteractiveFront) -> str:
         room.joinpath("interactive.html").read_text(encoding="utf-8")
     )
     return template.render(
-        front=front, facts=facts, data=_json(front, rows), script=script, digest=digest
+        front=front, facts=facts, data=_json(front, rows, evaluated), script=script, digest=digest
     )
 
 
@@ -147,7 +162,8 @@ def _shown(front: InteractiveFront) -> list[int]:
     """Return the rows that fit into the page: all, or evenly chosen ones and the picks."""
     n, n_vehicles, n_lines = len(front.points), len(front.vehicles), len(front.frequency)
     pictures = sum(len(picture.png) * 4 / 3 for picture in front.pictures)
-    room = MAX_BYTES - _PROGRAM - pictures - 2 * _BYTES_PER_VALUE * n_lines
+    evaluated = min(len(front.axes[0].values) - n, _MOST_EVALUATED) * len(front.axes)
+    room = MAX_BYTES - _PROGRAM - pictures - _BYTES_PER_VALUE * (2 * n_lines + evaluated)
     per_design = (
         _BYTES_PER_LEVEL * n_vehicles * n_lines
         + _BYTES_PER_VALUE * len(front.axes)
@@ -162,17 +178,24 @@ def _shown(front: InteractiveFront) -> list[int]:
         )
     if n <= most:
         return list(range(n))
-    evenly = np.rint(np.linspace(0, n - 1, most - len(named))).astype(int)
-    return sorted(named | {int(row) for row in evenly})
+    return sorted(named | set(_evenly(n, most - len(named))))
 
 
-def _json(front: InteractiveFront, rows: list[int]) -> str:
+def _evenly(n: int, most: int) -> list[int]:
+    """Return all of n rows, or as many evenly chosen ones as there may be at most."""
+    rows = np.rint(np.linspace(0, n - 1, min(n, most))).astype(int)
+    return [int(row) for row in np.unique(rows)]
+
+
+def _json(front: InteractiveFront, rows: list[int], evaluated: list[int]) -> str:
     """Write the data as JSON that cannot end the script element it stands in."""
+    every = [*rows, *(len(front.points) + row for row in evaluated)]
     levels = np.asarray(front.levels)[[0, *(row + 1 for row in rows)]]
     steps = np.rint(levels / LEVEL_STEP).astype("<i2")
     data = {
         "run": front.run,
-        "axes": [_axis(axis, rows) for axis in front.axes],
+        "axes": [_axis(axis, rows, every) for axis in front.axes],
+        "runs": [int(front.runs[row]) if front.runs else 0 for row in rows],
         "points": [int(front.points[row]) for row in rows],
         "picks": [front.picks[row] for row in rows],
         "vehicles": [
@@ -188,15 +211,9 @@ def _json(front: InteractiveFront, rows: list[int]) -> str:
     return text.replace("&", "\\u0026").replace("<", "\\u003c").replace(">", "\\u003e")
 
 
-def _axis(axis: Axis, rows: list[int]) -> dict[str, object]:
-    values = np.asarray(axis.values, dtype=float)
-    lower, upper = axis.limits or (
-        min(float(values.min()), axis.today),
-        max(float(values.max()), axis.today),
-    )
-    if upper <= lower:
-        half = max(abs(lower) * 1e-3, 1e-6)
-        lower, upper = lower - half, upper + half
+def _axis(axis: Axis, rows: list[int], every: list[int]) -> dict[str, object]:
+    values = np.asarray(axis.values, dtype=float)[every]
+    lower, upper = axis.limits or _reach(values[: len(rows)], axis.today)
     return {
         "name": axis.name,
         "unit": axis.unit,
@@ -205,10 +222,19 @@ def _axis(axis: Axis, rows: list[int]) -> dict[str, object]:
         "note": axis.note,
         "lower": lower,
         "upper": upper,
+        "reach": axis.limits or _reach(values, axis.today),
         "today": float(axis.today),
         "stiffness": float(axis.stiffness) if math.isfinite(axis.stiffness) else None,
-        "values": _numbers(values[rows]),
+        "values": _numbers(values),
+        "errors": None if axis.errors is None else _numbers(axis.errors[rows]),
     }
+
+
+def _reach(values: RealArray, today: float) -> tuple[float, float]:
+    """Return ends of an axis that shows values and today's; never the same."""
+    lower, upper = min(float(values.min()), today), max(float(values.max()), today)
+    half = max(abs(lower) * 1e-3, 1e-6) if upper <= lower else 0.0
+    return lower - half, upper + half
 
 
 def _numbers(values: RealArray) -> list[float]:

@@ -33,11 +33,15 @@ function listen(view, { grab, drag, click }) {
 }
 
 listen(parallel, {
-  grab: (x) => parallel.axisAt(x),
-  drag: (start, now) => brush(start.held, parallel.stepAt(start.point[1]), parallel.stepAt(now[1])),
+  grab: (x, y) => { const axis = parallel.axisAt(x, y); return axis && { axis, moves: y < parallel.top - 20 }; },
+  drag: ({ held, point }, now) => {
+    if (!held.moves) return brush(held.axis, parallel.stepAt(point[1]), parallel.stepAt(now[1]));
+    const place = parallel.placeAt(now[0]);
+    if (shownAxes()[place] !== held.axis) moveAxis(held.axis, state.order.indexOf(shownAxes()[place]));
+  },
   click: ({ point, held }) => {
     const design = parallel.designAt(...point);
-    if (held && state.brushes.has(held)) clearBrush(held);
+    if (held && state.brushes.has(held.axis)) clearBrush(held.axis);
     else if (design !== null) pin(clickedPin(), design);
   },
 });
@@ -214,6 +218,7 @@ function drawKey() {
 function drawPictures() {
   parallel.draw();
   scatter.draw();
+  matrix.draw();
   for (const panel of panels) panel.draw();
 }
 
@@ -252,6 +257,29 @@ byId("with-vehicles").addEventListener("change", (event) => {
   for (const axis of [...state.brushes.keys()]) if (!shownAxes().includes(axis)) state.brushes.delete(axis);
   redraw();
 });
+byId("with-all").parentElement.hidden = ROWS === N;
+const ends = axes.map((axis) => [axis.lower, axis.upper]);
+byId("with-all").addEventListener("change", (event) => {
+  const all = event.target.checked;
+  designs = Array.from({ length: all ? ROWS : N }, (_, design) => design);
+  axes.forEach((axis, place) => { [axis.lower, axis.upper] = all ? axis.reach : ends[place]; });
+  clearBrushes(); // their steps are of the other ends
+});
+const named = axes.map((axis, place) => [place, axis.name]);
+filledSelect("colour", [[-1, "run"], ...named], (place) => { state.colour = axes[place] || null; redraw(); });
+filledSelect("leading", [[-1, "as they are"], ...named], (place) => { if (place >= 0) moveAxis(axes[place], 0); });
+byId("opacity").addEventListener("input", (event) => { state.opacity = Number(event.target.value); redraw(); });
+byId("matrix").addEventListener("toggle", () => matrix.draw());
+filledSelect("heard", front.vehicles.map((vehicle, place) => [place, vehicle.name]), () => {});
+byId("scale").textContent = `full scale ${fullScale().toPrecision(3)} Pa, ${SECONDS} s; use headphones`;
+let playing = null;
+for (const [id, design] of [["play-today", () => TODAY], ["play-a", () => state.pins.a], ["play-b", () => state.pins.b]]) {
+  byId(id).addEventListener("click", () => {
+    if (playing) playing.close();
+    playing = new AudioContext();
+    runUp(playing, design(), Number(byId("heard").value), SECONDS);
+  });
+}
 byId("clear").addEventListener("click", clearBrushes);
 byId("export").addEventListener("click", exportSelection);
 byId("line").max = front.frequency.length - 1;

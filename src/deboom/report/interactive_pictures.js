@@ -63,7 +63,9 @@ const parallel = {
     const chosen = new Set(selected);
     const others = designs.filter((design) => !chosen.has(design));
     element(svg, "path", { d: others.map((design) => this.path(design)).join(""), ...stroke(COLOUR.other, 1, { opacity: 0.75 }) });
-    element(svg, "path", { d: selected.map((design) => this.path(design)).join(""), ...stroke(COLOUR.chosen, 1.2, { opacity: 0.5 }) });
+    for (const [colour, list] of byColour(selected)) {
+      element(svg, "path", { d: list.map((design) => this.path(design)).join(""), ...stroke(colour, 1.2, { opacity: state.opacity }) });
+    }
     shown.forEach((axis, place) => this.drawAxis(axis, this.x(place), gap, slanted));
     this.layer = element(svg, "g");
     this.drawMarks();
@@ -97,10 +99,14 @@ const parallel = {
       element(svg, "text", { ...middle, y }, shownValue(axis, atStep(axis, step)));
     }
   },
-  // the axis near x, within reach of a hand
-  axisAt(x) {
+  // the axis near x, within reach of a hand; names above it reach further
+  axisAt(x, y) {
     const near = this.shown.map((axis, place) => [Math.abs(this.x(place) - x), axis]).sort((p, q) => p[0] - q[0])[0];
-    return near[0] <= 12 ? near[1] : null;
+    return near[0] <= (y < this.top - 20 ? 24 : 12) ? near[1] : null;
+  },
+  placeAt(x) {
+    const gap = this.shown.length > 1 ? this.x(1) - this.left : 1;
+    return Math.max(0, Math.min(this.shown.length - 1, Math.round((x - this.left) / gap)));
   },
   stepAt(y) {
     return ((this.height - this.bottom - y) / (this.height - this.top - this.bottom)) * STEPS;
@@ -109,7 +115,7 @@ const parallel = {
     const last = this.shown.length - 1;
     const place = Math.max(0, Math.min(last - 1, Math.floor(((x - this.left) / Math.max(1, this.x(last) - this.left)) * last)));
     const share = (x - this.x(place)) / (this.x(place + 1) - this.x(place));
-    return nearest(selected, 9, (design) => {
+    return nearest(selected.filter((design) => design < N), 9, (design) => {
       const [from, to] = [place, Math.min(last, place + 1)].map((at) => this.y(stepOf(this.shown[at], valueOf(this.shown[at], design))));
       return Math.abs(from + share * (to - from) - y);
     });
@@ -141,9 +147,19 @@ const scatter = {
       element(svg, "rect", { x: this.x(xs[0]), width: Math.max(1, this.x(xs[1]) - this.x(xs[0])), y: this.y(ys[1]), height: Math.max(1, this.y(ys[0]) - this.y(ys[1])), fill: COLOUR.chosen, opacity: 0.12, stroke: COLOUR.chosen });
     }
     const chosen = new Set(selected);
-    for (const design of designs) {
+    for (const [colour, list] of byColour(selected.filter((design) => design >= N))) {
+      const dots = list.map((design) => "M" + this.place(design).map((at) => at.toFixed(1)).join(",") + "h0").join("");
+      element(svg, "path", { d: dots, ...stroke(colour, 3, { opacity: state.opacity, "stroke-linecap": "round" }) });
+    }
+    for (const design of designs.slice(0, N)) {
       const [x, y] = this.place(design);
-      const look = chosen.has(design) ? { r: 4, fill: COLOUR.chosen, opacity: 0.8 } : { r: 3, fill: "#fff", stroke: "#9aa5b1" };
+      const look = chosen.has(design) ? { r: 4, fill: colourOf(design), opacity: 0.8 } : { r: 3, fill: "#fff", stroke: "#9aa5b1" };
+      for (const [axis, end] of [[across, 0], [up, 1]]) {
+        if (!axis.errors || !chosen.has(design)) continue;
+        const [from, to] = [-1, 1].map((side) => stepOf(axis, axis.values[design] + side * axis.errors[design]));
+        const bar = end ? { x1: x, x2: x, y1: this.y(from), y2: this.y(to) } : { x1: this.x(from), x2: this.x(to), y1: y, y2: y };
+        element(svg, "line", { ...bar, stroke: "#9aa5b1" });
+      }
       element(svg, "circle", { cx: x, cy: y, ...look });
     }
     this.layer = element(svg, "g");
@@ -176,7 +192,7 @@ const scatter = {
     return [((x - this.x(0)) / (this.x(STEPS) - this.x(0))) * STEPS, ((y - this.y(0)) / (this.y(STEPS) - this.y(0))) * STEPS];
   },
   designAt(x, y) {
-    return nearest(designs, 12, (design) => {
+    return nearest(designs.filter((design) => design < N), 12, (design) => {
       const [px, py] = this.place(design);
       return Math.hypot(px - x, py - y);
     });
@@ -235,9 +251,10 @@ const panels = front.vehicles.map((vehicle, place) => ({
   },
   // lowest and highest level of the selected designs at every line
   extent() {
-    if (!selected.length) return null;
-    const [low, high] = [0, 1].map(() => Float32Array.from(levelsOf(selected[0], place)));
-    for (const design of selected) {
+    const drawn = selected.filter((design) => design < N);
+    if (!drawn.length) return null;
+    const [low, high] = [0, 1].map(() => Float32Array.from(levelsOf(drawn[0], place)));
+    for (const design of drawn) {
       levelsOf(design, place).forEach((level, at) => {
         if (level < low[at]) low[at] = level;
         if (level > high[at]) high[at] = level;
@@ -246,6 +263,79 @@ const panels = front.vehicles.map((vehicle, place) => ({
     return [low, high];
   },
 }));
+
+// every response over every variable; drawn while it is open
+const matrix = {
+  canvas: byId("matrix-canvas"),
+  draw() {
+    if (!byId("matrix").open) return;
+    const columns = shownAxes().filter((axis) => axis.kind === "variable");
+    const rows = shownAxes().filter((axis) => axis.kind !== "variable");
+    const [left, top, cell, height] = [110, 6, Math.max(60, (roomIn(byId("matrix"), 1000) - 112) / columns.length), 96];
+    this.canvas.width = left + cell * columns.length + 2;
+    this.canvas.height = top + height * rows.length + 22;
+    const pen = this.canvas.getContext("2d");
+    pen.font = "12px sans-serif";
+    const every = Math.ceil(selected.length / 1500); // more dots would only hide each other
+    const groups = byColour(selected.filter((design, at) => at % every === 0));
+    rows.forEach((row, line) => {
+      [pen.fillStyle, pen.globalAlpha] = [COLOUR.a, 1];
+      pen.fillText(`${row.name} [${row.unit}]`.slice(0, 18), 0, top + height * (line + 0.5));
+      columns.forEach((column, place) => {
+        const [x, y] = [left + cell * place, top + height * line];
+        pen.strokeStyle = COLOUR.other;
+        pen.globalAlpha = 1;
+        pen.strokeRect(x, y, cell - 6, height - 6);
+        pen.globalAlpha = state.opacity;
+        for (const [colour, list] of groups) {
+          pen.fillStyle = colour;
+          for (const design of list) {
+            const across = (stepOf(column, column.values[design]) / STEPS) * (cell - 10);
+            const up = (stepOf(row, row.values[design]) / STEPS) * (height - 10);
+            pen.fillRect(x + 1 + across, y + height - 9 - up, 2, 2);
+          }
+        }
+      });
+    });
+    pen.globalAlpha = 1;
+    pen.fillStyle = COLOUR.a;
+    columns.forEach((column, place) => pen.fillText(column.name, left + cell * place, top + height * rows.length + 12));
+  },
+};
+
+// the run-up of one design in one vehicle: the order alone, at an even rise of speed
+const SECONDS = 10;
+function aWeighting(hertz) {
+  const f2 = hertz * hertz;
+  const [c1, c2, c3, c4] = [20.598997 ** 2, 107.65265 ** 2, 737.86223 ** 2, 12194.217 ** 2];
+  const gain = (f) => (c4 * f * f) / ((f + c1) * Math.sqrt((f + c2) * (f + c3)) * (f + c4));
+  return 20 * Math.log10(gain(f2) / gain(1e6));
+}
+const peakPascal = (level, line) => Math.SQRT2 * 20e-6 * 10 ** ((level - aWeighting(front.frequency[line])) / 20);
+const fullScale = () => levels.reduce((most, level, at) => Math.max(most, peakPascal(level, at % front.frequency.length)), 0);
+
+function runUp(context, design, vehicle, seconds) {
+  const { frequency } = front;
+  const [first, last] = [frequency[0], frequency[frequency.length - 1]];
+  const heard = Array.from(levelsOf(design, vehicle), peakPascal);
+  const scale = fullScale();
+  let line = 0;
+  const gains = Float32Array.from({ length: 400 }, (_, at) => {
+    const now = first + ((last - first) * at) / 399;
+    while (line < frequency.length - 2 && frequency[line + 1] < now) line++;
+    const share = Math.min(1, (now - frequency[line]) / (frequency[line + 1] - frequency[line]));
+    const fade = Math.min(1, at / 4, (399 - at) / 4); // against clicks
+    return (fade * (heard[line] + share * (heard[line + 1] - heard[line]))) / scale;
+  });
+  const [tone, volume] = [context.createOscillator(), context.createGain()];
+  const begin = context.currentTime;
+  tone.frequency.setValueAtTime(first, begin);
+  tone.frequency.linearRampToValueAtTime(last, begin + seconds);
+  volume.gain.setValueCurveAtTime(gains, begin, seconds);
+  tone.connect(volume).connect(context.destination);
+  tone.start(begin);
+  tone.stop(begin + seconds);
+}
 
 const range = levels.reduce(([low, high], level) => [Math.min(low, level), Math.max(high, level)], [Infinity, -Infinity]).map((level, end) => 10 * (end ? Math.ceil(level / 10) : Math.floor(level / 10)));
 if (range[0] === range[1]) range[1] += 10;

@@ -7,9 +7,11 @@ const STEPS = 200;
 const [WIDE, CLOSE] = [56, 42]; // gaps between axes [px]: below it names are slanted; the least
 const TODAY = -1;
 const SVG = "http://www.w3.org/2000/svg";
-const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
+const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", beside: "#d55e00", cloud: "#7aa6c2", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
 const axes = front.axes;
-const designs = front.points.map((_, design) => design);
+const N = front.points.length; // designs with curves; further rows were evaluated on the way
+const ROWS = axes[0].values.length;
+let designs = front.points.map((_, design) => design);
 const levels = decoded(front.levels);
 const byId = (id) => document.getElementById(id);
 
@@ -21,6 +23,9 @@ const state = {
   across: axes.find((axis) => axis.kind === "objective") || axes[0],
   up: axes.filter((axis) => axis.kind === "objective")[1] || axes[axes.length - 1],
   line: Math.floor(front.frequency.length / 2),
+  order: [...axes], // of the parallel coordinates
+  colour: null, // axis that colours the selected designs; null: their run
+  opacity: 0.5,
   walk: null, // design under the pointer or the arrow keys
 };
 let selected = designs;
@@ -49,7 +54,7 @@ const unitOf = (axis) => (inStiffness(axis) ? "N/mm" : axis.unit);
 const stepOf = (axis, value) => ((value - axis.lower) / (axis.upper - axis.lower)) * STEPS;
 const atStep = (axis, step) => axis.lower + (step / STEPS) * (axis.upper - axis.lower);
 const isDecibel = (axis) => axis.unit.startsWith("dB");
-const shownAxes = () => axes.filter((axis) => state.vehicles || axis.kind !== "vehicle");
+const shownAxes = () => state.order.filter((axis) => state.vehicles || axis.kind !== "vehicle");
 
 function levelsOf(design, vehicle) {
   const lines = front.frequency.length;
@@ -83,7 +88,26 @@ const withUnit = (axis, value) => shownValue(axis, value) + (unitOf(axis) === "1
 function nameOf(design) {
   if (design === TODAY) return "today's";
   const pick = front.picks[design];
-  return "design " + front.points[design] + (pick ? ", " + pick : "");
+  return (front.runs[design] ? "beside: " : "") + "design " + front.points[design] + (pick ? ", " + pick : "");
+}
+
+// the selected designs by colour: few paths draw faster than many
+const SCALE = ["#440154", "#482878", "#3e4a89", "#31688e", "#26828e", "#1f9e89", "#35b779", "#6ece58", "#b5de2b", "#fde725"];
+function colourOf(design) {
+  const axis = state.colour;
+  if (!axis) return design >= N ? COLOUR.cloud : front.runs[design] ? COLOUR.beside : COLOUR.chosen;
+  const share = stepOf(axis, axis.values[design]) / STEPS;
+  return SCALE[Math.max(0, Math.min(SCALE.length - 1, Math.floor(share * SCALE.length)))];
+}
+
+function byColour(list) {
+  const groups = new Map([[COLOUR.cloud, []]]);
+  for (const design of list) {
+    const colour = colourOf(design);
+    if (!groups.has(colour)) groups.set(colour, []);
+    groups.get(colour).push(design);
+  }
+  return groups;
 }
 
 function ticks(lower, upper, wanted) {
@@ -102,6 +126,12 @@ function brush(axis, from, to) {
   const high = Math.max(0, Math.min(STEPS, Math.round(Math.max(from, to))));
   if (low === 0 && high === STEPS) state.brushes.delete(axis);
   else state.brushes.set(axis, [low, high]);
+  redraw();
+}
+
+function moveAxis(axis, place) {
+  state.order.splice(state.order.indexOf(axis), 1);
+  state.order.splice(place, 0, axis);
   redraw();
 }
 
@@ -137,13 +167,14 @@ function walkTo(design, spoken) {
 }
 
 function walkByKey(event) {
-  const place = selected.indexOf(state.walk);
-  const last = selected.length - 1;
+  const walked = selected.filter((design) => design < N);
+  const place = walked.indexOf(state.walk);
+  const last = walked.length - 1;
   const to = {
     ArrowRight: Math.min(place + 1, last), ArrowDown: Math.min(place + 1, last),
     ArrowLeft: Math.max(place - 1, 0), ArrowUp: Math.max(place - 1, 0), Home: 0, End: last,
   }[event.key];
-  if (to !== undefined && last >= 0) walkTo(selected[to], true);
+  if (to !== undefined && last >= 0) walkTo(walked[to], true);
   else if (event.key === "Enter" && state.walk !== null) {
     const which = clickedPin();
     pin(event.shiftKey ? { a: "b", b: "a" }[which] : which, state.walk);
@@ -163,7 +194,7 @@ function exportSelection() {
   heads.push(...others.map((axis) => `${axis.name} [${axis.unit}]`));
   const rows = selected.map((design) => {
     const pins = ["a", "b"].filter((which) => state.pins[which] === design);
-    const row = [front.points[design], front.picks[design], pins.join(" ").toUpperCase()];
+    const row = [front.points[design] || "", front.picks[design] || "", pins.join(" ").toUpperCase()];
     for (const axis of variables) {
       row.push(axis.values[design]);
       if (axis.stiffness !== null) row.push(Number((axis.values[design] * axis.stiffness).toPrecision(7)));

@@ -59,6 +59,7 @@ class Section:
 
     title: str
     blocks: list[str | Picture | Table]
+    folded: bool = False
 
 
 class Report:
@@ -137,9 +138,9 @@ class Report:
             raise InputError(f"the glossary does not explain {unknown}; it has {list(GLOSSARY)}")
         self.terms = list(dict.fromkeys((*self.terms, *terms)))
 
-    def section(self, title: str, text: str = "") -> None:
-        """Begin a part of the page with its heading and first paragraphs."""
-        self.sections.append(Section(title, []))
+    def section(self, title: str, text: str = "", *, folded: bool = False) -> None:
+        """Begin a part of the page with its heading and first paragraphs, closed if `folded`."""
+        self.sections.append(Section(title, [], folded))
         self.text(text)
 
     def text(self, text: str) -> None:
@@ -249,7 +250,9 @@ class Report:
           leaves the file or number out.
         - raises InputError: a name that is taken.
         """
-        self.sections += [Section(f"{title} · {s.title}", s.blocks) for s in part.sections[first:]]
+        self.sections += [
+            Section(f"{title} · {s.title}", s.blocks, s.folded) for s in part.sections[first:]
+        ]
         self.warn(*part.warnings)
         self.explain(*part.terms)
         new = names or {}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,15 +13,18 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import replace_bytes
+from deboom.files.run_folder import RunEntry, check_files, read_run
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.report import Picture
 from deboom.study.overview import INTERACTIVE
+from deboom.study.rebuilt import FRONT, prepared_again, study_of
 from deboom.study.robust_front import NO_REQUIREMENT
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 
 ANY = "any in bounds"
+DOE, EVALUATED = "doe.csv", "evaluated.csv"
 _MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
 _PICTURES = {
     "pareto_front": ("Mean level and scatter of all designs.", "The front, today's and the picks."),
@@ -30,17 +34,25 @@ _PICTURES = {
 """File stem → words for those who cannot see it, caption."""
 
 
-def write_interactive_page(folder: Path, *, studies: Path | None, out: Path | None = None) -> Path:
+def write_interactive_page(
+    folder: Path,
+    *,
+    studies: Path | None,
+    out: Path | None = None,
+    beside: Path | None = None,
+) -> Path:
     """Write the interactive page of a run.
 
     Parameters
     ----------
     folder : Path
-        Finished run of a front study.
+        Finished run of a front study, or of designs of an experiment.
     studies : Path or None
         Folder with the studies; None: `studies` here, else deboom's own.
     out : Path or None
         Folder that gets the page, made when missing; None: the run's.
+    beside : Path or None
+        Another run of a front study, whose front lies over this one.
 
     Returns
     -------
@@ -50,12 +62,20 @@ def write_interactive_page(folder: Path, *, studies: Path | None, out: Path | No
     Raises
     ------
     InputError
-        A run that is no front study, misses a file or holds an edited one; a folder that cannot be
-        written. Nothing is written then.
+        A run that is neither, misses a file or holds an edited one; two runs of other variables,
+        vehicles or lines; a folder that cannot be written. Nothing is written then.
     """
-    study = supplier_study(folder, studies, Pick.best_mean)
-    html = render_interactive(interactive_front(study))
-    place = study.run.entry.folder if out is None else out
+    entry = read_run(folder)
+    if beside is None and {DOE, FRONT} & set(entry.record["files_sha256"]) == {DOE}:
+        page = interactive_doe(entry, studies)
+    else:
+        study = supplier_study(folder, studies, Pick.best_mean)
+        page = interactive_front(study)
+        if beside is not None:
+            page = overlaid(page, interactive_front(supplier_study(beside, studies, study.pick)))
+        page = with_evaluated(page, study)
+    html = render_interactive(page)
+    place = entry.folder if out is None else out
     try:
         place.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -97,6 +117,98 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
         speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
         levels=np.asarray(index.levels(np.vstack([space.nominal, designs]))),
         pictures=_pictures(entry.folder),
+    )
+
+
+def overlaid(page: InteractiveFront, other: InteractiveFront) -> InteractiveFront:
+    """Lay the front of another run over a page's; InputError where they cannot share axes."""
+    for what, mine, theirs in (
+        ("axes", [axis.name for axis in page.axes], [axis.name for axis in other.axes]),
+        ("vehicles", list(page.vehicles), list(other.vehicles)),
+        ("lines", page.frequency.tolist(), other.frequency.tolist()),
+    ):
+        if mine != theirs:
+            raise InputError(
+                f"--beside {other.run} has other {what} than {page.run}: only runs of one "
+                "platform, band and kind of variables can lie over each other"
+            )
+    axes = []
+    for own, second in zip(page.axes, other.axes, strict=True):
+        errors = [axis.errors for axis in (own, second) if axis.errors is not None]
+        axes.append(
+            replace(
+                own,
+                values=np.concatenate([own.values, second.values]),
+                limits=own.limits if own.limits == second.limits else None,
+                errors=np.concatenate(errors) if len(errors) == len((own, second)) else None,
+            )
+        )
+    return replace(
+        page,
+        axes=tuple(axes),
+        points=[*page.points, *other.points],
+        picks=[*page.picks, *other.picks],
+        levels=np.concatenate([page.levels, other.levels[1:]]),
+        runs=[0] * len(page.points) + [1] * len(other.points),
+        facts=(*page.facts, f"Beside it, in orange: run {other.run}, as its own model sees it."),
+    )
+
+
+def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveFront:
+    """Add the designs that the search evaluated, which have values and no curves."""
+    if EVALUATED not in study.run.entry.record["files_sha256"]:
+        return page
+    table = pd.read_csv(study.run.entry.folder / EVALUATED).dropna()
+    columns = {"mean level": "mean level in search [dB(A)]", "σ": "sigma in search [dB]"}
+    columns |= {f"{name} level": f"{name} in search [dB(A)]" for name in study.vehicles}
+    columns |= {name: f"{name} [1]" for name in study.space.names}
+    free, ones = study.without_effect, np.ones(len(table))
+    more = {name: ones if name in free else _array(table[at]) for name, at in columns.items()}
+    axes = [replace(a, values=np.concatenate([a.values, more[a.name]])) for a in page.axes]
+    return replace(page, axes=tuple(axes))
+
+
+def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
+    """Gather what the page shows of designs of an experiment; failed ones are left out, counted."""
+    check_files(entry)
+    model = prepared_again(entry, study_of(entry, studies))
+    index, runs = model.index, model.runs
+    table = pd.read_csv(entry.folder / DOE)
+    done = table[table["failure"].isna()]
+    names = index.variable_names
+    designs = done[[f"{name} [1]" for name in names]].to_numpy(float)
+    today = np.ones(len(names))
+    means = np.asarray(index(np.vstack([today, designs]))) / index.n_lines
+    mounts = mount_colours([mount.name for mount in runs.platform.mounts])
+    fleet = vehicle_colours(runs.platform.fleet.names)
+    axes = [
+        Axis(name, "1", x, 1.0, mounts.get(mount_of(name.removesuffix(" loss")), MUTED), "variable")
+        for name, x in zip(names, designs.T, strict=True)
+    ]
+    whole = means.mean(axis=1)
+    axes.append(Axis("mean level", "dB(A)", whole[1:], float(whole[0]), ACCENT, "objective"))
+    axes += [
+        Axis(f"{name} level", "dB(A)", level[1:], float(level[0]), fleet[name], "vehicle")
+        for name, level in zip(index.response_names, means.T, strict=True)
+    ]
+    order = runs.platform.load_case(index.load_case_names[0]).order
+    frequency = np.asarray(index.frequency)
+    return InteractiveFront(
+        title="Explore the designs of an experiment",
+        question=f"What does a change of the mounts do to {', '.join(index.response_names)}?",
+        run=entry.name,
+        facts=(
+            f"Run {entry.name} of the study {entry.study}: {len(done)} of {len(table)} designs "
+            "could be computed; levels are without scatter.",
+        ),
+        axes=tuple(axes),
+        points=done["design"].tolist(),
+        picks=[""] * len(done),
+        vehicles=tuple(index.response_names),
+        vehicle_colours=tuple(fleet[name] for name in index.response_names),
+        frequency=frequency,
+        speed=np.asarray(rpm_of_frequency(frequency, order)),
+        levels=np.asarray(index.levels(np.vstack([today, designs]))),
     )
 
 
@@ -146,10 +258,10 @@ def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
 def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
     per_line = study.per_vehicle / len(study.vehicles)
     shown = (
-        ("mean level", "dB(A)", _MEAN, "mean level [dB(A)]"),
-        ("σ", "dB", _SIGMA, "sigma of the level [dB]"),
+        ("mean level", "dB(A)", _MEAN, "mean level [dB(A)]", "standard error of mean sum [dB]"),
+        ("σ", "dB", _SIGMA, "sigma of the level [dB]", "standard error of sigma sum [dB]"),
     )
-    picks = _table(study, "picks", ("design", *(column for *_, column in shown)))
+    picks = _table(study, "picks", ("design", *(column for *_, column, _ in shown)))
     today = picks[picks["design"] == "baseline"]
     return [
         Axis(
@@ -159,8 +271,9 @@ def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
             _array(today[column])[0],
             ACCENT,
             "objective",
+            errors=_array(front[error]) * per_line if error in front else None,
         )
-        for name, unit, total, column in shown
+        for name, unit, total, column, error in shown
     ]
 
 

@@ -21,13 +21,10 @@ from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 
 
-def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
-    """Build the model of a run again, with the draws of its search.
+def prepared_again(entry: RunEntry, study: Study) -> Any:
+    """Prepare a run's model again with `study`, as it is today.
 
-    - `entry`: the run.
-    - `study`: its study as it is today.
-    - raises InputError: an input file that has changed or is gone, options that the study does not
-      take, or a study that does not search for a front.
+    - raises InputError: an input file that has changed or is gone, options it does not take.
     """
     home = study.path.resolve().parent
     for name, wanted in entry.record.get("inputs_sha256", {}).items():
@@ -38,7 +35,15 @@ def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
                 "bring the file back as it was or run the study again"
             )
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
-    robust = getattr(study.model(arguments), "robust", None)
+    return study.model(arguments)
+
+
+def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
+    """Build the model of a run again, with the draws of its search.
+
+    - raises InputError: as `prepared_again`; a study that does not search for a front.
+    """
+    robust = getattr(prepared_again(entry, study), "robust", None)
     if isinstance(robust, RobustResponse):
         return robust
     raise InputError(

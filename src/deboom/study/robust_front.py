@@ -20,6 +20,7 @@ from deboom.mounts.mount import mean_operating_stiffness
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
 from deboom.study.front import PERCENT, Front, same_designs
+from deboom.study.front_pictures import pictures_behind
 from deboom.study.options import aim_note
 from deboom.study.platform_model import (
     Factor,
@@ -283,6 +284,7 @@ def front_report(front: RobustFront) -> Report:
     _choices(report, front, picks)
     _driver(report, front)
     _supplier(report, front)
+    pictures_behind(report, front)
     _search(report, front)
     return report
 
@@ -668,6 +670,7 @@ def _search(report: Report, front: RobustFront) -> None:
         f"The search had its σ wrong by {signed(check.sigma_bias_percent, 2)} % and its mean by "
         f"{signed(check.mean_bias * front.per_line, 3)} dB on average.\n\n"
         "\n\n".join((motion.text, aim_note(front.robust))).strip(),
+        folded=True,
     )
     report.figure(
         "convergence",

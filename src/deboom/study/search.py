@@ -223,9 +223,9 @@ def _quantities(
             found.append((moved, _limits(moved, travel.at_least_mm, travel.at_most_mm)))
     case = runs.cases[0][0]
     if content.natural_frequency:
-        real = _real_stiffness(carriers, case, runs.band)
+        every = natural_frequencies(runs)
         for window in content.natural_frequency:
-            modes = NaturalFrequencies(tuple(carriers), _powertrain(runs), real, (window.mode,))
+            modes = replace(every, modes=(window.mode,))
             found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
     if content.stiffness:
         magnitude = _magnitude(runs.platform.mounts, case, runs.band)
@@ -252,14 +252,20 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
         for piece in (mount.pieces if len(mount.pieces) > 1 else ("",))
     ]
     travel = [f"{place} {axis}" for place in places for axis in "xz"]
-    real = _real_stiffness(carriers, case, runs.band)
     quantities = (
         WeightSag(model, _powertrain(runs), tuple(places)),
         TorqueTravel(model, round(float(case.wheel_torque.max())), tuple(travel), factor),
-        NaturalFrequencies(tuple(carriers), _powertrain(runs), real),
+        natural_frequencies(runs),
     )
     names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
     return MountRequirements(names, quantities)
+
+
+def natural_frequencies(runs: Operation) -> NaturalFrequencies:
+    """Return the rigid-body modes of the powertrain, as `price` has them; errors likewise."""
+    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    real = _real_stiffness(carriers, runs.cases[0][0], runs.band)
+    return NaturalFrequencies(tuple(carriers), _powertrain(runs), real)
 
 
 def _limits(

@@ -401,12 +401,15 @@ class NaturalFrequencies:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the natural frequencies, shape (n, n_mode) [Hz]."""
+        return np.asarray(self.solved(factors)[0][:, [mode - 1 for mode in self.modes]])
+
+    def solved(self, factors: Mapping[str, RealArray]) -> tuple[RealArray, RealArray]:
+        """Return all natural frequencies (n, 6) [Hz] and shapes (n, 6, mode), see rigid_body."""
         positions = [position for mount in self.mounts for position in mount.positions]
         nominal = {name: np.array([value]) for name, value in self.stiffness.items()}
         stiffness = _of_directions(self.mounts, nominal) * _of_directions(self.mounts, factors)
         matrix = rigid_body.mount_stiffness_matrix(positions, stiffness).real
-        frequency = rigid_body.rigid_body_modes(self.powertrain.mass_matrix, matrix)[0]
-        return np.asarray(frequency[:, [mode - 1 for mode in self.modes]])
+        return rigid_body.rigid_body_modes(self.powertrain.mass_matrix, matrix)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,194 @@
+"""Where a front's gain comes from: maps over speed, paths of the peaks, all designs, modes."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
+from deboom.errors import InputError
+from deboom.explore.selection import BEST_MEAN
+from deboom.physics.rigid_body import forward_matrices
+from deboom.plot.correlations import MOST
+from deboom.plot.style import mount_colours, mount_of
+from deboom.report import Report
+from deboom.study.search import natural_frequencies
+
+if TYPE_CHECKING:
+    from deboom.study.robust_front import RobustFront
+
+PERCENT = 100.0
+PEAKS = 5
+"""Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
+
+
+def pictures_behind(report: Report, front: RobustFront) -> None:
+    """Append the pictures behind the answer, folded; each has its table."""
+    report.section(
+        "More pictures: maps, paths, all designs, modes",
+        "Best mean against today's mounts, without scatter.",
+        folded=True,
+    )
+    _maps(report, front)
+    _paths(report, front)
+    _designs(report, front)
+    _modes(report, front)
+
+
+def _maps(report: Report, front: RobustFront) -> None:
+    """Show the levels of all load cases and vehicles over speed, before, after, difference."""
+    model = front.index if front.every is None else front.every
+    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
+    cases = {name: model.levels(both, name) for name in model.load_case_names}
+    before, after = np.concatenate(list(cases.values()), axis=1)
+    rows = [(case, vehicle) for case in cases for vehicle in front.vehicles]
+    n_lines = front.frequency.size
+    table = {
+        "load case": np.repeat([case for case, _ in rows], n_lines),
+        "vehicle": np.repeat([vehicle for _, vehicle in rows], n_lines),
+        "frequency [Hz]": np.tile(front.frequency, len(rows)),
+        "before [dB(A)]": before.ravel(),
+        "after [dB(A)]": after.ravel(),
+    }
+    report.figure(
+        "level_maps",
+        lambda: plot.level_maps(
+            *(front.frequency, front.load_case.order, [f"{v}, {c}" for c, v in rows]),
+            *(before, after),
+            titles=("today", BEST_MEAN),
+        ),
+        "SPL at the driver's ear over speed, in every load case and vehicle: today, with best "
+        "mean, and the difference (violet: quieter).",
+    )
+    report.table("level_maps", pd.DataFrame(table))
+
+
+def _paths(report: Report, front: RobustFront) -> None:
+    """Show which paths make up the booming peaks, and how they add up at the loudest one."""
+    names = list(front.stiffness_variables)
+    today, best = front.robust.space.nominal, front.pick_designs[BEST_MEAN]
+    rows, panels, sums = [], [], []
+    changes = front.peak_changes(best)
+    for vehicle in front.vehicles:
+        peaks = [change.before for change in changes[vehicle] if change.before]
+        split = [front.index.paths(design, vehicle).contributions for design in (today, best)]
+        for peak in peaks:
+            line = int(np.argmin(np.abs(front.frequency - peak.frequency)))
+            both = [values[line, : len(names)] for values in split]
+            shares = [_towards(values, both[0].sum()) for values in both]
+            for k, name in enumerate(names):
+                of = {"vehicle": vehicle, "frequency [Hz]": peak.frequency, "path": name}
+                for state, values, share in zip(("today", "best mean"), both, shares, strict=True):
+                    of[f"real, {state} [Pa]"] = values[k].real
+                    of[f"imaginary, {state} [Pa]"] = values[k].imag
+                    of[f"share, {state} [%]"] = share[k]
+                rows.append(of)
+            if peak is max(peaks, key=lambda one: one.level):
+                label = f"{vehicle}, {peak.frequency:g} Hz [%]"
+                panels.append((peak.level, plot.MarkedPanel(label, *shares)))
+                sums.append((peak.level, vehicle, peak.frequency, both))
+    if not rows:
+        report.text("No vehicle has a booming peak today, so there is none to split into paths.")
+        return
+    colours = mount_colours([mount.name for mount in front.platform.mounts])
+    paint = [colours[mount_of(name)] for name in names]
+    loudest = [panel for _, panel in sorted(panels, key=lambda one: -one[0])[:PEAKS]]
+    report.figure(
+        "path_contributions",
+        lambda: plot.marked_bars(names, paint, loudest, bar_label="today", mark_label="best mean"),
+        "Each vehicle's loudest booming peak by path: part of each path along today's pressure, "
+        "over today's pressure. Bars add up to 100 %; below 0 a path takes away.",
+    )
+    _, vehicle, frequency, both = max(sums, key=lambda one: one[0])
+    turned = np.exp(-1j * np.angle(both[0].sum()))
+    report.figure(
+        "vector_sum",
+        lambda: plot.vector_sum(
+            names,
+            {name: turned * x for name, x in zip(("today", BEST_MEAN), both, strict=True)},
+            paint,
+        ),
+        f"How the paths add up at the loudest peak, {vehicle} at {frequency:g} Hz: head to tail, "
+        "dashed with today's mounts; from the origin the pressure at the driver's ear, complex "
+        "peak, turned so that today's is real.",
+    )
+    report.table("path_contributions", pd.DataFrame(rows))
+
+
+def _towards(values: ComplexArray, total: complex) -> RealArray:
+    """Part of contributions along a pressure, over that pressure [%]."""
+    return np.asarray(PERCENT * (values * np.conj(total)).real / abs(total) ** 2)
+
+
+def _designs(report: Report, front: RobustFront) -> None:
+    """Show every evaluated design with both objectives, and the front over its variables."""
+    found, names, space = front.search.evaluated, list(front.variables), front.robust.space
+    table = pd.DataFrame(found.designs, columns=[f"{name} [1]" for name in names])
+    level, spread = "mean level in search [dB(A)]", "sigma in search [dB]"
+    table[level] = found.mean_sum * front.per_line
+    table[spread] = found.sigma_sum * front.per_line
+    for vehicle, mean in zip(front.vehicles, found.mean.T, strict=True):
+        table[f"{vehicle} in search [dB(A)]"] = mean / front.index.n_lines
+    report.table("evaluated", table)
+    shown = np.flatnonzero(~np.isin(names, front.without_effect))
+    variables = [names[column] for column in shown]
+    kept = table[np.isfinite(table[level])]
+    strength = [abs(np.corrcoef(kept[f"{name} [1]"], kept[level])[0, 1]) for name in variables]
+    first = [variables[k] for k in np.argsort(strength, kind="stable")[::-1][:MOST]]
+    report.figure(
+        "design_responses",
+        lambda: plot.variable_grid(
+            {name: kept[f"{name} [1]"] for name in first},
+            {"level [dB(A)]": kept[level], "σ [dB]": kept[spread]},
+            "",
+        ),
+        f"Both objectives over the variables that go with the level most, {len(kept)} designs "
+        "that the search evaluated; they crowd where it went.",
+    )
+    values = front.values
+    report.figure(
+        "parallel_coordinates",
+        lambda: plot.parallel_coordinates(
+            variables,
+            values.designs[:, shown],
+            np.stack([space.lower, space.upper])[:, shown],
+            values.mean_sum * front.per_line,
+            {name: design[shown] for name, design in front.named_designs.items()},
+            value_label="mean level [dB(A)]",
+        ),
+        "The designs of the front over their variables; deboom report RUN --interactive brushes "
+        "them.",
+    )
+
+
+def _modes(report: Report, front: RobustFront) -> None:
+    """Show the rigid-body modes of the powertrain in motion, with today's mounts and best mean."""
+    try:
+        modes = natural_frequencies(front.runs)
+    except InputError as error:
+        report.text(f"The modes of the powertrain are not known: {error}.")
+        return
+    names = front.stiffness_variables
+    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
+    frequency, shapes = modes.solved({name: both[:, k] for k, name in enumerate(names)})
+    labels = [" ".join(filter(None, (m.name, piece))) for m in modes.mounts for piece in m.pieces]
+    places = np.array([place for mount in modes.mounts for place in mount.positions])
+    motion = np.einsum("pxk,km->mpx", forward_matrices(places).reshape(-1, 3, 6), shapes[1])
+    columns = {
+        f"{label} {axis} [1]": motion[:, row, k]
+        for row, label in enumerate(labels)
+        for k, axis in enumerate("xyz")
+    }
+    titles = [f"{new:.1f} Hz (today {old:.1f})" for old, new in zip(*frequency, strict=True)]
+    report.figure(
+        "modes",
+        lambda: plot.moving_mode_shapes(
+            plot.BodyMotion(labels, places, np.zeros_like(places), titles, motion)
+        ),
+        "The powertrain's rigid-body modes with best mean, in motion at the mounts.",
+    )
+    table = {"mode": range(1, 7), "today [Hz]": frequency[0], "best mean [Hz]": frequency[1]}
+    report.table("modes", pd.DataFrame({**table, **columns}))

@@ -145,7 +145,7 @@ def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, t
 def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path):
     platform = load_study(STUDIES / "fleet_correlation.py")
     options = {"platform": folder.parents[2] / "any", "mounts": MountSource.spectra, "designs": 20}
-    asked = {**options, "motion": Motion.prescribed, "resamples": 20, "draws": 2}
+    asked = {**options, "motion": Motion.prescribed, "resamples": 100, "draws": 2}
     run = run_study(platform, tmp_path, asked)
     page = write_interactive_page(run, studies=STUDIES)
     data, doe = data_of(page.read_text(encoding="utf-8")), pd.read_csv(run / "doe.csv")

@@ -19,12 +19,12 @@ Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the file
 Seed = Annotated[
     int,
     typer.Option(
-        help="From 1. Draws errors and noise, and what stands on the bench; a platform and a "
-        "vehicle of seed 1 are of the frozen fleet."
+        help="Seed from 1. It draws errors and noise, and what stands on the bench; a platform "
+        "and a vehicle of seed 1 are of the frozen fleet."
     ),
 ]
 NoiseFree = Annotated[
-    bool, typer.Option("--noise-free", help="Every sensor and hit as stated, no noise.")
+    bool, typer.Option("--noise-free", help="Let every sensor and hit be as stated, without noise.")
 ]
 Level = Annotated[
     CalibrationLevel,
@@ -36,17 +36,21 @@ Level = Annotated[
 ]
 Case = Annotated[
     CompressorCase,
-    typer.Option(help="table11: the thesis's mounts; random: drawn around the drawing."),
+    typer.Option(help="Mounts: table11 takes the thesis's, random draws them around the drawing."),
 ]
 IdenticalMounts = Annotated[
     bool,
     typer.Option(
-        "--identical-mounts", help="All mounts of one part number, equal in both radial axes."
+        "--identical-mounts",
+        help="Let all mounts be of one part number, equal in both radial axes.",
     ),
 ]
-Softening = Annotated[bool, typer.Option("--softening", help="Mounts soften with their amplitude.")]
+Softening = Annotated[
+    bool, typer.Option("--softening", help="Let mounts soften with their amplitude.")
+]
 FlexibleReceiver = Annotated[
-    bool, typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz carries them.")
+    bool,
+    typer.Option("--flexible-receiver", help="Let a subframe with a mode at 38 Hz carry them."),
 ]
 Hoses = Annotated[
     HoseCase,
@@ -59,8 +63,8 @@ HammerWithHoses = Annotated[
     bool,
     typer.Option(
         "--hammer-with-hoses",
-        help="A second hammer test with the standard hoses, compressor off: what identifies hoses "
-        "best.",
+        help="Write a second hammer test, with the standard hoses, compressor off: it identifies "
+        "hoses best.",
     ),
 ]
 MountStorage = Annotated[
@@ -70,7 +74,7 @@ MountStorage = Annotated[
         "warmth, preload, amplitude. Try 0.9: the thesis's route errs below 50 Hz."
     ),
 ]
-MountLoss = Annotated[float, typer.Option(help="The same of the imaginary part. Try 1.1.")]
+MountLoss = Annotated[float, typer.Option(help="The same ratio of the imaginary part. Try 1.1.")]
 
 
 @bench_app.command("write")
@@ -134,7 +138,7 @@ def campaign(
     ] = None,
     noise_free: NoiseFree = False,
     time_run: Annotated[
-        bool, typer.Option("--time-run", help="One run as time data with tacho as well.")
+        bool, typer.Option("--time-run", help="Write one run as time data with tacho as well.")
     ] = False,
     third_cell: Annotated[
         bool,
@@ -179,9 +183,9 @@ def campaign(
 def vehicle(
     folder: Folder,
     seed: Seed = 1,
-    name: Annotated[str, typer.Option("--vehicle", help="Of the fleet.")] = "U06-1",
+    name: Annotated[str, typer.Option("--vehicle", help="Vehicle of the fleet.")] = "U06-1",
     mount_set: Annotated[
-        str, typer.Option(help="Parts under its powertrain: M0, M1, … or EnM1-GeM2-TSM3-Du4.")
+        str, typer.Option(help="Parts under its powertrain, such as M0, M1 or EnM1-GeM2-TSM3-Du4.")
     ] = "M1",
     noise_free: NoiseFree = False,
 ) -> None:
@@ -219,10 +223,10 @@ def compressor(
         ),
     ] = 0.0,
     hits: Annotated[
-        bool, typer.Option("--hits", help="Every hit over time as well, 30 MB more.")
+        bool, typer.Option("--hits", help="Write every hit over time as well, 30 MB more.")
     ] = False,
     free: Annotated[
-        bool, typer.Option("--free", help="It hangs from soft cords, for `identify --free`.")
+        bool, typer.Option("--free", help="Hang it from soft cords, for `identify --free`.")
     ] = False,
     noise_free: NoiseFree = False,
 ) -> None:
@@ -303,10 +307,10 @@ def operation(
 @bench_app.command("electric-car")
 def electric_car(
     folder: Folder,
-    car: Annotated[str, typer.Option(help="Of the fleet, EV-1 to EV-5.")] = "EV-1",
+    car: Annotated[str, typer.Option(help="Car of the fleet, EV-1 to EV-5.")] = "EV-1",
     fleet: Annotated[
         int | None,
-        typer.Option(help="From 1. Draws another, unselected fleet; the frozen one if left out."),
+        typer.Option(help="Seed from 1 of another, unselected fleet; the frozen one if left out."),
     ] = None,
     level: Level = CalibrationLevel.C2,
     seed: Seed = 1,

@@ -228,7 +228,7 @@ def orders(
     time_run: Annotated[str, typer.Argument(help="One of its [[time_runs]].")],
     name: Annotated[str | None, typer.Option(help="Of the operating run; default: alike.")] = None,
     method: Annotated[
-        Literal["vold-kalman", "resampling"], typer.Option(help="Of order tracking.")
+        Literal["vold-kalman", "resampling"], typer.Option(help="How the order is tracked.")
     ] = "vold-kalman",
     bandwidth: Annotated[float, typer.Option(help="Of the filter, half-power width [Hz].")] = 3.0,
     revolutions: Annotated[float, typer.Option(help="Of resampling; a multiple of 4.")] = 12.0,
@@ -237,9 +237,12 @@ def orders(
     ] = None,
     rpm_from: Annotated[float | None, typer.Option(help="Lowest line; default: the run's.")] = None,
     rpm_to: Annotated[float | None, typer.Option(help="Highest line; default: the run's.")] = None,
-    rpm_step: Annotated[float, typer.Option(help="Between lines [1/min].")] = 10.0,
+    rpm_step: Annotated[float, typer.Option(help="Distance between lines [1/min].")] = 10.0,
 ) -> None:
     """Make an operating run of a run over time, and add it to its campaign.
+
+    The recording is a file of UFF, MDF, TDMS, HDF5, MATLAB, LabVIEW LVM, or WAV with a table of its
+    calibration; docs/guides/your-own-data.md says what each needs.
 
     The tacho is repaired and gives the shaft's angle; the dominant order of all accelerometers and
     cells becomes complex spectra over engine speed, phase to the tacho, with engine torque and

@@ -6,7 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from broken_files import edited, edits, refused
+from broken_files import (
+    all_of,
+    content,
+    edited,
+    edits,
+    function,
+    functions,
+    refused,
+    without_sections,
+)
 
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
@@ -173,57 +182,125 @@ def test_holders_and_microphones_of_the_folder(test_folder):
     assert np.all(tracked.deviation > 0)
 
 
-def test_a_missing_tacho_is_named(test_folder):
-    rewrite(test_folder / SOFT, lambda f: None if f.response_node == 1 else f)
-    refused(
-        read_operating_test,
-        test_folder,
-        "sweep 'soft 7.5 bar'",
-        "soft_7.5_bar.uff",
-        "no tacho",
-        "tacho_node",
-    )
+TACHO = (1, "scalar")
+OVER_TIME = "sweeps/soft_7.5_bar_over_time.uff"
 
 
-def test_a_missing_tacho_of_a_record_is_named(whole_folder):
-    path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
-    rewrite(path, lambda f: None if f.response_node == 1 else f)
-    refused(read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "no tacho")
-    shutil.copy(whole_folder / SOFT, path)
-    refused(read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "sample_rate_hz")
-
-
-def test_a_dead_tacho_of_a_record_is_named(whole_folder):
-    path = whole_folder / "sweeps/soft_7.5_bar_over_time.uff"
-    rewrite(path, lambda f: replace(f, values=0 * f.values) if f.response_node == 1 else f)
-    refused(
-        read_operating_test, whole_folder, "soft_7.5_bar_over_time.uff", "tacho carries no pulses"
-    )
-
-
-def test_a_tacho_that_lost_pulses_is_named(test_folder):
-    rewrite(
-        test_folder / SOFT,
-        lambda f: replace(f, values=f.values / 2) if f.response_node == 1 else f,
-    )
-    refused(
-        read_operating_test, test_folder, "the tacho reads 510 rpm at 17 Hz", "repair the tacho"
-    )
+def without_tacho(there):
+    return [f for f in there if f.response_node != 1]
 
 
 @pytest.mark.parametrize(
-    ("before", "after", "words"),
+    ("fault", "words"),
     [
-        ("A3,103,-95.0,", "A3,103,-93.0,", ("A3 stands 2 mm and 0°", "the hammer test", "strike")),
-        (",15.0637233", ",25.0637233", ("A1 stands 0 mm and", "the hammer test")),
-        (",15.0637233", ",-164.9362767", ("A1 stands 0 mm and 180°",)),
-        ("A3,103", "B3,103", ("A1, A2, B3", "not those of the hammer test")),
-        ("A3,103", "A3,193", ("(node 193 +x) is not in it",)),
+        (functions(OVER_TIME, without_tacho), "soft_7.5_bar_over_time.uff ... no tacho"),
+        (
+            lambda folder: shutil.copy(folder / SOFT, folder / OVER_TIME),
+            "soft_7.5_bar_over_time.uff ... sample_rate_hz",
+        ),
+        (
+            function(OVER_TIME, TACHO, values=lambda f: 0 * f.values),
+            "soft_7.5_bar_over_time.uff ... tacho carries no pulses",
+        ),
+        (
+            edited("operation.toml", "sample_rate_hz = 2000.0", "sample_rate_hz = 1000.0"),
+            "over_time.uff ... 0.0005 s apart",
+        ),
+        (
+            edited("operation.toml", "sample_rate_hz = 2000.0", ""),
+            "operation.toml ... 'record' and 'sample_rate_hz' come together",
+        ),
     ],
 )
-def test_sensors_that_were_moved_are_named(test_folder, before, after, words):
-    edit(test_folder / "sensors.csv", before, after)
-    refused(read_operating_test, test_folder, *words)
+def test_a_record_that_does_not_fit_is_named(whole_folder, fault, words):
+    fault(whole_folder)
+    refused(read_operating_test, whole_folder, words)
+
+
+def cut(folder):
+    content(SOFT, (folder / SOFT).read_bytes()[:-3000])(folder)
+
+
+A1_X = (101, "+x")
+DEAD = {"values": lambda f: 0 * f.values}
+BROKEN = [
+    (
+        functions(SOFT, without_tacho),
+        "sweep 'soft 7.5 bar' ... soft_7.5_bar.uff ... no tacho ... tacho_node",
+    ),
+    (
+        function(SOFT, TACHO, values=lambda f: f.values / 2),
+        "the tacho reads 510 rpm at 17 Hz ... repair the tacho",
+    ),
+    (function(SOFT, TACHO, values=lambda f: 1j * f.values), "the tacho (node 1) is complex"),
+    *edits(
+        """
+A3,103,-95.0, | A3,103,-93.0, | A3 stands 2 mm and 0° ... the hammer test ... strike
+,15.0637233 | ,25.0637233 | A1 stands 0 mm and ... the hammer test
+,15.0637233 | ,-164.9362767 | A1 stands 0 mm and 180°
+A3,103 | B3,103 | A1, A2, B3 ... not those of the hammer test
+A3,103 | A3,193 | (node 193 +x) is not in it
+""",
+        "sensors.csv",
+    ),
+    (
+        function(SOFT, A1_X, values=lambda f: 0 * f.values),
+        "'A1 x' (node 101 +x) is dead ... repair",
+    ),
+    (function(SOFT, A1_X, values=lambda f: np.abs(f.values)), "'A1 x' ... is real ... phase"),
+    (function(SOFT, A1_X, function_type=4), "'A1 x' ... type 4 ... 0 or 12 or 27"),
+    (
+        function(SOFT, A1_X, ordinate="velocity", ordinate_unit="m/s"),
+        "acceleration 'A1 x' (node 101 +x) is not in it",
+    ),
+    (function(SOFT, A1_X, id_lines=("order 2",)), "of order 2 ... an unbalance is of order 1"),
+    (function(SOFT, 102, response_node=101), "'A1 x' ... is in it 2 times"),
+    (function(SOFT, A1_X, abscissa=np.arange(17.5, 151.0)), "axes of ... differ"),
+    (
+        lambda folder: content(SOFT, (folder / SOFT).read_bytes()[:-3000])(folder),
+        "soft_7.5_bar.uff",
+    ),
+    (content(SOFT, b""), "soft_7.5_bar.uff ... is empty"),
+    (content(SOFT, None), "soft_7.5_bar.uff ... cannot be read"),
+    (content("hammer/compressor_test.toml", None), "compressor_test.toml cannot be read"),
+    (content("operation.toml", None), "operation.toml cannot be read"),
+    *edits(
+        """
+hoses = "soft" | hoses = "absent" | operation.toml ... [[sweeps]] 3 ... 'standard' or 'soft'
+pressure_bar = 7.5 | pressure_pa = 7.5e5 | unknown ... did you mean 'pressure_bar'
+\\nspectra = "sweeps/soft_7.5_bar.uff" |  | 'soft 7.5 bar' ... 'spectra' ... 'record'
+"standard 13.5 bar" | "standard 7.5 bar" | two [[sweeps]] are named
+relative = 0.00212 | relative = -0.00212 | 'relative'
+sensor_table = " | sensor_table = "../ | 'sensor_table' ... without ..
+length_m = 0.36 | length_m = 0.0 | [[hoses]] 1 ... length_m
+direction = [-0.3 | direction = [0.0, 0.0, 0.0] # [ | suction hose ... no length
+\\n[deviations] | \\n[[holders]]\\nname = "m"\\nnode = 1\\n\\n[deviations] | node 1 stands
+""",
+        "operation.toml",
+    ),
+    (
+        edited(
+            "operation.toml",
+            "[deviations]",
+            '[[microphones]]\nname = "m"\nnode = 7\n\n[[holders]]\nname = "h"\nnode = 7\n\n'
+            "[deviations]",
+        ),
+        "node 7 stands for two of tacho, holders",
+    ),
+    (
+        all_of(
+            without_sections("operation.toml", "[[sweeps]]"),
+            edited("operation.toml", "tacho_node = 1", "tacho_node = 1\nsweeps = []"),
+        ),
+        "operation.toml ... sweeps",
+    ),
+]
+
+
+@pytest.mark.parametrize(("fault", "words"), BROKEN)
+def test_what_is_broken_is_named(test_folder, fault, words):
+    fault(test_folder)
+    refused(read_operating_test, test_folder, words)
 
 
 def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(whole_folder):
@@ -243,105 +320,3 @@ def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(who
         "I13 has another place",
         "strike the same points",
     )
-
-
-def spoilt(scale=None, **changes):
-    """Change the first accelerometer's channel x."""
-    return lambda f: (
-        replace(f, values=scale(f.values) if scale else f.values, **changes)
-        if (f.response_node, f.response_direction) == (101, "+x")
-        else f
-    )
-
-
-@pytest.mark.parametrize(
-    ("change", "words"),
-    [
-        (spoilt(np.zeros_like), ("'A1 x' (node 101 +x) is dead", "repair")),
-        (spoilt(np.abs), ("'A1 x'", "is real", "phase")),
-        (spoilt(function_type=4), ("'A1 x'", "type 4", "0 or 12 or 27")),
-        (
-            spoilt(ordinate="velocity", ordinate_unit="m/s"),
-            ("acceleration 'A1 x' (node 101 +x) is not in it",),
-        ),
-        (spoilt(id_lines=("order 2",)), ("of order 2", "an unbalance is of order 1")),
-        (
-            lambda f: replace(f, response_node=101) if f.response_node == 102 else f,
-            ("'A1 x'", "is in it 2 times"),
-        ),
-        (spoilt(abscissa=np.arange(17.5, 151.0)), ("axes of", "differ")),
-        (
-            lambda f: replace(f, values=1j * f.values) if f.response_node == 1 else f,
-            ("the tacho (node 1) is complex",),
-        ),
-    ],
-)
-def test_damaged_channels_are_named(test_folder, change, words):
-    rewrite(test_folder / SOFT, change)
-    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", *words)
-
-
-def test_damaged_and_missing_files_are_named(test_folder):
-    path = test_folder / SOFT
-    whole = path.read_bytes()
-    path.write_bytes(whole[:-3000])
-    refused(read_operating_test, test_folder, "soft_7.5_bar.uff")
-    path.write_bytes(b"")
-    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", "is empty")
-    path.unlink()
-    refused(read_operating_test, test_folder, "soft_7.5_bar.uff", "cannot be read")
-    path.write_bytes(whole)
-    read_operating_test(test_folder)
-    shutil.rmtree(test_folder / "hammer")
-    refused(read_operating_test, test_folder, "compressor_test.toml cannot be read")
-    (test_folder / "operation.toml").unlink()
-    refused(read_operating_test, test_folder, "operation.toml cannot be read")
-
-
-@pytest.mark.parametrize(
-    ("fault", "words"),
-    edits(
-        """
-hoses = "soft" | hoses = "absent" | [[sweeps]] 3 ... 'standard' or 'soft'
-pressure_bar = 7.5 | pressure_pa = 7.5e5 | unknown ... did you mean 'pressure_bar'
-\\nspectra = "sweeps/soft_7.5_bar.uff" |  | 'soft 7.5 bar' ... 'spectra' ... 'record'
-"standard 13.5 bar" | "standard 7.5 bar" | two [[sweeps]] are named
-relative = 0.00212 | relative = -0.00212 | 'relative'
-sensor_table = " | sensor_table = "../ | 'sensor_table' ... without ..
-length_m = 0.36 | length_m = 0.0 | [[hoses]] 1 ... length_m
-direction = [-0.3 | direction = [0.0, 0.0, 0.0] # [ | suction hose ... no length
-\\n[deviations] | \\n[[holders]]\\nname = "m"\\nnode = 1\\n\\n[deviations] | node 1 stands
-""",
-        "operation.toml",
-    ),
-)
-def test_wrong_keys_are_named(test_folder, fault, words):
-    fault(test_folder)
-    refused(read_operating_test, test_folder, "operation.toml", words)
-
-
-def test_a_record_without_its_rate_or_with_another_one_is_named(whole_folder):
-    path = whole_folder / "operation.toml"
-    edit(path, "sample_rate_hz = 2000.0", "sample_rate_hz = 1000.0")
-    refused(read_operating_test, whole_folder, "over_time.uff", "0.0005 s apart")
-    edit(path, "sample_rate_hz = 1000.0", "")
-    refused(
-        read_operating_test,
-        whole_folder,
-        "operation.toml",
-        "'record' and 'sample_rate_hz' come together",
-    )
-
-
-def test_nodes_of_a_holder_and_a_microphone_are_two(test_folder):
-    both = '[[microphones]]\nname = "m"\nnode = 7\n\n[[holders]]\nname = "h"\nnode = 7\n\n'
-    edited("operation.toml", "[deviations]", f"{both}[deviations]")(test_folder)
-    refused(read_operating_test, test_folder, "node 7 stands for two of tacho, holders")
-
-
-def test_a_test_without_sweeps_is_refused(test_folder):
-    path = test_folder / "operation.toml"
-    text = path.read_text(encoding="utf-8")
-    text = re.sub(r"\[\[sweeps\]\]\n(?:.+\n)+\n", "", text)
-    path.write_text(text.replace("tacho_node = 1", "tacho_node = 1\nsweeps = []"), encoding="utf-8")
-    refused(read_operating_test, test_folder, "sweeps")

@@ -217,10 +217,10 @@ def test_refuses_a_line_to_which_nothing_contributes():
 @pytest.mark.parametrize(
     ("designs", "message"),
     [
-        (np.ones(12), r"designs of shape \(12,\).*12 factors \['m0 x', 'm0 y'"),
+        (np.ones(12), r"designs of shape \(12,\).*12 columns \['m0 x', 'm0 y'"),
         (np.ones((3, 1)), r"designs of shape \(3, 1\)"),
-        (np.where(np.eye(12) > 0, np.nan, 1.0)[1:2], "design 0: the factor of m0 y is nan"),
-        (np.where(np.eye(12) > 0, np.inf, 1.0), "design 0: the factor of m0 x is inf"),
+        (np.where(np.eye(12) > 0, np.nan, 1.0)[1:2], "design 0: m0 y is nan"),
+        (np.where(np.eye(12) > 0, np.inf, 1.0), "design 0: m0 x is inf"),
     ],
 )
 def test_designs_and_the_name_of_a_load_case_are_checked(designs, message):

@@ -50,7 +50,7 @@ from deboom.compressor.cabin_index import (
 )
 from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_car
 from deboom.compressor.identify import IdentifyOptions, identify
-from deboom.compressor.mount_shares import MountPrior, mount_shares
+from deboom.compressor.mount_shares import mount_shares
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
@@ -142,8 +142,7 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(running_1):
         replace(m, stiffness=m.stiffness * factor)
         for m, factor in zip(placed, (1.3, 1.0, 0.8), strict=True)
     )
-    prior = MountPrior(position=1e-5, angle=1e-4, stiffness=0.2)
-    shares = mount_shares(running_1.found, uneven, prior)
+    shares = mount_shares(running_1.found, uneven, position=1e-5)
     assert not shares.identical
     assert shares.alarms
     assert "contradict" in shares.alarms[0]

@@ -12,6 +12,7 @@ from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, frozen_co
 from deboom.compressor.hoses import HoseMatrices
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.errors import InputError
+from deboom.explore.space import checked_designs
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.measurement.electric_car import (
     ElectricCar,
@@ -245,14 +246,7 @@ class MountVariables:
 
         InputError: anything else.
         """
-        array = np.asarray(designs, dtype=float)
-        if array.ndim != 2 or array.shape[1] != len(self.names):
-            raise InputError(
-                f"designs have shape {array.shape}, expected (n, {len(self.names)}) with the "
-                f"columns {list(self.names)}"
-            )
-        if not np.all(np.isfinite(array)):
-            raise InputError("a design has a number that is not finite")
+        array = checked_designs(designs, self.names)
         if not np.all(array[:, self.scaled.any(axis=1)] > 0):
             raise InputError("a design has a stiffness factor that is not positive")
         return array

@@ -25,8 +25,8 @@ from deboom.compressor.hose_identification import HoseIdentification, identify_h
 from deboom.compressor.identify import Identification
 from deboom.compressor.model import GainFactor
 from deboom.compressor.mount_shares import (
+    DRAWN_PLACE,
     STIFFNESS_NUMBERS,
-    MountPrior,
     MountShares,
     mount_shares,
 )
@@ -104,7 +104,6 @@ class RunningInCar:
 def running_in_car(
     car: ElectricCar,
     found: Identification,
-    prior: MountPrior | None = None,
     *,
     with_hoses: bool = True,
     step: Step | None = None,
@@ -117,9 +116,6 @@ def running_in_car(
         Noise transfer functions, accelerances of the body and sweeps in the car.
     found : Identification
         Identification of the hammer test on its compressor.
-    prior : MountPrior, optional
-        Quality of the drawing of single mounts; the places where the car's sheet has them replace
-        those of the drawing.
     with_hoses : bool
         Whether standard hoses are identified; without, their paths are left out.
     step : callable of str, optional
@@ -144,12 +140,9 @@ def running_in_car(
     standard = bool(car.operation.with_hoses(HoseState.STANDARD))
     known = _struck_hoses(car) if with_hoses and standard else ()
     say("single mounts")
-    prior = prior or MountPrior()
-    measured = car.tolerances.sensor_position
-    if measured > 0:
-        # places are as good as the smaller of drawing and tape measure
-        prior = replace(prior, position=min(prior.position, measured))
-    shares = mount_shares(found, _placed_mounts(car), prior)
+    # places are as good as the smaller of drawing and tape measure
+    position = min(DRAWN_PLACE, car.tolerances.sensor_position or DRAWN_PLACE)
+    shares = mount_shares(found, _placed_mounts(car), position=position)
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
     options = UnbalanceOptions(routes=(UPDATED,), chosen=UPDATED)

@@ -35,24 +35,13 @@ REFERENCE_STROKE = 20e-6
 """From which decades are counted, about the middle of what a compressor does [m]."""
 SMALLEST_STROKE = 1e-7
 """Below it no rubber softens, and a mount at rest has no logarithm [m]."""
+DRAWN_PLACE, DRAWN_ANGLE, DRAWN_STIFFNESS = 6.3e-3, math.radians(2.5), 0.175
+"""1 σ of a drawing, half of the thesis's bounds: of a coordinate [m], of an angle [rad], and of the
+logarithm of each stiffness of a mount [1]."""
+DRAWN_SCALE = 0.5
+"""1 σ of the logarithm common to all: drawings are static, a test sees its reference line [1]."""
 DEVIATIONS = (0.3, 0.3, 0.2)
 """1 σ of change, slope per decade and curvature per decade², real and imaginary part [1]."""
-
-
-@dataclass(frozen=True)
-class MountPrior:
-    """How well single mounts are known from their drawing, 1 σ; half of the thesis's bounds.
-
-    `position`: of each coordinate [m]; `angle`: about each axis [rad]; `stiffness`: of the
-    logarithm of each of the three stiffnesses of each mount [1]; `scale`: of the logarithm of what
-    is common to all: a drawing states static stiffness, the test sees that of its reference line
-    [1].
-    """
-
-    position: float = 6.3e-3
-    angle: float = math.radians(2.5)
-    stiffness: float = 0.175
-    scale: float = 0.5
 
 
 @checked(values="n", by_test="n 20", by_drawing="n k", covariance="n n", prior_deviations="n")
@@ -138,14 +127,14 @@ class MountShares:
 def mount_shares(
     found: Identification,
     drawn: tuple[CompressorMount, ...],
-    prior: MountPrior | None = None,
     *,
+    position: float = DRAWN_PLACE,
     identical: bool = False,
 ) -> MountShares:
     """Split the stiffness at the virtual point into single mounts.
 
-    `identical`: take identical round mounts even where the χ² refutes them. InputError: fewer than
-    two mounts.
+    `position`: 1 σ of each coordinate of the drawing [m]; `identical`: take identical round mounts
+    even where the χ² refutes them. InputError: fewer than two mounts.
 
     K_VP has 20 numbers and three mounts have 27, which no test at one virtual point can tell. The
     mounts sought fit K_VP, weighed with its posterior covariance, and the drawing, weighed with the
@@ -157,9 +146,8 @@ def mount_shares(
     """
     if len(drawn) < 2:
         raise InputError("a compressor on fewer than two mounts has nothing to share")
-    prior = prior or MountPrior()
-    per_mount = np.repeat([prior.position, prior.angle, prior.stiffness], 3)
-    any_mounts = np.diag([*np.tile(per_mount, len(drawn)), prior.scale])
+    per_mount = np.repeat([position, DRAWN_ANGLE, DRAWN_STIFFNESS], 3)
+    any_mounts = np.diag([*np.tile(per_mount, len(drawn)), DRAWN_SCALE])
     whiten = _whitening(found)
     one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)), whiten)
     identical = identical or one_part.probability >= SMALLEST_PROBABILITY

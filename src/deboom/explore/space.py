@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
@@ -115,20 +116,25 @@ class DesignSpace:
         """Standard deviation of the scatter as a fraction of the design's value, shape (k,) [1]."""
         return self.tolerance / SIGMAS_PER_TOLERANCE
 
-    def checked(self, designs: RealArray) -> RealArray:
+    def checked(self, designs: npt.ArrayLike) -> RealArray:
         """Return designs as a finite array (n, k), inside or outside the bounds, or refuse them."""
-        array = np.asarray(designs, dtype=float)
-        if array.ndim != 2 or array.shape[1] != self.n_variables:
-            raise InputError(
-                f"designs have shape {array.shape}, expected one row per design and "
-                f"{self.n_variables} columns {list(self.names)}"
-            )
-        if not np.all(np.isfinite(array)):
-            row, column = np.argwhere(~np.isfinite(array))[0]
-            raise InputError(
-                f"design {row} has a value for '{self.names[column]}' that is not finite"
-            )
-        return array
+        return checked_designs(designs, self.names)
+
+
+def checked_designs(designs: npt.ArrayLike, names: Sequence[str]) -> RealArray:
+    """Return designs as a finite array (n, k), one row per design, or refuse them."""
+    rows = np.asarray(designs, dtype=float)
+    if rows.ndim != 2 or rows.shape[1] != len(names):
+        raise InputError(
+            f"designs of shape {rows.shape}: give one row per design with the {len(names)} columns "
+            f"{list(names)}"
+        )
+    if not np.isfinite(rows).all():
+        row, column = np.argwhere(~np.isfinite(rows))[0]
+        raise InputError(
+            f"design {row}: {names[column]} is {rows[row, column]}, give a finite number"
+        )
+    return rows
 
 
 def stiffness_factor_space(

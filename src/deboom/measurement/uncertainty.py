@@ -487,3 +487,9 @@ def _length(covariance: RealArray, power: float, step: float) -> float:
             break
         total += min(value / power, 1.0)
     return float(2.0 * total * step / np.sqrt(2.0 * np.pi))
+
+
+def complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
+    """Draw complex values of unit mean square."""
+    parts = generator.standard_normal((2, *shape))
+    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2.0))

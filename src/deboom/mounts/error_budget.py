@@ -10,6 +10,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.measurement.uncertainty import complex_normals
 from deboom.mounts.measuring_chain import (
     Alignment,
     AlignmentEstimate,
@@ -169,14 +170,9 @@ class _DrawnChain:
         if generator is not None:
             of_motion = np.sqrt(record.acceleration_noise**2 @ motion.mean(axis=0) ** 2)
             of_force = np.sqrt(record.cell_noise**2 @ force.mean(axis=0) ** 2)
-            moved += (of_motion[:, np.newaxis] / omega) * _complex_normals(moved.shape, generator)
-            pushed += of_force[:, np.newaxis] * _complex_normals(pushed.shape, generator)
+            moved += (of_motion[:, np.newaxis] / omega) * complex_normals(moved.shape, generator)
+            pushed += of_force[:, np.newaxis] * complex_normals(pushed.shape, generator)
         return np.asarray(pushed / moved)
-
-
-def _complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
-    parts = generator.standard_normal((2, *shape))
-    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2))
 
 
 def _half_width_alone(name: str, pieces: Sequence[_DrawnChain]) -> float:

@@ -11,7 +11,7 @@ import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.explore.space import DesignSpace, stiffness_factor_space
+from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
@@ -488,26 +488,6 @@ class CatalogueModel:
             at = np.flatnonzero(set_of_row.ravel() == number)
             splv[at] = self.of_parts(chosen)(factors[at])
         return splv
-
-
-def checked_designs(designs: npt.ArrayLike, variable_names: Sequence[str]) -> RealArray:
-    """Return designs (n, k) as an array of one row per design, or say what is wrong with them.
-
-    - raises InputError: another shape, or a factor that is not finite.
-    """
-    rows = np.asarray(designs, dtype=float)
-    if rows.ndim != 2 or rows.shape[1] != len(variable_names):
-        raise InputError(
-            f"designs of shape {rows.shape}: give one row per design with the "
-            f"{len(variable_names)} factors {list(variable_names)}"
-        )
-    if not np.isfinite(rows).all():
-        row, column = (int(index) for index in np.argwhere(~np.isfinite(rows))[0])
-        raise InputError(
-            f"design {row}: the factor of {variable_names[column]} is {rows[row, column]}, give a "
-            "finite number"
-        )
-    return rows
 
 
 def mean_energy_level(level: npt.ArrayLike, frequency: npt.ArrayLike, band: Band) -> RealArray:

@@ -9,7 +9,7 @@ import numpy as np
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import LoadCase, refuse_doubled
 from deboom.mounts.mount import AXES, Mount
 from deboom.physics import rigid_body
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
@@ -19,7 +19,6 @@ from deboom.vehicles.fleet import (
     lines_inside,
     path_transfer,
     paths_into,
-    refuse_doubled,
     with_loss_names,
 )
 from deboom.vehicles.powertrain import Powertrain

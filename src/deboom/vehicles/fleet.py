@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -12,7 +11,7 @@ from threadpoolctl import ThreadpoolController
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
 from deboom.mounts.mount import Mount
 from deboom.physics import transfer_path
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
@@ -335,13 +334,6 @@ def _difference(given: RealArray, wanted: RealArray) -> str:
         first = different[0]
         return f"first {float(given[first])!r} against {float(wanted[first])!r} Hz"
     return f"{given.size} against {wanted.size} lines"
-
-
-def refuse_doubled(names: Sequence[str], what: str) -> None:
-    """Raise `InputError` where a name occurs twice."""
-    doubled = sorted(name for name, count in Counter(names).items() if count > 1)
-    if doubled:
-        raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
 
 
 def with_loss_names(names: Sequence[str]) -> tuple[str, ...]:

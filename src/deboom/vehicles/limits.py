@@ -18,10 +18,11 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
+from deboom.explore.space import checked_designs
 from deboom.mounts.mount import Mount
 from deboom.physics import rigid_body, sound_level
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
-from deboom.vehicles.booming_model import BoomingModel, checked_designs
+from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside

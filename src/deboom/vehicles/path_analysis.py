@@ -9,10 +9,10 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, unit_of_response
+from deboom.measurement.channels import Frf, Spectrum, refuse_doubled, unit_of_response
 from deboom.physics import sound_level, transfer_path
 from deboom.tabled import Tabled
-from deboom.vehicles.fleet import Band, lines_inside, refuse_doubled
+from deboom.vehicles.fleet import Band, lines_inside
 
 
 @checked(frequency="f", contributions="f p")

@@ -20,10 +20,10 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.measurement.uncertainty import local_magnitude
+from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
+from deboom.measurement.uncertainty import complex_normals, local_magnitude
 from deboom.mounts.mount import AXES
-from deboom.vehicles.fleet import Band, Fleet, lines_inside, refuse_doubled
+from deboom.vehicles.fleet import Band, Fleet, lines_inside
 
 NEPER_PER_DB = np.log(10.0) / 20.0
 LOSS_FACTOR = 0.2
@@ -118,7 +118,7 @@ def transfer_paths(
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
         n_vehicle, _, n_path = data.transfer.shape
-        normals = _complex_normals((n_vehicle, basis.shape[1], n_path), generator)
+        normals = complex_normals((n_vehicle, basis.shape[1], n_path), generator)
         error = relative * _scale(degrees_of_freedom, generator) * (basis @ normals)
         size = np.abs(data.transfer)
         phase = np.divide(data.transfer, size, out=np.ones_like(data.transfer), where=size > 0)
@@ -137,7 +137,7 @@ def transfer_body(origin: str, relative: float, length: float) -> UncertaintySou
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
-        normals = _complex_normals((len(data.transfer), basis.shape[1], 1), generator)
+        normals = complex_normals((len(data.transfer), basis.shape[1], 1), generator)
         return replace(data, transfer=data.transfer * np.exp(relative * (basis @ normals)))
 
     return UncertaintySource(DAY, origin, _smooth(relative, length), again)
@@ -148,7 +148,7 @@ def transfer_floor(origin: str, floor: float) -> UncertaintySource:
     _refuse_negative(FLOOR, {"part": floor})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
-        noise = np.sqrt(2.0) * floor * _complex_normals(data.transfer.shape, generator)
+        noise = np.sqrt(2.0) * floor * complex_normals(data.transfer.shape, generator)
         return replace(data, transfer=data.transfer + noise)
 
     return UncertaintySource(FLOOR, origin, f"{floor:.2g} Pa/N per line", again)
@@ -236,7 +236,7 @@ def run_noise(origin: str, relative: float) -> UncertaintySource:
     _refuse_negative(NOISE, {"force": relative})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
-        noise = relative * _complex_normals(data.force.shape, generator)
+        noise = relative * complex_normals(data.force.shape, generator)
         return replace(data, force=data.force * (1.0 + noise))
 
     return UncertaintySource(NOISE, origin, f"{100 * relative:.2g} % per line", again)
@@ -392,12 +392,6 @@ def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.
 @lru_cache(maxsize=16)
 def _kept_basis(frequency: bytes, length: float) -> RealArray:
     return smooth_basis(np.frombuffer(frequency), length)
-
-
-def _complex_normals(shape: tuple[int, ...], generator: np.random.Generator) -> ComplexArray:
-    """Draw complex values of unit mean square."""
-    parts = generator.standard_normal((2, *shape))
-    return np.asarray((parts[0] + 1j * parts[1]) / np.sqrt(2.0))
 
 
 def _scale(degrees_of_freedom: float, generator: np.random.Generator) -> float:

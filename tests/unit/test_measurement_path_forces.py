@@ -6,7 +6,6 @@ from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.measurement.path_forces import (
     Receiver,
     blocked_forces_in_situ,
-    blocked_forces_on_rig,
     forces_by_inversion,
     forces_by_mount_stiffness,
     validate_on_board,
@@ -73,15 +72,6 @@ def test_forces_from_mount_stiffness_by_name():
     np.testing.assert_allclose(found.force.values, (2e5 + 1e4j) * np.array([[-1e-4, 2e-4]] * 3))
     assert found.receiver is Receiver.UNCOUPLED
     assert found.inversion is None
-
-
-def test_blocked_forces_from_cells_by_name():
-    receptance = Frf(LINES, [np.diag([1e-6, 2e-6])] * 3, PATHS, PATHS, "m/N")
-    cells = Spectrum(LINES, [[5.0, 7.0]] * 3, PATHS[::-1], "N")
-    motion = Spectrum(LINES, [[4e-6, 1e-6]] * 3, PATHS[::-1], "m")
-    found = blocked_forces_on_rig(receptance, cells, motion)
-    np.testing.assert_allclose(found.force.values, [[7 + 1, 5 + 2]] * 3)
-    assert found.receiver is Receiver.ASSEMBLED
 
 
 def test_validation_with_sensors_kept_out():
@@ -159,16 +149,13 @@ def test_responses_that_do_not_belong_to_the_matrix_are_refused(response, messag
         forces_by_inversion(ACCELERANCE, response)
 
 
-def test_motion_or_receptance_that_does_not_fit_is_refused():
+def test_motion_that_does_not_fit_is_refused():
     stiffness = Spectrum(LINES, np.ones((3, 2)), PATHS, "N/m")
     motion = Spectrum(LINES, np.ones((3, 2)), PATHS, "m")
     with pytest.raises(InputError, match=r"no receiver displacement of \['EnM x'\]"):
         forces_by_mount_stiffness(stiffness, motion, motion.select(PATHS[:1]))
     with pytest.raises(InputError, match="mount stiffness is in m"):
         forces_by_mount_stiffness(motion, motion, motion)
-    crossed = Frf(LINES, np.ones((3, 2, 2)), PATHS, PATHS[::-1], "m/N")
-    with pytest.raises(InputError, match="same paths in the same order"):
-        blocked_forces_on_rig(crossed, motion, motion)
 
 
 ONE = np.ones((3, 4))

@@ -345,10 +345,10 @@ def attainment(fronts: Sequence[RealArray], shares: Sequence[float]) -> Mapping[
     return levels
 
 
-def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
+def level_gap(front: RealArray, other: RealArray) -> float:
     """Return how much better a front is in the first objective at equal second objective.
 
-    Mean of ``front - other`` over ``n_points`` values of the second objective, evenly over the
+    Mean of ``front - other`` over 200 values of the second objective, evenly over the
     range that both fronts, (n, 2), have: negative if the front is better; NaN if the ranges do not
     meet.
     """
@@ -356,7 +356,7 @@ def level_gap(front: RealArray, other: RealArray, n_points: int = 200) -> float:
     high = min(front[:, 1].max(), other[:, 1].max())
     if not low < high:
         return float("nan")
-    levels = np.linspace(low, high, n_points)
+    levels = np.linspace(low, high, 200)
     return float(np.mean(_best_first(front, levels) - _best_first(other, levels)))
 
 

@@ -110,12 +110,10 @@ def sobol_sample(
     return ToleranceSample(truncated_normal(points), "scrambled Sobol, shared", seed)
 
 
-def gaussian_sample(
-    n_variables: int, n_samples: int = 100, *, seed: int, purpose: str = "search sample"
-) -> ToleranceSample:
+def gaussian_sample(n_variables: int, n_samples: int = 100, *, seed: int) -> ToleranceSample:
     """Return plain gaussian draws, shared by all designs; parameters as of `sobol_sample`."""
     _check_size(n_variables, n_samples)
-    draws = generator(seed, purpose).random((n_samples, n_variables))
+    draws = generator(seed, "search sample").random((n_samples, n_variables))
     return ToleranceSample(truncated_normal(draws), "gaussian, shared", seed)
 
 

@@ -158,15 +158,12 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
     return float(path[last] + fraction * (path[first] - path[last]))
 
 
-def improved(
-    robust: Robust, evaluated: RobustValues, today: RobustValues, steps: int = 40
-) -> RobustValues:
+def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> RobustValues:
     """Search each pick of `PICKS` on from the best design that is known, by gradient.
 
     - `robust`: response of the search, smooth, whose designs share their draws.
     - `evaluated`: designs of the search.
     - `today`: today's design under the same draws, one row.
-    - `steps`: largest number of steps of each pick.
     - returns: the picks of the evaluated designs and of what they became.
 
     Sequential quadratic programming (SLSQP) within the bounds, by central differences under common
@@ -178,7 +175,7 @@ def improved(
     for name in PICKS:
         known = joined(found)
         start = known.designs[pick(known, today).get(name, len(evaluated))]
-        found.append(robust(goal.descend(name, start, steps)[np.newaxis]))
+        found.append(robust(goal.descend(name, start)[np.newaxis]))
     known = joined(found)
     return chosen(known, sorted(set(pick(known, today).values())))
 
@@ -205,7 +202,7 @@ class _Goal:
             self.known = {place.tobytes(): (sums[0], gradient)}
         return self.known[place.tobytes()]
 
-    def descend(self, name: str, start: RealArray, steps: int) -> RealArray:
+    def descend(self, name: str, start: RealArray) -> RealArray:
         """Return the design where the search for one pick ends."""
         row = 1 if name == BEST_SIGMA else 0
         limits = np.concatenate([self.today.sigma_sum, self.today.mean[0]])
@@ -224,7 +221,7 @@ class _Goal:
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             constraints=[keep] if first < len(kept) else [],
-            options={"maxiter": steps, "ftol": SMALLEST_GAIN},
+            options={"maxiter": 40, "ftol": SMALLEST_GAIN},
         )
         place = end.x if np.isfinite(end.fun) else (start - self.lower) / self.span
         return np.asarray(self.lower + np.clip(place, 0.0, 1.0) * self.span)

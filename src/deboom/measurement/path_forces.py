@@ -1,4 +1,4 @@
-"""Forces at the paths of a vehicle, by the four ways of transfer path analysis, and their check.
+"""Forces at the paths of a vehicle, by three ways of transfer path analysis, and their check.
 
 ===========================  =============================================  ======================
 way                          needs                                          transfer functions
@@ -6,11 +6,11 @@ way                          needs                                          tran
 `forces_by_inversion`        accelerances of the receiver on its own        of the same receiver
 `forces_by_mount_stiffness`  stiffness of the mounts, motion of both ends   of the same receiver
 `blocked_forces_in_situ`     accelerances of the assembled bodies           of assembled bodies
-`blocked_forces_on_rig`      receptance of the source, cells and motion     of assembled bodies
 ===========================  =============================================  ======================
 
 The first two are classical: the forces belong to the vehicle in which they were measured. The last
-two are component-based: blocked forces belong to the source with its mounts, and to every vehicle.
+is component-based: blocked forces belong to the source with its mounts, and to every vehicle. Load
+cells on a rig: `deboom.physics.transfer_path.blocked_force_on_rig`.
 `validate_on_board` asks whether forces explain responses that took no part in finding them.
 
 Channels that are missing, and other lines or units, raise InputError; further channels are not
@@ -35,7 +35,7 @@ from deboom.physics.force_inversion import (
     invert_for_forces,
 )
 from deboom.physics.frf import corr_f, corr_s
-from deboom.physics.transfer_path import blocked_force_on_rig, mount_force
+from deboom.physics.transfer_path import mount_force
 from deboom.tabled import Tabled
 
 
@@ -194,29 +194,6 @@ def forces_by_mount_stiffness(
     below = _of_paths(receiver, paths, lines, "m", "receiver displacement")
     values = mount_force(stiffness.values, above, below)
     return PathForces(Spectrum(lines, values, paths, "N"), Receiver.UNCOUPLED)
-
-
-def blocked_forces_on_rig(
-    receptance: Frf, cell_force: Spectrum, displacement: Spectrum
-) -> PathForces:
-    """Find the blocked forces from load cells on a rig that may give way (thesis, eq. 11).
-
-    - `receptance`: receptance of the source (with its mounts) on its own; outputs and inputs are
-      the paths, in one order [m/N].
-    - `cell_force`, `displacement`: force on the rig [N] and motion of the interface [m], one
-      channel per path.
-    """
-    paths, lines = receptance.inputs, receptance.frequency
-    if receptance.outputs != paths:
-        raise InputError(
-            f"the source's receptance has outputs {list(receptance.outputs)} and inputs "
-            f"{list(paths)}: select() the same paths in the same order"
-        )
-    _refuse_other_unit(receptance.unit, "m/N", "source's receptance")
-    cells = _of_paths(cell_force, paths, lines, "N", "cell force")
-    moved = _of_paths(displacement, paths, lines, "m", "interface displacement")
-    values = blocked_force_on_rig(receptance.values, cells, moved)
-    return PathForces(Spectrum(lines, values, paths, "N"), Receiver.ASSEMBLED)
 
 
 def _inverted(

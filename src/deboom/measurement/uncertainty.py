@@ -159,9 +159,7 @@ def half_width(parts: Sequence[VariancePart], coverage: float = COVERAGE) -> flo
     return float(student.ppf((1.0 + coverage) / 2.0, freedom) * math.sqrt(total))
 
 
-def half_width_after(
-    parts: Sequence[VariancePart], measurement: NextMeasurement, coverage: float = COVERAGE
-) -> float:
+def half_width_after(parts: Sequence[VariancePart], measurement: NextMeasurement) -> float:
     """Return the half width that is to be expected after one more measurement [unit].
 
     A cause that is not among the parts, or a share outside of 0 to 1, raises InputError.
@@ -187,7 +185,7 @@ def half_width_after(
         )
         for part in parts
     ]
-    return half_width(after, coverage)
+    return half_width(after)
 
 
 @checked(rows="...", columns="...", rest="...")
@@ -201,7 +199,6 @@ class CrossedSpread:
     rows: RealArray
     columns: RealArray
     rest: RealArray
-    n_row: int
     n_column: int
 
 
@@ -222,14 +219,14 @@ def crossed_spread(values: npt.ArrayLike) -> CrossedSpread:
     n_row, n_column = table.shape[:2]
     if n_column < 2:
         rows = table[:, 0].var(axis=0, ddof=1)
-        return CrossedSpread(rows, np.zeros_like(rows), np.zeros_like(rows), n_row, n_column)
+        return CrossedSpread(rows, np.zeros_like(rows), np.zeros_like(rows), n_column)
     mean = table.mean(axis=(0, 1))
     of_row, of_column = table.mean(axis=1), table.mean(axis=0)
     left = table - of_row[:, np.newaxis] - of_column[np.newaxis] + mean
     rest = np.sum(left**2, axis=(0, 1)) / ((n_row - 1) * (n_column - 1))
     rows = of_row.var(axis=0, ddof=1) - rest / n_column
     columns = of_column.var(axis=0, ddof=1) - rest / n_row
-    return CrossedSpread(np.maximum(rows, 0.0), np.maximum(columns, 0.0), rest, n_row, n_column)
+    return CrossedSpread(np.maximum(rows, 0.0), np.maximum(columns, 0.0), rest, n_column)
 
 
 @checked(mean_square="...", estimate="...", standard_error="...")

@@ -115,6 +115,8 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
             parts = [node.returns, *node.decorator_list]
         elif isinstance(node, ast.ClassDef):
             parts = [*node.decorator_list]
+        elif isinstance(node, ast.keyword) and node.arg == "strict":
+            parts = [node.value]  # lengths that agree by construction
         elif isinstance(node, ast.arg | ast.AnnAssign):
             parts = [node.annotation]
         spared |= {id(inner) for part in parts if part for inner in ast.walk(part)}

@@ -552,6 +552,12 @@ def test_a_wrong_key_is_named_with_its_place(path, fault, sentence):
     assert all(line.startswith((str(path), "and ")) for line in told.splitlines())
 
 
+def test_a_list_without_load_cases_is_refused(path):
+    before, _, _ = path.read_text().partition("[[load_cases]]")
+    path.write_text(f"load_cases = []\n{before}")
+    refused(lambda _: load_toml(path, PlatformFile), path.parent, "load_cases")
+
+
 def test_a_key_that_is_spelt_otherwise_is_not_missing_as_well(path):
     edited(path.name, "gear = 2", "gaer = 2")(path.parent)
     told = refused(lambda _: load_toml(path, PlatformFile), path.parent, "did you mean 'gear'?")

@@ -172,6 +172,7 @@ def test_repeats_become_one_line_and_average_noise():
     error, of_single = (np.std(x.stiffness / true - 1) for x in (one, single))
     assert error < of_single / 4  # √40 = 6.3
     assert one.displacement_noise == pytest.approx(single.displacement_noise / 40**0.5, rel=0.2)
+    assert one.force_noise == pytest.approx(single.force_noise / 40**0.5, rel=0.2)
 
 
 def test_repeats_with_another_zero_mark_of_the_tacho_do_not_cancel():

@@ -112,6 +112,8 @@ def test_the_share_of_hardness_is_recovered():
     assert found.lower < 0.7 < found.upper
     noisy = values + 0.05 * rng.standard_normal((400, 3))
     assert hardness_share([noisy]).value == pytest.approx(0.35, abs=0.06)
+    stiffer_axes = hardness_share([noisy * [1.0, 30.0, 0.02]])
+    assert stiffer_axes.value == pytest.approx(hardness_share([noisy]).value)
     assert hardness_share([noisy], reliability=0.5).value == pytest.approx(0.7, abs=0.1)
     assert hardness_share([values[:1], values[:, :1], np.ones((5, 2))]) is None
 

@@ -445,6 +445,7 @@ def test_comparison_is_one_table_over_common_lines():
     table = compare_models(fits, samples(), beyond, truth=beyond.stiffness)
     assert table["model"].tolist() == list(fits)
     assert (table["lines compared [1]"] == 50).all()
+    np.testing.assert_allclose(table["share of lines [%]"], 100 * 50 / 51)
     assert table["parameters [1]"].tolist() == [40, 80, 12]
     np.testing.assert_allclose(table["rms error [%]"], table["rms error against truth [%]"])
     assert "rms error against truth [%]" not in compare_models(fits, samples(), beyond)

@@ -333,7 +333,7 @@ class PlatformFile(StrictModel):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)
         known = [case.name for case in self.load_cases]
-        if getattr(self, "default_load_case", known[0]) not in known:
+        if known and getattr(self, "default_load_case", known[0]) not in known:
             yield (
                 f"default_load_case '{self.default_load_case}' is not among the load cases "
                 f"{', '.join(known)}: name one of them"

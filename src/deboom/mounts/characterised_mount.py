@@ -292,7 +292,8 @@ class CharacterisedMount:
 
 def _check_text(what: str, text: str, needed: bool) -> None:
     """Refuse text that a database or a table could not hold."""
-    if (needed and not text) or len(text) > LONGEST_TEXT or not text.isprintable():
+    plain = isinstance(text, str) and len(text) <= LONGEST_TEXT and text.isprintable()
+    if (needed and not text) or not plain:
         raise InputError(
             f"{what} {text!r} cannot be kept: use {int(needed)} to {LONGEST_TEXT} printable "
             "characters"

@@ -134,7 +134,11 @@ class MountLibrary:
             if value is not None:
                 query = query.where(_MOUNT.c[name] == value)
         with self._reading() as connection:
-            return tuple(sorted(MountIdentity(*row) for row in connection.execute(query)))
+            rows = connection.execute(query).all()
+        try:
+            return tuple(sorted(MountIdentity(*row) for row in rows))
+        except InputError as error:
+            raise InputError(f"{self.name}: {error}; restore it from a backup") from None
 
     def find(
         self,

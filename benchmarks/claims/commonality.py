@@ -16,7 +16,7 @@ from deboom.explore.space import DesignSpace
 from deboom.study.runner import load_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
-PROBLEMS = draws(15)
+PROBLEMS = draws(10)
 
 
 @dataclass(frozen=True, eq=False)

@@ -18,7 +18,7 @@ from claims import Claim, draws
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
-SEEDS = range(1, 1 + draws(3))
+SEEDS = range(1, 1 + draws(2))
 
 
 def claims() -> list[Claim]:

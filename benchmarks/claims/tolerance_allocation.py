@@ -2,8 +2,9 @@
 
 Cheapest tolerances against the closed form of Lagrange on linear responses, with bounds and with
 axes of one hardness; exact derivatives against differences on the shipped platform; and
-`studies/tolerance_allocation.py` with its default budget. Costs are 1 per direction at ±15 % and
-reciprocal, an assumption: a ratio to one tolerance everywhere holds for such prices.
+`studies/tolerance_allocation.py` with its default budget, motion prescribed. Costs are 1 per
+direction at ±15 % and reciprocal, an assumption: a ratio to one tolerance everywhere holds for such
+prices.
 """
 
 import json
@@ -28,6 +29,7 @@ from deboom.explore.tolerance_allocation import (
     reciprocal_curves,
 )
 from deboom.study.made_parts import ScatterOptions
+from deboom.study.platform_model import Motion, MotionOptions
 from deboom.study.runner import load_study, run_study
 from deboom.study.search import SearchOptions
 
@@ -135,19 +137,22 @@ def _model(**asked: object) -> tuple[Any, Any]:
     """Options, and a model whose design a short search has chosen once and for all."""
     module = STUDY.module
     options = module.Options(
+        motion=MotionOptions(Motion.prescribed),
         search=SearchOptions(generations=20, population=40),
         scatter=ScatterOptions(samples=256, parts=PARTS),
         **asked,
     )
     model = module.prepare(options)
-    designs, design = module._chosen(model, options, None)
-    return options, replace(model, front=designs, picked=design)
+    return options, replace(model, picked=module._chosen(model, options, None))
 
 
 def _shipped() -> list[Claim]:
     options, model = _model()
     effect = ToleranceEffect(
-        STUDY.module._with_draws(model, options, "allocation sample"), model.picked
+        STUDY.module.with_draws(
+            model.robust, "allocation sample", options.scatter.samples, options.seed
+        ),
+        model.picked,
     )
     tolerance, step = np.full(12, 0.15), 1e-5
     here, errors = effect.at(tolerance), []
@@ -158,7 +163,7 @@ def _shipped() -> list[Claim]:
     error = max(errors) / np.abs(here.sigma_by_tolerance).max()
     begin = time.perf_counter()
     with tempfile.TemporaryDirectory() as folder:
-        run = run_study(STUDY, Path(folder), {})
+        run = run_study(STUDY, Path(folder), {"motion": Motion.prescribed})
         summary = json.loads((run / "summary.json").read_text())
     seconds = time.perf_counter() - begin
     ratio, fair = (summary[f"cost_ratio_to_uniform{end}"] for end in ("", "_of_effective"))

@@ -19,8 +19,8 @@ Folder = Annotated[Path, typer.Argument(help="A new or empty folder for the file
 Seed = Annotated[
     int,
     typer.Option(
-        help="Seed from 1. It draws errors and noise, and what stands on the bench; a platform "
-        "and a vehicle of seed 1 are of the frozen fleet."
+        help="Seed from 1 of errors and noise, and of what stands on the bench; 1 takes platform "
+        "and vehicle from the frozen fleet."
     ),
 ]
 NoiseFree = Annotated[

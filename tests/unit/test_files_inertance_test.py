@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from broken_files import edits, refused
+from broken_files import all_of, edits, function, refused
+from broken_files import functions as rewritten
 
 from deboom.errors import InputError
 from deboom.files.inertance_test import (
@@ -202,51 +203,48 @@ def edit_sheet(folder, sheet, change):
             table.to_excel(writer, sheet_name=name, index=False)
 
 
+def scaled(factor, unit):
+    names = {f"{a} [mm]": f"{a} [{unit}]" for a in "xyz"}
+    return lambda t: t.assign(**{name: factor * t[name] for name in names}).rename(columns=names)
+
+
 @pytest.mark.parametrize(
     ("sheet", "change", "words"),
     [
-        ("sensors", lambda t: t.rename(columns={"x [mm]": "x"}), ("column 'x' has no unit",)),
-        (
-            "sensors",
-            lambda t: t.rename(columns={f"{a} [mm]": f"{a} [m]" for a in "xyz"}),
-            ("its position is up to 80 m", "is the unit right?"),
-        ),
-        (
-            "impacts",
-            lambda t: t.assign(**{f"{a} [mm]": t[f"{a} [mm]"] / 1000 for a in "xyz"}),
-            ("the impacts lie within", "mm and m"),
-        ),
-        ("sensors", lambda t: t.iloc[:2], ("2 triaxial accelerometers", "at least three")),
-        ("impacts", lambda t: t.iloc[:5], ("5 impacts", "at least six")),
-        ("impacts", lambda t: t.assign(impact="I1"), ("sheet 'impacts', line 3", "already")),
-        ("sensors", lambda t: t.assign(node=11), ("node 11 already stands in line 2",)),
-        ("sensors", lambda t: t.assign(node=1.5), ("no whole number",)),
-        ("impacts", lambda t: t.assign(dx=np.nan), ("column 'dx'", "no finite number")),
+        ("sensors", lambda t: t.rename(columns={"x [mm]": "x"}), "column 'x' has no unit"),
+        ("sensors", scaled(1, "m"), "its position is up to 80 m ... is the unit right?"),
+        ("impacts", scaled(1e-3, "mm"), "the impacts lie within ... mm and m"),
+        ("sensors", lambda t: t.iloc[:2], "2 triaxial accelerometers ... at least three"),
+        ("impacts", lambda t: t.iloc[:5], "5 impacts ... at least six"),
+        ("impacts", lambda t: t.assign(impact="I1"), "sheet 'impacts', line 3 ... already"),
+        ("sensors", lambda t: t.assign(node=11), "node 11 already stands in line 2"),
+        ("sensors", lambda t: t.assign(node=1.5), "no whole number"),
+        ("impacts", lambda t: t.assign(dx=np.nan), "column 'dx' ... no finite number"),
         (
             "impacts",
             lambda t: t.replace({"dx": {0.6: 0.9}}),
-            ("positions.xlsx", "I6", "unit vector"),
+            "positions.xlsx ... I6 ... unit ve",
         ),
         (
             "impacts",
             lambda t: t.replace({"node": {24: 77}}),
-            ("reference node 24 -z is not in the tables; add it there",),
+            "reference node 24 -z is not in the tables; add it there",
         ),
         (
             "sensors",
             lambda t: t.replace({"node": {12: 77}}),
-            ("node 12 +x is not in the tables; add it there",),
+            "node 12 +x is not in the tables; add it there",
         ),
         (
             "impacts",
             lambda t: t.assign(dy=-t["dy"]),
-            ("reference node 21 -y is not", "they have it along +x, +y: correct the wrong one"),
+            "reference node 21 -y is not ... they have it along +x, +y: correct the wrong one",
         ),
     ],
 )
 def test_bad_position_sheets(folder, sheet, change, words):
     edit_sheet(folder, sheet, change)
-    refused(read_inertance_test, folder, *words)
+    refused(read_inertance_test, folder, words)
 
 
 def test_a_missing_sheet_is_named(folder):
@@ -255,103 +253,64 @@ def test_a_missing_sheet_is_named(folder):
     refused(read_inertance_test, folder, "has no sheet 'impacts', only sensors")
 
 
-def with_functions(folder, name, change):
-    frf, coherence = measured()
-    all_of = {"frf.uff": functions(4, frf), "coherence.uff": functions(6, coherence)}[name]
-    write_uff(folder / name, change(all_of), binary=True)
+def shifted(by):
+    return lambda there: [replace(f, abscissa=f.abscissa + by) for f in there]
 
 
-def first(**changes):
-    return lambda all_of: [replace(all_of[0], **changes), *all_of[1:]]
-
-
-@pytest.mark.parametrize(
-    ("name", "change", "words"),
-    [
-        (
-            "frf.uff",
-            lambda all_of: [*all_of, all_of[7]],
-            ("'A1 y' per I2", "is in it 2 times: keep one"),
-        ),
-        (
-            "frf.uff",
-            lambda all_of: all_of[1:],
-            ("FRF: acceleration 'A1 x' per I1", "is not in it: export it"),
-        ),
-        (
-            "coherence.uff",
-            lambda all_of: all_of[:-1],
-            ("coherence: function 'A3 z' per I6", "is not in it"),
-        ),
-        (
-            "frf.uff",
-            first(response_node=99),
-            ("node 99 +x is not in the tables; add it there, or export",),
-        ),
-        ("frf.uff", first(reference_node=98), ("reference node 98 +x is not in the tables",)),
-        (
-            "frf.uff",
-            first(response_direction="scalar"),
-            ("node 11 scalar is not in the tables; they have it along +x, +y, +z, -x",),
-        ),
-        (
-            "frf.uff",
-            first(reference_direction="-x"),
-            ("reference node 21 -x is not in the tables; they have it along +x, -y: correct",),
-        ),
-        (
-            "frf.uff",
-            first(reference_direction="scalar"),
-            ("reference node 21 scalar is not in the tables",),
-        ),
-        (
-            "frf.uff",
-            first(abscissa=LINES + 0.5),
-            ("differ: line 1 is 10.5 Hz and 10 Hz; export all",),
-        ),
-        (
-            "frf.uff",
-            first(ordinate="velocity", ordinate_unit="m/s"),
-            ("is not in it: export it", "there are node 11 +x velocity"),
-        ),
-        ("frf.uff", first(values=np.ones(3)), ("'A1 x' per I1 is real", "phase is needed")),
-        (
-            "coherence.uff",
-            first(values=np.full(3, 1.1)),
-            ("a coherence lies between 0 and 1: export it again",),
-        ),
-        (
-            "coherence.uff",
-            lambda all_of: [replace(one, function_type=0) for one in all_of],
-            ("holds no coherence", "type 6"),
-        ),
-        (
-            "coherence.uff",
-            lambda all_of: [replace(one, abscissa=LINES + 0.5) for one in all_of],
-            ("coherence.uff has other lines than",),
-        ),
-    ],
-)
-def test_bad_functions(folder, name, change, words):
-    with_functions(folder, name, change)
-    refused(read_inertance_test, folder, *words)
-
-
-def test_a_line_at_0_hz(folder):
-    for name in ("frf.uff", "coherence.uff"):
-        with_functions(
-            folder, name, lambda all_of: [replace(f, abscissa=LINES - 10.0) for f in all_of]
-        )
-    refused(read_inertance_test, folder, "line at 0 Hz", "leave it out")
-
-
-def test_a_value_that_is_not_finite(folder):
+def not_finite(folder):
     frf, _ = measured()
-    data = (folder / "frf.uff").read_bytes()
+    data = (folder / FRF).read_bytes()
     value = frf[1, 0, 0].real.tobytes()
     assert data.count(value) == 1
-    (folder / "frf.uff").write_bytes(data.replace(value, np.float64(np.nan).tobytes()))
-    refused(read_inertance_test, folder, "frf.uff", "node 11 +x", "nan")
+    (folder / FRF).write_bytes(data.replace(value, np.float64(np.nan).tobytes()))
+
+
+FRF, COHERENCE = "frf.uff", "coherence.uff"
+BAD_FUNCTIONS = [
+    (rewritten(FRF, lambda there: [*there, there[7]]), "'A1 y' per I2 ... is in it 2 times: keep"),
+    (
+        rewritten(FRF, lambda there: there[1:]),
+        "acceleration 'A1 x' per I1 ... is not in it",
+    ),
+    (rewritten(COHERENCE, lambda there: there[:-1]), "function 'A3 z' per I6 ... is not in it"),
+    (
+        function(FRF, 0, response_node=99),
+        "node 99 +x is not in the tables; add it there, or",
+    ),
+    (function(FRF, 0, reference_node=98), "reference node 98 +x is not in the tables"),
+    (
+        function(FRF, 0, response_direction="scalar"),
+        "node 11 scalar is not in the tables; they have it along +x, +y, +z, -x",
+    ),
+    (
+        function(FRF, 0, reference_direction="-x"),
+        "reference node 21 -x is not in the tables; they have it along +x, -y: correct",
+    ),
+    (function(FRF, 0, reference_direction="scalar"), "node 21 scalar is not in the tables"),
+    (function(FRF, 0, abscissa=LINES + 0.5), "differ: line 1 is 10.5 Hz and 10 Hz; export all"),
+    (
+        function(FRF, 0, ordinate="velocity", ordinate_unit="m/s"),
+        "is not in it: export it ... there are node 11 +x velocity",
+    ),
+    (function(FRF, 0, values=np.ones(3)), "'A1 x' per I1 is real ... phase is needed"),
+    (function(COHERENCE, 0, values=np.full(3, 1.1)), "a coherence lies between 0 and 1: export it"),
+    (
+        rewritten(COHERENCE, lambda there: [replace(f, function_type=0) for f in there]),
+        "holds no coherence ... type 6",
+    ),
+    (rewritten(COHERENCE, shifted(0.5)), "coherence.uff has other lines than"),
+    (
+        all_of(rewritten(FRF, shifted(-10.0)), rewritten(COHERENCE, shifted(-10.0))),
+        "line at 0 Hz ... leave it out",
+    ),
+    (not_finite, "frf.uff ... node 11 +x ... nan"),
+]
+
+
+@pytest.mark.parametrize(("fault", "words"), BAD_FUNCTIONS)
+def test_bad_functions(folder, fault, words):
+    fault(folder)
+    refused(read_inertance_test, folder, words)
 
 
 @pytest.mark.parametrize(

@@ -17,7 +17,7 @@ from scipy.stats import qmc
 
 import deboom.bench
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
+from deboom.bench.fleet import load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import NAME
 from deboom.bench.powertrain import load_bench, read_data
@@ -43,7 +43,7 @@ def draw_unselected(seeds: Iterable[int]) -> UnselectedFleets:
     the lines.
     """
     force = true_run(load_bench(), PlannedRun(GEAR, TORQUE_LIMIT), BAND).path_force
-    figures = pd.DataFrame([_figures(seed, force) for seed in seeds])
+    figures = pd.DataFrame([fleet_figures(seed, force) for seed in seeds])
     return UnselectedFleets(NAME, *_first_group(), figures)
 
 
@@ -56,12 +56,15 @@ def _first_group() -> tuple[tuple[str, ...], str]:
     return tuple(name for name in names if name != battery), battery
 
 
-def _figures(seed: int, force: ComplexArray) -> dict[str, float]:
+def fleet_figures(seed: int, force: ComplexArray) -> dict[str, float]:
+    """Find what the fleet of a seed shows with given forces at the paths (f, n_path) [N]."""
     prior = read_data("body_prior.json")
     paths = list(prior["paths"])
     alike, battery = _first_group()
-    cabin, bodies = load_fleet(seed).cabin, draw_fleet(seed)
-    pressures = {name: noise_transfer(body, cabin, BAND) * force for name, body in bodies.items()}
+    fleet = load_fleet(seed)
+    pressures = {
+        name: noise_transfer(body, fleet.cabin, BAND) * force for name, body in fleet.bodies.items()
+    }
     designs = _within(qmc.LatinHypercube(len(paths), rng=SEED).random(N_DESIGNS))
     sums = {name: _index(pressure, designs) for name, pressure in pressures.items()}
     groups = [

@@ -23,6 +23,13 @@ Seed = Annotated[
         "and vehicle from the frozen fleet."
     ),
 ]
+TruthSeed = Annotated[
+    int,
+    typer.Option(
+        help="From 1, which is what is shipped. Draws powertrain, three or four cylinders, laws of "
+        "the mounts, torque and gears; of a compressor unbalance and sense."
+    ),
+]
 NoiseFree = Annotated[
     bool, typer.Option("--noise-free", help="Let every sensor and hit be as stated, without noise.")
 ]
@@ -81,6 +88,7 @@ MountLoss = Annotated[float, typer.Option(help="The same ratio of the imaginary 
 def write(
     folder: Folder,
     seed: Seed = 1,
+    truth_seed: TruthSeed = 1,
     library: Annotated[
         bool,
         typer.Option(
@@ -112,10 +120,12 @@ def write(
 
     with one_sentence_errors():
         with progress_bar("virtual bench") as progress:
-            write_platform(folder, seed=seed, progress=progress, per_piece=per_piece)
+            write_platform(
+                folder, seed=seed, progress=progress, per_piece=per_piece, truth_seed=truth_seed
+            )
         if library:
             with progress_bar("mount library") as progress:
-                write_platform_library(folder / LIBRARY_FILE, seed, progress)
+                write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed)
         else:
             typer.echo(
                 "no mount library: studies need --mounts spectra, or write the platform with "
@@ -129,6 +139,7 @@ def write(
 def campaign(
     folder: Folder,
     seed: Seed = 1,
+    truth_seed: TruthSeed = 1,
     mount_set: Annotated[
         list[str] | None,
         typer.Option(
@@ -163,6 +174,7 @@ def campaign(
         TimeRunPlan,
     )
     from deboom.bench.campaign_writer import write_campaign
+    from deboom.bench.powertrain import load_bench
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors
 
@@ -175,7 +187,7 @@ def campaign(
         )
         errors = NO_ERRORS if noise_free else CampaignErrors()
         with progress_bar("virtual bench") as progress:
-            write_campaign(folder, seed, plan, errors, progress)
+            write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed))
         typer.echo(folder.as_posix())
 
 
@@ -183,6 +195,7 @@ def campaign(
 def vehicle(
     folder: Folder,
     seed: Seed = 1,
+    truth_seed: TruthSeed = 1,
     name: Annotated[str, typer.Option("--vehicle", help="Vehicle of the fleet.")] = "U06-1",
     mount_set: Annotated[
         str, typer.Option(help="Parts under its powertrain, such as M0, M1 or EnM1-GeM2-TSM3-Du4.")
@@ -202,7 +215,9 @@ def vehicle(
 
     with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if noise_free else VehicleErrors()
-        write_vehicle(folder, seed, name, mount_set, errors, progress=progress)
+        write_vehicle(
+            folder, seed, name, mount_set, errors, progress=progress, truth_seed=truth_seed
+        )
         typer.echo(folder.as_posix())
 
 
@@ -255,6 +270,7 @@ def operation(
     folder: Folder,
     level: Level = CalibrationLevel.C2,
     seed: Seed = 1,
+    truth_seed: TruthSeed = 1,
     case: Case = CompressorCase.RANDOM,
     hoses: Hoses = HoseCase.SCATTERED,
     hammer_with_hoses: HammerWithHoses = False,
@@ -299,6 +315,7 @@ def operation(
             softening,
             sense,
             time_record,
+            truth_seed,
         )
         write_operating_test(folder, seed, level, plan, noise_free=noise_free)
         typer.echo(folder.as_posix())

@@ -342,3 +342,19 @@ def test_displacement_and_force_in_5th_gear(fifth_gear, mount, micrometres, newt
 def test_wishbone_force_of_both_sides_in_5th_gear(fifth_gear):
     both = np.abs(fifth_gear.path_force[[40, 80, 160], 9])
     assert both == pytest.approx([352, 108, 20], abs=0.51)
+
+
+def test_a_truth_seed_draws_around_the_frozen_truth_and_one_is_it():
+    assert load_bench(1).mass == BENCH.mass
+    assert load_bench(7).mass == load_bench(7).mass
+    drawn = [load_bench(seed) for seed in range(2, 42)]
+    assert {bench.cylinders for bench in drawn} == {3, 4}
+    assert {bench.order_torque.order for bench in drawn} == {1.5, 2.0}
+    for bench in drawn:
+        near = {3: 193.5, 4: 208.0}[bench.cylinders]
+        assert 0.9 <= bench.mass / near <= 1.1
+        assert np.all(np.linalg.eigvalsh(bench.inertia) > 0)
+    stiffness = [[law.stiffness for law in bench.powertrain.laws] for bench in (*drawn, BENCH)]
+    spread = np.log(np.array(stiffness[:-1]) / stiffness[-1])
+    assert np.abs(spread.mean(axis=0)).max() < 0.15
+    assert spread.std() == pytest.approx(0.2, abs=0.03)

@@ -25,6 +25,8 @@ from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
 LARGEST_SWEEPS = 50
+FOR_UNBALANCE = 17
+"""What tells the draw of an unbalance from other draws of its seed."""
 AMPLITUDE_TOLERANCE = 1e-10
 """Relative, between two sweeps of the search for the amplitude of a hit."""
 
@@ -463,6 +465,7 @@ class OperationPlan:
       operation, over those under the hammer [1].
     - `softening`: mounts soften with their amplitude while it runs.
     - `sense`: 1: the rotor turns from y to z; −1: from z to y.
+    - `truth_seed`: 1 is the frozen unbalance; every other seed draws its sizes, phases and sense.
     - `time_record`: whether a short run-up is recorded over time with tacho as well.
     - raises InputError: a factor that is not positive, another sense, a compressor with hoses or of
       two parts.
@@ -476,6 +479,7 @@ class OperationPlan:
     softening: bool = False
     sense: int = 1
     time_record: bool = False
+    truth_seed: int = 1
 
     def __post_init__(self) -> None:
         for name in ("mount_storage", "mount_loss"):
@@ -589,14 +593,26 @@ class Source:
         return np.multiply.outer(squared, term)
 
 
-def true_source(sense: int = 1) -> Source:
-    """Return the source of the frozen data; two balance weights leave its unbalances."""
+LARGEST_STATIC, LARGEST_DYNAMIC = 40e-6, 2500e-9
+"""Of drawn unbalances, uniform from zero [kg m], [kg m²]."""
+
+
+def true_source(sense: int = 1, truth_seed: int = 1) -> Source:
+    """Return the source of the frozen data; two balance weights leave its unbalances.
+
+    Every `truth_seed` but 1 draws what they leave, and the sense.
+    """
     operation = read_data(COMPRESSOR_DATA)["operation"]
 
     def number(key: str) -> complex:
         return complex(*operation[key])
 
     left = np.array([number("static_unbalance_kg_m"), number("dynamic_unbalance_kg_m2")])
+    if truth_seed != 1:
+        generator = np.random.default_rng([truth_seed, FOR_UNBALANCE])
+        sizes = generator.uniform(0, [LARGEST_STATIC, LARGEST_DYNAMIC])
+        left = sizes * np.exp(1j * generator.uniform(0, 2 * np.pi, 2))
+        sense *= int(generator.choice([1, -1]))
     for part in PARTS:
         left = left - part.rotating * np.array([1.0, part.arm])
     arms = np.array([[1.0, 1.0], [arm for *_, arm in WEIGHTS]])
@@ -725,7 +741,7 @@ def operation(
     factors = np.hstack([factors, 1 / factors, 1 / factors])
     gain = (rig.compressor.gain.reshape(2, 3) * factors).ravel()
     changed = replace(rig, compressor=replace(rig.compressor, gain=gain))
-    return Operation(changed, true_source(plan.sense))
+    return Operation(changed, true_source(plan.sense, plan.truth_seed))
 
 
 def speeds() -> RealArray:

@@ -64,8 +64,8 @@ from deboom.files.uff import UffFunction, write_uff
 NAME = "u06_f39_f45"
 TITLE = "Compact platform, three bodies"
 DESCRIPTION = (
-    "Virtual platform: three-cylinder engine across the front axle, three powertrain mounts and "
-    "two wishbone mounts, bodies U06, F39 and F45 with five vehicles each; U06-5 carries a "
+    "Virtual platform: {cylinders}-cylinder engine across the front axle, three powertrain mounts "
+    "and two wishbone mounts, bodies U06, F39 and F45 with five vehicles each; U06-5 carries a "
     "high-voltage battery. Measured on the virtual bench, with sensor and calibration errors."
 )
 MOUNT_TABLE, CHANNEL_TABLE = "mounts.csv", "channels.csv"
@@ -77,7 +77,12 @@ decimals to which it does."""
 
 
 def write_platform(
-    folder: Path, seed: int, progress: Progress | None = None, *, per_piece: bool = False
+    folder: Path,
+    seed: int,
+    progress: Progress | None = None,
+    *,
+    per_piece: bool = False,
+    truth_seed: int = 1,
 ) -> Path:
     """Measure the virtual platform and write its files.
 
@@ -92,6 +97,8 @@ def write_platform(
         Called with the files written so far, all files, and the name of the last one.
     per_piece : bool
         Measure noise transfer functions at each wishbone mount, not one for both.
+    truth_seed : int
+        1 is the frozen powertrain and its mounts; every other seed draws them.
 
     Returns
     -------
@@ -104,10 +111,11 @@ def write_platform(
         Seed below 1; a folder that is not empty or cannot be written.
     """
     check_seed(seed)
-    fleet = load_fleet(seed)
+    check_seed(truth_seed)
+    fleet, bench = load_fleet(seed), load_bench(truth_seed)
     n_file = len(LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        for done, name in enumerate(_write_files(unfinished, seed, fleet, per_piece), 1):
+        for done, name in enumerate(_write_files(unfinished, seed, fleet, bench, per_piece), 1):
             if progress is not None:
                 progress(done, n_file, name)
     return Path(folder)
@@ -174,9 +182,11 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench, sheet: DataSheet) 
     write_json(folder / "powertrain.json", powertrain)
 
 
-def _write_files(folder: Path, seed: int, fleet: BenchFleet, per_piece: bool) -> Iterator[str]:
+def _write_files(
+    folder: Path, seed: int, fleet: BenchFleet, bench: VirtualBench, per_piece: bool
+) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones."""
-    bench, budget = load_bench(), ErrorBudget()
+    budget = ErrorBudget()
     # one child per purpose, so that a change of one draw leaves the others as they are
     children = np.random.SeedSequence(seed).spawn(6)
     for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end, for_torque = children
@@ -308,7 +318,7 @@ def _platform_file(
         format=1,
         name=NAME,
         title=TITLE,
-        description=DESCRIPTION,
+        description=DESCRIPTION.format(cylinders={3: "three", 4: "four"}[bench.cylinders]),
         mount_table=MOUNT_TABLE,
         channel_table=CHANNEL_TABLE,
         default_load_case=DEFAULT_LOAD_CASE,

@@ -443,9 +443,72 @@ def read_data(name: str) -> dict[str, Any]:
     return data
 
 
-def load_bench() -> VirtualBench:
-    """Build the bench with the frozen truth of ``data/powertrain.json``."""
-    return _bench(read_data("powertrain.json"))
+def load_bench(truth_seed: int = 1) -> VirtualBench:
+    """Build the bench with the frozen truth of ``data/powertrain.json``, or one drawn around it.
+
+    - `truth_seed`: 1 is the frozen truth; every other seed draws what `TruthPrior` states.
+    """
+    data = read_data("powertrain.json")
+    return _bench(data if truth_seed == 1 else _drawn(data, truth_seed))
+
+
+@dataclass(frozen=True)
+class TruthPrior:
+    """What differs from one platform to another, around the frozen truth; judgement.
+
+    Half of the benches have four cylinders, order 2, and the powertrain of the second engine.
+
+    - `stiffness`, `payne`, `loss`: standard deviation of the logarithm of a direction's stiffness
+      with its stops, of storage drop and amplitude of its filler, and of its losses [1].
+    - `mass`, `inertia`, `torque`, `ramp`, `ratio`: half widths, relative, of the powertrain's mass
+      and each moment, of the order torque, of the run-up's torque and speed, of the gears [1].
+    """
+
+    stiffness: float = 0.2
+    payne: float = 0.25
+    loss: float = 0.25
+    mass: float = 0.1
+    inertia: float = 0.1
+    torque: float = 0.15
+    ramp: float = 0.15
+    ratio: float = 0.08
+
+
+def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:
+    """Draw a bench from the prior; stiffness of no direction depends on the engine."""
+    prior, generator = TruthPrior(), np.random.default_rng([truth_seed, zlib.crc32(b"bench")])
+    if generator.random() < 0.5:
+        data = data | read_data("second_engine.json")
+
+    def within(width: float) -> float:
+        return 1 + width * float(generator.uniform(-1, 1))
+
+    def around(spread: float) -> float:
+        return float(np.exp(spread * generator.normal()))
+
+    stages = "stages_u_m_w_m_dk_N_per_m"
+    directions = {}
+    for name, law in data["directions"].items():
+        stiffness, loss = around(prior.stiffness), around(prior.loss)
+        directions[name] = law | {
+            "k0_N_per_m": stiffness * law["k0_N_per_m"],
+            stages: [[onset, width, stiffness * step] for onset, width, step in law[stages]],
+            "payne_storage": around(prior.payne) * law["payne_storage"],
+            "payne_amplitude_m": around(prior.payne) * law["payne_amplitude_m"],
+            "payne_loss": loss * law["payne_loss"],
+            "fractional_weight": loss * law["fractional_weight"],
+        }
+    root = np.sqrt([within(prior.inertia) for _ in AXES])
+    size, order, ramp = within(prior.torque), data["order_torque"], data["ramp"]
+    return data | {
+        "mass_kg": within(prior.mass) * data["mass_kg"],
+        "inertia_kg_m2": np.array(data["inertia_kg_m2"]) * np.outer(root, root),
+        "directions": directions,
+        "total_gear_ratio": [within(prior.ratio) * ratio for ratio in data["total_gear_ratio"]],
+        "order_torque": order | {key: size * order[key] for key in ("at_no_load_Nm", "per_torque")},
+        "ramp": ramp
+        | {key: within(prior.ramp) * ramp[key] for key in ("scale_rpm", "natural_torque_Nm")},
+    }
 
 
 def load_second_engine() -> VirtualBench:

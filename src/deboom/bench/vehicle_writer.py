@@ -155,6 +155,7 @@ def write_vehicle(
     load_cases: tuple[PlannedRun, ...] = LOAD_CASES,
     accelerance: bool = True,
     progress: Progress | None = None,
+    truth_seed: int = 1,
 ) -> Path:
     """Measure one vehicle and write its files.
 
@@ -176,6 +177,8 @@ def write_vehicle(
         Write the acceleration on the body per blow too: 2025 functions, 8 MB.
     progress : callable, optional
         Called with the files written so far, all files, and the name of the last one.
+    truth_seed : int
+        1 is the frozen powertrain and its mounts; every other seed draws them.
 
     Returns
     -------
@@ -189,7 +192,8 @@ def write_vehicle(
         or cannot be written.
     """
     check_seed(seed)
-    fleet, bench = load_fleet(seed), with_mount_set(load_bench(), parts)
+    check_seed(truth_seed)
+    fleet, bench = load_fleet(seed), with_mount_set(load_bench(truth_seed), parts)
     if vehicle not in fleet.bodies:
         raise InputError(
             f"there is no vehicle '{vehicle}' in the fleet: use {', '.join(fleet.bodies)}"

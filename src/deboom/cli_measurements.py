@@ -84,7 +84,8 @@ def identify(
     from deboom.compressor.identify import IdentifyOptions
     from deboom.compressor.virtual_point_fit import THESIS_BANDS
     from deboom.study.compressor_identification import Beside
-    from deboom.study.identification_report import free_body_into_run, identify_into_run
+    from deboom.study.free_body_report import free_body_into_run
+    from deboom.study.identification_report import identify_into_run
     from deboom.study.options import band_of
     from deboom.study.progress import progress_bar
     from deboom.study.runner import one_sentence_errors

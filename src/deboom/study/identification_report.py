@@ -32,25 +32,14 @@ from deboom.compressor.thesis_fit import ThesisFit
 from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
-from deboom.measurement.compressor_test import InertanceTest
-from deboom.measurement.free_body import free_body
 from deboom.measurement.quality import quality_table
-from deboom.measurement.virtual_point import (
-    impact_geometry,
-    sensor_geometry,
-    virtual_point,
-    virtual_point_frf,
-)
-from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report
 from deboom.study.compressor_identification import (
     STEPS,
     Beside,
-    CompressorTruth,
     IdentifiedTest,
     case_table,
     condition_at_100_hz,
-    condition_numbers,
     errors_of,
     identifiability_table,
     identified_test,
@@ -177,12 +166,9 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "Is the test sound?",
         f"{found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
         f"{condition:.1f}, with rotations counted as motion at the characteristic length of "
-        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units the same matrix has "
-        "several hundred, in millimetres several thousand: on the mass line the number in SI is "
-        "nothing but mass over the smallest moment of inertia, m/I. The 450 that the thesis finds "
-        "above 50 Hz says that a body of 7 kg has 155 kg cm², and nothing of the quality of a "
-        "measurement or of its inversion. Near a rigid-body mode the scaled number is larger: "
-        "there the response is one shape, and noise in the others grows.",
+        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units it is "
+        "nothing but mass over the smallest moment of inertia: the thesis's 450 above 50 Hz says "
+        "nothing of the quality of a measurement or of its inversion.",
     )
     sheet = found.inertance.values
     report.figure(
@@ -201,25 +187,6 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "excitation in columns. Where the dashed curve leaves the measured one far below the "
         "diagonal entries, the misplacement of sensors and impacts leaks from the large "
         "entries into the small ones; noise is the ragged part.",
-    )
-    units = {
-        "lengths in mm": 1e-3,
-        "lengths in m (SI)": 1.0,
-        f"lengths in {1e3 * length:.0f} mm, the radius of gyration": length,
-    }
-    panel = plot.CurvePanel(
-        "Condition number of the inertance at the virtual point",
-        lines,
-        {name: condition_numbers(sheet, unit) for name, unit in units.items()},
-        y_label="condition number [1]",
-        levels={"450, the thesis": 450.0},
-        logarithmic=True,
-    )
-    report.figure(
-        "figure_56_condition",
-        lambda: plot.curve_panels([panel], columns=1, log_frequency=True),
-        "Condition number over frequency (thesis, figure 56) of one measured "
-        "matrix, with lengths in three units.",
     )
     checks = pd.DataFrame(quality_table(found.quality))
     report.table(
@@ -262,12 +229,13 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
     if test.truth is not None:
         numbers["truth"] = quantities(test.truth.model).values
     parameters = pd.DataFrame(numbers)
+    coupling = parameters["parameter"].str.fullmatch(r"K (\w+) (?!\1$)\w+")
     report.table(
         "parameters",
         parameters,
         "Start: linear, by the places of the sheet. Standard deviation: of noise, "
-        "placement, calibration and scales together.",
-        shown=in_words(parameters),
+        "placement, calibration and scales together. parameters.csv has the couplings of K.",
+        shown=in_words(parameters[~coupling]),
     )
     energy = {
         f"energy {motion} [%]": 100 * found.modes.energy[row]
@@ -334,7 +302,7 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
 
 
 def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
-    """Draw figures 55, 57 to 59, 66 and 67 of the thesis."""
+    """Draw figures 55 and 67 of the thesis."""
     found, lines, bands = test.found, test.found.inertance.frequency, test.options.bands
     inertances = {
         SHEET: found.inertance.values,
@@ -369,62 +337,22 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
         "10–30 Hz. From 100 Hz on there are no modes: there the FRFs themselves are compared, "
         "entry by entry.",
     )
-    captions = {
-        "figure_57_rotations": (
-            ((3, 3), (4, 4), (5, 5)),
-            "Rotations Ri–Ri (thesis, figure 57), inertance and apparent mass.",
+    values, units = both["apparent mass"]
+    curves = {f"{n}, {CALIBRATED}": part(values[CALIBRATED]) for n, part in parts.items()}
+    curves |= {f"{n}, {MODEL}": part(values[MODEL]) for n, part in parts.items()}
+    report.figure(
+        "figure_67_apparent_mass",
+        partial(
+            plot.curve_matrix,
+            MOTIONS,
+            lines,
+            curves,
+            units=units,
+            what="apparent mass",
+            dashed=[f"{n}, {MODEL}" for n in parts],
         ),
-        "figure_58_translations": (
-            ((0, 0), (1, 1), (2, 2)),
-            "Translations Ti–Ti (thesis, figure 58), inertance and apparent mass.",
-        ),
-        "figure_59_couplings": (
-            ((0, 1), (0, 2), (1, 2)),
-            "Couplings Ti–Tj (thesis, figure 59). By the places of the sheet, the "
-            "apparent mass misses the model; by the calibrated places it follows it. What looked "
-            "like a fault of the inversion is misplacement.",
-        ),
-    }
-    for stem, (entries, caption) in captions.items():
-        panels = [
-            plot.CurvePanel(
-                f"{name} {_short(what)}, {MOTIONS[row]}–{MOTIONS[column]}",
-                lines,
-                {label: part(matrix[:, row, column]) for label, matrix in values.items()},
-                y_label=f"[{units[(row > 2) + (column > 2)]}]",
-            )
-            for what, (values, units) in both.items()
-            for name, part in parts.items()
-            for row, column in entries
-        ]
-        report.figure(
-            stem,
-            partial(
-                plot.curve_panels,
-                panels,
-                columns=3,
-                dashed=(MODEL,),
-                fitted=bands,
-                log_frequency=True,
-            ),
-            caption,
-        )
-    for number, (what, (values, units)) in zip((66, 67), both.items(), strict=True):
-        curves = {f"{n}, {CALIBRATED}": part(values[CALIBRATED]) for n, part in parts.items()}
-        curves |= {f"{n}, {MODEL}": part(values[MODEL]) for n, part in parts.items()}
-        report.figure(
-            f"figure_{number}_{what.replace(' ', '_')}",
-            partial(
-                plot.curve_matrix,
-                MOTIONS,
-                lines,
-                curves,
-                units=units,
-                what=what,
-                dashed=[f"{n}, {MODEL}" for n in parts],
-            ),
-            f"All entries of the {what}, real and imaginary (thesis, figure {number}).",
-        )
+        "All entries of the apparent mass, real and imaginary (thesis, figure 67).",
+    )
 
 
 def _short(what: str) -> str:
@@ -442,7 +370,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
         "The 35 numbers of the minimal model are all seen. "
         f"{names} mostly from what was known before. "
         "Many hang together, since the position error of one sensor moves several: the strongest "
-        "correlations are listed.",
+        "correlations stand in correlations.csv.",
     )
     if thesis is None:
         report.text(
@@ -481,12 +409,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
         _thesis_tables(report, test, thesis)
     pairs = found.known.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
-    report.table(
-        "correlations",
-        correlations,
-        f"The strongest of {len(pairs)} correlations beyond 0.8 in size.",
-        shown=correlations.head(SHOWN_ROWS),
-    )
+    report.table("correlations", correlations)
     known = {
         "parameter": found.known.names,
         "identified [1]": found.calibrated.values,
@@ -514,31 +437,8 @@ def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> N
         "parameters at a bound": [len(thesis.fit.at_bound)],
         "converged": [thesis.fit.converged],
     }
-    report.table("fits", pd.DataFrame(fit), "Least squares of the 44 numbers.")
-    identifiability = identifiability_table(test, thesis)
-    narrow = {
-        "parameter": "parameter",
-        "unit": "unit",
-        "start": "start",
-        "fitted": "fitted",
-        "truth": "truth",
-        "posterior deviation": "±",
-        "posterior over prior [1]": "left [1]",
-        "verdict": "verdict",
-    }
-    columns = [name for name in narrow if name in identifiability]
-    report.table(
-        "identifiability",
-        identifiability,
-        "The thesis's numbers, from the drawing (its table 10) to the fit (its table 11). "
-        "±: what is left of the bound, which counts as 1 σ before the test; left: its "
-        "share. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
-        f"than {PRIOR_DOMINATED:.0%} is left. With others only: a part of it lies in a "
-        "combination that no test at one point can see; read it together with the others, "
-        "or not at all. Both judge what the self-calibrated test knows; the fit itself "
-        "takes the places of the sheet for exact and may be further off.",
-        shown=in_words(identifiability)[columns].rename(columns=narrow),
-    )
+    report.table("fits", pd.DataFrame(fit))
+    report.table("identifiability", identifiability_table(test, thesis))
 
 
 def _identical(report: Report, fit: MountShares) -> None:
@@ -668,115 +568,3 @@ def identify_into_run(
     run = run_command(out, record, work, relative_to=folder, begin=begin)
     progress(STEPS + 2, STEPS + 2, "done")
     return run, alarms
-
-
-def free_body_into_run(
-    folder: Path,
-    out: Path,
-    band: tuple[float, float] | None = None,
-    *,
-    hung: bool = False,
-    from_hits: bool = False,
-    with_truth: bool = False,
-) -> Path:
-    """Identify a free or softly hung body from its hammer test and write a run folder.
-
-    - `folder`: holds ``compressor_test.toml``; its mounts, where drawn, are not looked at.
-    - `out`: folder that gets ``identify/<run>/``.
-    - `band`: lines of the fit [Hz]; chosen from the data by default.
-    - `hung`: fit the cords as well.
-    - returns the finished run folder.
-    - raises InputError: a test that cannot be read, see also `deboom.free_body`.
-    """
-    begin = time.perf_counter()
-    test, truth = read_test(folder, from_hits=from_hits, truth=with_truth)
-    record: dict[str, Any] = {
-        "study": COMMAND,
-        "command": f"deboom identify {folder.as_posix()} --free",
-        "question": "Which mass, centre of gravity and inertia has this free body?",
-        "seed": SEED,
-        "arguments": {
-            "band": None if band is None else f"{band[0]:g}-{band[1]:g}",
-            "hung": hung,
-            "from-hits": from_hits,
-            "truth": with_truth,
-        },
-    }
-    return run_command(
-        out,
-        record,
-        lambda: _free_report(test, truth, band, hung=hung),
-        relative_to=folder,
-        begin=begin,
-    )
-
-
-def _free_report(
-    test: InertanceTest,
-    truth: CompressorTruth | None,
-    band: tuple[float, float] | None,
-    *,
-    hung: bool,
-) -> Report:
-    """Fit the mass lines of a free body and report them."""
-    inertance = virtual_point_frf(
-        test.frf,
-        response=virtual_point(sensor_geometry(test.sensors)),
-        excitation=virtual_point(impact_geometry(test.impacts)),
-    )
-    lines, weighed = inertance.frequency, test.weighed_mass
-    found = free_body(
-        lines,
-        inertance.values,
-        band=band,
-        hung=hung,
-        weighed=None if weighed is None else (weighed, test.weighed_mass_deviation),
-        gain_deviation=max(test.tolerances.sensor_gain, test.tolerances.hammer_gain),
-    )
-    report = Report(
-        f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
-    )
-    report.tile(f"{found.body.mass:.3f} ± {found.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = found.band
-    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
-    if weighed is None:
-        report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
-    report.summary |= {
-        "mass_kg": found.body.mass,
-        "mass_deviation_kg": float(found.deviation[0]),
-        "misfit": found.misfit,
-        "n_alarms": 0,
-    }
-    report.inputs += test.input_files
-    table = found.table
-    if truth is not None:
-        report.inputs.append(truth.path)
-        true = truth.model
-        inertia = true.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
-        table["truth"] = [true.mass, *true.centre, *inertia]
-    report.section(
-        "Mass, centre of gravity and inertia",
-        "A constant and the foot of the flexible modes are fitted to the accelerance at the "
-        "virtual point; the constant is the inverse mass matrix of a rigid body. Centre of gravity "
-        "in the axes and from the origin of the position sheet, inertia about it.",
-    )
-    report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
-    rigid = np.linalg.inv(mass_matrix(found.body.mass, found.body.inertia, found.body.centre))
-    report.figure(
-        "inertance",
-        lambda: plot.curve_matrix(
-            MOTIONS,
-            lines,
-            {
-                "measured": np.abs(inertance.values),
-                "rigid": np.broadcast_to(np.abs(rigid), inertance.values.shape),
-            },
-            units=INERTANCE_UNITS,
-            what="|inertance|",
-            dashed=("rigid",),
-            fitted=(found.band,),
-            logarithmic=True,
-        ),
-        "Inertance at the virtual point, and that of the identified body.",
-    )
-    return report

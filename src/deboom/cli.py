@@ -16,6 +16,7 @@ from deboom.cli_results import (
     accept,
     check,
     compare,
+    driven,
     list_,
     listen,
     new,
@@ -58,6 +59,7 @@ app.command()(show)
 app.command()(compare)
 app.command()(report)
 app.command()(listen)
+app.command()(driven)
 app.command()(identify)
 app.command()(unbalance)
 app.command()(accept)

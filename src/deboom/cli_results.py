@@ -156,6 +156,27 @@ def listen(
         typer.echo(path.as_posix())
 
 
+def driven(
+    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
+    folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],
+    design: Annotated[Pick, typer.Option(help="Of the front, that was built.")] = Pick.best_mean,
+    studies: STUDIES = None,
+    out: Annotated[Path, typer.Option(help="Folder that gets driven/<run>/.")] = Path("results"),
+    seed: Annotated[int, typer.Option(help="From 1. Of the prediction's uncertainty.")] = 1,
+) -> None:
+    """Hold a driven prototype against its prediction, per vehicle and booming peak.
+
+    FOLDER has one table per drive (csv, xlsx, mat), today*.csv with today's parts and new*.csv with
+    the new ones: frequency [Hz], and <vehicle> real [Pa], <vehicle> imag [Pa], the order's complex
+    peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
+    sure the measured change is.
+    """
+    from deboom.study.driven import driven_into_run
+
+    path = driven_into_run(run, folder, pick=design, out=out, studies=studies, seed=seed)
+    typer.echo(path.as_posix())
+
+
 def accept(
     box: Annotated[Path, typer.Argument(help="Run of solution_box, its box, or a sheet as sent.")],
     parts: Annotated[Path, typer.Argument(help="Measured parts, or the sheet filled in.")],

@@ -1,0 +1,127 @@
+"""A driven prototype against its prediction: the bench's truth agrees, parts as today do not."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.bench.operating_run import PlannedRun, true_run
+from deboom.bench.powertrain import load_bench
+from deboom.choices import Pick
+from deboom.cli import app
+from deboom.study.runner import load_study, run_study
+from deboom.study.supplier_study import supplier_study
+from resolved_truth import scaled_bench
+
+STUDIES = Path(__file__).parents[2] / "studies"
+DRIVES = 3
+REPEAT = 0.01
+"""Deviation of a drive's pressure, relative: 0.09 dB."""
+
+
+@pytest.fixture(scope="module")
+def front(tmp_path_factory):
+    out = tmp_path_factory.mktemp("results")
+    budget = {"generations": 2, "population": 8, "samples": 16}
+    return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+
+
+@pytest.fixture(scope="module")
+def cars(front):
+    """Return the study, and pressures by state (v, f) [Pa] of the bench with its mounts scaled."""
+    study = supplier_study(front, STUDIES, Pick.best_mean)
+    lines = np.asarray(study.index.frequency)
+    paths = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM") for axis in "xyz"] + ["Du x"]
+    of_platform = {vehicle.name: vehicle for vehicle in study.platform.fleet.vehicles}
+    transfer = []
+    for name in study.vehicles:
+        frf = of_platform[name].noise_transfer.select(inputs=paths)
+        inside = (frf.frequency >= lines[0]) & (frf.frequency <= lines[-1])
+        transfer.append(frf.values[inside, 0])
+    pressure = {}
+    for state, design in (("today", study.space.nominal), ("new", study.picked)):
+        bench = scaled_bench(load_bench(), design, study.space.names, part=False)
+        force = true_run(bench, PlannedRun(5, 220.0), lines).path_force
+        pressure[state] = np.einsum("vfp,fp->vf", np.array(transfer), force)
+    return study, pressure
+
+
+def drive(folder, cars, states, drives=DRIVES):
+    """Write tables of drives whose pressures repeat within `REPEAT`."""
+    study, pressure = cars
+    rng = np.random.default_rng(3)
+    folder.mkdir()
+    for state, source in states.items():
+        for number in range(1, drives + 1):
+            columns = {"frequency [Hz]": study.index.frequency}
+            for name, row in zip(study.vehicles, pressure[source], strict=True):
+                heard = row * (1 + REPEAT * rng.standard_normal())
+                columns |= {f"{name} real [Pa]": heard.real, f"{name} imag [Pa]": heard.imag}
+            pd.DataFrame(columns).to_csv(folder / f"{state} {number}.csv", index=False)
+    return folder
+
+
+def driven(front, folder, out):
+    words = ["driven", front, folder, "--out", out, "--studies", STUDIES]
+    return CliRunner().invoke(app, [str(word) for word in words])
+
+
+def test_the_truth_of_the_bench_is_as_predicted(front, cars, tmp_path):
+    folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"})
+    answer = driven(front, folder, tmp_path / "results")
+    assert answer.exit_code == 0, answer.output
+    table = pd.read_csv(Path(answer.output.split()[-1]) / "driven.csv")
+    assert set(table["vehicle"]) == set(cars[0].vehicles)
+    # both intervals are for 95 %: one of nine peaks may lie outside
+    assert (table["verdict"] != "as predicted").sum() <= 1
+    error = table["measured change [dB]"] - table["predicted change [dB]"]
+    assert error.abs().max() < 0.5
+    assert (table["measured change [dB]"] < -1.0).all()
+    assert table["± measured [dB]"].between(0.0, 1.0).all()
+    assert table["± predicted [dB]"].between(0.0, 1.0).all()
+
+
+def test_parts_that_change_nothing_are_not_as_predicted(front, cars, tmp_path):
+    folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "today"})
+    answer = driven(front, folder, tmp_path / "results")
+    run = Path(answer.output.split()[-1])
+    table = pd.read_csv(run / "driven.csv")
+    assert (table["verdict"] == "not as predicted").all()
+    assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
+
+
+def test_one_drive_each_leaves_the_measured_uncertainty_open(front, cars, tmp_path):
+    folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
+    answer = driven(front, folder, tmp_path / "results")
+    run = Path(answer.output.split()[-1])
+    assert pd.read_csv(run / "driven.csv")["± measured [dB]"].isna().all()
+    assert "One drive each" in (run / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        (lambda folder: [path.unlink() for path in folder.glob("new*")], "has no table new"),
+        (lambda folder: _edit(folder, lambda t: t.drop(columns="U06-3 real [Pa]")), "U06-3"),
+        (lambda folder: _edit(folder, lambda t: t[t.index != 7]), "Hz of run"),
+        (lambda folder: _edit(folder, lambda t: t.rename(columns=_in_newton)), "give a pressure"),
+    ],
+)
+def test_what_is_missing_is_named(front, cars, tmp_path, change, words):
+    folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
+    change(folder)
+    answer = driven(front, folder, tmp_path / "results")
+    assert answer.exit_code == 2
+    assert words in answer.output
+    assert not list((tmp_path / "results").rglob("driven.csv"))
+
+
+def _edit(folder, change):
+    path = folder / "today 1.csv"
+    change(pd.read_csv(path)).to_csv(path, index=False)
+
+
+def _in_newton(name):
+    return name.replace("[Pa]", "[N]") if name.startswith("U06-2") else name

@@ -147,6 +147,10 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(running_1):
     assert shares.alarms
     assert "contradict" in shares.alarms[0]
     assert "refutes identical round mounts" in shares.statement
+    alike = mount_shares(running_1.found, uneven, position=1e-5, identical=True)
+    stiffness = np.array([mount.stiffness for mount in alike.mounts])
+    assert alike.identical
+    assert np.ptp(stiffness, axis=0).max() < 1e-9 * stiffness.max()
     generator, zero = np.random.default_rng(1), np.zeros(20)
     drawn = [shares.at_random(zero, generator) for _ in range(400)]
     stiffness = np.log([[mount.stiffness for mount in mounts] for mounts in drawn])

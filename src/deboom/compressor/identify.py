@@ -41,7 +41,6 @@ from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     THESIS_BANDS,
     Bounds,
-    Objective,
     PointFit,
     fit_at_virtual_point,
     in_bands,
@@ -263,7 +262,14 @@ def identify(
     parametrisation, start = _start(test, inertance, fitted)
     say("fit at the virtual point")
     part = raw.select(fitted)
-    objective = _whitened(part, inertance.values[fitted], response, excitation)
+    objective = whitened_inertance(
+        part.frf.frequency,
+        inertance.values[fitted],
+        response.inverse,
+        excitation.inverse,
+        # sensors have one noise at each line
+        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
+    )
     width = SANE_DEVIATIONS * PRIOR.deviations
     lower, upper = PRIOR.values - width, PRIOR.values + width
     bounds = Bounds(np.minimum(lower, start), np.maximum(upper, start))
@@ -353,19 +359,6 @@ def _lines_of_fit(test: InertanceTest, options: IdentifyOptions) -> BoolArray:
     lines = np.zeros(test.frf.frequency.size, dtype=bool)
     lines[thinned(marked, options.largest_lines)] = True
     return lines
-
-
-def _whitened(
-    part: RawInertance, inertance: npt.ArrayLike, response: VirtualPoint, excitation: VirtualPoint
-) -> Objective:
-    """Inertance at the virtual point in units of its noise, sensors of one noise each line."""
-    return whitened_inertance(
-        part.frf.frequency,
-        np.asarray(inertance),
-        response.inverse,
-        excitation.inverse,
-        np.sqrt(np.mean(part.deviation**2, axis=(1, 2))),
-    )
 
 
 def _start(

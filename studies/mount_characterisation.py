@@ -35,7 +35,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial, reduce
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -44,7 +44,6 @@ import pandas as pd
 from typer import Option
 
 from deboom import plot
-from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import AXES
@@ -52,7 +51,6 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel, MapPanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import (
@@ -89,14 +87,12 @@ from deboom.study.second_engine import (
 )
 
 if TYPE_CHECKING:
-    from deboom.plot.style import Drawing
+    pass
 
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
-SPEED = "engine speed [rpm]"
-MEASURED = ", measured"
 ALONE = " alone [%]"
 """Ends the names of the columns that take one source of error alone."""
 
@@ -240,20 +236,10 @@ def reported(
     _transfer(report, first, options.platform)
     report.section(
         "Characteristic curves",
-        "The dynamic stiffness over the static force, as suppliers specify it.",
+        "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "
+        "response surface.",
     )
     _static(report, first, few)
-    report.section(
-        "Measured against the response surface",
-        f"{len(first.check_runs)} full-load runs. Dashed: measured. Solid: the response "
-        "surface at the measured torque, displacement and frequency.",
-    )
-    for mount in dict.fromkeys(one.mount for one in few.values()):
-        names = [name for name in first.surfaces if few[name].mount == mount]
-        stem = mount.replace(" ", "_")
-        if names:
-            drawing = partial(_load_cases, first, names)
-            report.figure(f"stiffness_{stem}", drawing, f"Dynamic stiffness of {mount}.")
     _motion(report, first)
     return report
 
@@ -417,31 +403,19 @@ def _summary(benches: Sequence[CharacterisedBench], numbers: pd.DataFrame) -> di
 
 
 def _maps(report: Report, maps: Mapping[str, OperatingMap]) -> None:
-    """Draw the measured stiffness over wheel torque, and frequency or amplitude."""
-
-    def decibels(of: OperatingMap) -> RealArray:
-        return np.asarray(20 * np.log10(of.amplitude / of.amplitude.max()))
-
-    magnitude = {name: np.abs(of.stiffness) * N_PER_MM for name, of in maps.items()}
-    frequency = {name: of.frequency for name, of in maps.items()}
-    amplitude = {name: decibels(of) for name, of in maps.items()}
-    lines, levels = "frequency [Hz]", "amplitude [dB]"
-    for stem, value, label, height, over, caption in (
-        ("magnitude", magnitude, "|K| [N/mm]", frequency, lines, "Magnitude of the stiffness."),
-        (
-            *("amplitude", magnitude, "|K| [N/mm]", amplitude, levels),
-            "Magnitude over displacement amplitude, in decibels of the direction's largest one.",
-        ),
-    ):
-        panels = [MapPanel(n, of.wheel_torque, height[n], value[n]) for n, of in maps.items()]
-        drawing = partial(
-            plot.map_panels,
-            panels,
-            x_label="wheel torque [N m]",
-            y_label=over,
-            value_label=label,
-        )
-        report.figure(f"map_{stem}", drawing, caption)
+    """Draw the measured stiffness over wheel torque and frequency."""
+    panels = [
+        MapPanel(name, of.wheel_torque, of.frequency, np.abs(of.stiffness) * N_PER_MM)
+        for name, of in maps.items()
+    ]
+    drawing = partial(
+        plot.map_panels,
+        panels,
+        x_label="wheel torque [N m]",
+        y_label="frequency [Hz]",
+        value_label="|K| [N/mm]",
+    )
+    report.figure("map_magnitude", drawing, "Magnitude of the stiffness.")
 
 
 def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:
@@ -499,40 +473,3 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
 
 def _thinned(measured: OperatingMap) -> OperatingMap:
     return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
-
-
-def _load_cases(bench: CharacterisedBench, names: list[str]) -> Drawing:
-    """Check runs of one mount: real parts of its directions, then imaginary parts."""
-    runs, order = bench.check_runs, bench.result.campaign.order
-    common: RealArray = reduce(np.intersect1d, [run.frequency for run in runs])
-    panels = []
-    for part, of in (("Re", np.real), ("Im", np.imag)):
-        for name in names:
-            modelled: dict[str, RealArray] = {}
-            measured: dict[str, RealArray] = {}
-            for run in runs:
-                lines = _lines_of(bench.result.directions[name].measured, run.name, common)
-                label = _case(run.gear, run.torque_limit)
-                surface = bench.modelled(bench.surfaces[name], lines)
-                modelled[label] = N_PER_MM * of(surface)
-                measured[label + MEASURED] = N_PER_MM * of(lines.stiffness)
-            title = f"{part} K, {name}"
-            panels.append(CurvePanel(title, rpm_of_frequency(common, order), modelled | measured))
-    return plot.curve_panels(
-        panels,
-        x_label=SPEED,
-        y_label="K [N/mm]",
-        columns=len(names),
-        dashed=[_case(run.gear, run.torque_limit) + MEASURED for run in runs],
-    )
-
-
-def _case(gear: int, torque_limit: float) -> str:
-    return f"gear {gear}, {torque_limit:g} N m"
-
-
-def _lines_of(measured: OperatingMap, run: str, frequency: RealArray) -> OperatingMap:
-    """Lines of one run; of a mount with several pieces those of the first."""
-    labels = [str(label) for label in measured.run]
-    own = next(label for label in labels if label.partition(" ")[0] == run)
-    return measured.select((measured.run == own) & np.isin(measured.frequency, frequency))

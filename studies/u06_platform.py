@@ -64,8 +64,13 @@ FROM_DOE = (
     "sigma over the DOE's tolerance draws."
 )
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
-PARTS = {"DOE and groups": 1, "Vehicles": 2, "Front": 3, "Sensitivity": 2}
-"""Steps in the order of the page, with the tiles that each brings to its top."""
+PARTS = {
+    "DOE and groups": (1, ("Groups", "Vehicle by vehicle", "Which vehicles can share")),
+    "Vehicles": (2, ()),
+    "Front": (3, ("What to build", "The picks", "What the supplier")),
+    "Sensitivity": (2, ("Stiffness by stiffness",)),
+}
+"""Steps in the order of the page: tiles at its top, and beginnings of the sections it shows."""
 SAME_DOE = ("doe", "n_designs", "n_failed")
 """What the vehicles of a group would say of the DOE once more."""
 
@@ -150,31 +155,25 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Which vehicles go together, which mount stiffnesses make those of group "
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
-    for part, count in PARTS.items():
+    for part, (count, _) in PARTS.items():
         if part in parts:
             report.tiles += parts[part].tiles[:count]
-    said = f"{platform.title}: {platform.description}"
     report.section(
         "In short",
-        f"{said}\n\n"
+        f"{platform.title}: {platform.description}\n\n"
         "All steps ask one model: the same forces, motion, lines and kernel. Every vehicle of the "
         f"platform hears the DOE; front and sensitivities are those of group {group}. DOE "
         f"and sensitivities keep within ±{100 * half:g} %, the search within "
-        f"±{100 * options.bounds:g} %. {front.note}",
+        f"±{100 * options.bounds:g} %. {front.note}\n\n"
+        "Files of this folder are those of all four studies; their own pages show more: "
+        "fleet_correlation (with --group for one group), u06_robust_front, u06_sensitivity.",
     )
-    alone = f"{front.vehicles[0]} is the only vehicle: there is none to compare it with."
-    if len(front.vehicles) > 1:
-        alone = "These are all vehicles of the platform: they are compared above."
-    for part in PARTS:
-        title = f"Vehicles of {group}" if part == "Vehicles" else part
-        if part not in parts:
-            report.section(title, NOTHING if part == "DOE and groups" else alone)
-            continue
-        for section in parts[part].sections:
-            if section.blocks and isinstance(section.blocks[0], str):
-                section.blocks[0] = section.blocks[0].removeprefix(f"{said}\n\n")
-        skipped = 1 if part == "Vehicles" else 0
-        report.include(parts[part], title, first=skipped, names=names[part])
+    if fleet is None:
+        report.section("DOE and groups", NOTHING)
+    for name, step in parts.items():
+        shown = PARTS[name][1]
+        step.sections = [s for s in step.sections if shown and s.title.startswith(shown)]
+        report.include(step, name, names=names[name])
     model.everyone.append_to(report)
     return report
 

@@ -239,19 +239,16 @@ class Report:
         self._free(name, self.attachments)
         self.attachments[name] = content
 
-    def include(
-        self, part: Report, title: str, *, first: int = 0, names: Mapping[str, str] | None = None
-    ) -> None:
+    def include(self, part: Report, title: str, *, names: Mapping[str, str] | None = None) -> None:
         """Add another report as a part of this one; its tiles are left out.
 
         - `title`: stands before the title of each of its sections.
-        - `first`: sections of the part that are left out at its beginning.
         - `names`: new names of its files and numbers, where they are taken here; an empty one
           leaves the file or number out.
         - raises InputError: a name that is taken.
         """
         self.sections += [
-            Section(f"{title} · {s.title}", s.blocks, s.folded) for s in part.sections[first:]
+            Section(f"{title} · {s.title}", s.blocks, s.folded) for s in part.sections
         ]
         self.warn(*part.warnings)
         self.explain(*part.terms)

@@ -396,15 +396,13 @@ def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> Non
         "above, engine, motion and sensors are others. Lines outside of the region in which a "
         "mount was measured are counted, and not predicted.",
     )
-    for mount in first.mounts:
-        names = [name for name in first.directions if first.mount_of(name) is mount]
-        if names:
-            report.figure(
-                f"second_force_{mount.mount.name.replace(' ', '_')}",
-                partial(_engine_forces, first, names),
-                f"Forces of {mount.mount.name}, the highest torque of each gear: real parts above, "
-                "imaginary parts below, as measured and as predicted.",
-            )
+    main = [n for n in first.directions if n.endswith(f" {main_axis(first.mount_of(n))}")]
+    report.figure(
+        "second_force",
+        partial(_engine_forces, first, main or list(first.directions)),
+        "Forces along the main axis of each mount, the highest torque of each gear: real parts "
+        "above, imaginary parts below, as measured and as predicted.",
+    )
     report.table(
         "second_forces",
         forces,

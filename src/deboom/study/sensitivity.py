@@ -576,20 +576,12 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "How sure this is",
         "An index that is not above its own interval reads zero. The intervals are those of random "
         "points; Sobol points are spread more evenly, and other seeds differ by much less. "
-        "sobol_convergence.csv has the indices of fewer base points.",
+        "sobol_convergence.csv has the indices of fewer base points; screening.csv has what Morris "
+        f"says (change of the level over a whole range, {TRAJECTORIES} paths), and "
+        "PAWN (distance of the distributions of the level with and without the stiffness held).",
     )
     report.table("sobol_convergence", convergence_table(study))
-    _mattering(
-        report,
-        study,
-        "screening",
-        screening_table(study),
-        "Other methods on the same model. Morris: change of the level (of the mean level of the "
-        f"lines, for SPLV) over the whole range of a stiffness, from {TRAJECTORIES} paths. PAWN: "
-        "distance between the distributions of the level with and without the stiffness held, from "
-        f"{2 * study.indices.n_base} designs; a stiffness without effect has up to "
-        f"{_noise(study):.2f}.",
-    )
+    report.table("screening", screening_table(study))
     report.summary.update(sensitivity_summary(study))
     report.inputs += study.platform.input_files
     report.facts |= {
@@ -701,12 +693,6 @@ def _other_leaders(study: Sensitivity) -> str:
         listed = "; ".join(f"{vehicle}: {', then '.join(two)}" for vehicle, two in other.items())
         lines.append(f"{label}: {listed or 'the same two lead in every vehicle'}.")
     return "\n\n".join(lines)
-
-
-def _noise(study: Sensitivity) -> float:
-    """Largest PAWN index of a variable that the total index finds to be zero."""
-    zero = study.indices.zero
-    return float(study.pawn.index[zero].max()) if zero.any() else 0.0
 
 
 def _listed(names: tuple[str, ...]) -> str:

@@ -244,7 +244,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick
         with_parts.insert(place, name, chosen)
     report.table("front", with_parts)
-    report.table("designs", front.designs(first=n_mounts))
+    report.table("designs", front.designs())
     if sets is not None:
         on_front = {tuple(row) for row in set_front.designs.tolist()}
         table = {

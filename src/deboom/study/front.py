@@ -154,10 +154,10 @@ class Front(Tabled):
             }
         )
 
-    def designs(self, first: int = 0) -> pd.DataFrame:
-        """Tabulate the variables of every design of the front, from the `first` one [1]."""
+    def designs(self) -> pd.DataFrame:
+        """Tabulate the variables of every design of the front [1]."""
         designs = self.values.designs
-        columns = {f"{n} [1]": designs[:, k] for k, n in enumerate(self.variables) if k >= first}
+        columns = {f"{name} [1]": designs[:, k] for k, name in enumerate(self.variables)}
         return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
 
     def convergence(self) -> pd.DataFrame:

@@ -7,6 +7,10 @@ other draws. Deliveries of 60 strut mounts are drawn about the band, from capabl
 their true stiffness at the state of the sheet comes from the bench's law, the supplier reads it
 with an expanded uncertainty of 2 % and fills in the workbook, which is read back and judged. A
 verdict is wrong where a part passes whose true stiffness lies outside of the band, or fails inside.
+
+On the machine the preload rises from zero, as the torque of a run-up does: the rubber of the bench
+remembers 0.25 mm of static deflection, and a machine that came down from above, or one without
+memory, would measure 4 to 6 % more. One axis moves there, in the vehicle all do.
 """
 
 import re
@@ -19,7 +23,12 @@ import numpy as np
 import openpyxl
 
 from claims import Claim, draws
-from deboom.bench.powertrain import load_bench, operating_stiffness, static_deflection
+from deboom.bench.powertrain import (
+    load_bench,
+    operating_stiffness,
+    play_operator,
+    static_deflection,
+)
 from deboom.choices import Pick
 from deboom.explore.front import verification_response
 from deboom.files.acceptance import read_measured_sheet, read_specification
@@ -59,8 +68,10 @@ def claims() -> list[Claim]:
         alone, by_step = _alone(effects), _tolerances(effects)
         workbook = next(p for p in written.files if p.name == "supplier_sheet_TSM_anonymous.xlsx")
         path = out / "filled.xlsx"
-        today, in_newtons, open_1 = _deliveries(workbook, path, with_today=False)
-        _, as_ratio, open_2 = _deliveries(workbook, path, with_today=True)
+        in_newtons, open_1 = _deliveries(workbook, path, with_today=False)
+        as_ratio, open_2 = _deliveries(workbook, path, with_today=True)
+        errors = _errors_of_today([p for p in written.files if p.suffix == ".xlsx"])
+    inside = sum(abs(error) <= stated for error, stated in errors.values())
     top = int(np.argmax(effects.tolerance_gain))
     return [
         Claim("pages and workbooks of four mounts [MB]", "≤ 6", f"{size:.2f}", size <= 6.0),
@@ -80,11 +91,12 @@ def claims() -> list[Claim]:
             bool(abs(by_step[top]) <= 10.0),
         ),
         Claim(
-            "TSM x today at the state of the sheet, against the bench's law where one axis moves "
-            "(in the vehicle all do, which softens it) [%]",
-            "within ±1.9, the interval of the surface",
-            f"{today:+.1f}",
-            abs(today) <= 1.9,
+            "today's |K| of EnM, GeM and TSM on a machine whose preload rises from zero, against "
+            "the bench's law: error (stated ± 95 %) [%]",
+            "all inside",
+            f"{inside} of {len(errors)} inside: "
+            + ", ".join(f"{n} {e:+.1f} ({s:.1f})" for n, (e, s) in errors.items()),
+            inside == len(errors),
         ),
         Claim(
             f"{DELIVERIES} deliveries of {PARTS} parts against the band in N/mm: passed or failed "
@@ -140,32 +152,44 @@ def _tolerances(effects: SupplierEffects) -> np.ndarray:
         return np.asarray(100 * (sheet / np.array(by_step) - 1))
 
 
-def _true_stiffness(force: float, amplitude: float, frequency: float) -> float:
-    """|K| of today's strut mount along x by the bench's law, only this axis moving [N/m]."""
-    bench = load_bench()
-    torque = np.linspace(0.0, 1200.0, 601)
-    load = np.zeros((torque.size, 6))
-    load[:, 4] = torque
-    deflection = static_deflection(bench.powertrain, load)
-    place = next(
-        block.start
-        for mount, block in zip(bench.powertrain.mounts, bench.powertrain.blocks, strict=True)
-        if mount.name == "TSM"
-    )
-    law = bench.powertrain.laws[place]
-    row = int(np.argmin(np.abs(law.static_force(deflection[:, place]) - force)))
+def _true_stiffness(name: str, force: float, amplitude: float, frequency: float) -> float:
+    """|K| of today's part by the bench's law on a machine: preload raised, one axis moves [N/m]."""
+    body = load_bench().powertrain
+    mount, _, axis = name.partition(" ")
+    place = body.blocks[[m.name for m in body.mounts].index(mount)].start + "xyz".index(axis)
+    load = np.zeros((1201, 6))
+    load[:, 4] = np.arange(1201.0)
+    deflection = static_deflection(body, load)
+    static = body.laws[place].static_force(deflection[:, place])
+    row = int(np.argmin(np.abs(static - force)))
     moved = np.zeros((1, deflection.shape[1]))
     moved[0, place] = amplitude
-    lines = np.array([frequency])
-    found = operating_stiffness(bench.powertrain, deflection[[row]], moved, lines)
-    return float(abs(found[0, place]))
+    remembered = play_operator(deflection, body.play)[[row]]
+    return float(abs(operating_stiffness(body, remembered, moved, np.array([frequency]))[0, place]))
 
 
-def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float, float, float]:
-    """Return the error of today's stiffness, and the shares of wrong and undecided parts [%]."""
+def _errors_of_today(workbooks: list[Path]) -> dict[str, tuple[float, float]]:
+    """Error of today's stiffness by direction, and what the sheet states for it [%]."""
+    errors = {}
+    for path in workbooks:
+        table = openpyxl.load_workbook(path)["data block"]
+        header, *rows = ([cell.value for cell in row] for row in table)
+        stated = {row[0]: row[header.index("today ± 95 % [%]")] for row in rows}
+        for asked in read_specification(path).directions:
+            if asked.today_n_per_mm is not None and not asked.name.startswith("Du "):
+                state = asked.preload_n, 1e-3 * asked.amplitude_mm, asked.frequency_hz
+                true = 1e-3 * _true_stiffness(asked.name, *state)
+                error = 100.0 * (asked.today_n_per_mm / true - 1.0)
+                errors[asked.name] = (error, float(stated[asked.name]))
+    return errors
+
+
+def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float, float]:
+    """Return the shares of wrongly judged and of undecided parts [%]."""
     sheet = read_specification(workbook)
     must = sheet.musts["x"]
-    true = 1e-3 * _true_stiffness(must.preload_n, 1e-3 * must.amplitude_mm, must.frequency_hz)
+    state = must.preload_n, 1e-3 * must.amplitude_mm, must.frequency_hz
+    true = 1e-3 * _true_stiffness(must.name, *state)
     reference = true if with_today else must.today_n_per_mm
     lower, upper = must.lower, must.upper
     middle, half = 0.5 * (lower + upper), 0.5 * (upper - lower)
@@ -194,4 +218,4 @@ def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float,
             undecided += judged.verdict is Verdict.undecided
             wrong += judged.verdict is (Verdict.failed if good else Verdict.passed)
     scale = 100.0 / (DELIVERIES * PARTS)
-    return 100.0 * (must.today_n_per_mm / true - 1.0), wrong * scale, undecided * scale
+    return wrong * scale, undecided * scale

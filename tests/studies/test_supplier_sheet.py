@@ -49,8 +49,8 @@ from deboom.study.supplier_study import (
     SheetSources,
     bands,
     page_text,
+    secrets_of,
     sheet_sources,
-    shown_names,
     supplier_study,
     workbook_text,
 )
@@ -189,8 +189,7 @@ def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
     sources = replace(sources, **changes)
     middle = middle_design(study, bands(study, sources))
     one = next(m for m in study.platform.mounts if m.name == mount)
-    names = shown_names(study, anonymous=False)
-    return MountSheet(study, sources, SupplierEffects(study, middle), one, names, language)
+    return MountSheet(study, sources, SupplierEffects(study, middle), one, (), language)
 
 
 @pytest.fixture(scope="module")
@@ -287,6 +286,11 @@ def test_weight_and_torque_act_together(study):
         return machine_states(study, [direction], programme, {"TSM z": 1.0})["TSM z"]
 
     alone, weight = state(), (0.0, 0.0, -150.0)
+    softer = machine_states(study, [direction], Programme(), {"TSM z": 0.8})["TSM z"]
+    assert (softer.preload, 0.8 * softer.deflection) == pytest.approx(
+        (alone.preload, alone.deflection)
+    )
+    assert 0.0 < alone.other_axes < 0.03
     under = state(weight_force_n=weight, curve_zero="under weight")
     unloaded = state(weight_force_n=weight, curve_zero="unloaded")
     assert not alone.with_weight
@@ -444,7 +448,7 @@ def test_a_group_of_an_everyday_word_of_style_sheets_is_no_leak(tmp_path, few_dr
 
 
 def test_a_description_that_names_a_vehicle_is_refused_when_anonymous(sheet, study):
-    secret = replace(sheet, names=shown_names(study, anonymous=True), sources=NO_SOURCES)
+    secret = replace(sheet, secrets=secrets_of(study), sources=NO_SOURCES)
     documents(secret, "")  # as it is, it tells nothing
     told = replace(sheet.mount, description="strut of U06-1")
     with pytest.raises(InputError, match="would show 'U06"):
@@ -511,6 +515,7 @@ def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, fe
     back = filled(path, tmp_path / "zurueck.xlsx", values, "gemessen")
     book = openpyxl.load_workbook(back)
     table = book["gemessen"]
+    table.cell(5, table.max_column - 3).value = 2.0 * known
     for row, name in enumerate(("heute", "T1", "T2", "T3"), 2):
         table.cell(row, 1, name)
         table.cell(row, 2, "C1")
@@ -521,7 +526,11 @@ def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, fe
     assert result.exit_code == 0, result.output
     run = Path(result.stdout.strip().splitlines()[-1])
     page = (run / "supplier.html").read_text(encoding="utf-8")
-    assert all(word in page for word in ("bestanden", "Cpk mindestens", "Charge"))
+    read = page_text(page)
+    assert all(word in read for word in ("bestanden", "Cpk mindestens", "Charge", "Lager TSM"))
+    assert re.search(r"x außerhalb: [\d,]+ N/mm, gefordert [\d,]+ bis [\d,]+ N/mm", read)
+    english = ("outside", "asked", "pass", "fail", "batch", "mount", "parts", "of today", "mean")
+    assert [word for word in english if re.search(rf"\b{word}\b", read)] == []
 
 
 @pytest.mark.parametrize(
@@ -584,7 +593,7 @@ def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp
     result = report(front, *words)
     assert result.exit_code == 0, result.output
     html = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
-    assert html.count(' moved"') == 4  # nominal, upper end, ±, static rate
+    assert html.count(' moved"') == 5  # nominal, upper end, ±, preload in mm, static rate
     changes = openpyxl.load_workbook(tmp_path / "supplier_sheet_TSM.xlsx")["changes"]
     fields = [row[1] for row in changes.iter_rows(values_only=True, min_row=2)]
     assert "accepted to [N/mm]" in fields

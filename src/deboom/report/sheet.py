@@ -69,7 +69,7 @@ class Sheet:
     def number(self, value: float, decimals: int, unit: str = "") -> str:
         """Write a number with its unit for a sentence."""
         text = f"{value:.{decimals}f}".replace("-", "−")
-        return f"{self._local(text)} {unit}".strip()
+        return f"{self.local(text)} {unit}".strip()
 
     def fields(self, pairs: Mapping[str, str]) -> None:
         """Show labels with values; where a value is empty, it is to be agreed."""
@@ -104,7 +104,7 @@ class Sheet:
                 c.name,
                 c.unit,
                 c.numeric,
-                tuple(map(self._local, c.cells)) if c.numeric else c.cells,
+                tuple(map(self.local, c.cells)) if c.numeric else c.cells,
             )
             for c in text_columns(frame, decimals or {})
         )
@@ -142,6 +142,7 @@ class Sheet:
         was = self.say("was", "vorher")
         return environment.from_string(text).render(sheet=self, was=was)
 
-    def _local(self, text: str) -> str:
-        """Write the decimal sign of the language."""
+    def local(self, number: str | float) -> str:
+        """Write a number with the decimal sign of the language."""
+        text = number if isinstance(number, str) else f"{number:.4g}"
         return _FLOAT.sub(",", text) if self.language == "de" else text

@@ -260,23 +260,25 @@ def _rows(delivery: Delivery) -> list[plot.PartsRow]:
 
 def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet:
     """Write the page that the supplier gets: verdicts and capability, nothing of the vehicles."""
-    page = Sheet("", delivery.demand.title, language)
+    page = Sheet("", "", language)
     say, verdicts = page.say, [judged.verdict for judged in delivery.parts]
     page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
+    title = delivery.demand.title
+    page.subtitle = say(title, title.replace("mount ", "Lager ", 1))
     german = {
         Verdict.passed: "bestanden",
         Verdict.failed: "nicht bestanden",
         Verdict.undecided: "unentschieden",
     }
     words = {verdict: say(verdict.value, german[verdict]) for verdict in Verdict}
-    stated = f"± {PERCENT * delivery.uncertainty:g} %" if delivery.uncertainty else ""
+    stated = f"± {page.local(PERCENT * delivery.uncertainty)} %" if delivery.uncertainty else ""
     page.fields(
         {
             say("measured parts", "gemessene Teile"): str(len(verdicts)),
             **{words[verdict]: str(verdicts.count(verdict)) for verdict in Verdict},
             say("measuring uncertainty, 95 %", "Messunsicherheit, 95 %"): stated,
             say("asked share of the pieces", "geforderter Anteil der Stücke"): (
-                f"{PERCENT * delivery.demand.share_stated:g} %"
+                f"{page.local(PERCENT * delivery.demand.share_stated)} %"
             ),
         }
     )
@@ -302,7 +304,10 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet
     if others:
         page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))
         columns = [say("part", "Teil"), say("verdict", "Urteil"), say("reason", "Grund")]
-        rows = [(one.part.name, words[one.verdict], one.reason) for one in others[:MOST_SHOWN]]
+        rows = [
+            (one.part.name, words[one.verdict], say(one.reason, one.reason_de))
+            for one in others[:MOST_SHOWN]
+        ]
         page.table(pd.DataFrame(rows, columns=columns))
     return page
 

@@ -56,13 +56,15 @@ class JudgedPart:
     """One part against the intervals of its mount.
 
     `factors`: axis → stiffness over the reference [1]; `axes`: limited axis → what its stiffness
-    says; `reason`: which axis is outside, or too near to an end, empty where it passes.
+    says; `reason`, `reason_de`: which axis is outside, or too near to an end, in English and in
+    German, empty where it passes.
     """
 
     part: DeliveredPart
     factors: Mapping[str, float]
     axes: Mapping[str, Verdict]
     reason: str
+    reason_de: str
 
     @property
     def verdict(self) -> Verdict:
@@ -351,10 +353,19 @@ def judged_delivery(
     return Delivery(demand, tuple(batches), uncertainty, levels is not None, same_data)
 
 
+_GERMAN = {
+    "outside": "außerhalb",
+    "too near to an end": "zu nahe an einem Ende",
+    "not decided, the uncertainty exceeds the interval": (
+        "nicht entschieden, die Unsicherheit ist größer als das Intervall"
+    ),
+}
+
+
 def _judged(
     demand: Demand, part: DeliveredPart, uncertainty: float, over_today: bool
 ) -> JudgedPart:
-    factors, verdicts, words = {}, {}, []
+    factors, verdicts, english, german = {}, {}, list[str](), list[str]()
     for axis, stiffness in part.stiffness.items():
         variable = demand.variable(f"{part.mount} {axis}")
         reference = None if over_today else variable.reference_stiffness_n_per_m
@@ -372,14 +383,14 @@ def _judged(
         what = "outside" if verdict is Verdict.failed else "too near to an end"
         if cannot_decide(variable, uncertainty) and verdict is Verdict.undecided:
             what = "not decided, the uncertainty exceeds the interval"
+        size, digits, unit = (1.0, 3, "") if reference is None else (MILLI * reference, 1, " N/mm")
         ends = (factor, variable.lower, variable.upper)
-        if reference is None:
-            numbers = "{:.3f} of today's, asked {:.3f} to {:.3f}".format(*ends)
-        else:
-            values = (MILLI * reference * end for end in ends)
-            numbers = "{:.1f} N/mm, asked {:.1f} to {:.1f} N/mm".format(*values)
-        words.append(f"{axis} {what}: {numbers}")
-    return JudgedPart(part, factors, verdicts, "; ".join(words))
+        measured, low, high = (f"{size * end:.{digits}f}" for end in ends)
+        of, von = (" of today's", " des heutigen") if reference is None else (unit, unit)
+        english.append(f"{axis} {what}: {measured}{of}, asked {low} to {high}{unit}")
+        text = f"{measured}{von}, gefordert {low} bis {high}{unit}".replace(".", ",")
+        german.append(f"{axis} {_GERMAN[what]}: {text}")
+    return JudgedPart(part, factors, verdicts, "; ".join(english), "; ".join(german))
 
 
 def cannot_decide(variable: BoxVariable, uncertainty: float) -> bool:

@@ -137,6 +137,15 @@ class RobustFront(Front):
         ]
         return np.concatenate(by_mount) * N_PER_MM
 
+    @property
+    def stiffness_state(self) -> str:
+        """State that `nominal_stiffness` holds at, in words."""
+        first, last = self.frequency[[0, -1]]
+        return (
+            f"the mean |K| in operation, {self.load_case.title}, {first:g}–{last:g} Hz; the "
+            "supplier's sheet has the same factors at the state of its test"
+        )
+
     @cached_property
     def indifference(self) -> RealArray:
         """Interval of each variable around best mean without a noticeable change, shape (k, 2)."""
@@ -309,8 +318,11 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         factor = f"{best[column]:.2f} of today's"
         value, label = factor, "factor"
         if np.isfinite(nominal):
-            value, label = f"{best[column] * nominal:.0f} N/mm", f"today {nominal:.0f}, {factor}"
-        words.append(f"{front.variables[column]} {value} ({label.partition(',')[0]})")
+            value, label = (
+                f"{best[column] * nominal:.0f} N/mm",
+                f"mean |K|; today {nominal:.0f}, {factor}",
+            )
+        words.append(f"{front.variables[column]} {value} ({label.removesuffix(f', {factor}')})")
         edge = ", at the edge of the search" if column in front.edges(best) else ""
         report.tile(f"{front.variables[column]} {value}", label + edge)
     report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
@@ -333,6 +345,7 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
             f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring "
             f"a further {signed(front.beyond, 2)} dB (--bounds)."
         )
+    sentences.append(f"N/mm are {front.stiffness_state}.")
     louder = [peak for peak in peaks if peak[0] > NOTICEABLE]
     if louder:
         change, frequency, vehicle = max(louder)
@@ -580,8 +593,7 @@ def _supplier(report: Report, front: RobustFront) -> None:
     report.section(
         "What the supplier should build",
         "The stiffnesses of best mean within their bounds, and beside them those of the "
-        "other picks. Nominal is the mean magnitude of the dynamic stiffness measured in "
-        f"operation ({front.load_case.title}).",
+        f"other picks. N/mm are {front.stiffness_state}.",
     )
     report.figure(
         "stiffness_bars",

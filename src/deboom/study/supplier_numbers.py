@@ -15,9 +15,9 @@ from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
-from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
-from deboom.mounts.mount import AXES, mean_operating_stiffness
+from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.study.platform_model import Factor, Motion, factor_name, motion_index
 from deboom.study.supplier_study import Direction, SupplierStudy
@@ -27,6 +27,8 @@ from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_mo
 
 MEASURED_AGAIN = 120
 """Draws of all measurements."""
+SURE = 0.95
+"""Coverage of the interval of today's stiffness, that of a laboratory's own uncertainty [1]."""
 STEP = 0.01
 """By which a tolerance is made tighter: one percentage point [1]."""
 TENTH = 0.1
@@ -90,7 +92,8 @@ class SupplierEffects:
     def certainty(self) -> dict[str, Interval]:
         """Intervals over measurements that are drawn again.
 
-        ``stiffness`` today [N/m], ``change`` by `designs`, ``slope`` and ``gain`` [dB].
+        ``stiffness`` today with `SURE` [N/m]; with `COVERAGE`, ``change`` by `designs`, ``slope``
+        and ``gain`` [dB].
         """
         study, case = self.study, self.study.load_cases[0][0]
         measured = self._numbers(study.index, case)
@@ -102,7 +105,10 @@ class SupplierEffects:
             )
             rows.append(self._numbers(index, cases[0]))
         again = {name: np.stack([row[name] for row in rows]) for name in measured}
-        found = {name: _interval(value, again[name]) for name, value in measured.items()}
+        found = {
+            name: _interval(value, again[name], SURE if name == "stiffness" else COVERAGE)
+            for name, value in measured.items()
+        }
         return {**found, "gain": found["gain"].about(self.tolerance_gain)}
 
     @cached_property
@@ -152,10 +158,11 @@ class SupplierEffects:
         }
 
 
-def _interval(measured: RealArray, again: RealArray) -> Interval:
+def _interval(measured: RealArray, again: RealArray, coverage: float) -> Interval:
     """Give the interval of every number; nan where a draw has none."""
     known = np.isfinite(measured) & np.isfinite(again).all(axis=0)
-    found = pivotal_interval(np.where(known, measured, 0.0), np.where(known, again, 0.0))
+    values = np.where(known, measured, 0.0), np.where(known, again, 0.0)
+    found = pivotal_interval(*values, coverage)
     lower, upper = (np.where(known, end, np.nan) for end in (found.lower, found.upper))
     return Interval(np.where(known, measured, np.nan), lower, upper, found.coverage)
 
@@ -191,6 +198,9 @@ class MachineState:
         [m peak, Hz].
     laboratory : bool
         Whether a laboratory amplitude is backed by measurements; otherwise it is the vehicle's.
+    other_axes : float
+        By how much a piece is stiffer at most where only this axis moves, as it does on a machine:
+        the softening amplitude of the vehicle is then that of all axes, relative [1].
     stiffness : complex
         Today's [N/m].
     static_rate : float
@@ -212,6 +222,7 @@ class MachineState:
     amplitude: float
     frequency: float
     laboratory: bool
+    other_axes: float
     stiffness: complex
     static_rate: float
     curve: tuple[RealArray, RealArray]
@@ -238,7 +249,8 @@ def machine_states(
     programme : Programme
         Weight forces, zero of static curves, frequencies.
     factors : mapping of str to float
-        Wanted stiffness factor by direction, which moves the preload of a factor of the part [1].
+        Wanted stiffness factor by direction: that of the part moves the preload, that of the
+        dynamic stiffness the deflection under it [1].
 
     Raises
     ------
@@ -254,7 +266,7 @@ def machine_states(
         model = None
     moves = factor_name(study.index) == Factor.part.value
     return {
-        d.name: _state(study, d, case, model, programme, factors[d.name] if moves else 1.0)
+        d.name: _state(study, d, case, model, programme, factors[d.name], moves)
         for d in directions
         if set(d.mount.channels(d.axis)) <= set(case.force.channels)
     }
@@ -272,8 +284,10 @@ def _state(
     case: LoadCase,
     model: KinematicModel | None,
     programme: Programme,
-    moved: float,
+    factor: float,
+    of_part: bool,
 ) -> MachineState:
+    moved, stretched = (factor, 1.0) if of_part else (1.0, 1.0 / factor)
     channels, lines = direction.mount.channels(direction.axis), case.displacement.frequency
     asked = programme.test.frequencies_hz
     wanted = asked[0] if asked else loudest_line(study)
@@ -285,11 +299,14 @@ def _state(
     here, surface = float(torque[line]), _surface(direction)
     setting = (float(amplitude[line]), float(lines[line]), False)
     stiffness = complex(measured[line])
-    curve = (np.empty(0), np.empty(0))
+    curve, other_axes = (np.empty(0), np.empty(0)), 0.0
     known = programme.mount(direction.mount.name)
     if surface is not None and np.isfinite(here):
         setting = _setting(surface, here, setting[0], wanted, exact=asked is not None)
         stiffness = complex(surface.predict([here, *setting[:2]], extrapolate=True))
+        felt = setting[0] * amplitude[line] / _all_axes(direction.mount, case, line)
+        alone = surface.predict([here, felt, setting[1]], extrapolate=True)
+        other_axes = max(float(abs(alone) / abs(stiffness)) - 1.0, 0.0)
         over = np.linspace(0.0, float(np.nanmax(torque)), STEPS)
         at = operating_points(over, setting[0], setting[1])
         backed = np.where(surface.supported(at), np.abs(surface.predict(at, extrapolate=True)), NAN)
@@ -313,10 +330,11 @@ def _state(
         direction,
         here,
         force,
-        deflection,
+        stretched * deflection,
         weight is not None,
         unloaded,
         *setting,
+        other_axes,
         stiffness,
         float(static.slope(np.array(deflection))) if static and np.isfinite(deflection) else NAN,
         curve,
@@ -348,6 +366,17 @@ def _setting(
             "wheel torque: choose other frequencies_hz, or leave them out"
         )
     return moved, frequency, False
+
+
+def _all_axes(mount: Mount, case: LoadCase, line: int) -> float:
+    """Return the amplitude of all axes of a mount together at a line, mean over its pieces [m]."""
+    squared = 0.0
+    for axis in AXES:
+        channels = mount.channels(axis)
+        if set(channels) <= set(case.displacement.channels):
+            moved = np.abs(case.displacement.select(channels).values[line])
+            squared += float(moved.mean()) ** 2
+    return float(np.sqrt(squared))
 
 
 def _mean_stiffness(case: LoadCase, channels: Sequence[str]) -> ComplexArray:

@@ -32,8 +32,8 @@ from deboom.study.supplier_study import (
     bands,
     page_text,
     refuse_leaks,
+    secrets_of,
     sheet_sources,
-    shown_names,
     supplier_study,
     workbook_text,
 )
@@ -71,7 +71,12 @@ def sheet_page(content: MountSheet, provenance: str) -> Sheet:
     page.table(shown, "", decimals, content.changes)
     page.table(
         block.iloc[:, [0, *range(12, 17)]],
-        say("Today's part, and the band as its share.", "Heutiges Teil, und das Band als Anteil."),
+        say(
+            "Today's part, and the band as its share. ± holds errors of all measurements, and that "
+            "in the vehicle all axes move, on a machine one.",
+            "Heutiges Teil, und das Band als Anteil. ± enthält die Fehler aller Messungen, und "
+            "dass sich im Fahrzeug alle Achsen bewegen, auf der Maschine eine.",
+        ),
         {block.columns[12]: 0},
     )
     for text in _words(content, page):
@@ -252,16 +257,19 @@ def _test_words(content: MountSheet) -> str:
             "ISO 14253-1, einmal angewandt).",
         )
     return say(
-        "Set the machine to preload, amplitude and frequency; read |K| and the loss angle, or K' "
-        "and K'', of each piece. It is accepted between the specification limits. "
-        f"{guarded} Fill in the sheet “measured” of the workbook. In the vehicle all axes move, on "
-        "a machine one does: if you measure a part of today as well (rows “today”), ratios to it "
-        "count.",
-        "Maschine auf Vorlast, Amplitude und Frequenz stellen; je Stück |K| und Verlustwinkel oder "
-        "K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen zulässig. "
-        f"{guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen. Im Fahrzeug bewegen "
-        "sich alle Achsen, auf der Maschine eine: wird ein heutiges Teil mitgemessen (Zeilen "
-        "„heute“), zählt das Verhältnis dazu.",
+        "Raise the preload from zero and do not overshoot: rubber remembers, and in the vehicle "
+        "torque rises. Set amplitude and frequency; read |K| and the loss angle, or K' and K'', of "
+        "each piece. It is accepted between the specification limits. "
+        f"{guarded} Fill in the sheet “measured” of the workbook. Preloads of all directions act "
+        "together in the vehicle. Measure a part of today as well (rows “today”) where the machine "
+        "sets only one of them, or where ± of today's |K| is too much: then ratios to it count.",
+        "Vorlast von null aus steigern und nicht überschreiten: Gummi erinnert sich, und im "
+        "Fahrzeug steigt das Drehmoment. Amplitude und Frequenz stellen; je Stück |K| und "
+        "Verlustwinkel oder K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen "
+        f"zulässig. {guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen. Im Fahrzeug "
+        "wirken die Vorlasten aller Richtungen zusammen. Stellt die Maschine nur eine, oder ist "
+        "± des heutigen |K| zu viel, bitte ein heutiges Teil mitmessen (Zeilen „heute“): dann "
+        "zählt das Verhältnis dazu.",
     )
 
 
@@ -413,14 +421,14 @@ def supplier_sheets(
     study.of(mount)
     sources = sheet_sources(study, files)
     effects = SupplierEffects(study, middle_design(study, bands(study, sources)))
-    names = shown_names(study, anonymous=anonymous)
+    secrets = secrets_of(study) if anonymous else ()
     chosen = [one for one in study.platform.mounts if mount in (None, one.name)]
     contents, missing = dict[str, bytes](), dict[str, None]()
     for one in chosen:
-        content = MountSheet(study, sources, effects, one, names, language)
+        content = MountSheet(study, sources, effects, one, secrets, language)
         stem = "_".join([STEM, re.sub(r"[^\w-]+", "-", one.name), *["anonymous"][: int(anonymous)]])
         page, workbook = documents(content, _provenance(content, files))
-        refuse_leaks(names.secrets, {"file names": stem})
+        refuse_leaks(secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
     place = study.run.entry.folder / "supplier" if out is None else out
@@ -448,7 +456,7 @@ def middle_design(
 
 def documents(content: MountSheet, provenance: str) -> tuple[str, bytes]:
     """Return page and workbook of a sheet, searched for what they must not tell."""
-    secrets = content.names.secrets
+    secrets = content.secrets
     tables = {f"table {name}": table.to_csv() for name, table in content.tables.items()}
     refuse_leaks(secrets, tables)  # before anything is drawn: pictures cannot be searched
     html = sheet_page(content, provenance).html()
@@ -463,7 +471,7 @@ def _provenance(content: MountSheet, files: SheetFiles) -> str:
     study = content.study
     today = datetime.now(UTC).date().isoformat()
     text = f" · {today} · deboom, {study.run.entry.name}"
-    if content.names.anonymous:
+    if content.secrets:
         return text
     given = "".join(f" --{k} {v.as_posix()}" for k, v in vars(files).items() if v is not None)
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"

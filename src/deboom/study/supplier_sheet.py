@@ -26,7 +26,6 @@ from deboom.study.supplier_study import (
     Direction,
     Need,
     SheetSources,
-    ShownNames,
     SupplierStudy,
     bands,
 )
@@ -101,8 +100,8 @@ class MountSheet:
     effects : SupplierEffects
         Of all mounts, about the middle of all bands.
     mount : Mount
-    names : ShownNames
-        Of the vehicles.
+    secrets : tuple of str
+        Names and paths that an anonymous sheet may not hold; empty if it is not anonymous.
     language : Language
     """
 
@@ -110,7 +109,7 @@ class MountSheet:
     sources: SheetSources
     effects: SupplierEffects
     mount: Mount
-    names: ShownNames
+    secrets: tuple[str, ...]
     language: Language
 
     def say(self, english: str, german: str) -> str:
@@ -229,13 +228,16 @@ class MountSheet:
         }
         for direction, asked in zip(self.directions, self.specification.directions, strict=True):
             place = self.study.directions.index(direction)
-            half = float(stiffness.half_width[place] / stiffness.value[place])
+            state, half = self.states.get(direction.name), NAN
+            if state is not None and direction.need is not Need.unknown:
+                half = float(stiffness.half_width[place] / stiffness.value[place])
+                half += state.other_axes
             saved = saving.get(direction.axis, NAN) if asked.duty == "free" else NAN
             rows.append(
                 {
                     **self._fields(asked),
                     say("today |K| [N/mm]", "heute |K| [N/mm]"): _nan(asked.today_n_per_mm),
-                    say("today ± 90 % [%]", "heute ± 90 % [%]"): PERCENT * half,
+                    say("today ± 95 % [%]", "heute ± 95 % [%]"): PERCENT * half,
                     say("from, of today's [%]", "von, des heutigen [%]"): (
                         PERCENT * _nan(asked.lower)
                     ),
@@ -425,7 +427,7 @@ class MountSheet:
         further = test.frequencies_hz[1:] if test.frequencies_hz else ()
         pieces = len(self.mount.pieces)
         variants = [v for v in programme.variants if self.mount.name in v.mounts]
-        if self.names.anonymous and variants:
+        if self.secrets and variants:
             shown = str(len(variants))
         else:
             shown = "; ".join(f"{v.name}: {v.vehicles_per_year}" for v in variants)
@@ -488,9 +490,9 @@ class MountSheet:
         return pd.DataFrame(rows)
 
     def _vehicles(self, names: str) -> str:
-        """Return the shown names of a list of vehicles; of an anonymous one their number."""
+        """Return a list of vehicles; of an anonymous one their number."""
         listed = [name.strip() for name in names.split(",")]
-        if self.names.anonymous:
+        if self.secrets:
             return str(len(listed))
         return ", ".join(listed)
 
@@ -507,7 +509,7 @@ class MountSheet:
             say("lines", "Linien"): f"{low:g}–{high:g} Hz",
         }
         for case, weight in study.load_cases:
-            title = case.name if self.names.anonymous else case.title
+            title = case.name if self.secrets else case.title
             load = say("load case", "Lastfall")
             items[f"{load} {case.name}"] = f"{title}; {weight:g}"
         if box is not None:
@@ -519,7 +521,7 @@ class MountSheet:
             if again is not None:
                 label = say("share if measured again", "Anteil bei neuer Messung")
                 items[label] = f"{self.percent(again[0])} … {self.percent(again[1])} (90 %)"
-            if not self.names.anonymous:
+            if not self.secrets:
                 for response in box.responses:
                     label = say("limit of", "Grenzwert von")
                     items[f"{label} {response.name}"] = f"{response.limit:.2f} {box.unit}"
@@ -527,7 +529,7 @@ class MountSheet:
         items[say("run", "Lauf")] = study.run.entry.name
         items[say("design", "Entwurf")] = study.pick.value
         items[say("vehicles", "Fahrzeuge")] = (
-            str(len(study.vehicles)) if self.names.anonymous else ", ".join(study.vehicles)
+            str(len(study.vehicles)) if self.secrets else ", ".join(study.vehicles)
         )
         items[say("checksum of this sheet", "Prüfsumme dieses Blatts")] = (
             self.specification.checksum

@@ -10,7 +10,6 @@ from enum import Enum
 from functools import cached_property
 from html.parser import HTMLParser
 from pathlib import Path
-from string import ascii_uppercase
 from typing import Any
 
 import numpy as np
@@ -453,43 +452,8 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
 _CONTEXT = 30
 
 
-@dataclass(frozen=True)
-class ShownNames:
-    """How vehicles are called, and what must not be read.
-
-    Parameters
-    ----------
-    vehicles : mapping of str to str
-        Own name → shown name.
-    secrets : tuple of str
-        Names and paths that an anonymous report may not hold; empty if it is not anonymous.
-    """
-
-    vehicles: Mapping[str, str]
-    secrets: tuple[str, ...] = ()
-
-    @property
-    def anonymous(self) -> bool:
-        """Whether there is anything to hide."""
-        return bool(self.secrets)
-
-    def __call__(self, vehicle: str) -> str:
-        """Return the shown name of a vehicle."""
-        return self.vehicles[vehicle]
-
-
-def shown_names(study: SupplierStudy, *, anonymous: bool) -> ShownNames:
-    """Return the vehicles' own names, or vehicle A, vehicle B, … in their order.
-
-    Parameters
-    ----------
-    study : SupplierStudy
-        Its platform's vehicles, groups and names are the secrets.
-    anonymous : bool
-        Whether to hide them.
-    """
-    if not anonymous:
-        return ShownNames({name: name for name in study.vehicles})
+def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
+    """Return names of vehicles, groups and platform, and paths, that nobody else may read."""
     platform, entry = study.platform, study.run.entry
     vehicles = platform.fleet.vehicles
     paths = [path for folder in (platform.folder, entry.folder) for path in _spellings(folder)]
@@ -500,20 +464,7 @@ def shown_names(study: SupplierStudy, *, anonymous: bool) -> ShownNames:
         *(str(entry.record.get("question", "")), entry.study),
         *paths,
     ]
-    return ShownNames(
-        {name: f"vehicle {letters(place)}" for place, name in enumerate(study.vehicles)},
-        tuple(dict.fromkeys(secret for secret in secrets if secret.strip())),
-    )
-
-
-def letters(place: int) -> str:
-    """Return A, B, … Z, AA, AB, … for 0, 1, …"""
-    text = ""
-    place += 1
-    while place:
-        place, rest = divmod(place - 1, len(ascii_uppercase))
-        text = ascii_uppercase[rest] + text
-    return text
+    return tuple(dict.fromkeys(secret for secret in secrets if secret.strip()))
 
 
 def refuse_leaks(secrets: Sequence[str], texts: Mapping[str, str]) -> None:

@@ -20,6 +20,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from string import ascii_uppercase
 from typing import Annotated, Any
 
 import numpy as np
@@ -50,7 +51,6 @@ from deboom.study.options import Seed, factor_space
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.supplier_study import letters
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 
 FAMILY_DESIGNS = 100
@@ -468,3 +468,13 @@ def _guesses(runs: Operation, problem: SharingProblem, seed: int) -> dict[str, S
         name: Sharing(problem.part_names, problem.vehicles, np.tile(numbers, (rows, 1)))
         for name, numbers in guesses.items()
     }
+
+
+def letters(place: int) -> str:
+    """Return A, B, … Z, AA, AB, … for 0, 1, …"""
+    text = ""
+    place += 1
+    while place:
+        place, rest = divmod(place - 1, len(ascii_uppercase))
+        text = ascii_uppercase[rest] + text
+    return text

@@ -385,10 +385,10 @@ def _judged(
             what = "not decided, the uncertainty exceeds the interval"
         size, digits, unit = (1.0, 3, "") if reference is None else (MILLI * reference, 1, " N/mm")
         ends = (factor, variable.lower, variable.upper)
-        measured, low, high = (f"{size * end:.{digits}f}" for end in ends)
+        measured, first, last = (f"{size * end:.{digits}f}" for end in ends)
         of, von = (" of today's", " des heutigen") if reference is None else (unit, unit)
-        english.append(f"{axis} {what}: {measured}{of}, asked {low} to {high}{unit}")
-        text = f"{measured}{von}, gefordert {low} bis {high}{unit}".replace(".", ",")
+        english.append(f"{axis} {what}: {measured}{of}, asked {first} to {last}{unit}")
+        text = f"{measured}{von}, gefordert {first} bis {last}{unit}".replace(".", ",")
         german.append(f"{axis} {_GERMAN[what]}: {text}")
     return JudgedPart(part, factors, verdicts, "; ".join(english), "; ".join(german))
 

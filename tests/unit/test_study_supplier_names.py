@@ -2,10 +2,10 @@
 
 import pandas as pd
 import pytest
+from deboom.studies.commonality import letters
 
 from deboom.errors import InputError
 from deboom.files.tables import workbook_bytes
-from deboom.studies.commonality import letters
 from deboom.study.supplier_study import page_text, refuse_leaks, workbook_text
 
 

@@ -250,7 +250,7 @@ def test_one_nominal_and_one_band_at_the_state_of_the_test(sheet):
     assert x["accepted to [N/mm]"] == pytest.approx(0.84 * today)
     assert x["nominal |K| [N/mm]"] == pytest.approx(0.77 * today)
     assert x["± [%]"] == pytest.approx(100 * 0.07 / 0.77)
-    assert x["ends set by the limit"] == "from and to"
+    assert x["set by the noise limit"] == "both ends"
     assert block.loc["TSM y", "class"] == "not identified"
     assert np.isnan(block.loc["TSM y", "nominal |K| [N/mm]"])
     assert block.loc["TSM z", "class"] in ("preferred", "free")
@@ -332,9 +332,13 @@ def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
     assert row["nominal K' [N/mm]"] ** 2 + row["nominal K'' [N/mm]"] ** 2 == pytest.approx(
         (0.5 * (low + high)) ** 2
     )
-    programme = Programme.model_validate({"test": {"uncertainty": 0.2}})
+    part = {"name": "TSM", "conditioning_force_n": [-1500.0, 0.0, 0.0]}
+    programme = Programme.model_validate({"test": {"uncertainty": 0.2}, "mounts": [part]})
     unsure = sheet_of(study, files=SheetFiles(box=box_run), programme=programme)
     assert unsure.test["decides"].tolist() == ["no: this test cannot decide"]
+    conditioned = "conditioned up to x, y, z [N]"
+    assert unsure.programme.set_index("field").loc[conditioned, "value"] == "-1500; 0; 0"
+    assert conditioned in sheet.missing
 
 
 def test_the_asked_capability_leaves_the_stated_share_inside(sheet):
@@ -594,6 +598,7 @@ def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp
     assert result.exit_code == 0, result.output
     html = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
     assert html.count(' moved"') == 5  # nominal, upper end, ±, preload in mm, static rate
+    assert "moves the other side: TSM x forward, TSM z down;" in html
     changes = openpyxl.load_workbook(tmp_path / "supplier_sheet_TSM.xlsx")["changes"]
     fields = [row[1] for row in changes.iter_rows(values_only=True, min_row=2)]
     assert "accepted to [N/mm]" in fields

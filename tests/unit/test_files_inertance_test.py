@@ -216,7 +216,7 @@ def scaled(factor, unit):
         ("impacts", scaled(1e-3, "mm"), "the impacts lie within ... mm and m"),
         ("sensors", lambda t: t.iloc[:2], "2 triaxial accelerometers ... at least three"),
         ("impacts", lambda t: t.iloc[:5], "5 impacts ... at least six"),
-        ("impacts", lambda t: t.assign(impact="I1"), "sheet 'impacts', line 3 ... already"),
+        ("impacts", lambda t: t.assign(impact="I1"), "sheet 'impacts' line 3 ... already"),
         ("sensors", lambda t: t.assign(node=11), "node 11 already stands in line 2"),
         ("sensors", lambda t: t.assign(node=1.5), "no whole number"),
         ("impacts", lambda t: t.assign(dx=np.nan), "column 'dx' ... no finite number"),

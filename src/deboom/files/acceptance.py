@@ -306,6 +306,8 @@ class ProgrammeMount(StrictModel):
     parts_per_year: Annotated[int, Field(gt=0)] | None = None
     weight_force_n: Triple | None = None
     """Force of the weight on the body at one piece, x y z."""
+    conditioning_force_n: Triple | None = None
+    """Force that conditioning cycles go to, x y z."""
     curve_zero: Literal["unloaded", "under weight"] | None = None
     """Where the deflections of its static curves count from."""
     force_per_wheel_torque: Triple | None = None

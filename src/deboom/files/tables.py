@@ -21,6 +21,7 @@ from openpyxl import Workbook, load_workbook
 from openpyxl.cell import WriteOnlyCell
 from openpyxl.styles import Alignment, Font
 from openpyxl.utils import get_column_letter
+from openpyxl.worksheet.properties import PageSetupProperties
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -160,7 +161,7 @@ _EXCEL_ERRORS = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALU
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*)$", re.ASCII)
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
-_EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]"}
+_EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]", "N/m": "[N/mm]' or [N/m]"}
 _ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 
 
@@ -248,7 +249,7 @@ def read_rows(
     """
     cells = _cells(path, sheet)
     if sheet is not None and _is_excel(path):
-        path = path.with_name(f"{path.name}, sheet '{sheet}',")
+        path = path.with_name(f"{path.name}, sheet '{sheet}'")
     header = [text.strip() for text in cells[0]]
     names: list[str] = []
     units: dict[str, Unit] = {}
@@ -446,7 +447,7 @@ def write_frame(path: Path, table: pd.DataFrame) -> None:
 
 
 def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
-    """Write tables as an xlsx file for people: headers stay in view, columns are wide enough.
+    """Write tables as an xlsx file for people: headers stay in view, columns fit screen and page.
 
     - `sheets`: name of the sheet → table with columns ``name [unit]``; the index is not written.
     - `title`: in the properties of the file. No user name gets there.
@@ -463,6 +464,8 @@ def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
             raise InputError(f"'{name}' cannot be the name of a sheet")
         sheet = workbook.create_sheet(name)
         sheet.freeze_panes = "A2"
+        sheet.sheet_properties.pageSetUpPr = PageSetupProperties(fitToPage=True)
+        sheet.page_setup.orientation, sheet.page_setup.fitToHeight = "landscape", 0
         plain = table.astype(object).where(table.notna(), None)
         rows = list(plain.itertuples(index=False, name=None))
         for place, label in enumerate(table.columns):
@@ -483,7 +486,7 @@ def _header(sheet: Any, label: str) -> Any:
     cell = _cell(sheet, label)
     if isinstance(cell, str):
         cell = WriteOnlyCell(sheet, cell)
-    cell.font = Font(bold=True)
+    cell.font = Font(name="Calibri", bold=True)
     cell.alignment = Alignment(wrap_text=True, vertical="top")
     return cell
 
@@ -504,9 +507,8 @@ def _cell(sheet: Any, value: Any, number_format: str = "") -> Any:
 def _number_format(unit: str | None) -> str:
     """Return how numbers of a unit are shown; they are kept whole."""
     decimals = {"N": 0, "mm": 3, "N/mm": 1, "Hz": 1, "%": 1, "dB": 2, "dB(A)": 1, "°": 1, "1": 3}
-    if unit not in decimals:
-        return ""
-    return "0." + "0" * decimals[unit] if decimals[unit] else "0"
+    digits = decimals.get(re.sub(r"^[\d.,]+ ", "", unit or ""))  # "0.001 dB" as dB
+    return "" if digits is None else f"{0:.{digits}f}"
 
 
 SAME_LINE = 1e-3

@@ -40,6 +40,12 @@ from deboom.study.supplier_study import (
 
 SHORT_HASH = 12
 """Characters of a hash that a sheet shows."""
+WAYS = {
+    "x": (("forward", "nach vorn"), ("rearward", "nach hinten")),
+    "y": (("to the left", "nach links"), ("to the right", "nach rechts")),
+    "z": (("down", "nach unten"), ("up", "nach oben")),
+}
+"""Where a negative and a positive force on the body act."""
 
 
 def sheet_page(content: MountSheet, provenance: str) -> Sheet:
@@ -215,6 +221,18 @@ def _preload_words(content: MountSheet, states: list[MachineState]) -> str:
         "Forces act on the body; x rearward, y to the right, z upward.",
         "Kräfte wirken auf die Karosserie; x nach hinten, y nach rechts, z nach oben.",
     )
+    moved = ", ".join(
+        f"{state.direction.name} {say(*WAYS[state.direction.axis][state.preload > 0.0])}"
+        for state in states
+        if abs(state.preload) > 0.0
+    )
+    if moved:
+        axes += say(
+            f" With the body side clamped, the preload moves the other side: {moved}; the "
+            "drawing shows, by how the part is fitted, whether that is tension or compression.",
+            f" Bei eingespannter Karosserieseite bewegt die Vorlast die andere Seite: {moved}; "
+            "die Einbaulage der Zeichnung zeigt, ob das Zug oder Druck ist.",
+        )
     if not states:
         return axes
     if not any(state.over_force for state in states):
@@ -257,19 +275,20 @@ def _test_words(content: MountSheet) -> str:
             "ISO 14253-1, einmal angewandt).",
         )
     return say(
-        "Raise the preload from zero and do not overshoot: rubber remembers, and in the vehicle "
-        "torque rises. Set amplitude and frequency; read |K| and the loss angle, or K' and K'', of "
-        "each piece. It is accepted between the specification limits. "
+        "Raise the preload, a force, from zero and do not overshoot: rubber remembers, and in the "
+        "vehicle torque rises. Set amplitude and frequency; read |K| and the loss angle, or K' and "
+        "K'', of each piece. It is accepted between the specification limits of |K|; the loss "
+        "angle has none. "
         f"{guarded} Fill in the sheet “measured” of the workbook. Preloads of all directions act "
         "together in the vehicle. Measure a part of today as well (rows “today”) where the machine "
         "sets only one of them, or where ± of today's |K| is too much: then ratios to it count.",
-        "Vorlast von null aus steigern und nicht überschreiten: Gummi erinnert sich, und im "
-        "Fahrzeug steigt das Drehmoment. Amplitude und Frequenz stellen; je Stück |K| und "
-        "Verlustwinkel oder K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen "
-        f"zulässig. {guarded} Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen. Im Fahrzeug "
-        "wirken die Vorlasten aller Richtungen zusammen. Stellt die Maschine nur eine, oder ist "
-        "± des heutigen |K| zu viel, bitte ein heutiges Teil mitmessen (Zeilen „heute“): dann "
-        "zählt das Verhältnis dazu.",
+        "Vorlast als Kraft von null aus steigern und nicht überschreiten: Gummi erinnert sich, und "
+        "im Fahrzeug steigt das Drehmoment. Amplitude und Frequenz stellen; je Stück |K| und "
+        "Verlustwinkel oder K' und K'' ablesen. Es ist zwischen den Spezifikationsgrenzen von |K| "
+        f"zulässig; der Verlustwinkel hat keine. {guarded} Bitte das Blatt „gemessen“ der "
+        "Arbeitsmappe ausfüllen. Im Fahrzeug wirken die Vorlasten aller Richtungen zusammen. "
+        "Stellt die Maschine nur eine, oder ist ± des heutigen |K| zu viel, bitte ein heutiges "
+        "Teil mitmessen (Zeilen „heute“): dann zählt das Verhältnis dazu.",
     )
 
 

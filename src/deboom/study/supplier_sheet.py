@@ -222,9 +222,9 @@ class MountSheet:
         saving = programme.mount(self.mount.name).saving or {}
         ends = {
             "": "–",
-            "from": say("from", "von"),
-            "to": say("to", "bis"),
-            "from and to": say("from and to", "von und bis"),
+            "from": say("lower end", "unteres Ende"),
+            "to": say("upper end", "oberes Ende"),
+            "from and to": say("both ends", "beide Enden"),
         }
         for direction, asked in zip(self.directions, self.specification.directions, strict=True):
             place = self.study.directions.index(direction)
@@ -242,7 +242,7 @@ class MountSheet:
                         PERCENT * _nan(asked.lower)
                     ),
                     say("to, of today's [%]", "bis, des heutigen [%]"): PERCENT * _nan(asked.upper),
-                    say("ends set by the limit", "Enden durch Grenzwert"): ends[
+                    say("set by the noise limit", "durch Geräuschgrenzwert"): ends[
                         self.ends(direction)
                     ],
                     say("saving", "Ersparnis") + f" [{programme.currency}]": saved,
@@ -422,9 +422,9 @@ class MountSheet:
         """Fields of the programme: field, value; an empty value has not been given."""
         say, programme = self.say, self.sources.programme
         known, test = programme.mount(self.mount.name), programme.test
-        weight = "" if known.weight_force_n is None else self._listed(known.weight_force_n, 0)
         zero = {"unloaded": "unbelastet", "under weight": "unter Gewicht", None: ""}
-        further = test.frequencies_hz[1:] if test.frequencies_hz else ()
+        further = (test.frequencies_hz or ())[1:]
+        conditioning, weight = known.conditioning_force_n or (), known.weight_force_n or ()
         pieces = len(self.mount.pieces)
         variants = [v for v in programme.variants if self.mount.name in v.mounts]
         if self.secrets and variants:
@@ -445,11 +445,14 @@ class MountSheet:
             say("conditioning cycles", "Vorkonditionierung, Zyklen"): _text(
                 test.conditioning_cycles
             ),
+            say("conditioned up to x, y, z [N]", "vorkonditioniert bis x, y, z [N]"): self._listed(
+                conditioning, 0
+            ),
             say("further frequencies [Hz]", "weitere Frequenzen [Hz]"): self._listed(further, 1),
             say("measuring uncertainty, 95 % [%]", "Messunsicherheit, 95 % [%]"): (
                 "" if test.uncertainty is None else f"{PERCENT * test.uncertainty:g}"
             ),
-            say("weight force x, y, z [N]", "Gewichtskraft x, y, z [N]"): weight,
+            say("weight force x, y, z [N]", "Gewichtskraft x, y, z [N]"): self._listed(weight, 0),
             say("zero of the static curve", "Nullpunkt der statischen Kennlinie"): say(
                 known.curve_zero or "", zero[known.curve_zero]
             ),

@@ -185,7 +185,15 @@ def design_space(variables: MountVariables, options: Options) -> DesignSpace:
     return DesignSpace(variables.names, variables.units, *np.array(rows).T)
 
 
-def prepare(options: Options) -> MountedFleet:
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The cars on a compressor's mounts, and their levels under scatter."""
+
+    mounted: MountedFleet
+    robust: RobustResponse
+
+
+def prepare(options: Options) -> Model:
     """Measure or read the cars, identify them, and build the model of their mounts."""
     lines, weights = options.lines, options.weights
     with progress_bar("compressor mounts") as bar:
@@ -195,7 +203,7 @@ def prepare(options: Options) -> MountedFleet:
             fleet = measured_fleet(options.cars)
         else:
             fleet = virtual_fleet(options.seed, options.level, options.fleet)
-        return mounted_fleet(
+        mounted = mounted_fleet(
             fleet,
             lines,
             weights,
@@ -204,18 +212,20 @@ def prepare(options: Options) -> MountedFleet:
             with_hoses=options.hoses is Hoses.identified,
             places=options.place_tolerance > 0,
         )
-
-
-def run(model: MountedFleet, options: Options, context: RunContext | None = None) -> Report:
-    """Search, verify, find out what matters, and report."""
-    space, seed = design_space(model.index.variables, options), options.seed
+    space = design_space(mounted.index.variables, options)
     if options.checks < space.n_variables + 2:
         raise InputError(
             f"--checks {options.checks}: a verification of {space.n_variables} variables that "
             f"scatter needs at least {space.n_variables + 2} draws"
         )
-    sample = sobol_sample(space.n_variables, options.samples, seed=seed)
-    robust = RobustResponse(model.index, space, sample)
+    sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
+    return Model(mounted, RobustResponse(mounted.index, space, sample))
+
+
+def run(prepared: Model, options: Options, context: RunContext | None = None) -> Report:
+    """Search, verify, find out what matters, and report."""
+    model, robust, seed = prepared.mounted, prepared.robust, options.seed
+    space = robust.space
     allowed = options.travel * float(model.statics(space.nominal[None])[0, 0])
     limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
     limits = MountLimits(model.statics, Limits((limit,)))
@@ -361,6 +371,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*front.model.alarms)
     _tell(report, front)
+    report.facts["verification_draws"] = front.verification.n_samples
     report.facts["mounts"] = front.model.running.shares.statement
     report.facts["mount_state"] = front.model.running.source.state.statement
     report.inputs += front.model.fleet.inputs

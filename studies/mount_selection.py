@@ -243,6 +243,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     columns = catalogue.columns(search.front.designs)
     for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick
         with_parts.insert(place, name, chosen)
+    report.table("convergence", front.convergence())
+    report.facts["verification_draws"] = VERIFIED
     report.table("front", with_parts)
     report.table("designs", front.designs())
     if sets is not None:

@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -192,6 +193,33 @@ def test_a_front_that_covers_all_of_another_is_better_whatever_the_noise(springs
     pairs = pd.read_csv(folder / "pairs.csv")
     assert pairs[["first covers second [%]", "second covers first [%]"]].max(axis=None) == 100.0
     assert "generations 60 is really better than generations 2" in verdicts[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "budget"),
+    [
+        ("mount_selection", {"samples": 16, "every_set_up_to": 1, "mount": ["TSM", "Du"]}),
+        ("compressor_robust_front", {"samples": 8, "checks": 32, "n": 16, "line_step": 20.0}),
+    ],
+)
+def test_fronts_of_parts_and_of_a_compressor_get_a_verdict_in_any_order(
+    name, budget, tmp_path, monkeypatch
+):
+    study = load_study(name)
+    if name == "compressor_robust_front":  # the cars are measured once, not for each model again
+        monkeypatch.setattr(study.module, "virtual_fleet", cache(study.module.virtual_fleet))
+    budget = {"seed": 1, "population": 8, **budget}
+    runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (2, 8)]
+    options = {"out": tmp_path, "studies": None, "samples": 1024, "seed": 1}
+    one, swapped = (compare(order, **options) for order in (runs, runs[::-1]))
+    assert one[1] == swapped[1]
+    (verdict,) = one[1]
+    assert "generations 8" in verdict
+    assert not verdict.startswith("generations 2 is")
+    fronts = [pd.read_csv(folder / "fronts.csv") for folder, _ in (one, swapped)]
+    pd.testing.assert_frame_equal(*fronts)
+    assert (fronts[0]["designs"] > 0).all()
+    assert (fronts[0]["hypervolume [%]"] > 0).any()
 
 
 def copied(run, folder):

@@ -75,13 +75,14 @@ def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[st
     """Return the variables that no response depends on ("no requirement").
 
     Their lower and upper bound give the same responses, bit for bit, at the nominal design and at
-    two designs between the bounds. A weak variable is not among them: see `indifference_intervals`.
+    two designs between the bounds. A weak variable is not among them: see `indifference_intervals`;
+    nor is a whole number, which has no order: the parts between its bounds may differ.
     """
     pattern = np.where(np.arange(space.n_variables) % 2 == 0, 0.25, 0.75)
     span = space.upper - space.lower
-    same = span > 0.0  # what cannot move has not been shown to have no effect
+    same = (span > 0.0) & ~space.integer  # what cannot move has not been shown to have no effect
     for base in (space.nominal, space.lower + pattern * span, space.upper - pattern * span):
-        at_bound = []
+        at_bound, base = [], np.where(space.integer, np.round(base), base)
         for bound in (space.lower, space.upper):
             designs = np.tile(base, (space.n_variables, 1))
             np.fill_diagonal(designs, bound)

@@ -545,7 +545,10 @@ def _fronts(report: Report, study: Comparison) -> None:
 
 def _designs(report: Report, study: Comparison) -> None:
     """Show the range of every variable on each front."""
-    space, values = study.judge.space, design_values(study)
+    space, bounds = study.judge.space, np.column_stack(study.bounds)
+    moved = bounds[:, 0] < bounds[:, 1]  # what only scatters, such as a place, is no choice
+    names = [name for name, moves in zip(space.names, moved, strict=True) if moves]
+    values = {name: ranges[moved] for name, ranges in design_values(study).items()}
     report.section(
         "What would be built",
         "The values that the designs of each front have. Two fronts can be equally good "
@@ -554,16 +557,16 @@ def _designs(report: Report, study: Comparison) -> None:
     report.figure(
         "designs",
         plot.design_ranges(
-            space.names,
+            names,
             values,
-            np.column_stack(study.bounds),
+            bounds[moved],
             value_label=f"value on the front [{space.units[0]}]",
         ),
         "Line: from the smallest to the largest value on the front; mark: median; "
         "grey: bounds of the search. Variables without effect stand at nominal.",
         alt="Range and median of every variable on each front.",
     )
-    table: dict[str, object] = {"variable": list(space.names)}
+    table: dict[str, object] = {"variable": names}
     for name, ranges in values.items():
         for column, word in enumerate(("smallest", "median", "largest")):
             table[f"{name}, {word}"] = ranges[:, column]

@@ -155,9 +155,9 @@ class Front(Tabled):
         )
 
     def designs(self) -> pd.DataFrame:
-        """Tabulate the variables of every design of the front [1]."""
+        """Tabulate the variables of every design of the front [units of the space]."""
         designs = self.values.designs
-        columns = {f"{name} [1]": designs[:, k] for k, name in enumerate(self.variables)}
+        columns = dict(zip(self.robust.space.labels, designs.T, strict=True))
         return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
 
     def convergence(self) -> pd.DataFrame:

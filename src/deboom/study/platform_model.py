@@ -87,8 +87,7 @@ class SurfaceCheck:
             peaks = "there is no booming peak to compare"
         sentence = (
             "Forces come from the mounts' response surfaces. With the measured spectra instead, "
-            f"{peaks}, all lines by {self.table[RMS].max():.2f} dB rms, corr_f "
-            f"is up to {self.table['corr_f [1]'].max():.1g}."
+            f"{peaks}, all lines by {self.table[RMS].max():.2f} dB rms."
         )
         kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
         return sentence + kept

@@ -151,13 +151,13 @@ def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
     for name in (FRONT, DESIGNS):
         if name not in entry.record["files_sha256"]:
             raise InputError(
-                f"run {entry.folder} has no {name}: its study {entry.study} is no front study, and "
-                "only fronts can be compared"
+                f"run {entry.folder} is of {entry.study}, which is no front study (no {name}): "
+                "this command takes runs of a front only, such as those of u06_robust_front"
             )
     study = study_of(entry, studies)
     model = rebuilt_model(entry, study)
     table = pd.read_csv(entry.folder / DESIGNS)
-    names = [f"{n} [{u}]" for n, u in zip(model.space.names, model.space.units, strict=True)]
+    names = list(model.space.labels)
     missing = [name for name in names if name not in table.columns]
     if missing:
         raise InputError(f"{entry.folder / DESIGNS} has no column {missing[0]}")
@@ -177,8 +177,8 @@ def _check_reproduced(run: ComparedRun) -> None:
     draws = entry.record.get("facts", {}).get("verification_draws")
     if draws is None or any(name not in front.columns for name in VERIFIED):
         raise InputError(
-            f"run {entry.folder} does not hold the verified mean and sigma of a front of "
-            f"stiffnesses ({', '.join(VERIFIED)}): its study {entry.study} cannot be compared"
+            f"run {entry.folder} of {entry.study} holds no front with verified mean and sigma "
+            f"({', '.join(VERIFIED)}): this command needs them; run the study again"
         )
     rows = np.unique([0, len(front) // 2, len(front) - 1])
     values = replicates(run.model, draws, seed=run.seed)(run.designs[rows])
@@ -191,7 +191,7 @@ def _check_reproduced(run: ComparedRun) -> None:
 
 
 def check_same_platform(runs: Sequence[ComparedRun]) -> None:
-    """Refuse runs whose common input files differ, or that have none in common.
+    """Refuse runs whose common input files differ, or that have files but none in common.
 
     - raises InputError: names the first file that differs.
     """
@@ -200,7 +200,7 @@ def check_same_platform(runs: Sequence[ComparedRun]) -> None:
         other = _inputs(run.entry)
         both = sorted(first.keys() & other.keys())
         changed = [name for name in both if first[name] != other[name]]
-        if changed or not both:
+        if changed or (not both and (first or other)):  # of virtual cars no run has files
             reason = f"{changed[0]} differs" if changed else "they share no input file"
             raise InputError(
                 f"{runs[0].entry.folder} and {run.entry.folder} are runs of different platforms "

@@ -388,7 +388,10 @@ def _workbook(path: Path) -> Iterator[Any]:
     except InputError:
         raise
     except Exception as error:  # openpyxl raises a dozen kinds on a damaged workbook
-        raise InputError(f"{path} is no Excel file: {str(error).strip() or 'damaged'}") from None
+        raise InputError(
+            f"{path} is no Excel file ({str(error).strip() or 'damaged'}): save it as .xlsx once "
+            "more; if it is text, name it .csv"
+        ) from None
 
 
 def _excel_cells(path: Path, sheet: str | None) -> list[list[str]]:

@@ -443,8 +443,7 @@ def comparison_report(study: Comparison) -> Report:
     report.section("How it was decided", _method(study))
     _fronts(report, study)
     _designs(report, study)
-    runs, names = [f.run for f in study.fronts], [f.name for f in study.fronts]
-    differ = differences(runs, names)
+    differ = differences([f.run for f in study.fronts], [f.name for f in study.fronts])
     report.section(
         "What the runs do not have in common",
         "Beside these items the runs are equal: the study's options, the versions of all "
@@ -700,8 +699,7 @@ def _shown(study: Comparison) -> list[tuple[str, str]]:
     pairs = list(study.pairs)
     if len(pairs) <= SHOWN_PAIRS:
         return pairs
-    best = max(study.hypervolumes, key=lambda name: study.hypervolumes[name].mean())
-    return [pair for pair in pairs if best in pair][:SHOWN_PAIRS]
+    return [pair for pair in pairs if study.best in pair][:SHOWN_PAIRS]
 
 
 def _method(study: Comparison) -> str:

@@ -117,23 +117,20 @@ def write(
     from deboom.study.campaigns import write_platform_library
     from deboom.study.platform_model import LIBRARY_FILE
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        with progress_bar("virtual bench") as progress:
-            write_platform(
-                folder, seed=seed, progress=progress, per_piece=per_piece, truth_seed=truth_seed
-            )
-        if library:
-            with progress_bar("mount library") as progress:
-                write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed)
-        else:
-            typer.echo(
-                "no mount library: studies need --mounts spectra, or write the platform with "
-                "--library",
-                err=True,
-            )
-        typer.echo(folder.as_posix())
+    with progress_bar("virtual bench") as progress:
+        write_platform(
+            folder, seed=seed, progress=progress, per_piece=per_piece, truth_seed=truth_seed
+        )
+    if library:
+        with progress_bar("mount library") as progress:
+            write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed)
+    else:
+        typer.echo(
+            "no mount library: studies need --mounts spectra, or write the platform with --library",
+            err=True,
+        )
+    typer.echo(folder.as_posix())
 
 
 @bench_app.command("campaign")
@@ -177,19 +174,17 @@ def campaign(
     from deboom.bench.campaign_writer import write_campaign
     from deboom.bench.powertrain import load_bench
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        sets = tuple(mount_set or FULL_PLAN.mount_sets)
-        plan = CampaignPlan(
-            mount_sets=sets,
-            time_run=TimeRunPlan(mount_set=sets[0]) if time_run else None,
-            third_cell=third_cell,
-        )
-        errors = NO_ERRORS if noise_free else CampaignErrors()
-        with progress_bar("virtual bench") as progress:
-            write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed))
-        typer.echo(folder.as_posix())
+    sets = tuple(mount_set or FULL_PLAN.mount_sets)
+    plan = CampaignPlan(
+        mount_sets=sets,
+        time_run=TimeRunPlan(mount_set=sets[0]) if time_run else None,
+        third_cell=third_cell,
+    )
+    errors = NO_ERRORS if noise_free else CampaignErrors()
+    with progress_bar("virtual bench") as progress:
+        write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed))
+    typer.echo(folder.as_posix())
 
 
 @bench_app.command("vehicle")
@@ -212,9 +207,8 @@ def vehicle(
     """
     from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors(), progress_bar("virtual vehicle") as progress:
+    with progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if noise_free else VehicleErrors()
         write_vehicle(
             folder, seed, name, mount_set, errors, progress=progress, truth_seed=truth_seed
@@ -256,14 +250,12 @@ def compressor(
     """
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.compressor_writer import write_compressor_test
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        plan = CompressorPlan(
-            case, identical_mounts, softening, flexible_receiver, flexible_body, hits, free
-        )
-        write_compressor_test(folder, seed, level, plan, noise_free=noise_free)
-        typer.echo(folder.as_posix())
+    plan = CompressorPlan(
+        case, identical_mounts, softening, flexible_receiver, flexible_body, hits, free
+    )
+    write_compressor_test(folder, seed, level, plan, noise_free=noise_free)
+    typer.echo(folder.as_posix())
 
 
 @bench_app.command("operation")
@@ -304,22 +296,20 @@ def operation(
     from deboom.bench.compressor_rig import OperationPlan
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.compressor_writer import write_operating_test
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        plan = OperationPlan(
-            CompressorPlan(case, softening=softening, flexible_receiver=flexible_receiver),
-            hoses,
-            hammer_with_hoses,
-            mount_storage,
-            mount_loss,
-            softening,
-            sense,
-            time_record,
-            truth_seed,
-        )
-        write_operating_test(folder, seed, level, plan, noise_free=noise_free)
-        typer.echo(folder.as_posix())
+    plan = OperationPlan(
+        CompressorPlan(case, softening=softening, flexible_receiver=flexible_receiver),
+        hoses,
+        hammer_with_hoses,
+        mount_storage,
+        mount_loss,
+        softening,
+        sense,
+        time_record,
+        truth_seed,
+    )
+    write_operating_test(folder, seed, level, plan, noise_free=noise_free)
+    typer.echo(folder.as_posix())
 
 
 @bench_app.command("electric-car")
@@ -352,15 +342,13 @@ def electric_car(
     from deboom.bench.compressor_rig import OperationPlan
     from deboom.bench.compressor_truth import CompressorPlan
     from deboom.bench.electric_car_writer import write_electric_car
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        plan = OperationPlan(
-            CompressorPlan(CompressorCase.TABLE11, identical_mounts),
-            hoses,
-            hammer_with_hoses,
-            mount_storage,
-            mount_loss,
-        )
-        write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free)
-        typer.echo(folder.as_posix())
+    plan = OperationPlan(
+        CompressorPlan(CompressorCase.TABLE11, identical_mounts),
+        hoses,
+        hammer_with_hoses,
+        mount_storage,
+        mount_loss,
+    )
+    write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free)
+    typer.echo(folder.as_posix())

@@ -88,33 +88,31 @@ def identify(
     from deboom.study.identification_report import identify_into_run
     from deboom.study.options import band_of
     from deboom.study.progress import progress_bar
-    from deboom.study.runner import one_sentence_errors
 
-    with one_sentence_errors():
-        if free:
-            lines_of_fit = None if band is None else band_of(band[0])
-            run = free_body_into_run(
-                folder, out, lines_of_fit, hung=hung, from_hits=from_hits, with_truth=truth
-            )
-            typer.echo(run.as_posix())
-            return
-        options = IdentifyOptions(
-            bands=tuple(band_of(text) for text in band) if band else THESIS_BANDS,
-            largest_lines=lines,
-            smallest_coherence=smallest_coherence,
-            held_out=held_out,
+    if free:
+        lines_of_fit = None if band is None else band_of(band[0])
+        run = free_body_into_run(
+            folder, out, lines_of_fit, hung=hung, from_hits=from_hits, with_truth=truth
         )
-        beside = Beside(thesis=thesis, identical_mounts=identical_mounts)
-        with progress_bar("identify") as progress:
-            run, alarms = identify_into_run(
-                folder,
-                out,
-                options,
-                beside,
-                progress,
-                from_hits=from_hits,
-                with_truth=truth,
-            )
+        typer.echo(run.as_posix())
+        return
+    options = IdentifyOptions(
+        bands=tuple(band_of(text) for text in band) if band else THESIS_BANDS,
+        largest_lines=lines,
+        smallest_coherence=smallest_coherence,
+        held_out=held_out,
+    )
+    beside = Beside(thesis=thesis, identical_mounts=identical_mounts)
+    with progress_bar("identify") as progress:
+        run, alarms = identify_into_run(
+            folder,
+            out,
+            options,
+            beside,
+            progress,
+            from_hits=from_hits,
+            with_truth=truth,
+        )
     for alarm in alarms:
         typer.echo(f"alarm: {alarm}", err=True)
     typer.echo(run.as_posix())

@@ -86,8 +86,8 @@ BOTH = "--mount-storage 0.9 --mount-loss 1.1 --hoses displaced --hammer-with-hos
 GIVEN = {
     "vehicle": (
         (vehicle_writer, "write_vehicle"),
-        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free",
-        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS),
+        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5",
+        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5),
     ),
     "compressor": (
         (compressor_writer, "write_compressor_test"),
@@ -135,8 +135,8 @@ def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
     writer, options, wanted = GIVEN[command]
     asked = []
 
-    def write(*given, noise_free=None, progress=None):
-        asked.append(given if noise_free is None else (*given, noise_free))
+    def write(*given, noise_free=None, progress=None, truth_seed=None):
+        asked.append((*given, *(each for each in (noise_free, truth_seed) if each is not None)))
 
     monkeypatch.setattr(*writer, write)
     done = cli("bench", command, tmp_path, *options.split())

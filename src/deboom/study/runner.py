@@ -46,7 +46,7 @@ from deboom.files.run_folder import (
 from deboom.report import PAGE, Report
 from deboom.study.options import expanded, filled, shipped_studies
 from deboom.study.overview import refresh_overview
-from deboom.study.progress import one_sentence_errors as one_sentence_errors
+from deboom.study.progress import one_sentence_errors
 from deboom.study.result import RunContext
 
 PACKAGES = (
@@ -472,15 +472,17 @@ def study_command(wanted: str | Path) -> typer.Typer:
         names = ("context", "out", "resume", "other_code")
         context, out, resume, other_code = (arguments.pop(name) for name in names)
         _check_numbers(arguments)
-        if resume is None:
-            folder = run_study(study, out, arguments)
-        else:
-            given = {
-                name: value
-                for name, value in arguments.items()
-                if context.get_parameter_source(name).name != "DEFAULT"
-            }
-            folder = resume_study(study, out, resume, given, other_code=other_code)
+        given = {
+            name: value
+            for name, value in arguments.items()
+            if context.get_parameter_source(name).name != "DEFAULT"
+        }
+        # the framework ends Ctrl-C of this inner command itself, without our sentence
+        with one_sentence_errors():
+            if resume is None:
+                folder = run_study(study, out, arguments)
+            else:
+                folder = resume_study(study, out, resume, given, other_code=other_code)
         typer.echo(folder.as_posix())
 
     command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]

@@ -149,6 +149,7 @@ def car_report(
         f"function, summed with phases, is the sound. Sweeps: {sweeps}.\n\n"
         f"{running.shares.statement}\n\n{running.source.state.statement} To see this, the motion "
         "of the body was taken off the sweeps.",
+        folded=True,
     )
     report.table("levels", level_table(noise))
     _soft_hoses(report, noise, errors)
@@ -411,6 +412,7 @@ def _mounts(report: Report, running: RunningInCar) -> None:
         "sum from the hammer test. Where a deviation hardly falls from before to after, the number "
         "is the drawing's. The stiffness found is dynamic, its real part at "
         f"{reference:g} Hz; the drawn one static.",
+        folded=True,
     )
     mounts = mount_table(running)
     report.table("mounts", mounts, "Mounts; deviations are 1 σ.", shown=in_words(mounts))
@@ -512,6 +514,7 @@ def _all_cars(report: Report, cases: Sequence[CarNoise]) -> None:
         "Each laboratory has its own errors of sensors, hammer and microphone, and hoses of "
         "its own; every car is one of the frozen fleet. What is called measured is the coupled "
         "car of the bench at its microphone.",
+        folded=True,
     )
     errors = report.tables["errors"]
     begins = ("car", "laboratory", "sweep", "peaks", "without", "largest", "energy")

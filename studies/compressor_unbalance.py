@@ -116,6 +116,7 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
         "receiver with a mode inside the band. Errors are rms over lines, sweeps, y and z, "
         "relative to the true unbalance; the truth includes the rotating gas force. Global: error "
         "of the fit over all lines and both pressures. Medians over the compressors.",
+        folded=True,
     )
     report.figure(
         "errors",

@@ -228,18 +228,19 @@ def reported(
 
     few = {name: _thinned(one) for name, one in usable_maps(first).items()}
     report.section(
-        "What was measured",
-        f"{first.title}: each point is one line of one run. The wheel torque stands for "
-        "the preload; lines whose displacement hardly exceeds its noise are left out.",
-    )
-    _maps(report, few)
-    _transfer(report, first, options.platform)
-    report.section(
         "Characteristic curves",
         "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "
         "response surface.",
     )
     _static(report, first, few)
+    report.section(
+        "What was measured",
+        f"{first.title}: each point is one line of one run. The wheel torque stands for "
+        "the preload; lines whose displacement hardly exceeds its noise are left out.",
+        folded=True,
+    )
+    _maps(report, few)
+    _transfer(report, first, options.platform)
     _motion(report, first)
     return report
 
@@ -271,6 +272,7 @@ def _asked(report: Report, benches: Sequence[CharacterisedBench]) -> None:
         f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
         f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
         f"Preload variable: {first.options.preload.name.lower().replace('_', ' ')}.",
+        folded=True,
     )
     calibration = (
         " Before that the measuring chain calibrates itself: sensors on a rigid body must "
@@ -359,7 +361,7 @@ def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None
             "moments change in the forces: noise transfer functions are known for forces alone, so "
             "the sound that the moments themselves make is not in it."
         )
-    report.section("Force transfer matrices", text)
+    report.section("Force transfer matrices", text, folded=True)
     matrices = force_transfer_matrices(bench)
     report.table(
         "force_transfer",
@@ -456,6 +458,7 @@ def _motion(report: Report, bench: CharacterisedBench) -> None:
         "Motion of the powertrain",
         f"Run {run.name}. The motion of the rigid body comes from all accelerometers together; "
         "each of them can be computed from it again.",
+        folded=True,
     )
     report.table(
         "neighbour",

@@ -151,6 +151,7 @@ def _report_all(report: Report, result: Validation) -> None:
         "The same forces from the dynamic stiffness of the mounts and the measured motion. The "
         "surfaces are fitted to all runs but this one. Directions that are not identified keep "
         "their measured force.",
+        folded=True,
     )
     report.figure(
         "surface_forces",
@@ -340,6 +341,7 @@ def _functions(report: Report, result: Validation) -> None:
         "accelerometers and a calibrated volume source. Contributions of single paths exceed their "
         "sum where they cancel, so an error of one function is not an error of the sum by its "
         "size alone.",
+        folded=True,
     )
     report.figure(
         "hammer_reciprocal",
@@ -382,6 +384,7 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
         f"The measured levels of {len(result.vehicles)} nominally identical vehicles lie "
         f"{spread.quantile(0.5):.1f} dB apart in the median line, {spread.quantile(0.9):.1f} dB "
         "in nine of ten. A synthesis that is to tell vehicles apart must be well below that.",
+        folded=True,
     )
 
 

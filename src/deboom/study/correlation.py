@@ -508,6 +508,7 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
         "manufacturing adds, each draw less its design's mean, all designs pooled. Intervals are "
         f"95 % bootstrap intervals over the designs ({study.resamples} resamples): they say how "
         "much the coefficients would move with other designs, not with other vehicles.",
+        folded=True,
     )
     report.table("doe", doe_frame(doe))
     return report

@@ -119,8 +119,8 @@ def identification_report(tests: Sequence[IdentifiedTest], inputs: Sequence[Path
     report.document(MODEL_FILE, compressor_document(first.kept))
 
     _asked(report, tests)
-    _sound(report, first, condition)
     _identified(report, first)
+    _sound(report, first, condition)
     _compared(report, first)
     _limits(report, first)
     if first.identical is not None:
@@ -151,6 +151,7 @@ def _asked(report: Report, tests: Sequence[IdentifiedTest]) -> None:
         "the rubber's gain. Gains, places and angles of all sensors and impacts "
         f"({found.calibrated.errors.size} numbers) are unknowns as well, held by their "
         "tolerances: self-calibration. The start is linear and needs no drawing.",
+        folded=True,
     )
     if len(tests) > 1:
         report.text(
@@ -290,6 +291,7 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
         "Lines and impacts that took no part in the fit are predicted as well as those that did, "
         "or the model is wrong. Of a held-out impact, its own misplacement is estimated before it "
         "is judged; everything else comes from a fit that has not seen it.",
+        folded=True,
     )
     _comparison_figures(report, test)
     checks = test.found.held_out
@@ -484,6 +486,7 @@ def _placement(report: Report, test: IdentifiedTest) -> None:
         "Errors of gain, place and angle against the position sheet, the largest in units of "
         "their tolerance first; placement.csv has all. A posterior deviation near the prior one: "
         "the test cannot tell.",
+        folded=True,
     )
     report.table(
         "placement",
@@ -501,6 +504,7 @@ def _against_truth(report: Report, tests: Sequence[IdentifiedTest]) -> None:
         "difference, rotations scaled by the characteristic length; gain: the largest in "
         "10–30 Hz. Within 1 σ: parameters nearer to the truth than their stated standard "
         "deviation; 68 % where the deviations are honest.",
+        folded=True,
     )
     cases = case_table(tests)
     fine = [name for name in cases if str(name).endswith(("[%]", "[1]", "[mm]", "[°]"))]

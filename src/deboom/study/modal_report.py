@@ -31,6 +31,7 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
         f"{vehicle}, from the loudspeaker's measurement (thesis, figure 43): poles by least "
         "squares on a common denominator over rising orders, clustered; shapes with residuals for "
         "the modes outside of the band.",
+        folded=True,
     )
     caption = "Stabilisation chart: poles over the order of the polynomial."
     report.figure("stabilisation", _stabilisation(modes), caption)

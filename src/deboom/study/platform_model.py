@@ -218,6 +218,7 @@ class Operation:
             "Response surfaces against measured spectra",
             f"{check.text}\n\nPeaks are compared with peaks. Beside them, in a notch where paths "
             "cancel, a small change of one force is a large one of the level.",
+            folded=True,
         )
         report.table("surface_check", check.table, "With today's mounts.", {"corr_f [1]": 5})
         report.summary["surface_difference_at_peaks_db"] = check.at_peaks

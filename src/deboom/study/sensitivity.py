@@ -579,6 +579,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "sobol_convergence.csv has the indices of fewer base points; screening.csv has what Morris "
         f"says (change of the level over a whole range, {TRAJECTORIES} paths), and "
         "PAWN (distance of the distributions of the level with and without the stiffness held).",
+        folded=True,
     )
     report.table("sobol_convergence", convergence_table(study))
     report.table("screening", screening_table(study))
@@ -621,6 +622,7 @@ def _headed(study: Sensitivity) -> Report:
         f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
         f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The tables are "
         "SALib's; lines and convergence come from its estimators in vectorised form.",
+        folded=True,
     )
     return report
 

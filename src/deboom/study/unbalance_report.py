@@ -137,6 +137,7 @@ def _asked(report: Report, measured: MeasuredUnbalance) -> None:
         f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer test, "
         "what the hammer test leaves open of placement and calibration, and what the mounts may "
         "have changed between hammer and operation.",
+        folded=True,
     )
 
 
@@ -146,6 +147,7 @@ def _motion(report: Report, evaluation: Unbalance) -> None:
         "How it moves",
         "The channels of all accelerometers are projected on the six motions of a rigid body. What "
         "is left tells a bending body, a loose sensor or a wrong sheet.",
+        folded=True,
     )
     tables = []
     for motion in evaluation.motions:
@@ -255,6 +257,7 @@ def _routes(report: Report, measured: MeasuredUnbalance) -> None:
         "in another state than they were struck in (amplitude, temperature), not from conditioning "
         "of the inversion: where the mounts are as struck, all routes agree there; mount_state.csv "
         "has their change line by line.",
+        folded=True,
     )
     routes = _route_table(measured)
     fitted = [str(name) for name in routes if not str(name).startswith(("error", "y/z", "resid"))]

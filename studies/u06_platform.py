@@ -65,12 +65,15 @@ FROM_DOE = (
 )
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
 PARTS = {
-    "DOE and groups": (1, ("Groups", "Vehicle by vehicle", "Which vehicles can share")),
-    "Vehicles": (2, ()),
-    "Front": (3, ("What to build", "The picks", "What the supplier")),
+    "Front": (4, ("What to build", "The picks", "What the supplier")),
     "Sensitivity": (2, ("Stiffness by stiffness",)),
+    "DOE and groups": (1, ("Which vehicles can share", "Groups", "Vehicle by vehicle")),
+    "Vehicles": (0, ()),
 }
-"""Steps in the order of the page: tiles at its top, and beginnings of the sections it shows."""
+"""Steps in the order of the page: tiles at its top, and beginnings of the sections it shows.
+
+The sections of the DOE fold: a tile answers which vehicles go together.
+"""
 SAME_DOE = ("doe", "n_designs", "n_failed")
 """What the vehicles of a group would say of the DOE once more."""
 
@@ -170,9 +173,16 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     if fleet is None:
         report.section("DOE and groups", NOTHING)
-    for name, step in parts.items():
-        shown = PARTS[name][1]
-        step.sections = [s for s in step.sections if shown and s.title.startswith(shown)]
+    for name, (_, shown) in PARTS.items():
+        if name not in parts:
+            continue
+        step, folded = parts[name], name == "DOE and groups"
+        step.sections = [
+            replace(section, folded=folded or section.folded)
+            for title in shown
+            for section in step.sections
+            if section.title.startswith(title)
+        ]
         report.include(step, name, names=names[name])
     model.everyone.append_to(report)
     return report

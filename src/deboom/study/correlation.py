@@ -390,9 +390,9 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "Do the groups of a platform, and their vehicles, rise and fall together when mount "
         "stiffnesses change, so that one group can stand for the others?",
     )
+    _family_tile(report, study)
     report.tile(f"{r_min:.3f}", "least correlation of two groups")
     report.tile(f"{report.summary['r_vehicle_min']:.3f}", "least correlation of two vehicles")
-    _family_tile(report, study)
     report.summary |= {
         "r_group_min": r_min,
         "r_group_min_from": float(by_group.designs.pearson_low[worst]),
@@ -432,6 +432,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         f"Do {', '.join(study.names)} rise and fall together when mount stiffnesses change, so "
         "that one mount set can serve them all?",
     )
+    _family_tile(report, study)
     others: tuple[str, ...] = ()
     if len(study.names) < 3:
         least = f"{report.summary['r_vehicle_min']:.3f}"
@@ -449,7 +450,6 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
             report.summary[f"r_{key_of([apart])}_mean{suffix}"] = float(
                 of.between(apart, others).mean()
             )
-    _family_tile(report, study)
     shift = np.max([np.abs(of.pearson - designs.pearson) for of in kinds.values()])
     report.section(
         "Vehicle by vehicle",
@@ -515,8 +515,12 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
 
 
 def _family_tile(report: Report, study: CorrelationStudy) -> None:
-    n = len(study.families.members)
-    report.tile(str(n), "family of vehicles" if n == 1 else "families of vehicles")
+    """Say which vehicles can share mounts: how many families, and who stands alone."""
+    members = study.families.members
+    alone = [names[0] for names in members if len(names) == 1]
+    title = "1 family" if len(members) == 1 else f"{len(members)} families"
+    stand = f"; alone: {', '.join(alone)}" if alone and len(members) > 1 else ""
+    report.tile(title, f"of vehicles that one mount set quietens alike{stand}")
 
 
 def _matrix_figure(sets: CorrelationSet) -> Drawing:

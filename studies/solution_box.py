@@ -628,17 +628,16 @@ def _curve(report: Report, study: BoxStudy) -> None:
     if len(study.curve) < 2:
         report.table("curve", table)
         return
-    found = study.found
     report.section(
         "What the limit costs",
-        f"The limit could be lowered by {found.room:.2f} dB at most, where the box shrinks "
+        f"The limit could be lowered by {study.found.room:.2f} dB at most, where the box shrinks "
         "to a point. Each box of the curve is verified as the one above.",
     )
     boxes = table[table["box"] == "found"]
     column, width = "limit against the stated one [dB]", "geometric mean half width [%]"
     stated = boxes[boxes[column] == 0.0].iloc[0]
     unreachable = any(isinstance(box, UnreachableLimit) for _, box in study.curve)
-    near = unreachable or boxes[column].min() + found.room < np.ptp(boxes[column])
+    near = unreachable or boxes[column].min() + study.found.room < np.ptp(boxes[column])
     report.figure(
         "trade_off",
         lambda: plot.box_trade_off(
@@ -648,7 +647,7 @@ def _curve(report: Report, study: BoxStudy) -> None:
             {name: boxes[f"{name} missed by [%]"] for name in study.vehicles},
             vehicle_colours(study.runs.platform.fleet.names),
             stated=(0.0, float(stated[width])),
-            unreachable=-found.room if near else None,
+            unreachable=-study.found.room if near else None,
             limit_label=column,
             width_label="mean half width of the box [%]",
             plain_label=f"share that ±{PERCENT * study.tolerance:g} % keeps [%]",

@@ -145,7 +145,8 @@ def _struck(
 def _gains(gains: list[HoseGain], frozen: HoseGain) -> list[Claim]:
     frequency, (low, high) = gains[0].frequency, HOSE_BAND
     inside = (frequency >= low) & (frequency <= high)
-    lines = _spread(np.concatenate([gain.line_gain()[:, inside].ravel() for gain in gains]))[0]
+    ratios = [np.abs(gain.standard / gain.soft)[:, inside].ravel() for gain in gains]
+    lines = _spread(20 * np.log10(np.concatenate(ratios)))[0]
     cars = ", ".join(f"{value:.1f}" for value in frozen.band_gain())
     words, middle = _spread(np.concatenate([gain.band_gain() for gain in gains]))
     below, middle_below = _spread(np.concatenate([gain.band_gain(BELOW) for gain in gains]))

@@ -219,13 +219,15 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
 
 
 def _small_axes(axes: Axes, lines: npt.NDArray[np.float64], *, logarithmic: bool) -> None:
-    from matplotlib.ticker import MaxNLocator, NullLocator
+    from matplotlib.ticker import FuncFormatter, MaxNLocator, NullLocator
 
     frequency_axis(axes, lines[0], lines[-1])
     axes.set_xticks([tick for tick in (10, 30, 100) if lines[0] <= tick <= lines[-1]])
     if logarithmic:
         axes.set_yscale("log")
         axes.yaxis.set_minor_locator(NullLocator())
+        # names may have a dollar sign, so powers of ten are not set as formulae
+        axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     else:
         axes.yaxis.set_major_locator(MaxNLocator(3))
         axes.ticklabel_format(axis="y", style="sci", scilimits=(-2, 3))

@@ -18,7 +18,7 @@ study: $(STUDY)
 
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
-	$(BIN)/python -m pytest -n auto
+	$(BIN)/python -m pytest -n auto --dist worksteal
 
 coverage: $(READY)
 	$(BIN)/python -m pytest -q --cov=deboom --cov-report=term

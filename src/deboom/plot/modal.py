@@ -20,7 +20,6 @@ from deboom.plot.style import (
     canvas,
     close,
     finite,
-    freeze_layout,
     halo,
     place_legend,
     styled_figure,
@@ -187,6 +186,7 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
     - returns animated PNG.
     - raises InputError: as `mode_shapes`.
     """
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
 
     drawing = _Drawing(body)
@@ -201,22 +201,20 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
                     axes.set_ylabel("")
                     axes.tick_params(labelleft=False)
             grid[0, mode].set_title(body.titles[mode], loc="left", fontsize=8.0)
-        freeze_layout(figure)
+        figure.set_dpi(100)
+        agg = FigureCanvasAgg(figure)
+        agg.draw()
+        at_rest = agg.copy_from_bbox(figure.bbox)  # drawn once, under every frame
         for frame in range(N_FRAMES):
             phase = 2 * np.pi * frame / N_FRAMES
-            moved = [
-                line
-                for mode in range(columns)
-                for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True)
-                for line in drawing.moved(axes, view, mode, phase, VEHICLE_PALETTE[0])
-            ]
-            drawn = io.BytesIO()
-            figure.savefig(drawn, format="png", dpi=100, metadata={"Software": None})
-            for line in moved:
-                line.remove()
-            with Image.open(drawn) as picture:
-                still = picture.convert("RGB")
-                frames.append(still.quantize(64, palette=frames[0] if frames else None))
+            agg.restore_region(at_rest)
+            for mode in range(columns):
+                for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True):
+                    for line in drawing.moved(axes, view, mode, phase, VEHICLE_PALETTE[0]):
+                        axes.draw_artist(line)
+                        line.remove()
+            still = Image.fromarray(np.asarray(agg.buffer_rgba())).convert("RGB")
+            frames.append(still.quantize(64, palette=frames[0] if frames else None))
     close(figure)
     moving = io.BytesIO()
     frames[0].save(

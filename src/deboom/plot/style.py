@@ -210,7 +210,7 @@ def as_png(drawing: Drawing) -> bytes:
         # no dithering: it would make flat colours grainy
         picture.convert("RGB").quantize(
             PALETTE, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE
-        ).save(flat, format="PNG", optimize=True, dpi=(DPI, DPI))
+        ).save(flat, format="PNG", dpi=(DPI, DPI))
     return flat.getvalue()
 
 

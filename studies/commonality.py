@@ -192,13 +192,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{proof} A letter is a part number of the mount in that row; vehicles with one "
         "letter share it in all directions.",
     )
-    labels = np.array([[letters(number) for number in row] for row in sharing.numbers])
-    report.figure(
-        "sharing",
-        plot.shared_parts(problem.part_names, vehicles, labels),
-        "Equal letters are equal parts.",
-        alt="Part number of each mount in each vehicle",
-    )
+    lettered = [[letters(number) for number in row] for row in sharing.numbers]
+    parts = pd.DataFrame(lettered, columns=list(vehicles))
+    parts.insert(0, "mount", list(problem.part_names))
+    report.table("sharing", parts, "Part number of each mount in each vehicle.")
     report.table(
         "part_numbers",
         _part_numbers(shared),

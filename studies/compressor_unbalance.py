@@ -31,6 +31,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated
 
+import numpy as np
 import pandas as pd
 from typer import Option
 
@@ -45,7 +46,6 @@ from deboom.compressor.routes import (
 from deboom.compressor.unbalance import UnbalanceOptions
 from deboom.errors import InputError
 from deboom.files.limits import read_component_limits
-from deboom.plot.style import VEHICLE_PALETTE
 from deboom.report import Report
 from deboom.study.compressor_unbalance import (
     BANDS,
@@ -121,8 +121,8 @@ def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None
     report.figure(
         "errors",
         lambda: _error_figure(errors),
-        "Errors of static and dynamic unbalance, line by line, of every virtual compressor; "
-        "the bar is the median.",
+        "Errors of static and dynamic unbalance, line by line: median, smallest and largest of all "
+        "virtual compressors.",
     )
     medians = _medians(errors)
     mismatches = [f"y/z {band} [%]" for band in (LOW, HIGH)]
@@ -226,13 +226,19 @@ def _error_figure(errors: pd.DataFrame) -> plot.Figure:
     panels = []
     for name in ("u", "u_d"):
         for band in (LOW, HIGH):
-            values = {
-                f"{letter}, {state}": {state: _rows(errors, case, letter)[f"{name} {band} [%]"]}
-                for letter in "ade"
+            groups = {
+                state: tuple(
+                    np.transpose(
+                        [
+                            _rows(errors, case, letter)[f"{name} {band} [%]"].quantile([0.5, 0, 1])
+                            for letter in "ade"
+                        ]
+                    )
+                )
                 for state, case in states.items()
             }
-            panels.append(plot.DotPanel(f"{name}, {band} [%]", values))
-    return plot.dot_panels(panels, dict(zip(states, VEHICLE_PALETTE, strict=False)))
+            panels.append(plot.IntervalPanel(f"{name}, {band} [%]", groups))
+    return plot.interval_panels([f"route {letter}" for letter in "ade"], panels)
 
 
 def _rows(errors: pd.DataFrame, case: MountCase, letter: str) -> pd.DataFrame:

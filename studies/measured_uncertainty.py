@@ -511,17 +511,22 @@ def _front(report: Report, repeated: Repeated) -> None:
         "count with that.",
     )
     change, sigma, n = repeated.front_change, repeated.front_sigma, len(repeated.designs)
+    reach = [np.column_stack([of.value - of.lower, of.upper - of.value]) for of in (change, sigma)]
     picks = {
-        name: row
+        name: (float(change.value[row]), float(sigma.value[row]))
         for row, point in enumerate(repeated.front)
-        if (name := next((k for k, x in repeated.designs.items() if np.array_equal(x, point)), ""))
+        if (name := next((k for k, d in repeated.designs.items() if np.array_equal(d, point)), ""))
     }
     report.figure(
         "front",
-        plot.front_intervals(
-            _bounds(change),
-            _bounds(sigma),
+        plot.pareto_front(
+            change.value,
+            sigma.value,
+            reach[0],
+            reach[1],
+            None,
             picks,
+            label="front, with 90 % intervals",
             mean_label="change of the mean level over vehicles and parts [dB]",
             sigma_label="σ of the mean level [dB]",
         ),

@@ -226,19 +226,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ),
         "Both objectives, in the draws of the search.",
     )
-    report.figure(
-        "parts",
-        plot.part_choices(
-            tuple(catalogue.parts),
-            [
-                [catalogue.label(mount, number) for number in range(count)]
-                for mount, count in zip(catalogue.parts, catalogue.n_parts, strict=True)
-            ],
-            search.front.designs[:, :n_mounts].astype(int),
-            point_label="design of the front, quietest first",
-        ),
-        "Which part each design of the front has.",
-    )
     with_parts = front.table
     columns = catalogue.columns(search.front.designs)
     for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick

@@ -54,7 +54,7 @@ from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.mounts.mount import mean_operating_stiffness
-from deboom.plot.style import mount_colours, vehicle_colours
+from deboom.plot.style import INK, MUTED, mount_colours, vehicle_colours
 from deboom.report import Report
 from deboom.study.made_parts import tolerance_cost
 from deboom.study.options import Quantity, Seed, factor_space, limited_response
@@ -566,16 +566,22 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     today = study.response(study.space.nominal[np.newaxis])[0]
     report.figure(
         "levels",
-        plot.levels_in_box(
+        plot.interval_panels(
             study.vehicles,
-            levels,
-            asked.limit,
-            today,
-            PERCENT * study.missed,
-            vehicle_colours(study.runs.platform.fleet.names),
-            level_label=f"{study.response.quantity} [dB(A)]",
+            [
+                plot.IntervalPanel(
+                    f"{study.response.quantity} [dB(A)]",
+                    {
+                        "parts of the box, median, 5 to 95 %": tuple(
+                            np.quantile(levels, [0.5, 0.05, 0.95], axis=0)
+                        ),
+                        "limit": (asked.limit,) * 3,
+                        "today": (today,) * 3,
+                    },
+                )
+            ],
         ),
-        "Levels of the parts of the box; dark: above the limit.",
+        "Levels of the parts of the box about their limit.",
     )
     table = {
         "vehicle": list(study.vehicles),
@@ -635,22 +641,23 @@ def _curve(report: Report, study: BoxStudy) -> None:
     )
     boxes = table[table["box"] == "found"]
     column, width = "limit against the stated one [dB]", "geometric mean half width [%]"
-    stated = boxes[boxes[column] == 0.0].iloc[0]
-    unreachable = any(isinstance(box, UnreachableLimit) for _, box in study.curve)
-    near = unreachable or boxes[column].min() + study.found.room < np.ptp(boxes[column])
+    rising = boxes.sort_values(column)
+    plain = f"share that ±{PERCENT * study.tolerance:g} % keeps"
+    shares = {
+        "mean half width of the box": {"half width": rising[width]},
+        plain: {"share": rising["share of one tolerance [%]"]},
+        "parts of the box that miss a limit": {
+            name: rising[f"{name} missed by [%]"] for name in study.vehicles
+        },
+    }
+    colours = vehicle_colours(study.runs.platform.fleet.names)
     report.figure(
         "trade_off",
-        lambda: plot.box_trade_off(
-            boxes[column],
-            boxes[width],
-            boxes["share of one tolerance [%]"],
-            {name: boxes[f"{name} missed by [%]"] for name in study.vehicles},
-            vehicle_colours(study.runs.platform.fleet.names),
-            stated=(0.0, float(stated[width])),
-            unreachable=-study.found.room if near else None,
-            limit_label=column,
-            width_label="mean half width of the box [%]",
-            plain_label=f"share that ±{PERCENT * study.tolerance:g} % keeps [%]",
+        lambda: plot.curve_panels(
+            [plot.CurvePanel(title, rising[column], values) for title, values in shares.items()],
+            x_label=column,
+            y_label="[%]",
+            colours={"half width": INK, "share": MUTED} | colours,
         ),
         "Width of the box, what one tolerance keeps, and which vehicle's limit the parts of the "
         "box miss, over the limit.",

@@ -48,7 +48,7 @@ from deboom.explore.tolerance_allocation import (
     ToleranceResponse,
 )
 from deboom.files.platform import Platform
-from deboom.plot.style import mount_colours, mount_of, signed
+from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.made_parts import (
     MadeParts,
@@ -271,8 +271,6 @@ def _allocated(model: Model, options: Options, design: RealArray) -> Report:
             "share_lower_bound": new.share_lower,
         }
 
-    colours = mount_colours([mount.name for mount in model.platform.mounts])
-    of_rows = [colours[mount_of(name)] for name in allocator.names]
     report.section(
         "Allocation",
         "A direction at the widest tolerance needs no precision; one that is tighter than "
@@ -280,17 +278,25 @@ def _allocated(model: Model, options: Options, design: RealArray) -> Report:
     )
     report.figure(
         "allocation",
-        plot.marked_bars(
+        plot.interval_panels(
             allocator.names,
-            of_rows,
             [
-                plot.MarkedPanel(
-                    "tolerance ± [%]", PERCENT * cheapest.tolerance, PERCENT * uniform.tolerance
-                ),
-                plot.MarkedPanel("cost [1]", cheapest.cost, uniform.cost),
+                plot.IntervalPanel(
+                    label,
+                    {
+                        "cheapest": (values, np.zeros(len(values)), values),
+                        "one tolerance everywhere": (even, even, even),
+                    },
+                )
+                for label, values, even in (
+                    (
+                        "tolerance ± [%]",
+                        PERCENT * cheapest.tolerance,
+                        PERCENT * uniform.tolerance,
+                    ),
+                    ("cost [1]", cheapest.cost, uniform.cost),
+                )
             ],
-            bar_label="cheapest",
-            mark_label="one tolerance everywhere",
         ),
         "Tolerance and price of every direction: the cheapest ones, and one "
         "tolerance everywhere for the same target.",

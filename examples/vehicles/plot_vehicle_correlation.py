@@ -16,10 +16,10 @@ found = deboom.correlation(experiment, resamples=200)
 # %%
 # Pearson's coefficient of each pair, and the interval of 95 %.
 
-panel = deboom.plot.CorrelationPanel(
-    "SPLV over 96 designs", found.pearson, found.pearson_low, found.pearson_high
+coefficients = (found.pearson, found.pearson_low, found.pearson_high)
+figure = deboom.plot.scatter_matrix(
+    found.names, experiment.computed, coefficients, {}, value_label="SPLV [dB(A)]"
 )
-figure = deboom.plot.correlation_matrices(found.names, [panel])
 
 # %%
 # A vehicle correlates with itself perfectly, and every coefficient lies inside of its interval.

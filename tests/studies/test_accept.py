@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
-from deboom import plot
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.acceptance import (
@@ -18,7 +17,6 @@ from deboom.files.acceptance import (
     read_delivered_parts,
     write_solution_box,
 )
-from deboom.plot.style import as_png
 from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
 from deboom.study.runner import command_of
 
@@ -218,12 +216,3 @@ def test_bad_calls_leave_nothing(tmp_path):
         assert not list(out.rglob("summary.json"))
     with pytest.raises(InputError, match="nobody knows in N/mm"):
         limited_axes(Demand.of_box(box_of(reference=None)))
-
-
-def test_the_picture_of_parts():
-    row = plot.PartsRow("TSM x, B1", (0.8, 1.0), {"pass": [0.9, 0.91], "fail": [1.1]})
-    assert as_png(plot.parts_in_intervals([row])).startswith(b"\x89PNG")
-    with pytest.raises(InputError, match="no part to draw"):
-        plot.parts_in_intervals([])
-    with pytest.raises(InputError, match="unknown verdict 'maybe'"):
-        plot.parts_in_intervals([plot.PartsRow("a", (0, 1), {"maybe": [0.5]})])

@@ -7,9 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom import plot
 from deboom.errors import InputError
-from deboom.plot.style import as_png
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
@@ -76,12 +74,3 @@ def test_a_limit_out_of_reach_names_the_vehicle(tmp_path):
     table.write_text("vehicle,limit [dB(A)]\nU06-1,50\n")
     with pytest.raises(InputError, match=r"no limit for \['U06-2'"):
         run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
-
-
-def test_the_picture_of_part_numbers():
-    labels = np.array([["A", "B"], ["A", "A"]])
-    drawn = as_png(plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels))
-    assert drawn[:8] == b"\x89PNG\r\n\x1a\n"
-    assert drawn == as_png(plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2"), labels))
-    with pytest.raises(InputError, match="2 parts in 3 vehicles"):
-        plot.shared_parts(("EnM", "TSM"), ("car 1", "car 2", "car 3"), labels)

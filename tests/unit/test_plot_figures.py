@@ -70,16 +70,10 @@ def stiffness_arguments(variables=VARIABLES):
     )
 
 
-def progress_arguments():
-    generation = np.arange(1, 101)
-    return (generation, 1.0 - np.exp(-generation / 20.0)), {"hypervolume_label": "hypervolume [1]"}
-
-
 FIGURES = {
     "pareto_front": (figures.pareto_front, front_arguments),
     "spl_curves": (figures.spl_curves, lambda: spl_arguments(5)),
     "stiffness_bars": (figures.stiffness_bars, stiffness_arguments),
-    "convergence": (figures.convergence, progress_arguments),
 }
 
 
@@ -111,8 +105,7 @@ def test_figure_is_a_png_of_column_width_that_is_not_blank(name):
     positional, named = arguments()
     with Image.open(io.BytesIO(as_png(function(*positional, **named)))) as image:
         assert image.format == "PNG"
-        width = style.HALF_WIDTH if name == "convergence" else style.FULL_WIDTH
-        assert image.width == round(width * style.DPI)
+        assert image.width == round(style.FULL_WIDTH * style.DPI)
         assert "Software" not in image.info
         pixels = np.asarray(image.convert("RGB"))
     drawn_share = np.mean(np.any(pixels < 230, axis=2))
@@ -371,13 +364,12 @@ def test_changes_carry_their_sign():
 
 def test_a_picture_is_drawn_on_the_callers_axes():
     figure, (left, right) = pyplot.subplots(1, 2)
-    arguments, labels = progress_arguments()
-    assert figures.convergence(*arguments, **labels, ax=left) is left
     positional, named = front_arguments()
+    assert figures.pareto_front(*positional, **named, ax=left) is left
     assert figures.pareto_front(*positional, **named, ax=right) is right
     assert right.get_legend() is not None
     assert len(figure.axes) == 2
-    own = figures.convergence(*arguments, **labels)
+    own = figures.pareto_front(*positional, **named)
     assert style.figure_of(own) is not figure
     for drawn in (figure, style.figure_of(own)):
         style.close(drawn)

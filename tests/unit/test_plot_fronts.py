@@ -1,23 +1,12 @@
 """Pictures of fronts, boxes and parts: what they draw, and what they refuse."""
 
-import io
-
 import numpy as np
 import plot_samples as figures
 import pytest
-from PIL import Image
-from plot_samples import (
-    attained_fronts,
-    box_intervals,
-    box_trade_off,
-    design_ranges,
-    levels_in_box,
-    noise_bars,
-    stiffness_over_preload,
-)
+from plot_samples import box_intervals
 
 from deboom.errors import InputError
-from deboom.plot import AttainedFront, Intervals, StiffnessPanel
+from deboom.plot import Intervals, LineMap
 from deboom.report.overview import RunCard, render_overview
 
 FRONT = (np.array([1.0, 2.0, 3.0]), np.array([3.0, 2.0, 1.0]))
@@ -33,10 +22,6 @@ def draw_fronts(curves=None, points=None):
     )
 
 
-def draw_parts(chosen, labels=(("old", "new"), ("old", "soft", "stiff"))):
-    return figures.part_choices(("EnM", "TSM"), labels, chosen, point_label="design")
-
-
 VARIABLES, LINES = ("EnM x", "TSM x"), np.array([20.0, 30.0, 40.0])
 DESIGNS = np.array([[0.8, 1.2], [1.0, 1.0], [1.2, 0.9]])
 
@@ -48,8 +33,13 @@ def draw_lines(designs=DESIGNS, value=(51.0, 52.0, 53.0)):
     )
 
 
-def draw_maps(after=((60.0, 50.0, 40.0), (61.0, 51.0, 40.0))):
-    return figures.level_maps(LINES, 1.5, VARIABLES, np.full((2, 3), 55.0), after)
+def draw_maps(after=((60.0, 50.0, 40.0), (61.0, 51.0, 40.0)), **options):
+    maps = [
+        LineMap("today", np.full((2, 3), 55.0), "SPL [dB(A)]", (20.0, 60.0), "inferno"),
+        LineMap("after", after, "SPL [dB(A)]", (20.0, 60.0), "inferno"),
+        LineMap("difference", np.ones((2, 3)), "change [dB]", (-1.0, 1.0), peaks=[30.0]),
+    ]
+    return figures.line_maps(LINES, 1.5, VARIABLES, maps, **options)
 
 
 def draw_sum(after=(1j, 0.5)):
@@ -57,13 +47,10 @@ def draw_sum(after=(1j, 0.5)):
 
 
 def test_pictures_are_png_and_repeat_bit_for_bit():
-    chosen = np.array([[0, 2], [1, 1], [1, 0]])
-    new = (draw_lines, draw_maps, draw_sum)
-    for draw in (draw_fronts, lambda: draw_parts(chosen), *new):
+    for draw in (draw_fronts, draw_lines, draw_maps, draw_sum):
         assert draw() == draw()
         assert draw()[:8] == b"\x89PNG\r\n\x1a\n"
-    assert draw_parts(chosen) != draw_parts(chosen[::-1])
-    assert draw_maps() != draw_maps(np.full((2, 3), 50.0))
+    assert len({draw_maps(), draw_maps(columns=1), draw_maps(np.full((2, 3), 50.0))}) == 3
     assert draw_sum() != draw_sum((-1j, 0.5))
 
 
@@ -72,12 +59,10 @@ def test_pictures_are_png_and_repeat_bit_for_bit():
     [
         (lambda: draw_fronts(curves={}), "no front to draw"),
         (lambda: draw_fronts(points={"all": (FRONT[0], [np.nan] * 3)}), "finite"),
-        (lambda: draw_parts(np.array([[0, 3]])), "has no label"),
-        (lambda: draw_parts(np.array([[0], [1]])), "one column"),
         (lambda: draw_lines(DESIGNS[:, :1]), "one column per variable"),
         (lambda: draw_lines(value=(51.0, 52.0)), "one column per variable"),
         (lambda: draw_lines(value=(51.0, np.nan, 53.0)), "finite"),
-        (lambda: draw_maps(np.zeros((3, 3))), "2 rows and 3 lines"),
+        (lambda: draw_maps(np.zeros((3, 3))), r"shape \(3, 3\), expected \(2, 3\)"),
         (lambda: draw_sum([np.inf, 0.0]), "finite"),
         (lambda: draw_sum([1.0]), "different lengths"),
     ],
@@ -85,38 +70,6 @@ def test_pictures_are_png_and_repeat_bit_for_bit():
 def test_what_cannot_be_drawn_is_refused(draw, sentence):
     with pytest.raises(InputError, match=sentence):
         draw()
-
-
-STAIRS = np.array([[0.0, 2.0], [1.0, 1.0], [2.0, 0.0]])
-LABELS_2 = {"mean_label": "mean [dB]", "sigma_label": "σ [dB]"}
-
-
-def test_figures_are_the_same_bytes_again():
-    def drawn():
-        front = AttainedFront(STAIRS, best=STAIRS - 0.1, worst=STAIRS + 0.1)
-        names = [f"option {n}" for n in range(9)]
-        return [
-            attained_fronts(dict.fromkeys(names, front), (2.2, 2.2), **LABELS_2),
-            # a front wholly beyond the reference point has no edge, but its points are shown
-            attained_fronts({"far": AttainedFront(STAIRS + 9.0)}, (2.2, 2.2), **LABELS_2),
-            noise_bars(["a − b", "a − c"], [1.0, -3.0], [2.0, np.nan], difference_label="x [%]"),
-            design_ranges(["k"], {"a": [[0.8, 1.0, 1.2]]}, [[0.8, 1.2]], value_label="k [1]"),
-        ]
-
-    first = drawn()
-    assert all(png.startswith(b"\x89PNG") for png in first)
-    assert first == drawn()
-
-
-def test_what_cannot_be_drawn_is_refused_2():
-    with pytest.raises(InputError, match="no front"):
-        attained_fronts({}, (1.0, 1.0), **LABELS_2)
-    with pytest.raises(InputError, match="not finite"):
-        attained_fronts({"a": AttainedFront(STAIRS * np.nan)}, (1.0, 1.0), **LABELS_2)
-    with pytest.raises(InputError, match="one noise per difference"):
-        noise_bars(["a − b"], [1.0], [1.0, 2.0], difference_label="x [%]")
-    with pytest.raises(InputError, match="no front"):
-        design_ranges(["k"], {}, [[0.8, 1.2]], value_label="k [1]")
 
 
 def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
@@ -149,7 +102,6 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
 
 NAMES = ("EnM x", "EnM y", "GeM x")
 COLOURS = {"EnM": "#332288", "GeM": "#CC6677"}
-VEHICLES = {"A": "#0072B2", "B": "#D55E00"}
 LOW, HIGH = np.full(3, 0.8), np.full(3, 1.2)
 
 
@@ -174,70 +126,3 @@ def test_intervals_are_drawn_with_up_to_two_others():
         intervals([other] * 3)
     with pytest.raises(InputError, match="not finite"):
         intervals([Intervals("other", LOW * np.nan, HIGH)])
-
-
-def trade_off(unreachable, missed):
-    return box_trade_off(
-        [54.0, 53.0],
-        [20.0, 10.0],
-        [95.0, 50.0],
-        missed,
-        VEHICLES,
-        stated=(54.0, 20.0),
-        unreachable=unreachable,
-        limit_label="limit [dB(A)]",
-        width_label="half width [%]",
-        plain_label="share [%]",
-    )
-
-
-def test_a_curve_is_drawn_with_what_cannot_be_reached():
-    missed = {"A": [1.0, 2.0], "B": [3.0, 4.0]}
-    assert trade_off(None, missed) != trade_off(52.0, missed)
-    with pytest.raises(InputError, match="different lengths"):
-        trade_off(None, {"A": [1.0], "B": [2.0]})
-
-
-def test_levels_are_drawn_about_their_limit():
-    levels = np.random.default_rng(1).normal(53.0, 1.0, (500, 2))
-    fits = (np.full(2, 54.0), np.full(2, 55.0), np.array([16.0, 15.0]), VEHICLES)
-    drawn = levels_in_box(tuple(VEHICLES), levels, *fits, level_label="level [dB(A)]")
-    assert drawn.startswith(b"\x89PNG")
-    with pytest.raises(InputError, match="not finite"):
-        levels_in_box(tuple(VEHICLES), levels * np.nan, *fits, level_label="level [dB(A)]")
-
-
-COLOUR = "#332288"
-
-
-def has_colour(data, colour):
-    wanted = tuple(int(colour[place : place + 2], 16) for place in (1, 3, 5))
-    with Image.open(io.BytesIO(data)) as picture:
-        pixels = np.asarray(picture.convert("RGB")).reshape(-1, 3)
-    return bool(np.all(np.abs(pixels - np.array(wanted)) <= 4, axis=1).any())
-
-
-def panel(**changes):
-    x = np.linspace(-5.0, 5.0, 11)
-    k = 100.0 + x**2
-    gap = np.where(x > 3.0, np.nan, k)
-    return StiffnessPanel(
-        "A x", "static force [N]", (x, k), **{"today": (x, gap), "wanted": (x, 0.8 * gap)} | changes
-    )
-
-
-def test_the_wanted_curve_has_the_colour_of_its_mount_and_is_left_out_where_nothing_is_asked():
-    asked = stiffness_over_preload([panel(), panel(tolerance=0.15)], COLOUR)
-    alone = panel(today=None, wanted=None, note="no requirement")
-
-    assert has_colour(asked, COLOUR)
-    # the legend alone has it
-    assert len(stiffness_over_preload([alone], COLOUR)) < len(asked)
-
-
-@pytest.mark.parametrize("panels", [[], [panel(today=None)]])
-def test_points_that_cannot_be_drawn_are_refused(panels):
-    panels = [StiffnessPanel(p.title, p.x_label, ([0.0], [np.nan])) for p in panels]
-
-    with pytest.raises(InputError, match="stiffness_over_preload"):
-        stiffness_over_preload(panels, COLOUR)

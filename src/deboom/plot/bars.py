@@ -1,4 +1,4 @@
-"""Bars: changes per vehicle, stiffness within its bounds, and other numbers before and after."""
+"""Stiffness factors within their bounds, and acceptance boxes: a row per direction."""
 
 from __future__ import annotations
 
@@ -17,11 +17,9 @@ from deboom.plot.style import (
     INK,
     MUTED,
     TRACK,
-    VEHICLE_PALETTE,
     RealArray,
     finite,
     mount_of,
-    panel_grid,
     signed,
     styled_figure,
 )
@@ -31,118 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
-
-_BAR = 0.21
-
-
-@dataclass(frozen=True, eq=False)
-class MarkedPanel:
-    """One number of every direction.
-
-    - `x_label`: with its unit.
-    - `bars`, `marks` (n,): [unit of the label].
-    """
-
-    x_label: str
-    bars: npt.ArrayLike
-    marks: npt.ArrayLike
-
-
-def marked_bars(
-    names: Sequence[str],
-    colours: Sequence[str],
-    panels: Sequence[MarkedPanel],
-    *,
-    bar_label: str,
-    mark_label: str,
-) -> Figure:
-    """Draw panels side by side that share their directions, top to bottom.
-
-    - `names`, `colours` (n,): of the directions.
-    - `panels`: at least one.
-    - `bar_label`, `mark_label`: what the bars and the marks are.
-    - raises InputError: no panel, arrays of different lengths, values that are not finite.
-    """
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    rows, count = np.arange(len(names)), len(panels)
-    height = _BAR * len(names)
-    with panel_grid("marked_bars", count, count, 0.95, height, share_y=True) as (figure, grid):
-        for axes, panel in zip(grid, panels, strict=True):
-            data = finite("marked_bars", {"names": rows, "bars": panel.bars, "marks": panel.marks})
-            shown = np.concatenate([data["bars"], data["marks"], [0.0]])
-            low, high = float(shown.min()), float(shown.max())
-            axes.barh(rows, np.full(len(names), high), color=TRACK, height=0.66)
-            axes.barh(rows, data["bars"], color=list(colours), height=0.66)
-            axes.plot(data["marks"], rows, "D", color="white", mec=INK, ms=4.0, mew=0.9)
-            axes.axvline(0.0, color=MUTED, linewidth=0.8)
-            axes.set_xlabel(panel.x_label)
-            axes.grid(False, axis="y")
-            axes.tick_params(axis="y", length=0)
-            reach = high - low
-            axes.set_xlim(low - 0.02 * reach, high + 0.04 * reach)
-            axes.set_yticks(rows, names)
-            axes.set_ylim(len(names) - 0.4, -0.6)
-        handles: list[Patch | Line2D] = [
-            Patch(facecolor=MUTED, label=bar_label),
-            Line2D([], [], ls="none", marker="D", color="white", mec=INK, ms=4, label=mark_label),
-        ]
-        figure.legend(handles=handles, loc="outside upper right", ncols=2)
-        return figure
-
-
-_BAR_HEIGHT = 0.175
-
-
-def ratio_bars(
-    names: Sequence[str],
-    ratios: npt.ArrayLike,
-    *,
-    limit: float,
-    x_label: str,
-    below: str,
-    above: str,
-) -> Figure:
-    """Draw one bar per name from 0 to 1, in two columns, coloured by a limit.
-
-    - `names`: in reading order.
-    - `ratios` (n,): from 0 to 1 [1].
-    - `limit`: where the verdict changes [1].
-    - `x_label`: what the ratio is.
-    - `below`, `above`: the verdict on either side of the limit, for the legend.
-    - raises InputError: arrays of different lengths, values that are not finite.
-    """
-    from matplotlib.patches import Patch
-
-    values = finite("ratio_bars", {"names": range(len(names)), "ratios": ratios})["ratios"]
-    half = -(-len(names) // 2)
-    good, bad = VEHICLE_PALETTE[0], VEHICLE_PALETTE[1]
-    with styled_figure(FULL_WIDTH, 0.9 + half * _BAR_HEIGHT) as figure:
-        grid = figure.subplots(1, 2, sharex=True)
-        for axes, part in zip(grid, (slice(None, half), slice(half, None)), strict=True):
-            shown, own = values[part], list(names[part])
-            axes.barh(range(len(own)), [1.0] * len(own), color=TRACK, height=0.72)
-            axes.barh(
-                range(len(own)),
-                shown,
-                color=[bad if r > limit else good for r in shown],
-                height=0.72,
-            )
-            axes.axvline(limit, color=INK, linewidth=0.8, ls=":")
-            axes.set_yticks(range(len(own)), own, fontsize=7)
-            axes.set_ylim(half - 0.4, -0.6)
-            axes.set_xlim(0, 1)
-            axes.grid(axis="y", visible=False)
-            axes.tick_params(axis="y", length=0)
-            axes.set_xlabel(x_label)
-        figure.legend(
-            handles=[Patch(color=good, label=below), Patch(color=bad, label=above)],
-            loc="outside lower center",
-            ncols=2,
-        )
-        return figure
-
 
 _GAP = 0.45  # rows between two mounts
 _PLACES = (0.34, 0.68, 1.0)  # right ends of the columns
@@ -284,6 +170,90 @@ def stiffness_bars(
             Patch(facecolor=TRACK, label="allowed range"),
             Line2D([], [], color=MUTED, marker="o", mec="white", ms=7, label="nominal to chosen"),
             Line2D([], [], color=INK, lw=1.0, marker="|", ms=6, label="no noticeable difference"),
+        ]
+        figure.legend(handles=handles, loc="outside lower left", ncols=3)
+        return figure
+
+
+@dataclass(frozen=True, eq=False)
+class Intervals:
+    """One interval per direction.
+
+    - `label`: what they are.
+    - `lower`, `upper` (n,): [1].
+    """
+
+    label: str
+    lower: npt.ArrayLike
+    upper: npt.ArrayLike
+
+
+def box_intervals(
+    variables: Sequence[str],
+    box: Intervals,
+    others: Sequence[Intervals],
+    bounds: Intervals,
+    point: npt.ArrayLike,
+    stiffness: npt.ArrayLike,
+    no_requirement: Sequence[bool],
+    colours: Mapping[str, str],
+) -> Figure:
+    """Draw the interval of every direction against others, stiffnesses beside them.
+
+    - `variables`: names ``<mount> <axis>``, n of them.
+    - `box`: the acceptance box.
+    - `others`: thin lines below each bar, at most two.
+    - `bounds`: where parts may lie at all.
+    - `point` (n,): a design that is marked [1].
+    - `stiffness` (n,): today's dynamic stiffness [N/mm]; nan where none was measured.
+    - `no_requirement`: true where no vehicle depends on the direction.
+    - `colours`: colour of each mount, from `deboom.plot.style.mount_colours`.
+    - raises InputError: arrays of different lengths or values that are not finite; more than two
+      others.
+    """
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    if len(others) > 2:
+        raise InputError("figure box_intervals: at most two boxes to compare with have room")
+    columns = {"variables": np.zeros(len(variables)), "point": point}
+    for one in (box, *others, bounds):
+        columns |= {f"{one.label} lower": one.lower, f"{one.label} upper": one.upper}
+    data = finite("box_intervals", columns)
+    today = np.asarray(stiffness, dtype=float)
+    ends = [data[f"{box.label} {end}"] for end in ("lower", "upper")]
+    texts = [
+        (
+            f"{known:.0f}" if np.isfinite(known) else "not measured",
+            *(f"{known * f:.0f}" if np.isfinite(known) and not free else "–" for f in (low, high)),
+        )
+        for known, low, high, free in zip(today, *ends, no_requirement, strict=True)
+    ]
+    with factor_rows(
+        *(variables, data[f"{bounds.label} lower"], data[f"{bounds.label} upper"], no_requirement),
+        texts=texts,
+        headings=("today", "from", "to"),
+        title="dynamic stiffness [N/mm]",
+        x_label="stiffness factor, 1 = today [1]",
+    ) as (figure, bars, rows):
+        for k, name in enumerate(variables):
+            if no_requirement[k]:
+                continue
+            row, colour = rows[k], colours[mount_of(name)]
+            width = ends[1][k] - ends[0][k]
+            bars.barh(row - 0.1, width, left=ends[0][k], height=0.4, color=colour)
+            for place, (one, line) in enumerate(zip(others, ("-", ":"), strict=False)):
+                span = [data[f"{one.label} {end}"][k] for end in ("lower", "upper")]
+                bars.plot(span, [row + 0.2 + 0.15 * place] * 2, color=INK, lw=1.3, ls=line)
+            bars.plot(data["point"][k], row - 0.1, "D", color="white", mec=INK, ms=4.5, zorder=4)
+        handles: list[Patch | Line2D] = [
+            Patch(facecolor=MUTED, label=box.label),
+            Patch(facecolor=TRACK, label=bounds.label),
+            *(
+                Line2D([], [], color=INK, lw=1.3, ls=line, label=one.label)
+                for one, line in zip(others, ("-", ":"), strict=False)
+            ),
+            Line2D([], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="design"),
         ]
         figure.legend(handles=handles, loc="outside lower left", ncols=3)
         return figure

@@ -1,16 +1,15 @@
-"""Correlation matrices, families of responses and scatter matrices."""
+"""Families of responses, and scatter matrices."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.plot.matrices import cell_number, cells
+from deboom.plot.matrices import cell_number
 from deboom.plot.style import (
     FIGURE_STYLE,
     FULL_WIDTH,
@@ -19,64 +18,12 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     RealArray,
     finite,
-    panel_grid,
 )
 
 if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-_INTERVALS_UP_TO = 6
-"""Rows; of larger matrices the intervals would not be legible and stand in the table alone."""
-_LABELS_FLAT_UP_TO = 6
-
-
-@dataclass(frozen=True, eq=False)
-class CorrelationPanel:
-    """One correlation matrix.
-
-    - `title`: what was correlated.
-    - `values`, `low`, `high` (n, n): coefficients and the ends of their intervals [1].
-    """
-
-    title: str
-    values: npt.ArrayLike
-    low: npt.ArrayLike
-    high: npt.ArrayLike
-
-
-def correlation_matrices(names: Sequence[str], panels: Sequence[CorrelationPanel]) -> Figure:
-    """Draw correlation matrices side by side, each coefficient written into its cell.
-
-    - `names`: of rows and columns; small matrices show the interval below the coefficient.
-    - `panels`: at least one.
-    - raises InputError: no panel, shapes that do not fit the names, values that are not finite.
-    """
-    n, count = len(names), len(panels)
-    checked = [_checked_panel(panel, n) for panel in panels]
-    lowest = min((float(part["values"].min()) for part in checked), default=0.0)
-    limits = (-1.0 if lowest < 0.0 else 0.0, 1.0)
-    side = FULL_WIDTH / max(count, 1)
-    margin = 0.15 + (0.35 if n > _LABELS_FLAT_UP_TO else 0.0)
-    with panel_grid("correlation_matrices", count, count, margin, side) as (page, grid):
-        size = 72.0 * (side - 0.7) / n  # of a cell [pt]
-        for axes, panel, part in zip(grid, panels, checked, strict=True):
-            cells(
-                axes,
-                part["values"],
-                names,
-                names,
-                texts=_texts(part),
-                limits=limits,
-                label_size=min(7.5, 0.36 * size + 1.0),
-                text_size=min(8.5, (0.145 if n <= _INTERVALS_UP_TO else 0.3) * size),
-            )
-            axes.spines[:].set_visible(False)
-            if n > _LABELS_FLAT_UP_TO or max(map(len, names)) * 4.2 > size:
-                axes.tick_params(axis="x", rotation=90)
-            axes.set_title(panel.title, loc="left", fontweight="bold", fontsize=8.5)
-        return page
 
 
 def clustered_matrix(
@@ -137,32 +84,6 @@ def clustered_matrix(
         grid.ax_heatmap.tick_params(axis="y", rotation=0)
         figure: Figure = grid.figure
         return figure
-
-
-def _checked_panel(panel: CorrelationPanel, n: int) -> dict[str, RealArray]:
-    part = finite(
-        "correlation_matrices", {"values": panel.values, "low": panel.low, "high": panel.high}
-    )
-    for name, values in part.items():
-        if values.shape != (n, n):
-            raise InputError(
-                f"figure correlation_matrices: {name} of '{panel.title}' has shape {values.shape} "
-                f"for {n} names"
-            )
-    return part
-
-
-def _texts(part: Mapping[str, RealArray]) -> npt.NDArray[np.str_]:
-    """Write every coefficient, below it the interval of a small matrix."""
-    values = part["values"]
-    texts = []
-    for (row, column), value in np.ndenumerate(values):
-        text = "1" if row == column else coefficient(float(value))
-        if len(values) <= _INTERVALS_UP_TO and row != column:
-            ends = (coefficient(float(part[end][row, column])) for end in ("low", "high"))
-            text += "\n" + "–".join(ends)
-        texts.append(text)
-    return np.array(texts).reshape(values.shape)
 
 
 def coefficient(value: float, decimals: int | None = None) -> str:

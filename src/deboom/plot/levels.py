@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -16,56 +17,76 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_DYNAMIC = 40.0
-"""Below the loudest line, levels share the darkest colour [dB]."""
 _NAMED = 0.05
 """Share of the pressure from which a path is named [1]."""
 
 
-def level_maps(
+@dataclass(frozen=True, eq=False)
+class LineMap:
+    """Values of all rows over the lines of an order.
+
+    - `title`: such as a vehicle or a state.
+    - `values` (n_row, n_frequency): [unit of the label].
+    - `label`: of the colour scale, which maps of one label share.
+    - `limits`: ends of that scale [unit of the label].
+    - `colours`: a colour map of matplotlib.
+    - `peaks` (p,): frequencies that are marked above the map [Hz].
+    """
+
+    title: str
+    values: npt.ArrayLike
+    label: str
+    limits: tuple[float, float] = (0.0, 1.0)
+    colours: str = "Blues"
+    peaks: npt.ArrayLike = ()
+
+
+def line_maps(
     frequency: npt.ArrayLike,
     order: float,
     rows: Sequence[str],
-    before: npt.ArrayLike,
-    after: npt.ArrayLike,
+    maps: Sequence[LineMap],
     *,
-    titles: tuple[str, str] = ("today", "after"),
+    columns: int = 3,
 ) -> Figure:
-    """Draw levels over the speed as maps: before, after, and their difference.
+    """Draw values over frequency and speed as maps that share their rows.
 
     - `frequency` (n_frequency,): lines of the order, rising [Hz].
     - `order`: of the lines, per revolution [1]; gives the speed above.
-    - `rows`: what each row of levels is, such as a vehicle in a load case.
-    - `before`, `after` (n_row, n_frequency): SPL [dB(A)].
-    - `titles`: of the first two maps.
-    - raises InputError: shapes that disagree, values that are not finite.
+    - `rows`: what each row of values is, such as a vehicle in a load case.
+    - `maps`: at least one.
+    - `columns`: maps per row of the figure.
+    - raises InputError: no map, shapes that disagree, values that are not finite.
     """
-    lines = finite("level_maps", {"frequency": frequency})["frequency"]
-    maps = [finite("level_maps", {"levels": levels})["levels"] for levels in (before, after)]
-    if any(levels.shape != (len(rows), lines.size) for levels in maps):
-        raise InputError(
-            f"figure level_maps: {len(rows)} rows and {lines.size} lines, but the levels have the "
-            f"shapes {maps[0].shape} and {maps[1].shape}"
-        )
-    change = maps[1] - maps[0]
-    loudest, most = max(levels.max() for levels in maps), max(np.abs(change).max(), 0.1)
-    looks = [{"cmap": "inferno", "vmin": loudest - _DYNAMIC, "vmax": loudest}] * 2
-    looks.append({"cmap": "PuOr_r", "vmin": -most, "vmax": most})
-    height = 0.5 + max(0.13 * len(rows), 0.9)
-    with panel_grid("level_maps", 3, 3, 0.9, height, True, True) as (figure, grid):
-        for axes, title, levels, look in zip(
-            grid, (*titles, "difference"), (*maps, change), looks, strict=True
-        ):
-            shown = axes.pcolormesh(lines, np.arange(len(rows)), levels, shading="nearest", **look)
+    lines = finite("line_maps", {"frequency": frequency})["frequency"]
+    columns = min(columns, max(len(maps), 1))
+    height = 0.5 + max(0.132 * len(rows), 0.9)
+    with panel_grid("line_maps", len(maps), columns, 0.9, height, True, True) as (figure, grid):
+        shown: dict[str, tuple[Any, list[Axes]]] = {}
+        for place, (axes, drawn) in enumerate(zip(grid, maps, strict=True)):
+            values = finite("line_maps", {drawn.title: drawn.values})[drawn.title]
+            if values.shape != (len(rows), lines.size):
+                raise InputError(
+                    f"figure line_maps: {drawn.title} has shape {values.shape}, expected "
+                    f"{(len(rows), lines.size)}"
+                )
+            mesh = axes.pcolormesh(lines, np.arange(len(rows)), values, shading="nearest")
+            mesh.set(clim=drawn.limits, cmap=drawn.colours)
+            shown.setdefault(drawn.label, (mesh, []))[1].append(axes)
+            above = axes.get_xaxis_transform()
+            for peak in np.asarray(drawn.peaks, dtype=float):
+                axes.plot(peak, 1.0, "v", color=INK, ms=4.0, transform=above, clip_on=False)
             axes.grid(visible=False)
-            axes.set_title(title, loc="left", fontweight="bold")
-            axes.set_xlabel("frequency [Hz]")
-            rpm_axis(axes, order)
-            if title != titles[0]:
-                of = [axes] if title == "difference" else grid[:2]
-                label = "change [dB]" if title == "difference" else "SPL [dB(A)]"
-                figure.colorbar(shown, ax=of, label=label, pad=0.02)
-        grid[0].set_yticks(range(len(rows)), rows, fontsize=7)
+            axes.tick_params(axis="y", labelsize=7)
+            axes.set_title(drawn.title, loc="left", fontweight="bold", pad=9.0)
+            if place < columns:
+                rpm_axis(axes, order)
+            if place + columns >= len(maps):
+                axes.tick_params(labelbottom=True)
+                axes.set_xlabel("frequency [Hz]")
+        for label, (mesh, of) in shown.items():
+            figure.colorbar(mesh, ax=of, label=label, pad=0.02)
+        grid[0].set_yticks(range(len(rows)), rows)
         grid[0].set_ylim(len(rows) - 0.5, -0.5)
         return figure
 

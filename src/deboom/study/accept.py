@@ -117,11 +117,23 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "Parts in their intervals",
         f"Stiffness over today's, {'; '.join(conditions)}. Measure deliveries there.",
     )
+    rows = {
+        f"{batch.mount} {axis}, {batch.name}": (
+            demand.variable(f"{batch.mount} {axis}"),
+            np.quantile([one.factors[axis] for one in batch.parts], [0.5, 0.0, 1.0]),
+        )
+        for batch in delivery.batches
+        for axis in dict.fromkeys(axis for one in batch.parts for axis in one.factors)
+    }
+    panel = plot.IntervalPanel(
+        "dynamic stiffness over today's [1]",
+        {"": tuple(np.transpose([measured for _, measured in rows.values()]))},
+        allowed=tuple(np.transpose([(asked.lower, asked.upper) for asked, _ in rows.values()])),
+    )
     report.figure(
         "parts",
-        plot.parts_in_intervals(_rows(delivery)),
-        "The bar is the interval.",
-        alt="Parts in their intervals",
+        plot.interval_panels(list(rows), [panel]),
+        "Median, smallest and largest part of each batch; grey: the interval.",
     )
     parts = delivery.table
     others = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
@@ -235,27 +247,6 @@ def _capability_table(delivery: Delivery) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows, columns=None if rows else ["batch", "axis"])
-
-
-def _rows(delivery: Delivery) -> list[plot.PartsRow]:
-    rows = []
-    for batch in delivery.batches:
-        axes = dict.fromkeys(axis for one in batch.parts for axis in one.factors)
-        for axis in axes:
-            variable = delivery.demand.variable(f"{batch.mount} {axis}")
-            rows.append(
-                plot.PartsRow(
-                    f"{batch.mount} {axis}, {batch.name}",
-                    (variable.lower, variable.upper),
-                    {
-                        verdict.value: np.array(
-                            [one.factors[axis] for one in batch.parts if one.axes[axis] is verdict]
-                        )
-                        for verdict in Verdict
-                    },
-                )
-            )
-    return rows
 
 
 def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet:

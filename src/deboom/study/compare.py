@@ -473,16 +473,15 @@ def _verdict(report: Report, study: Comparison) -> None:
             "several searches (--searches)."
         )
     found = [study.pairs[pair] for pair in shown]
+    value = PERCENT * np.array([difference.value for difference in found])
+    noise = PERCENT * np.nan_to_num([difference.noise for difference in found])
+    panel = plot.IntervalPanel(
+        "difference of hypervolume [% of the box]", {"": (value, value - noise, value + noise)}
+    )
     report.figure(
         "noise",
-        plot.noise_bars(
-            [f"{first} − {second}" for first, second in shown],
-            PERCENT * np.array([difference.value for difference in found]),
-            PERCENT * np.array([difference.noise for difference in found]),
-            difference_label="difference of hypervolume [% of the box]",
-        ),
-        "Difference of hypervolume, and what other draws and other seeds could give as well.",
-        alt="Difference of hypervolume of each pair beside its band of noise.",
+        plot.interval_panels([f"{first} − {second}" for first, second in shown], [panel]),
+        "Difference of hypervolume, ± what other draws and other seeds could give as well (99 %).",
     )
     report.table(
         "pairs",
@@ -505,15 +504,14 @@ def _fronts(report: Report, study: Comparison) -> None:
     )
     report.figure(
         "fronts",
-        plot.attained_fronts(
-            {name: _attained(study, runs) for name, runs in study.groups.items()},
-            (float(corner[0]), float(corner[1])),
+        plot.fronts(
+            {name: tuple((_median_front(study, name) * study.per_line).T) for name in study.groups},
+            {},
+            {"reference point": (float(corner[0]), float(corner[1]))},
             mean_label=f"{mean_label} {unit}",
             sigma_label=f"{sigma_label} {unit}",
         ),
-        "Down and left is better. Of several runs the line is what half of them "
-        "attain, the band reaches from the best to the worst.",
-        alt="Fronts of all configurations under the common draws.",
+        "Down and left is better. Of several runs the line is what half of them attain.",
     )
     table = front_table(study)
     hidden = ["seed", *(name for name in table.columns if name.startswith("best "))]
@@ -555,15 +553,18 @@ def _designs(report: Report, study: Comparison) -> None:
     )
     report.figure(
         "designs",
-        plot.design_ranges(
+        plot.interval_panels(
             names,
-            values,
-            bounds[moved],
-            value_label=f"value on the front [{space.units[0]}]",
+            [
+                plot.IntervalPanel(
+                    f"value on the front [{space.units[0]}]",
+                    {name: tuple(ranges[:, [1, 0, 2]].T) for name, ranges in values.items()},
+                    allowed=tuple(bounds[moved].T),
+                )
+            ],
         ),
         "Line: from the smallest to the largest value on the front; mark: median; "
         "grey: bounds of the search. Variables without effect stand at nominal.",
-        alt="Range and median of every variable on each front.",
     )
     table: dict[str, object] = {"variable": names}
     for name, ranges in values.items():
@@ -682,16 +683,6 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
         f"{better} is really better than {worse}: its front dominates {abs(value):.2f} % more of "
         f"the box; chance alone may give ±{noise:.2f} %."
     )
-
-
-def _attained(study: Comparison, runs: list[JudgedRun]) -> plot.AttainedFront:
-    fronts = [one.objectives * study.per_line for one in runs]
-    if len(fronts) == 1:
-        front = fronts[0][nondominated(fronts[0])]
-        return plot.AttainedFront(front[np.argsort(front[:, 0])])
-    any_run = 1.0 / len(fronts)
-    levels = attainment(fronts, [any_run, 0.5, 1.0])
-    return plot.AttainedFront(levels[0.5], best=levels[any_run], worst=levels[1.0])
 
 
 def _shown(study: Comparison) -> list[tuple[str, str]]:

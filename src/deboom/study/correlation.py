@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -44,10 +44,6 @@ from deboom.report import Report
 from deboom.study.options import factor_space
 from deboom.study.platform_model import Operation
 from deboom.vehicles.booming_model import BoomingModel
-
-if TYPE_CHECKING:
-    from deboom.plot.style import Drawing
-
 
 SHOWN = 6
 """Design variables that a grid of levels shows."""
@@ -402,10 +398,16 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     }
     sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
     report.section("Groups", f"The index of a group is the mean over its vehicles: {sizes}.")
+    names = by_group.designs.names
+    lowest = min(float(of.pearson.min()) for of in by_group.kinds.values())
+    maps = [
+        plot.HeatMap(kind, names, names, of.pearson, limits=(-1.0 if lowest < 0.0 else 0.0, 1.0))
+        for kind, of in by_group.kinds.items()
+    ]
     report.figure(
         "group_matrix",
-        _matrix_figure(by_group),
-        "Pearson's correlation of the groups, below it its interval.",
+        lambda: plot.heat_maps(maps),
+        "Pearson's correlation of the groups, numbers rounded down; group_pairs.csv has intervals.",
     )
     _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
@@ -456,11 +458,6 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
         f"of means and of tolerance scatter differ from those of the designs by {shift:.2f} at "
         "most; the intervals say how much of that is chance.",
-    )
-    report.figure(
-        "matrix",
-        _matrix_figure(study.by_vehicle),
-        "Pearson's correlation of the vehicles, below it its interval.",
     )
     _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
@@ -521,15 +518,6 @@ def _family_tile(report: Report, study: CorrelationStudy) -> None:
     title = "1 family" if len(members) == 1 else f"{len(members)} families"
     stand = f"; alone: {', '.join(alone)}" if alone and len(members) > 1 else ""
     report.tile(title, f"of vehicles that one mount set quietens alike{stand}")
-
-
-def _matrix_figure(sets: CorrelationSet) -> Drawing:
-    """Draw the matrices of designs, means and scatter."""
-    panels = [
-        plot.CorrelationPanel(kind, of.pearson, of.pearson_low, of.pearson_high)
-        for kind, of in sets.kinds.items()
-    ]
-    return plot.correlation_matrices(sets.designs.names, panels)
 
 
 def _append_clouds(

@@ -229,8 +229,10 @@ class Front(Tabled):
     def convergence_picture(self) -> Drawing:
         """Draw the hypervolume over the generations."""
         volume = self.search.hypervolume * self.per_line**2
-        generation = np.arange(1, volume.size + 1)
-        return plot.convergence(generation, volume, hypervolume_label="hypervolume [dB²]")
+        panel = plot.CurvePanel("", np.arange(1, volume.size + 1), {"hypervolume": volume})
+        return plot.curve_panels(
+            [panel], x_label="generation [1]", y_label="hypervolume [dB²]", columns=1
+        )
 
     @property
     def text(self) -> str:

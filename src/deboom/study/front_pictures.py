@@ -23,6 +23,10 @@ if TYPE_CHECKING:
 PERCENT = 100.0
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
+DYNAMIC = 40.0
+"""Below the loudest line, levels share the darkest colour [dB]."""
+SMALLEST_REACH = 0.1
+"""Change that has the strongest colour, at least [dB]."""
 
 
 def pictures_behind(report: Report, front: RobustFront) -> None:
@@ -127,13 +131,18 @@ def _maps(report: Report, front: RobustFront) -> None:
         "before [dB(A)]": before.ravel(),
         "after [dB(A)]": after.ravel(),
     }
+    change, loudest = after - before, float(max(before.max(), after.max()))
+    reach = max(float(np.abs(change).max()), SMALLEST_REACH)
+    scale = ("SPL [dB(A)]", (loudest - DYNAMIC, loudest), "inferno")
+    maps = [
+        plot.LineMap("today", before, *scale),
+        plot.LineMap(BEST_MEAN, after, *scale),
+        plot.LineMap("difference", change, "change [dB]", (-reach, reach), "PuOr_r"),
+    ]
+    names = [f"{vehicle}, {case}" for case, vehicle in rows]
     report.figure(
         "level_maps",
-        lambda: plot.level_maps(
-            *(front.frequency, front.load_case.order, [f"{v}, {c}" for c, v in rows]),
-            *(before, after),
-            titles=("today", BEST_MEAN),
-        ),
+        lambda: plot.line_maps(front.frequency, front.load_case.order, names, maps),
         "SPL at the driver's ear over speed, in every load case and vehicle: today, with best "
         "mean, and the difference (violet: quieter).",
     )
@@ -162,7 +171,11 @@ def _paths(report: Report, front: RobustFront) -> None:
                 rows.append(of)
             if peak is max(peaks, key=lambda one: one.level):
                 label = f"{vehicle}, {peak.frequency:g} Hz [%]"
-                panels.append((peak.level, plot.MarkedPanel(label, *shares)))
+                groups = {
+                    state: (share, np.minimum(share, 0.0), np.maximum(share, 0.0))
+                    for state, share in zip(("today", BEST_MEAN), shares, strict=True)
+                }
+                panels.append((peak.level, plot.IntervalPanel(label, groups)))
                 sums.append((peak.level, vehicle, peak.frequency, both))
     if not rows:
         report.text("No vehicle has a booming peak today, so there is none to split into paths.")
@@ -172,9 +185,9 @@ def _paths(report: Report, front: RobustFront) -> None:
     loudest = [panel for _, panel in sorted(panels, key=lambda one: -one[0])[:PEAKS]]
     report.figure(
         "path_contributions",
-        lambda: plot.marked_bars(names, paint, loudest, bar_label="today", mark_label="best mean"),
+        lambda: plot.interval_panels(names, loudest),
         "Each vehicle's loudest booming peak by path: part of each path along today's pressure, "
-        "over today's pressure. Bars add up to 100 %; below 0 a path takes away.",
+        "over today's pressure. Today's add up to 100 %; below 0 a path takes away.",
     )
     _, vehicle, frequency, both = max(sums, key=lambda one: one[0])
     turned = np.exp(-1j * np.angle(both[0].sum()))

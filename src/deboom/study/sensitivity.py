@@ -33,8 +33,7 @@ from deboom.explore.sensitivity import (
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
-from deboom.plot import IndexBars, IndexMap, index_bars, index_map
-from deboom.plot.style import mount_colours
+from deboom.plot import IntervalPanel, LineMap, interval_panels, line_maps
 from deboom.report import Report, Scalar
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
@@ -506,24 +505,20 @@ TERMS = (
     "noise transfer function",
     "prescribed motion",
 )
-TOTAL = "share of the variance [1]"
 
 
 def sensitivity_report(study: Sensitivity) -> Report:
     """Report which stiffness matters: alone, by mount, line by line, under other questions."""
-    plan, mounts = study.plan, mount_colours([mount.name for mount in study.platform.mounts])
-    owner = {name: mount.name for mount in study.platform.mounts for name in mount.variables}
-    colours = [mounts[owner[name]] for name in study.variables]
-    by_mount, report = study.by_mount, _headed(study)
+    plan, by_mount, report = study.plan, study.by_mount, _headed(study)
     report.section(
         "Stiffness by stiffness",
-        "The share of the variance that each stiffness is behind: alone (solid) and together with "
-        f"others (hatched). {_without(study)}",
+        "The share of the variance that each stiffness is behind: alone, and in total, together "
+        f"with others. {_without(study)}",
     )
     report.figure(
         "sobol",
-        lambda: index_bars(study.variables, colours, _bars(study.indices), x_label=TOTAL),
-        f"Sensitivity indices of every vehicle, {study.label}; numbers are total indices.",
+        lambda: interval_panels(study.variables, _panels(study.indices), columns=3),
+        f"Sensitivity indices of every vehicle, {study.label}.",
     )
     _mattering(
         report,
@@ -539,10 +534,9 @@ def sensitivity_report(study: Sensitivity) -> Report:
             "Mount by mount",
             "All stiffnesses of a mount vary as one: how much hangs on each part.",
         )
-        shades = [mounts[name] for name in by_mount.factors]
         report.figure(
             "sobol_mounts",
-            lambda: index_bars(by_mount.factors, shades, _bars(by_mount), x_label=TOTAL),
+            lambda: interval_panels(by_mount.factors, _panels(by_mount), columns=3),
             "Sensitivity indices of whole mounts.",
         )
         report.table("sobol_mounts", index_table(by_mount, "mount"))
@@ -646,14 +640,30 @@ def _line_map(study: Sensitivity) -> Figure:
     lines, order = study.index.frequency, _order(study)
     level = study.index.levels(np.ones((1, len(study.variables))))[0]
     peaks = [[peak.frequency for peak in booming_peaks(row, lines, order)] for row in level]
-    panels = map(IndexMap, study.vehicles, study.total_of_lines, peaks)
     label = "total index of the level of a line [1]"
-    return index_map(lines, order, study.variables, list(panels), value_label=label)
+    maps = [
+        LineMap(vehicle, total, label, peaks=of_vehicle)
+        for vehicle, total, of_vehicle in zip(
+            study.vehicles, study.total_of_lines, peaks, strict=True
+        )
+    ]
+    return line_maps(lines, order, study.variables, maps, columns=2)
 
 
-def _bars(found: SobolIndices) -> list[IndexBars]:
-    columns = (found.first.T, found.total.T, found.total_interval.T, found.zero.T)
-    return [IndexBars(*rows) for rows in zip(found.outputs, *columns, strict=True)]
+def _panels(found: SobolIndices) -> list[IntervalPanel]:
+    """Total indices with their intervals and those alone; what is not above its interval is 0."""
+    panels = []
+    total = np.where(found.zero, 0.0, found.total)
+    half = np.where(found.zero, 0.0, found.total_interval)
+    alone = np.where(found.zero, 0.0, np.clip(found.first, 0.0, found.total))
+    for place, name in enumerate(found.outputs):
+        values, first, reach = total[:, place], alone[:, place], half[:, place]
+        groups = {
+            "total, 95 % interval": (values, values - reach, values + reach),
+            "alone (first order)": (first, first, first),
+        }
+        panels.append(IntervalPanel("share of the variance [1]", groups, name))
+    return panels
 
 
 def _meaning(study: Sensitivity) -> str:

@@ -16,13 +16,12 @@ from deboom.choices import Language, Pick
 from deboom.errors import InputError
 from deboom.files.disk import replace_bytes
 from deboom.files.tables import workbook_bytes
-from deboom.plot.style import mount_colours
+from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
 from deboom.study.platform_model import Factor, factor_name
 from deboom.study.supplier_numbers import MachineState, SupplierEffects
 from deboom.study.supplier_sheet import (
     N_PER_MM,
-    NAN,
     MountSheet,
 )
 from deboom.study.supplier_study import (
@@ -338,44 +337,46 @@ def _glossary(content: MountSheet) -> tuple[str, ...]:
 
 def _figure(page: Sheet, content: MountSheet) -> None:
     """Show today's curve and the band of every direction that has one."""
-    panels = []
+    panels, say = [], content.say
+    driven, now = say("today, in the vehicle", "heute, im Fahrzeug"), say("today", "heute")
+    nominal, band = say("nominal", "Nennwert"), say("band", "Band")
+    torque = say("over wheel torque [N m]", "über Radmoment [N m]")
     for asked in content.specification.directions:
         state = content.states.get(asked.name)
         if state is None or asked.today_n_per_mm is None or not state.points[0].size:
             continue
         if not np.all(np.isfinite(state.points[0])):  # a run without engine torque has no preload
             continue
-        low, high = asked.lower or NAN, asked.upper or NAN
-        curve = (state.curve[0], N_PER_MM * state.curve[1])
-        has_curve = bool(np.isfinite(curve[1]).any())
-        middle = 0.5 * (low + high)
-        force = content.say("static force [N]", "statische Kraft [N]")
-        torque = content.say("wheel torque [N m]", "Radmoment [N m]")
+        backed = np.isfinite(state.curve[1])
+        order = np.argsort(state.curve[0][backed], kind="stable")
+        x, today = (values[backed][order] for values in state.curve)
+        today, curves, ranges = N_PER_MM * today, {}, {}
+        if x.size:
+            curves[now] = today
+            if asked.lower is not None and asked.upper is not None:
+                curves[nominal] = 0.5 * (asked.lower + asked.upper) * today
+                ranges[band] = (asked.lower * today, asked.upper * today)
         panels.append(
-            plot.StiffnessPanel(
-                title=asked.name,
-                x_label=force if state.over_force else torque,
-                points=(state.points[0], N_PER_MM * state.points[1]),
-                today=curve if has_curve else None,
-                wanted=(curve[0], middle * curve[1]) if has_curve else None,
-                tolerance=(high - low) / (high + low),
+            plot.CurvePanel(
+                asked.name if state.over_force else f"{asked.name}, {torque}",
+                x if x.size else state.points[0],
+                curves,
+                {driven: (state.points[0], N_PER_MM * state.points[1])},
+                ranges,
                 note=content.duty(asked),
             )
         )
     if not panels:
         return
     colour = mount_colours([m.name for m in content.study.platform.mounts])[content.mount.name]
-    words = plot.STIFFNESS_WORDS
-    if content.language is Language.de:
-        words = (
-            "|K|, dynamisch [N/mm]",
-            "heute, im Fahrzeug",
-            "heute",
-            "Nennwert",
-            "Band",
-        )
     page.figure(
-        plot.stiffness_over_preload(panels, colour, words),
+        plot.curve_panels(
+            panels,
+            x_label=say("static force [N]", "statische Kraft [N]"),
+            y_label=say("dynamic stiffness |K| [N/mm]", "|K|, dynamisch [N/mm]"),
+            dashed=(now,),
+            colours={driven: MUTED, now: INK, nominal: colour, band: colour},
+        ),
         content.say(
             "Dots: today's part in the vehicle, torque only. Curves: today's part and the band at "
             "amplitude and frequency of the test, where measurements back them.",

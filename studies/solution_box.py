@@ -7,8 +7,8 @@ others lie at the edge of the search, so that widths are those of the search. U0
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 share_measured_from, share_measured_to (90 %, with all measurements drawn again); volume_ratio_pm15
-and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes with an effect),
-volume_ratio_bisection, width_ratio_bisection; share_pm15; n_axes; n_ends_on_bounds;
+and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes with an effect);
+share_pm15; n_axes; n_ends_on_bounds;
 limit_db_first_vehicle; limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified;
 seconds (of the box); surface_difference_at_peaks_db (library against spectra).
 """
@@ -34,12 +34,10 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, PartLaw, VerifiedShare, face_shares, verified_share
 from deboom.explore.largest_box import (
-    BisectionBox,
     BoxEffort,
     FoundBox,
     UnreachableLimit,
     VolumeRatio,
-    bisection_box,
     kept_offset,
     largest_box,
     tolerance_box,
@@ -187,11 +185,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_bound": check.bound,
         "volume_ratio_pm15": study.over_plain.volume,
         "width_ratio_pm15": study.over_plain.width,
-        **{
-            f"{name}_ratio_bisection": ratio if np.isfinite(ratio) else "no box by bisection"
-            for name, ratio in vars(study.over_bisection).items()
-            if name in ("volume", "width")
-        },
         "n_axes": study.over_plain.n_variables,
         "n_ends_on_bounds": int(study.on_bounds.sum()),
         "limit_db_first_vehicle": float(asked.limit[0]),
@@ -270,7 +263,6 @@ class BoxStudy:
     - `space`: designs and their tolerance.
     - `point` (k,): the Pareto point [1].
     - `found`: the largest box, verified.
-    - `bisection`: about the Pareto point.
     - `curve`: what the limits were lowered by [dB], and the box there.
     """
 
@@ -279,7 +271,6 @@ class BoxStudy:
     space: DesignSpace
     point: RealArray
     found: FoundBox
-    bisection: BisectionBox
     curve: Sequence[tuple[float, FoundBox | UnreachableLimit]]
     seed: int
 
@@ -337,11 +328,6 @@ class BoxStudy:
     def over_plain(self) -> VolumeRatio:
         """The largest box over that of one tolerance."""
         return volume_ratio(self.box, self.plain, self.effective)
-
-    @cached_property
-    def over_bisection(self) -> VolumeRatio:
-        """The largest box over that of the bisection."""
-        return volume_ratio(self.box, self.bisection.box, self.effective)
 
     @cached_property
     def shown_excess(self) -> RealArray:
@@ -440,10 +426,7 @@ def box_study(
         question, steps, seed=seed, points=[point], effort=CURVE_EFFORT, workers=workers
     )
     pairs = sorted([(0.0, found), *zip(steps, boxes, strict=True)], key=lambda pair: pair[0])
-    bisection = bisection_box(question, point, seed=seed)
-    return BoxStudy(
-        model.runs, model.index, model.space, point, found, bisection, tuple(pairs), seed
-    )
+    return BoxStudy(model.runs, model.index, model.space, point, found, tuple(pairs), seed)
 
 
 def share_measured_again(study: BoxStudy) -> Interval:
@@ -493,20 +476,13 @@ def _box(report: Report, study: BoxStudy) -> None:
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
         "weight; an end well above the share lies on its bound.",
     )
-    box, plain, other = study.box, study.plain, study.bisection.box
+    box, plain = study.box, study.plain
     report.figure(
         "box",
         plot.box_intervals(
             study.variables,
             plot.Intervals("acceptance box", box.lower, box.upper),
-            [
-                plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
-                plot.Intervals(
-                    f"bisection, ±{PERCENT * study.bisection.tolerance:.3g} %",
-                    other.lower,
-                    other.upper,
-                ),
-            ],
+            plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
             plot.Intervals("bounds", asked.lower, asked.upper),
             study.point,
             study.reference_stiffness * N_PER_MM,
@@ -532,8 +508,6 @@ def _box(report: Report, study: BoxStudy) -> None:
             "today [N/mm]": reference,
             "one tolerance from [1]": plain.lower,
             "one tolerance to [1]": plain.upper,
-            "bisection from [1]": other.lower,
-            "bisection to [1]": other.upper,
             "weight [1]": asked.weight,
             "lower end: parts that keep the limit [%]": PERCENT * study.faces[0],
             "upper end: parts that keep the limit [%]": PERCENT * study.faces[1],
@@ -596,9 +570,9 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
 
 
 def _other_boxes(report: Report, study: BoxStudy) -> None:
-    """Compare with one tolerance about the Pareto point, and with that of a bisection."""
+    """Compare with one tolerance about the Pareto point."""
     report.section(
-        "Against other boxes",
+        "Against one tolerance",
         f"Over the {study.over_plain.n_variables} directions that a vehicle depends on, the "
         f"intervals are {study.over_plain.width:.1f} times as wide (geometric mean) as those "
         f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, since "
@@ -608,10 +582,6 @@ def _other_boxes(report: Report, study: BoxStudy) -> None:
     boxes = {
         "largest box": (study.box, study.found.verified),
         plain: (study.plain, study.verified(study.plain, study.question)),
-        "bisection about the Pareto point": (
-            study.bisection.box,
-            study.verified(study.bisection.box, study.question),
-        ),
     }
     report.summary["share_pm15"] = boxes[plain][1].share
     rows = [

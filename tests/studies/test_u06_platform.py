@@ -11,7 +11,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.run_folder import read_run
-from deboom.study import correlation, sensitivity
+from deboom.study import correlation
 from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
@@ -34,7 +34,6 @@ def few_trajectories_and_pictures():
     """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(correlation, "_append_clouds", lambda *_: None)
-        patch.setattr(sensitivity, "TRAJECTORIES", 4)
         yield
 
 

@@ -191,33 +191,30 @@ class Intervals:
 def box_intervals(
     variables: Sequence[str],
     box: Intervals,
-    others: Sequence[Intervals],
+    other: Intervals,
     bounds: Intervals,
     point: npt.ArrayLike,
     stiffness: npt.ArrayLike,
     no_requirement: Sequence[bool],
     colours: Mapping[str, str],
 ) -> Figure:
-    """Draw the interval of every direction against others, stiffnesses beside them.
+    """Draw the interval of every direction against another one, stiffnesses beside them.
 
     - `variables`: names ``<mount> <axis>``, n of them.
     - `box`: the acceptance box.
-    - `others`: thin lines below each bar, at most two.
+    - `other`: thin line below each bar.
     - `bounds`: where parts may lie at all.
     - `point` (n,): a design that is marked [1].
     - `stiffness` (n,): today's dynamic stiffness [N/mm]; nan where none was measured.
     - `no_requirement`: true where no vehicle depends on the direction.
     - `colours`: colour of each mount, from `deboom.plot.style.mount_colours`.
-    - raises InputError: arrays of different lengths or values that are not finite; more than two
-      others.
+    - raises InputError: arrays of different lengths or values that are not finite.
     """
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    if len(others) > 2:
-        raise InputError("figure box_intervals: at most two boxes to compare with have room")
     columns = {"variables": np.zeros(len(variables)), "point": point}
-    for one in (box, *others, bounds):
+    for one in (box, other, bounds):
         columns |= {f"{one.label} lower": one.lower, f"{one.label} upper": one.upper}
     data = finite("box_intervals", columns)
     today = np.asarray(stiffness, dtype=float)
@@ -242,17 +239,13 @@ def box_intervals(
             row, colour = rows[k], colours[mount_of(name)]
             width = ends[1][k] - ends[0][k]
             bars.barh(row - 0.1, width, left=ends[0][k], height=0.4, color=colour)
-            for place, (one, line) in enumerate(zip(others, ("-", ":"), strict=False)):
-                span = [data[f"{one.label} {end}"][k] for end in ("lower", "upper")]
-                bars.plot(span, [row + 0.2 + 0.15 * place] * 2, color=INK, lw=1.3, ls=line)
+            span = [data[f"{other.label} {end}"][k] for end in ("lower", "upper")]
+            bars.plot(span, [row + 0.2] * 2, color=INK, lw=1.3)
             bars.plot(data["point"][k], row - 0.1, "D", color="white", mec=INK, ms=4.5, zorder=4)
         handles: list[Patch | Line2D] = [
             Patch(facecolor=MUTED, label=box.label),
             Patch(facecolor=TRACK, label=bounds.label),
-            *(
-                Line2D([], [], color=INK, lw=1.3, ls=line, label=one.label)
-                for one, line in zip(others, ("-", ":"), strict=False)
-            ),
+            Line2D([], [], color=INK, lw=1.3, label=other.label),
             Line2D([], [], ls="none", marker="D", color="white", mec=INK, ms=4.5, label="design"),
         ]
         figure.legend(handles=handles, loc="outside lower left", ncols=3)

@@ -14,18 +14,12 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.explore.sensitivity import (
-    MorrisEffects,
-    PawnIndices,
     SensitivityInputs,
     SobolIndices,
-    base_rows,
     design_inputs,
     fast_sobol_indices,
     first_and_total,
-    morris_analysis,
-    morris_designs,
     n_rows,
-    pawn_analysis,
     sobol_designs,
     sobol_indices,
     tolerance_inputs,
@@ -116,12 +110,8 @@ def ranked_output(index: BoomingModel, ranked: Ranked) -> Callable[[RealArray], 
 
 LINE_POINTS = 1024
 """Base points behind the indices of single lines, at most."""
-FIRST_POINTS = 64
-"""Base points where the convergence begins."""
-TRAJECTORIES = 50
-"""Paths of Morris's method."""
 PART = 2048  # designs evaluated at a time
-LINES, PATHS, MOUNTS = "lines", "Morris", "by mount"
+LINES, MOUNTS = "lines", "by mount"
 Jobs = dict[str, tuple[Callable[[RealArray], RealArray], RealArray]]
 
 
@@ -181,8 +171,6 @@ class Sensitivity:
     - `by_mount`: with the variables of each mount as one; None for a single mount.
     - `beside`: of the same vehicles, first and total, by label of what differs.
     - `lines`: of every vehicle and line, vehicle by vehicle, first and total.
-    - `convergence`: of the first base points, more and more; first and total.
-    - `morris`, `pawn`: elementary effects, and indices of the base points.
     - `n_runs`: designs that were evaluated.
     """
 
@@ -195,9 +183,6 @@ class Sensitivity:
     by_mount: SobolIndices | None
     beside: Mapping[str, SobolIndices]
     lines: SobolIndices
-    convergence: tuple[SobolIndices, ...]
-    morris: MorrisEffects
-    pawn: PawnIndices
     n_runs: int
 
     @property
@@ -251,11 +236,9 @@ def sensitivity(
     saltelli = partial(sobol_designs, n_base=plan.n_base, seed=plan.seed)
     designs = saltelli(inputs)
     few = designs[: min(LINE_POINTS, plan.n_base) * n_rows(d, True)]
-    paths = morris_designs(inputs, TRAJECTORIES, seed=plan.seed)
     jobs: Jobs = {
         label: (ranked, designs),
         LINES: (outputs, first_and_total(few, d)),
-        PATHS: (ranked, paths),
         **{other: (ranked, saltelli(theirs, second_order=False)) for other, theirs in others},
     }
     if grouped is not None:
@@ -275,8 +258,6 @@ def sensitivity(
     of_lines, of_other = outputs.split(values[LINES], plan.ranked)
     beside = {other: indices(values[other], outputs=names) for other, _ in others}
     beside[f"{label}, {plan.ranked.other.words}"] = indices(of_other, outputs=names)
-    alone = first_and_total(values[label], d).reshape(plan.n_base, -1, len(names))
-    growing = [alone[:n].reshape(-1, len(names)) for n in _counts(plan.n_base)]
     return Sensitivity(
         platform=platform,
         index=index,
@@ -287,19 +268,8 @@ def sensitivity(
         by_mount=by_mount,
         beside=beside,
         lines=indices(of_lines, outputs=outputs.line_names),
-        convergence=tuple(indices(part, outputs=names) for part in growing),
-        morris=morris_analysis(inputs, paths, values[PATHS], names, seed=plan.seed),
-        pawn=pawn_analysis(
-            inputs, base_rows(designs, d, True), base_rows(values[label], d, True), names
-        ),
         n_runs=sum(len(rows) for _, rows in jobs.values()),
     )
-
-
-def _counts(n_base: int) -> list[int]:
-    """Return the numbers of base points of the convergence, doubled up to all."""
-    powers = [2**power for power in range(n_base.bit_length())]
-    return [count for count in powers if count >= FIRST_POINTS] or [n_base]
 
 
 def _by_mount(inputs: SensitivityInputs, mounts: tuple[Mount, ...]) -> SensitivityInputs | None:
@@ -405,38 +375,6 @@ def line_table(study: Sensitivity) -> pd.DataFrame:
             "frequency [Hz]": np.tile(frequency, len(study.vehicles)),
             **columns,
             "largest interval ± [1]": study.lines.total_interval.max(axis=0),
-        }
-    )
-
-
-def convergence_table(study: Sensitivity) -> pd.DataFrame:
-    """One row per number of base points, vehicle and variable."""
-    parts = [
-        pd.DataFrame(
-            {
-                "base points": found.n_base,
-                **_keys(study.vehicles, variable=study.variables),
-                "total [1]": _long(found.total),
-                "total interval ± [1]": _long(found.total_interval),
-            }
-        )
-        for found in study.convergence
-    ]
-    return pd.concat(parts, ignore_index=True)
-
-
-def screening_table(study: Sensitivity) -> pd.DataFrame:
-    """One row per vehicle and variable: what other methods say."""
-    lines = study.index.n_lines if study.plan.ranked.is_sum else 1
-    return pd.DataFrame(
-        {
-            **_keys(study.vehicles, variable=study.variables),
-            "total [1]": _long(study.indices.total),
-            "Morris mean effect [dB]": _long(study.morris.mu) / lines,
-            "Morris mean size of effect [dB]": _long(study.morris.mu_star) / lines,
-            "its interval ± [dB]": _long(study.morris.mu_star_interval) / lines,
-            "Morris sigma [dB]": _long(study.morris.sigma) / lines,
-            "PAWN [1]": _long(study.pawn.index),
         }
     )
 
@@ -569,14 +507,9 @@ def sensitivity_report(study: Sensitivity) -> Report:
     report.section(
         "How sure this is",
         "An index that is not above its own interval reads zero. The intervals are those of random "
-        "points; Sobol points are spread more evenly, and other seeds differ by much less. "
-        "sobol_convergence.csv has the indices of fewer base points; screening.csv has what Morris "
-        f"says (change of the level over a whole range, {TRAJECTORIES} paths), and "
-        "PAWN (distance of the distributions of the level with and without the stiffness held).",
+        "points; Sobol points are spread more evenly, and other seeds differ by much less. ",
         folded=True,
     )
-    report.table("sobol_convergence", convergence_table(study))
-    report.table("screening", screening_table(study))
     report.summary.update(sensitivity_summary(study))
     report.inputs += study.platform.input_files
     report.facts |= {
@@ -615,7 +548,7 @@ def _headed(study: Sensitivity) -> Report:
         f"order {_order(study):g}.\n\n"
         f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
         f"evaluated in all; intervals from {found.n_resamples} bootstrap resamples. The tables are "
-        "SALib's; lines and convergence come from its estimators in vectorised form.",
+        "SALib's; lines come from its estimators in vectorised form.",
         folded=True,
     )
     return report

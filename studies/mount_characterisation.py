@@ -21,14 +21,13 @@ r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces 
 check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth,
 median over benches; with _90 their 90 % quantile, with _held_out on held-out runs, with _stated
 without self-calibration); half_width_95_percent_<dir> (error budget); coverage_95_percent_<dir>
-(lines whose truth is inside the stated band); moments_cost_at_peaks_db, moments_cost_rms_db (with
---third-cell: largest change of level in any vehicle without moments); n_benches; n_identified
-(directions); seconds (one mount set, with its error budget). Of a second engine, medians over
-benches: second_r2_force_real_<dir>, second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir>
-(rms error over rms of the force); second_peak_db_<dir> (largest difference of a run's highest
-force); second_inside_percent_<dir> (lines within the measured region; the others are not
-predicted); second_truth_error_percent_<dir>; second_static_difference_n_<dir> (kinematic model
-against cells, main axis); second_seconds.
+(lines whose truth is inside the stated band); n_benches; n_identified (directions); seconds (one
+mount set, with its error budget). Of a second engine, medians over benches:
+second_r2_force_real_<dir>, second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms
+error over rms of the force); second_peak_db_<dir> (largest difference of a run's highest force);
+second_inside_percent_<dir> (lines within the measured region; the others are not predicted);
+second_truth_error_percent_<dir>; second_static_difference_n_<dir> (kinematic model against cells,
+main axis); second_seconds.
 """
 
 from __future__ import annotations
@@ -37,7 +36,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
@@ -45,17 +44,15 @@ from typer import Option
 
 from deboom import plot
 from deboom.errors import InputError
-from deboom.files.platform import read_platform
 from deboom.measurement.campaign import AXES
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.plot import CurvePanel, MapPanel
+from deboom.plot import CurvePanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import (
     CharacterisedBench,
-    VirtualMeasurement,
     characterise_benches,
     characterise_given,
     direction_numbers,
@@ -64,9 +61,7 @@ from deboom.study.mount_characterisation import (
     identified,
     mean_over_benches,
     model_table,
-    moment_cost_table,
     moment_transfer_matrices,
-    neighbour_table,
     over_benches,
     quality_of_motion,
     r2_table,
@@ -76,7 +71,6 @@ from deboom.study.mount_characterisation import (
     usable_maps,
 )
 from deboom.study.options import Seed
-from deboom.study.platform_model import DEMONSTRATION, PEAKS, RMS
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.second_engine import (
@@ -85,9 +79,6 @@ from deboom.study.second_engine import (
     given_engine,
     second_engines,
 )
-
-if TYPE_CHECKING:
-    pass
 
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
@@ -110,8 +101,6 @@ class Options:
     models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
-    third_cell: Annotated[bool, Option(help="Virtual benches that measure moments.")] = False
-    platform: Annotated[Path, Option(help="Its vehicles judge moments left out.")] = DEMONSTRATION
     second_engine: Annotated[bool, Option(help="Another virtual engine on these mounts.")] = False
     second: Annotated[Path | None, Option(help="Campaign of another engine on them.")] = None
     library: Annotated[str | None, Option(help="Its mounts, instead of --campaign.")] = None
@@ -122,11 +111,11 @@ class Options:
 
     def __post_init__(self) -> None:
         measured = self.campaign is not None or self.second is not None
-        virtual = self.benches > 1 or self.noise_free or self.third_cell or self.second_engine
+        virtual = self.benches > 1 or self.noise_free or self.second_engine
         if measured and virtual:
             raise InputError(
-                "--benches, --noise-free, --third-cell, --second-engine ask for virtual benches: "
-                "leave them out, or --campaign and --second"
+                "--benches, --noise-free, --second-engine ask for virtual benches: leave them out, "
+                "or --campaign and --second"
             )
         if self.second is None and self.library is not None:
             raise InputError(
@@ -157,8 +146,9 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             report = reported([bench], options, bench.input_files)
         elif options.second is None:
             seeds = range(options.seed, options.seed + options.benches)
-            measured = VirtualMeasurement(options.noise_free, options.third_cell)
-            benches = characterise_benches(seeds, options.mount_set, how, progress, measured)
+            benches = characterise_benches(
+                seeds, options.mount_set, how, progress, noise_free=options.noise_free
+            )
             report = reported(benches, options)
             if options.second_engine:
                 engines = second_engines(seeds, options.mount_set, over_force, progress)
@@ -233,14 +223,7 @@ def reported(
         "response surface.",
     )
     _static(report, first, few)
-    report.section(
-        "What was measured",
-        f"{first.title}: each point is one line of one run. The wheel torque stands for "
-        "the preload; lines whose displacement hardly exceeds its noise are left out.",
-        folded=True,
-    )
-    _maps(report, few)
-    _transfer(report, first, options.platform)
+    _transfer(report, first)
     _motion(report, first)
     return report
 
@@ -342,26 +325,14 @@ def _of_one_bench(truth: pd.DataFrame) -> pd.DataFrame:
     return kept.rename(columns=lambda name: str(name).replace(", median", ""))
 
 
-def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None:
-    """Show how the cells below the mounts are calibrated, and whether moments matter."""
-    text = (
+def _transfer(report: Report, bench: CharacterisedBench) -> None:
+    """Show how the cells below the mounts are calibrated."""
+    report.section(
+        "Force transfer matrices",
         "A shaker at the virtual point of each mount says what the cells below it make of a force "
-        "there. The force in operation is the inverse of that matrix times the cells' force."
+        "there. The force in operation is the inverse of that matrix times the cells' force.",
+        folded=True,
     )
-    cost = None
-    if bench.result.campaign.pushes:
-        vehicles = read_platform(platform)
-        report.inputs += vehicles.input_files
-        cost = moment_cost_table(bench, vehicles)
-        report.summary["moments_cost_at_peaks_db"] = float(cost[PEAKS].max())
-        report.summary["moments_cost_rms_db"] = float(cost[RMS].max())
-        text += (
-            "\n\nThree cells and pushes beside the virtual point give the moments as well. Leaving "
-            f"them out changes booming peaks by up to {cost[PEAKS].max():.2g} dB. That is what "
-            "moments change in the forces: noise transfer functions are known for forces alone, so "
-            "the sound that the moments themselves make is not in it."
-        )
-    report.section("Force transfer matrices", text, folded=True)
     matrices = force_transfer_matrices(bench)
     report.table(
         "force_transfer",
@@ -369,14 +340,6 @@ def _transfer(report: Report, bench: CharacterisedBench, platform: Path) -> None
         "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
         "loads: three forces and three moments.",
     )
-    if cost is not None:
-        report.table(
-            "moments",
-            cost,
-            f"Largest difference in any of {cost['vehicle'].nunique()} vehicles.",
-            {RMS: 3, PEAKS: 3},
-            shown=cost.groupby("load case", sort=False)[[RMS, PEAKS]].max().reset_index(),
-        )
 
 
 def _summary(benches: Sequence[CharacterisedBench], numbers: pd.DataFrame) -> dict[str, float]:
@@ -402,22 +365,6 @@ def _summary(benches: Sequence[CharacterisedBench], numbers: pd.DataFrame) -> di
     summary["n_identified"] = int(identified(numbers).sum())
     summary["seconds"] = round(float(np.median([bench.seconds for bench in benches])), 3)
     return summary
-
-
-def _maps(report: Report, maps: Mapping[str, OperatingMap]) -> None:
-    """Draw the measured stiffness over wheel torque and frequency."""
-    panels = [
-        MapPanel(name, of.wheel_torque, of.frequency, np.abs(of.stiffness) * N_PER_MM)
-        for name, of in maps.items()
-    ]
-    drawing = partial(
-        plot.map_panels,
-        panels,
-        x_label="wheel torque [N m]",
-        y_label="frequency [Hz]",
-        value_label="|K| [N/mm]",
-    )
-    report.figure("map_magnitude", drawing, "Magnitude of the stiffness.")
 
 
 def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, OperatingMap]) -> None:
@@ -453,17 +400,11 @@ def _static(report: Report, bench: CharacterisedBench, maps: Mapping[str, Operat
 
 def _motion(report: Report, bench: CharacterisedBench) -> None:
     """Show how well the rigid body's motion fits its sensors."""
-    run = shown_run(bench)
     report.section(
         "Motion of the powertrain",
-        f"Run {run.name}. The motion of the rigid body comes from all accelerometers together; "
-        "each of them can be computed from it again.",
+        f"Run {shown_run(bench).name}. The motion of the rigid body comes from all accelerometers "
+        "together; each of them can be computed from it again.",
         folded=True,
-    )
-    report.table(
-        "neighbour",
-        neighbour_table(bench),
-        "Error over all lines of the run if the sensor beside a mount stood for its point.",
     )
     report.table(
         "quality",

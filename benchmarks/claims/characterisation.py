@@ -31,7 +31,6 @@ from deboom.mounts.measuring_chain import body_record, stated_alignment
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
 from deboom.study.mount_characterisation import (
-    VirtualMeasurement,
     characterise_benches,
 )
 from deboom.study.runner import load_study
@@ -167,8 +166,7 @@ def _true_stiffness(lines: OperatingMap, parts: str) -> ComplexArray:
 def _noise_free(parts: str) -> dict[str, float]:
     """Take the study's own way: files of a bench without any error, and its summary."""
     options = CharacteriseOptions(folds=0)
-    measured = VirtualMeasurement(noise_free=True)
-    benches = characterise_benches((1,), parts, options, lambda *_: None, measured)
+    benches = characterise_benches((1,), parts, options, lambda *_: None, noise_free=True)
     study = load_study("mount_characterisation").module
     summary = study.reported(benches, study.Options()).summary
     found = {}

@@ -27,7 +27,8 @@ import numpy as np
 
 from claims import Claim, draws
 from deboom.explore.box import Box, BoxQuestion
-from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box, volume_ratio
+from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box
+from deboom.explore.largest_box import volume_ratio as box_volume_ratio
 from deboom.study.platform_model import Motion, MotionOptions
 from deboom.study.runner import load_study
 from known_boxes import (
@@ -124,7 +125,7 @@ def fleet_claims(lowered: float) -> list[Claim]:
     where = f"U06 at {study.question.limit[0]:.2f} dB(A)"
     plain = study.over_plain
     bisection = bisection_box(study.question, study.point, seed=study.seed)
-    other = volume_ratio(study.box, bisection.box, study.effective)
+    other = box_volume_ratio(study.box, bisection.box, study.effective)
     return [
         Claim(
             f"{where}: seconds to the verified box",

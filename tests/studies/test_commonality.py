@@ -43,7 +43,7 @@ def test_tables_agree_with_each_other(finished):
     assert counts["worst price [dB]"].iloc[:-1].is_monotonic_decreasing
     heard = parts["direction"].isin(["Du y", "Du z"])
     assert parts.loc[heard, "stiffness factor [1]"].isna().all()
-    assert {path.stem for path in (finished / "figures").iterdir()} == {"price", "sharing"}
+    assert {path.stem for path in (finished / "figures").iterdir()} == {"price"}
 
 
 @pytest.mark.parametrize(

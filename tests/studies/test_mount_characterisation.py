@@ -69,7 +69,7 @@ def test_the_torque_strut_is_found_within_a_few_percent_of_the_truth(finished):
 
 def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
-    assert {"r2.csv", "truth.csv", "uncertainty.csv", "neighbour.csv", "report.html"} <= names
+    assert {"r2.csv", "truth.csv", "uncertainty.csv", "report.html"} <= names
     quality = pd.read_csv(finished / "quality.csv").set_index("check")
     assert quality.index[0].startswith("conditioning of sensors")
     assert quality.loc["geometric consistency (error)", "verdict"] == "kept"
@@ -112,9 +112,7 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     bench = replace(blind, result=replace(blind.result, directions=strut))
     monkeypatch.setattr(Report, "figure", DRAWN)
     done = STUDY.module.reported([bench], STUDY.module.Options())
-    assert {
-        *("map_magnitude", "static_x"),
-    } == set(done.figures)
+    assert set(done.figures) == {"static_x"}
     blocks = [block for section in done.sections for block in section.blocks]
     shown = [block.png for block in blocks if isinstance(block, Picture)]
     assert sorted(shown) == sorted(done.figures.values())
@@ -166,24 +164,19 @@ def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directio
             assert summary[f"truth_error_percent_{mount}_{axis}"] <= 1.0, (mount, axis)
 
 
-def test_a_campaign_with_three_cells_says_what_leaving_moments_out_costs(tmp_path):
+def test_a_campaign_with_three_cells_has_matrices_of_six_loads(tmp_path):
     campaign = tmp_path / "three_cells"
-    of_noise_transfer = np.arange(20.0, 60.1, 0.25)  # the peaks need the lines of the vehicles
-    plan = CampaignPlan(("M1",), RUNS, 2, frequency=of_noise_transfer, third_cell=True)
+    plan = CampaignPlan(("M1",), RUNS, 2, third_cell=True)
     write_campaign(campaign, 1, plan)
     chosen = {"campaign": campaign}
     folder = run_study(STUDY, tmp_path / "results", chosen)
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert 0.0 < summary["moments_cost_at_peaks_db"] < 0.1
-    assert 0.0 < summary["moments_cost_rms_db"] < 0.5
     transfer = pd.read_csv(folder / "force_transfer.csv")
     assert list(transfer["loads"]) == [3, 3, 3, 6, 6, 6]
-    assert "Leaving them out changes booming peaks" in (folder / "report.html").read_text("utf-8")
 
 
 def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
     study = STUDY
-    for option in ({"noise_free": True}, {"third_cell": True}):
+    for option in ({"noise_free": True}, {"benches": 2}):
         with pytest.raises(InputError, match="leave them out, or --campaign"):
             run_study(study, tmp_path, {"campaign": campaign, **option})
 

@@ -9,11 +9,10 @@ from plot_samples import (
     curve_panels,
     heat_maps,
     interval_panels,
-    map_panels,
 )
 
 from deboom.errors import InputError
-from deboom.plot import CurvePanel, HeatMap, IntervalPanel, MapPanel
+from deboom.plot import CurvePanel, HeatMap, IntervalPanel
 
 PNG = b"\x89PNG\r\n\x1a\n"
 BOUNDS = ([1.0, 2.0], [0.5, 1.5], [1.5, 2.6])
@@ -84,7 +83,7 @@ def test_every_part_of_a_panel_is_seen_and_drawn_alike_every_time():
 def test_rows_of_panels_make_the_figure_higher():
     heights = [size(draw_curves(*[panel()] * n, columns=3))[1] for n in (3, 4)]
     assert heights[0] < heights[1]
-    assert size(draw_map())[0] == size(draw_curves(panel()))[0] == 1440
+    assert size(draw_curves(panel()))[0] == 1440
 
 
 def test_scales_are_shared_or_end_below_the_highest_value():
@@ -146,25 +145,6 @@ def test_heat_maps():
         heat_maps([HeatMap("MAC", ("1",), ("1",), np.eye(2))])
 
 
-X = np.linspace(20.0, 80.0, 30)
-MAPS = [MapPanel(name, X, X**2, 100 * np.sin(X)) for name in ("EnM x", "EnM y")]
-
-
-def draw_map(panels=MAPS, **options):
-    return map_panels(
-        panels, x_label="frequency [Hz]", y_label="torque [N m]", value_label="|K|", **options
-    )
-
-
 def size(png):
     assert png.startswith(PNG)
     return struct.unpack(">II", png[16:24])
-
-
-def test_maps_of_points():
-    assert draw_map() == draw_map()
-    size(draw_map([MapPanel("flat", X, X, np.ones_like(X))]))
-    with pytest.raises(InputError, match="value is not finite"):
-        draw_map([MapPanel("a", X, X, X * np.inf)])
-    with pytest.raises(InputError, match="no panel"):
-        draw_map([])

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from deboom.plot.bars import Intervals, box_intervals, stiffness_bars
 from deboom.plot.correlations import clustered_matrix, scatter_matrix, variable_grid
-from deboom.plot.curves import CurvePanel, MapPanel, curve_panels, map_panels, spl_curves
+from deboom.plot.curves import CurvePanel, curve_panels, spl_curves
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
@@ -27,7 +27,6 @@ __all__ = [
     "IntervalPanel",
     "Intervals",
     "LineMap",
-    "MapPanel",
     "box_intervals",
     "clustered_matrix",
     "curve_matrix",
@@ -36,7 +35,6 @@ __all__ = [
     "heat_maps",
     "interval_panels",
     "line_maps",
-    "map_panels",
     "mode_shapes",
     "moving_mode_shapes",
     "parallel_coordinates",

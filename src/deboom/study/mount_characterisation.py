@@ -24,18 +24,13 @@ from deboom.bench.campaign import (
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
-from deboom.files.platform import Platform
-from deboom.measurement.campaign import AXES, OperatingRun
-from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import (
     ForceTransferMatrix,
     force_transfer_matrix,
     moment_transfer_matrix,
-    operating_force,
-    without_moments,
 )
 from deboom.measurement.quality import quality_in_operation, quality_table
-from deboom.measurement.sensors import Sensor
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.characterise import (
     STEPS,
@@ -60,9 +55,7 @@ from deboom.mounts.response_surface import (
     compare_models,
     standard_models,
 )
-from deboom.study.platform_model import level_differences
 from deboom.study.progress import Progress
-from deboom.vehicles.fleet import Band
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,23 +120,6 @@ CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 2
 
 STEPS_PER_BENCH = 2 + len(STEPS)
 """Measuring, reading, and the steps of the characterisation."""
-
-
-@dataclass(frozen=True)
-class VirtualMeasurement:
-    """What virtual benches measure beside the training runs, and how well.
-
-    - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
-      method.
-    - `third_cell`: three cells below each powertrain mount, and pushes beside its virtual point:
-      force transfer matrices with moments.
-    """
-
-    noise_free: bool = False
-    third_cell: bool = False
-
-
-TRAINING = VirtualMeasurement()
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,21 +237,23 @@ def characterise_benches(
     mount_set: str,
     options: CharacteriseOptions,
     progress: Progress,
-    measured: VirtualMeasurement = TRAINING,
+    *,
+    noise_free: bool = False,
 ) -> tuple[CharacterisedBench, ...]:
     """Measure the training runs on virtual benches, characterise them, and keep no files.
 
     - `seeds`: one bench each, from 1.
     - `mount_set`: parts on all benches.
     - `options`: how they are characterised.
-    - `measured`: what the benches measure.
+    - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
+      method.
     - raises InputError: no seed, a seed below 1, or an unknown mount set.
     """
     if not seeds:
         raise InputError("there is no bench to characterise: ask for at least one")
     total = len(seeds) * STEPS_PER_BENCH
-    plan = CampaignPlan((mount_set,), TRAINING_RUNS, third_cell=measured.third_cell)
-    errors = NO_ERRORS if measured.noise_free else CampaignErrors()
+    plan = CampaignPlan((mount_set,), TRAINING_RUNS)
+    errors = NO_ERRORS if noise_free else CampaignErrors()
     benches = []
     for place, seed in enumerate(seeds):
 
@@ -294,33 +272,6 @@ def characterise_benches(
 def shown_run(bench: CharacterisedBench) -> OperatingRun:
     """Return the run that motions are shown of: of the check runs the one of most torque."""
     return max(bench.check_runs, key=lambda run: (run.torque_limit, -run.gear))
-
-
-def neighbour_table(bench: CharacterisedBench) -> pd.DataFrame:
-    """Say what the stiffness magnitude errs by if a sensor stands for the point beside it.
-
-    One row per direction of each virtual point of a rigid body, in the run shown.
-    """
-    run = shown_run(bench)
-    rows = []
-    for chain in _rigid(bench):
-        body = chain.alignment.body
-        at_points = run.acceleration.select(body.channels).values @ chain.motion_matrix.T
-        beside = _beside_mounts(chain)
-        for place, point in enumerate(body.points):
-            if point.name not in beside:
-                continue
-            sensor = beside[point.name]
-            turned = run.acceleration.select(sensor.channels).values @ sensor.orientation.T
-            for row, axis in enumerate(AXES):
-                if axis in point.axes:
-                    at_point = np.abs(at_points[:, 3 * place + row])
-                    error = at_point / np.abs(turned[:, row]) - 1
-                    rms = float(np.sqrt(np.mean(error**2)))
-                    names = (f"{point.name} {axis}", sensor.name)
-                    rows.append((*names, 100 * rms, 100 * float(np.median(error))))
-    columns = ["direction", "sensor", "rms error of |K| [%]", "median error of |K| [%]"]
-    return pd.DataFrame(rows, columns=columns)
 
 
 def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
@@ -343,18 +294,6 @@ def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
 
 def _rigid(bench: CharacterisedBench) -> list[AlignmentEstimate]:
     return [chain for chain in bench.result.chains if chain.alignment.body.is_rigid_body]
-
-
-def _beside_mounts(chain: AlignmentEstimate) -> dict[str, Sensor]:
-    """First sensor beside each point of a body whose three channels are all in use."""
-    body = chain.alignment.body
-    beside: dict[str, Sensor] = {}
-    for point in body.points:
-        for sensor in body.accelerometers:
-            own = (sensor.mount, sensor.piece) == (point.mount, point.piece)
-            if own and set(sensor.channels) <= set(body.channels):
-                beside.setdefault(point.name, sensor)
-    return beside
 
 
 def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:
@@ -600,9 +539,6 @@ def by_direction(columns: dict[str, pd.Series[float]]) -> pd.DataFrame:
     return table.dropna(axis="columns", how="all")
 
 
-BAND: Band = (20.0, 60.0)
-
-
 def force_transfer_matrices(bench: CharacterisedBench) -> dict[str, ForceTransferMatrix]:
     """Return the 3×3 matrix of every mount (piece) that a shaker calibrated."""
     runs = bench.result.campaign.shaker_runs
@@ -644,61 +580,5 @@ def force_transfer_table(matrices: Sequence[ForceTransferMatrix]) -> pd.DataFram
     return pd.DataFrame(rows, columns=columns)
 
 
-def moment_cost_table(bench: CharacterisedBench, platform: Platform) -> pd.DataFrame:
-    """Compare the sound at the ears with and without moments, check run by check run.
-
-    - `bench`: whose campaign has pushes beside the virtual points.
-    - `platform`: its vehicles listen.
-    - returns see `deboom.study.platform_model.level_differences`: forces out of the 6×6 matrices
-      against those out of their 3×3 blocks.
-    - raises InputError: vehicles without a noise transfer function for one of the forces.
-
-    Vehicles have noise transfer functions for forces alone. What is stated is what moments of the
-    mounts change at the cells and so in the forces, not what the moments themselves radiate.
-    """
-    full = moment_transfer_matrices(bench)
-    forces = {name: without_moments(one) for name, one in full.items()}
-    tables = []
-    for run in bench.check_runs:
-        with_all, without = (_load_case(bench, run, known) for known in (full, forces))
-        table = level_differences(platform.fleet, platform.mounts, with_all, without, BAND)
-        table.insert(0, "load case", run.name)
-        tables.append(table)
-    return pd.concat(tables, ignore_index=True)
-
-
 def _points(bench: CharacterisedBench) -> list[MountPoint]:
     return [point for chain in bench.result.chains for point in chain.alignment.body.points]
-
-
-def _load_case(
-    bench: CharacterisedBench, run: OperatingRun, transfers: Mapping[str, ForceTransferMatrix]
-) -> LoadCase:
-    """One run with its forces by these matrices; other mounts as they are characterised."""
-    names: list[str] = []
-    displacements, forces = [], []
-    to_displacement = -1 / (2 * np.pi * run.frequency[:, np.newaxis]) ** 2
-    for chain in bench.result.chains:
-        body = chain.alignment.body
-        motion = run.acceleration.select(body.channels).values @ chain.motion_matrix.T
-        for place, point in enumerate(body.points):
-            rows = [AXES.index(axis) for axis in point.axes]
-            if point.name in transfers:
-                force = operating_force(transfers[point.name], run.cell_force).values
-            else:
-                cells = run.cell_force.select(point.cell_channels).values
-                force = cells @ point.force_matrix.T
-            names += [f"{point.name} {axis}" for axis in point.axes]
-            forces.append(force[:, rows])
-            displacements.append(to_displacement * motion[:, [3 * place + row for row in rows]])
-    channels = tuple(names)
-    return LoadCase(
-        name=run.name,
-        title=run.name,
-        gear=run.gear,
-        total_ratio=run.total_ratio,
-        torque_limit=run.torque_limit,
-        order=run.order,
-        displacement=Spectrum(run.frequency, np.hstack(displacements), channels, "m"),
-        force=Spectrum(run.frequency, np.hstack(forces), channels, "N"),
-    )

@@ -1,6 +1,7 @@
 """Written platforms and campaigns: complete or not there, repeatable, refused with a sentence."""
 
 import json
+import shutil
 import tomllib
 
 import numpy as np
@@ -160,8 +161,8 @@ def test_the_truth_needs_no_pickle(written):
 def test_an_empty_folder_is_filled(tmp_path):
     folder = tmp_path / "deep" / "platform"
     folder.mkdir(parents=True)
-    assert write_platform(folder, seed=1) == folder
-    assert (folder / "platform.toml").is_file()
+    assert write_small(folder, seed=1) == folder
+    assert (folder / "campaign.toml").is_file()
     assert list(folder.parent.iterdir()) == [folder]
 
 
@@ -281,11 +282,11 @@ def test_falling_runs_remember_the_higher_torque():
     assert np.all(difference > 0.002)
 
 
-def test_both_wishbone_mounts_may_have_functions_of_their_own(tmp_path):
-    platform = read_platform(write_platform(tmp_path / "apart", 1, per_piece=True))
+def test_both_wishbone_mounts_may_have_functions_of_their_own(written, tmp_path):
+    platform = read_platform(write_platform(tmp_path / "apart", 3, per_piece=True))
     inputs = platform.fleet.vehicles[0].noise_transfer.inputs
     assert inputs[-2:] == ("Du left x", "Du right x")
-    together = read_platform(write_platform(tmp_path / "together", 1))
+    together = read_platform(written)
     heard = [
         path_contributions(each.fleet, each.mounts, each.load_cases[0]).values[:, :, 9]
         for each in (platform, together)
@@ -294,8 +295,10 @@ def test_both_wishbone_mounts_may_have_functions_of_their_own(tmp_path):
     assert 0.01 < difference < 0.1
 
 
-def test_an_electric_drive_states_rotor_orders_and_lines_of_its_model(tmp_path, monkeypatch):
-    folder = write_platform(tmp_path / "electric", 1)
+def test_an_electric_drive_states_rotor_orders_and_lines_of_its_model(
+    written, tmp_path, monkeypatch
+):
+    folder = shutil.copytree(written, tmp_path / "electric")
     path = folder / "platform.toml"
     lines = path.read_text(encoding="utf-8").replace("dominant_order = 1.5", "dominant_order = 6.0")
     kept = [line for line in lines.splitlines() if not line.startswith("cylinders")]

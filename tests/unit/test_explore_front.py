@@ -155,17 +155,6 @@ def test_verification_uses_draws_of_its_own_and_keeps_the_rows():
     assert (check.n_samples, check.seed) == (256, 1)
 
 
-def test_standard_errors_of_scrambles_are_the_scatter_of_repeated_verifications():
-    front = searched(robust())
-    repeated = [verify(front, robust(), 64, seed=seed).values for seed in range(1, 41)]
-    for name in ("mean_sum", "sigma_sum"):
-        scatter = np.std([getattr(one, name) for one in repeated], axis=0, ddof=1)
-        stated = [getattr(one, f"standard_error_{name}") for one in repeated]
-        assert np.sqrt(np.mean(np.square(stated))) == pytest.approx(
-            np.sqrt(np.mean(scatter**2)), rel=0.25
-        )
-
-
 def test_a_thinned_front_keeps_its_ends_and_its_spacing():
     x = np.linspace(0.0, 1.0, 401) ** 3
     front = pareto_front(values(np.column_stack([x, 1.0 - x]), np.column_stack([x, x])))

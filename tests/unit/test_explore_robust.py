@@ -90,25 +90,6 @@ def test_nominal_mean_is_the_response_of_the_design_itself():
     np.testing.assert_array_equal(nominal.standard_error_mean_sum, 0.0)
 
 
-def test_without_tolerance_sigma_is_exactly_zero():
-    space = replace(SPACE, tolerance=np.zeros(2))
-    values = RobustResponse(model(), space, sobol_sample(2, 64, seed=1))(np.array([[0.9, 1.1]]))
-    np.testing.assert_array_equal(values.sigma, 0.0)
-    np.testing.assert_array_equal(values.standard_error_sigma_sum, 0.0)
-    np.testing.assert_array_equal(values.mean, linear(np.array([[0.9, 1.1]])))
-
-
-def test_one_call_per_design_with_all_its_draws():
-    shapes = []
-
-    def counting(designs):
-        shapes.append(designs.shape)
-        return linear(designs)
-
-    RobustResponse(model(counting), SPACE, sobol_sample(2, 32, seed=1))(np.ones((5, 2)))
-    assert shapes == [(32, 2)] * 5
-
-
 @pytest.mark.parametrize("sampler", [sobol_sample(2, 32, seed=1), FreshGaussianSampler(2, seed=1)])
 def test_a_design_has_the_same_values_in_any_batch(sampler):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((7, 2))
@@ -197,12 +178,6 @@ def test_variables_that_differ_are_refused():
         RobustResponse(model(), stiffness_factor_space(("b", "a")), DRAWS)
     with pytest.raises(InputError, match="3 columns for 2 draws of 2 design variables"):
         RobustResponse(model(), SPACE, sobol_sample(3, 32, seed=1))
-
-
-def test_no_designs_give_no_values():
-    values = RobustResponse(model(), SPACE, DRAWS)(np.empty((0, 2)))
-    assert len(values) == 0
-    assert values.mean.shape == (0, 2)
 
 
 def test_the_example_of_the_seam_holds():

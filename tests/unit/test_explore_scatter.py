@@ -104,16 +104,6 @@ def test_only_fresh_draws_come_with_a_warning():
     assert "13 to 18 %" in fresh.warning
 
 
-def test_samples_say_what_they_are():
-    kinds = [sampler.kind for sampler in samplers()]
-    assert kinds == [
-        "scrambled Sobol, shared",
-        "gaussian, shared",
-        "gaussian, fresh for every design",
-    ]
-    assert [(s.n_samples, s.n_variables, s.seed) for s in samplers()] == [(64, 5, 1)] * 3
-
-
 NAMES = ("EnM x", "EnM z", "GeM x", "GeM z")
 
 
@@ -126,24 +116,6 @@ def batches(rho):
 
 def sum_of_all(designs):
     return designs.sum(axis=1, keepdims=True)
-
-
-@pytest.mark.parametrize(("rho", "variance"), [(0.0, 4.0), (0.5, 6.0), (1.0, 8.0)])
-def test_sigma_of_a_sum_is_the_textbooks(rho, variance):
-    """Var of the sum of two pairs: 4 + 4 rho, times the variance of a draw."""
-    structure = batches(rho)
-    model = ResponseFunction(sum_of_all, NAMES, ("y",), "1")
-    space = stiffness_factor_space(NAMES)
-    robust = RobustResponse(
-        model,
-        space,
-        sobol_sample(structure.n_draws, 64, seed=1),
-        structure=structure,
-        estimator=Estimator(1),
-    )
-    second = cut_normal_moments()[0]
-    sigma = robust(np.ones((1, 4))).sigma_sum[0]
-    assert sigma == pytest.approx(0.05 * np.sqrt(variance * second), rel=1e-9)
 
 
 def test_structures_that_do_not_fit_are_refused():
@@ -184,18 +156,6 @@ def stated():
 
 def test_covariance_is_that_of_the_hand_calculation():
     np.testing.assert_allclose(covariance(part_structure(SIX, PARTS)), stated(), atol=1e-12)
-
-
-def test_sample_covariance_is_the_stated_one_within_statistics():
-    structure = part_structure(SIX, PARTS)
-    count = 40_000
-    scatter = structure.scatter(gaussian_sample(structure.n_draws, count, seed=4).values)
-    second = cut_normal_moments()[0]
-    found = np.cov(scatter.T)
-    wanted = second * stated()
-    # variance of a sample covariance of normal data; cut draws scatter a little less
-    error = np.sqrt((np.outer(np.diag(wanted), np.diag(wanted)) + wanted**2) / count)
-    assert np.all(np.abs(found - wanted) < 4.0 * error)
 
 
 class Linear:

@@ -113,7 +113,7 @@ def test_five_lines_in_a_notebook():
     space = stiffness_factor_space(model.variable_names)
     robust = RobustResponse(model, space, sobol_sample(space.n_variables, 16, seed=1))
     problem = RobustProblem(robust)
-    result = minimize(problem, NSGA2(100), seed=1)
+    result = minimize(problem, NSGA2(20), ("n_gen", 5), seed=1)
 
     np.testing.assert_array_equal(result.F, robust(result.X).objectives)
     np.testing.assert_array_equal(result.pop.get("mean"), robust(result.pop.get("X")).mean)
@@ -148,14 +148,13 @@ def test_failed_designs_reach_pymoo_finite_and_infeasible():
     assert np.all(np.isfinite(out["F"]))
 
 
-@pytest.mark.parametrize("seed", [1, 2, 3])
-def test_a_failed_design_never_wins(seed):
-    assert nsga2(ROBUST, 20, 10, seed=seed).n_failed == 0
-    result = nsga2(FAILING, 20, 10, seed=seed)
+def test_a_failed_design_never_wins():
+    assert nsga2(ROBUST, 20, 10, seed=1).n_failed == 0
+    result = nsga2(FAILING, 20, 10, seed=1)
     assert result.n_failed > 0
     assert FAILING(result.evaluated.designs[result.evaluated.failed]).failed.all()
     assert not FAILING(result.front.designs).failed.any()
-    plain = minimize(RobustProblem(FAILING), NSGA2(20), ("n_gen", 10), seed=seed)
+    plain = minimize(RobustProblem(FAILING), NSGA2(20), ("n_gen", 10), seed=1)
     assert np.all(plain.F < FAILED_OBJECTIVE)
 
 

@@ -53,10 +53,11 @@ def in_report(modes, truth=None):
 
 
 def test_a_report_has_what_is_known(part):
-    report = in_report(part)
+    few = replace(part, n_modes=2)
+    report = in_report(few)
     assert list(report.tables) == ["modes", "panel_contributions"]
     assert "MAC with the truth [1]" not in report.tables["modes"]
-    few = replace(part, n_modes=2, panels=None)
+    few = replace(few, panels=None)
     report = in_report(few, few.model.shapes)
     assert list(report.figures) == ["stabilisation", "mode_shapes"]
     assert report.tables["modes"]["MAC with the truth [1]"].to_numpy() == pytest.approx(1.0)
@@ -66,7 +67,6 @@ def test_a_vehicle_without_panels_has_modes_all_the_same(car):
     bare = body_modes(replace(car, panels=None))
     assert bare.panels is None
     assert len(bare.model.outputs) == 15
-    assert list(in_report(bare).tables) == ["modes"]
 
 
 def test_what_cannot_be_answered_is_refused(car, part):

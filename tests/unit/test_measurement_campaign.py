@@ -54,15 +54,6 @@ def test_tolerances_that_are_none_are_refused(value):
         Tolerances(shaker_gain=value)
 
 
-def test_a_run_owns_its_arrays():
-    torque = np.array([0.0, 1.0, 2.0])
-    made = run(engine_torque=torque)
-    torque[0] = 99.0
-    assert made.wheel_torque == pytest.approx([0.0, 3.4, 6.8])
-    assert not made.engine_torque.flags.writeable
-    assert made.frequency is made.acceleration.frequency
-
-
 @pytest.mark.parametrize("torque", [np.zeros(2), np.array([0.0, np.nan, 1.0])])
 def test_a_torque_that_does_not_fit_a_run_is_refused(torque):
     with pytest.raises(InputError, match="g5_wot220"):

@@ -2,7 +2,6 @@
 
 import multiprocessing
 import os
-import pickle
 import shutil
 import sqlite3
 import subprocess
@@ -43,25 +42,6 @@ LABEL = {"campaign": "spring", "mount": "TSM", "variant": "M3"}
 VALUE = mount()
 X = VALUE.direction("x")
 KEPT = FittedSurface.of(surface(), {"pieces": np.int64(2)})
-
-
-def test_an_identity_reads_like_a_label():
-    full = MountIdentity("spring", "TSM", "M3", "4711", "Rubber Ltd", "A7")
-    label = "TSM M3 of campaign spring, part number 4711, supplier Rubber Ltd, serial A7"
-    assert str(full) == label
-    assert str(MountIdentity(**LABEL)) == "TSM M3 of campaign spring"
-
-
-def test_arrays_are_copies_that_nobody_can_change():
-    points = X.map_points
-    for array in (points.preload, points.dynamic_stiffness, points.run, *X.surface.arrays.values()):
-        with pytest.raises(ValueError, match="read-only"):
-            array[...] = array
-    assert_same(pickle.loads(pickle.dumps(VALUE)), VALUE)  # a worker process may return it
-    preload = np.zeros(150)
-    points = replace(map_points(1), preload=preload)
-    preload[0] = 5.0
-    assert points.preload[0] == 0.0
 
 
 def test_a_surface_states_variables_units_and_ranges():

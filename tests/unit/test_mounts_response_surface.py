@@ -8,8 +8,6 @@ from sklearn.base import clone
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.model_selection import GroupKFold, cross_val_score
 from sklearn.neighbors import KNeighborsRegressor
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import StandardScaler
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from deboom.errors import InputError
@@ -38,7 +36,6 @@ Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 @parametrize_with_checks(
     [
         PiecewiseCubicRegressor(),
-        PiecewiseCubicRegressor(split="threshold"),
         PiecewiseCubicRegressor(pieces="cv", max_pieces=3),
     ]
 )
@@ -87,12 +84,6 @@ def test_rows_of_weight_zero_are_left_out():
     expected = PiecewiseCubicRegressor().fit(X[weight > 0], Y[weight > 0])
     model = PiecewiseCubicRegressor().fit(X, spoilt, sample_weight=weight)
     np.testing.assert_allclose(model.predict(X), expected.predict(X), rtol=1e-9, atol=1e-12)
-
-
-def test_it_works_in_a_pipeline_and_as_a_clone():
-    model = clone(PiecewiseCubicRegressor(pieces=3, min_rows=25))
-    assert model.get_params()["pieces"] == 3
-    assert make_pipeline(StandardScaler(), model).fit(X, Y).score(X, Y) > 0.99
 
 
 @pytest.mark.parametrize(
@@ -264,12 +255,6 @@ def test_storage_of_another_version_or_incomplete_is_refused():
     for name in ("region_lower", "region_points"):
         with pytest.raises(InputError, match="TrainingRegion"):
             DynamicStiffnessSurface.from_arrays({**arrays, name: arrays[name][..., :2]})
-
-
-def test_fitted_numbers_are_read_only():
-    for array in (SURFACE.real_.coefficients_, SURFACE.region_.points):
-        with pytest.raises(ValueError, match="read-only"):
-            array[...] = 0
 
 
 def test_at_fixed_preload_and_frequency_it_is_a_cubic_in_the_amplitude():

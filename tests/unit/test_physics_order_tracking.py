@@ -55,14 +55,6 @@ def test_computed_order_tracking_refuses(order, centre, revolutions, message):
         order_amplitudes(*resampled, order, centre, revolutions)
 
 
-def test_new_samples_stand_on_whole_steps_from_the_zero_mark():
-    revolution, resampled = angular_resample(RECORD, ANGLE - 0.3, 64)
-    np.testing.assert_allclose(revolution * 64, np.rint(revolution * 64))
-    assert revolution[0] * 2 * np.pi >= -0.3
-    assert revolution[-1] * 2 * np.pi <= ANGLE[-1] - 0.3
-    assert len(resampled) == revolution.size
-
-
 def test_samples_needed_keep_the_rate_above_the_order():
     assert samples_needed(1200.0, 600.0, 3.0) == 123
     assert samples_needed(1201.0, 600.0, 3.0) == 124
@@ -110,26 +102,6 @@ def test_lower_rate_refuses_or_leaves_alone():
 
 def test_smear_at_constant_speed_is_zero():
     np.testing.assert_allclose(smear([0.0, -3.0, 3.0], 2.0), [0, 3, 3])
-
-
-def test_order_one_and_a_half_at_the_thesis_axis_ends():
-    np.testing.assert_allclose(frequency_of_order([800, 2400, 3200], 1.5), [20, 60, 80])
-
-
-def test_first_order_of_the_compressor():
-    assert frequency_of_order(3000, 1) == 50
-
-
-@pytest.mark.parametrize("order", [0.5, 1.0, 1.5, 2.0])
-def test_inverse(order):
-    rpm = np.linspace(700, 8000, 50).reshape(5, 10)
-    there_and_back = rpm_of_frequency(frequency_of_order(rpm, order), order)
-    np.testing.assert_allclose(there_and_back, rpm, rtol=1e-14)
-
-
-@pytest.mark.parametrize(("cylinders", "order"), [(1, 0.5), (2, 1.0), (3, 1.5), (4, 2.0), (6, 3.0)])
-def test_dominant_order_of_four_stroke_engines(cylinders, order):
-    assert dominant_order(cylinders) == order
 
 
 @pytest.mark.parametrize("order", [0, -1.5, np.nan, np.inf])

@@ -180,12 +180,6 @@ def test_refuses_arrays_that_do_not_fit():
         replace(motion, vehicle_names=("A-1",))
 
 
-def test_arrays_are_read_only():
-    motion = coupled_motion(_fleet(), MOUNTS, POWERTRAIN, _load_case())
-    with pytest.raises(ValueError, match="read-only"):
-        motion.bodies[0].stiffness[0, 0] = 0.0
-
-
 @pytest.mark.parametrize(
     ("mass", "tolerance", "message"),
     [(0.0, 0.0, "a body of 0.0"), (40.0, 50.0, "smaller tolerance"), (None, 1.0, "without a body")],

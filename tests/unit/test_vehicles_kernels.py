@@ -57,7 +57,7 @@ def assert_same_bits_in_any_company(summed, designs, sizes):
 @MOTIONS
 @TIERS
 def test_a_design_gives_the_same_bits_in_any_company(motion, compiled):
-    n = 40 if motion is Motion.amplitude and not compiled else 269
+    n = 16 if motion is Motion.amplitude and not compiled else 269
     summed = level_sum(CASES[motion], compiled=compiled)
     assert (summed.tables is not None) == compiled
     assert_same_bits_in_any_company(summed, DESIGNS[:n], (1, 7, 63, 64, 65, 128))
@@ -66,7 +66,7 @@ def test_a_design_gives_the_same_bits_in_any_company(motion, compiled):
 @TIERS
 @pytest.mark.parametrize(
     ("n_vehicle", "n_lines", "n_variable"),
-    [(5, 161, 12), (1, 1, 1), (2, 3, 2), (3, 97, 13), (2, 385, 7), (1, 768, 31)],
+    [(1, 1, 1), (3, 97, 13), (2, 385, 7)],
 )
 def test_so_it_does_for_any_number_of_lines_and_variables(n_vehicle, n_lines, n_variable, compiled):
     case = contributions(random(n_vehicle, n_lines, n_variable))

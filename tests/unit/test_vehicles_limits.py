@@ -156,14 +156,6 @@ def test_a_common_dynamic_factor_divides_the_travel_and_a_part_rides_into_its_st
     assert abs(part(soft)[0, place]) < abs(dynamic(soft)[0, place])
 
 
-def test_travel_beyond_the_measured_curve_is_not_a_number():
-    travel = of(TorqueTravel(model(), 1500.0, ("S z",), Factor.part))
-    assert np.isnan(travel(np.array([np.ones(9) * 0.5, np.ones(9) * 5.0]))).ravel().tolist() == [
-        True,
-        False,
-    ]
-
-
 def test_natural_frequencies_are_those_of_the_rigid_body():
     stiffness = dict(zip(NAMES, 1e5 * np.arange(1.0, 10.0), strict=True))
     modes = of(NaturalFrequencies(MOUNTS, POWERTRAIN, stiffness))

@@ -55,7 +55,7 @@ def impact_rows(sheet=SHEET):
 @pytest.fixture(scope="module")
 def exact(tmp_path_factory):
     folder = tmp_path_factory.mktemp("compressor") / "exact"
-    write_compressor_test(folder, 1, plan=replace(TABLE11, hits=True), noise_free=True)
+    write_compressor_test(folder, 1, plan=TABLE11, noise_free=True)
     return folder, read_inertance_test(folder)
 
 

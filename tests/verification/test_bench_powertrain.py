@@ -279,18 +279,6 @@ def test_order_torque_over_load(intake, half_burnt, rpm):
     assert np.rad2deg(np.angle(modelled / order)) == pytest.approx(0, abs=3)
 
 
-def test_three_cylinders_have_no_inertia_torque_at_order_1_5():
-    degrees = np.arange(720.0)
-    angle = np.deg2rad(degrees)
-    acceleration = np.gradient(np.gradient(travel(angle), angle), angle)
-    acceleration[[0, 1, -2, -1]] = acceleration[[360, 361, 358, 359]]
-    single = -acceleration * lever(angle)
-    engine = sum(np.roll(single, 240 * cylinder) for cylinder in range(3))
-    orders = np.abs(np.fft.rfft(engine)) / degrees.size  # half orders: two revolutions
-    assert orders[3] < 1e-6 * orders[6]
-    assert orders[6] > 0
-
-
 FREQUENCY_4 = np.linspace(20.0, 80.0, 241)
 COLUMN = {name: 3 * k for k, name in enumerate(BENCH.mount_names)}
 AT = [0, 40, 80, 160, 240]  # 20, 30, 40, 60, 80 Hz

@@ -22,7 +22,6 @@ from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.measured_vehicle import (
     Method,
-    path_accelerance,
     path_noise_transfer,
     point_noise_transfer,
 )
@@ -84,24 +83,6 @@ def test_paths_are_those_of_the_platform(exact):
         vehicle.position("Du")
     with pytest.raises(InputError, match="no run 'g3'"):
         vehicle.run("g3")
-
-
-def test_forces_by_inversion_of_exact_accelerances_are_the_true_ones(exact):
-    folder, vehicle = exact
-    run, true = vehicle.run("g5_wot220"), truth(folder, "g5_wot220")
-    matrix = path_accelerance(vehicle).select(inputs=true["channels"].tolist())
-    indicators = run.acceleration.select(matrix.outputs).values
-    # 8 modes and a patch of its own at every force: 11 forces are seen by 45 channels
-    found = np.array(
-        [
-            np.linalg.lstsq(h, a, rcond=None)[0]
-            for h, a in zip(matrix.values, indicators, strict=True)
-        ]
-    )
-    assert np.abs(found - true["force"]).max() < 1e-6 * np.abs(true["force"]).max()
-    without = replace(vehicle, accelerance=None)
-    with pytest.raises(InputError, match="no force can be found by inversion"):
-        path_accelerance(without)
 
 
 def test_the_car_obeys_the_coupling_of_its_parts():

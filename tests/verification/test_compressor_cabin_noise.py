@@ -62,7 +62,7 @@ from deboom.measurement.electric_car import wrench_noise_transfer
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.virtual_point import RIGID_MOTIONS
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, shift_matrix
-from deboom.physics.sound_level import a_weighting, spl
+from deboom.physics.sound_level import spl
 from deboom.study.compressor_noise import ranking
 
 BAR = 1e5
@@ -344,14 +344,6 @@ def test_rigid_holders_leave_the_body_to_the_ear_alone():
             heard = np.einsum("fi,fi->f", body_of(car).transfer[:, forces_at], force[..., 0])
             found = index.pressure(designs)[number, place]
             np.testing.assert_allclose(found, heard, rtol=1e-11)
-
-
-def test_one_line_is_its_a_weighted_level():
-    index = index_of(places=False, weights=(1.0, 0.0))
-    design = some_designs(index, 1, seed=6)
-    heard = np.abs(index.pressure(design))
-    level = 20 * np.log10(heard / (np.sqrt(2) * 2e-5)) + a_weighting(LINES)
-    np.testing.assert_allclose(index(design), level.sum(axis=-1), rtol=1e-12)
 
 
 def test_a_design_gives_the_same_however_it_is_batched_or_carried():

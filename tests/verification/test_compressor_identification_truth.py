@@ -124,27 +124,8 @@ def at_virtual_point(raw: RawInertance) -> Objective:
     )
 
 
-def test_exact_data_return_the_truth() -> None:
-    raw, _ = measured(1, 0.0, 1e-9)
-    minimal, data = MinimalParameters(LENGTH), at_virtual_point(raw)
-    start = linear_start(minimal, LINES, data.measured)
-    assert minimal.model(start).mass == pytest.approx(7.2, rel=0.01)
-    found = fit_at_virtual_point(minimal, data, start)
-    assert found.converged
-    model = found.model
-    assert model.mass == pytest.approx(TRUTH.mass, rel=1e-6)
-    np.testing.assert_allclose(model.centre, TRUTH.centre, atol=1e-8)
-    np.testing.assert_allclose(model.inertia, TRUTH.inertia, atol=1e-7)
-    scale = TRUTH.gain.real.at(20.0)
-    np.testing.assert_allclose(
-        model.stiffness, TRUTH.stiffness * scale, atol=1e-5 * TRUTH.stiffness.max()
-    )
-    np.testing.assert_allclose(model.gain.at(LINES), TRUTH.gain.at(LINES) / scale, atol=1e-5)
-
-
-@pytest.mark.parametrize("seed", [1, 2])
-def test_self_calibration_returns_compressor_and_placement(seed: int) -> None:
-    raw, errors = measured(seed, 1.0, 0.002)
+def test_self_calibration_returns_compressor_and_placement() -> None:
+    raw, errors = measured(1, 1.0, 0.002)
     minimal, data = MinimalParameters(LENGTH), at_virtual_point(raw)
     point = fit_at_virtual_point(minimal, data, linear_start(minimal, LINES, data.measured))
     prior = Prior(
@@ -206,26 +187,6 @@ def thesis_fit_data() -> tuple[Objective, np.ndarray, np.ndarray]:
         ]
     )
     return at_virtual_point(raw), start, tolerance
-
-
-def test_35_of_44_numbers_are_seen() -> None:
-    data, values, tolerance = thesis_fit_data()
-    found = fit_at_virtual_point(
-        ThesisParameters(), data, values, Bounds(values - tolerance, values + tolerance)
-    )
-    seen = identifiability(ThesisParameters().names, found.jacobian, tolerance)
-    assert seen.rank == 35
-    assert len(seen.null_space) == 9
-    assert seen.participation[seen.names.index("mount 1 rotation x")] > 0.9
-    body = [
-        share
-        for name, share in zip(seen.names, seen.participation, strict=True)
-        if name.startswith(("I", "centre", "mass"))
-    ]
-    assert len(body) == 10
-    assert max(body) < 1e-6
-    alone = [line.statement for line in seen.null_space if len(line.names) == 1]
-    assert "mount 1 rotation x is not visible" in alone
 
 
 def test_a_fit_in_its_bounds_ends_at_the_truth() -> None:
@@ -316,25 +277,17 @@ def errors(model, truth):
     }
 
 
-@pytest.mark.parametrize(
-    ("case", "level", "seed", "figures"),
-    [
-        (CompressorCase.TABLE11, CalibrationLevel.C2, 4, (1.2e-3, 0.015, 0.015)),
-        (CompressorCase.RANDOM, CalibrationLevel.C05, 7, (0.4e-3, 0.006, 0.006)),
-    ],
-    ids=["table 11 C2", "random C0.5"],
-)
-def test_identification_returns_the_truth_within_the_figures(tmp_path, case, level, seed, figures):
-    folder = write_compressor_test(tmp_path / "test", seed, level, CompressorPlan(case))
+def test_identification_returns_the_truth_within_the_figures(tmp_path):
+    plan = CompressorPlan(CompressorCase.RANDOM)
+    folder = write_compressor_test(tmp_path / "test", 7, CalibrationLevel.C05, plan)
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
     found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=30, held_out=0))
     assert found.alarms == ()
     off = errors(found.calibrated.model, truth)
-    centre, inertia, stiffness = figures
     assert off["mass"] < SLACK * 0.002
-    assert off["centre"] < SLACK * centre
-    assert off["inertia"] < SLACK * inertia
-    assert off["stiffness"] < SLACK * stiffness
+    assert off["centre"] < SLACK * 0.4e-3
+    assert off["inertia"] < SLACK * 0.006
+    assert off["stiffness"] < SLACK * 0.006
     assert off["real"] < SLACK * 0.001
     assert off["imaginary"] < SLACK * 0.002
     # self-calibration, not luck: the virtual point with the sheet's placement is worse
@@ -394,6 +347,9 @@ def test_the_gain_is_sure_where_it_is_one_by_definition(found):
 
 def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
     assert thesis.seen.rank == 35
+    alone = [line.statement for line in thesis.seen.null_space if len(line.names) == 1]
+    assert "mount 1 rotation x is not visible" in alone
+    assert thesis.seen.participation[thesis.seen.names.index("mount 1 rotation x")] > 0.9
     body = [name.startswith(("I", "centre", "mass")) for name in thesis.seen.names]
     assert thesis.known.ratio[body].max() < 0.15
     turned = thesis.seen.names.index("mount 2 rotation x")

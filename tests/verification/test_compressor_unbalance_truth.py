@@ -31,7 +31,6 @@ from deboom.compressor.routes import (
     RouteModel,
     updated,
 )
-from deboom.compressor.source_fit import MountState
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
@@ -221,14 +220,6 @@ def test_opposite_rotation():
         unbalance(mixed, identified(), SHORT)
 
 
-def test_gas_that_grows_with_pressure():
-    test, _ = sample(1, lines=LINES)
-    low, high = unbalance(test, identified(), SHORT).chosen.sources.gas
-    assert (low.pressure, high.pressure) == (LOW, HIGH)
-    assert high.moment.value / low.moment.value == pytest.approx(1.6, rel=0.03)
-    assert abs(low.moment.value / GAS[1] - 1) < 0.15
-
-
 def test_sweeps_of_different_lines_share_one_rotor():
     test, _ = sample(1, lines=LINES)
     other, _ = sample(1, lines=np.arange(18.3, 140.0, 5.0))
@@ -399,11 +390,3 @@ def test_mounts_that_changed_alike_keep_their_factor():
     result = unbalance(test, softened()[2], OPTIONS_2)
     assert result.by_letter("e").fit.change == UPDATED.update
     assert result.notices == ()
-
-
-def test_statements_for_people():
-    test, _ = sample(1, lines=LINES_2, drawn=True)
-    result = unbalance(test, softened()[2], replace(OPTIONS_2, routes=OPTIONS_2.routes[:1]))
-    assert result.sense.statement == "The rotor turns from y to z (beyond doubt)."
-    assert isinstance(result.state, MountState)
-    assert "real part 0.0 % ± 0.0 %" in result.state.statement

@@ -51,15 +51,6 @@ def test_predicted_pieces_cover_the_next_piece():
     assert np.mean(inside) == pytest.approx(0.90, abs=0.05)
 
 
-def test_many_pieces_give_back_their_covariance():
-    random = np.random.default_rng(3)
-    root = np.array([[0.03, 0.0], [0.02, 0.01]])
-    pieces = 1.0 + random.standard_normal((4000, 2)) @ root.T
-    drawn = predicted_pieces(pieces, 200, 200, seed=1).reshape(-1, 2)
-    assert np.cov(drawn.T) == pytest.approx(root @ root.T, rel=0.08)
-    assert drawn.mean(axis=0) == pytest.approx([1.0, 1.0], abs=2e-3)
-
-
 @pytest.mark.parametrize(
     ("values", "lower", "upper", "sentence"),
     [

@@ -15,7 +15,6 @@ from deboom.bench.fleet import (
     source_motion,
 )
 from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
-from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
@@ -26,7 +25,6 @@ from deboom.measurement.modal import (
     modal_model,
     pole_clusters,
     poles_over_orders,
-    require_coherence,
 )
 from deboom.physics.frf import FrfForm
 
@@ -233,14 +231,3 @@ def test_a_measured_ruler_has_the_ratios_of_a_clamped_beam():
     model = modal_model(frf, FrfForm.INERTANCE, band, clusters)
     assert model.total_error < 0.2
     assert "more than 5 %" in model.verdict
-
-
-def test_an_analyzer_export_without_coherence_is_not_identified_from():
-    with np.load(DATA / "vibrationtesting-analyzer" / "case1.npz") as case:
-        lines = slice(10, 800)
-        values = case["Hf_chan_2"][lines, None, None]
-        coherence = case["Hf_coh_chan_2"].real[lines, None, None]
-        frequency = 0.3125 * np.arange(1601)[lines]
-    frf = Frf(frequency, values, ("response",), ("force",), "any")
-    with pytest.raises(InputError, match="median coherence 0"):
-        require_coherence(frf, np.clip(coherence, 0, 1), (20.0, 200.0))

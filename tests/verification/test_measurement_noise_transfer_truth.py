@@ -7,13 +7,11 @@ import numpy as np
 import pytest
 
 from deboom.bench.compressor_rig import operation
-from deboom.bench.electric_car import MOUNTS, mount_stiffnesses
+from deboom.bench.electric_car import mount_stiffnesses
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.fleet import (
     ear_transfer,
-    interface_shapes,
     load_fleet,
-    noise_transfer,
     panel_pressure,
     source_motion,
 )
@@ -24,7 +22,6 @@ from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import ElectricCar, wrench_accelerance, wrench_noise_transfer
 from deboom.measurement.measured_vehicle import (
     Method,
@@ -116,17 +113,6 @@ def test_the_bench_answers_the_loudspeaker_as_reciprocity_demands(vehicle):
     assert np.abs(direct + breathing).max() < 1e-12 * np.abs(direct).max()
 
 
-def test_the_drivers_old_noise_transfer_functions_are_untouched():
-    fleet = load_fleet(1)
-    for body in fleet.bodies.values():
-        frozen = noise_transfer(body, fleet.cabin, FREQUENCY)
-        driver = ear_transfer(body, fleet.cabin, FREQUENCY)[:, 0]
-        mounts = driver[:, :3, :3].reshape(FREQUENCY.size, -1)
-        wishbone = driver[:, 3:, 0].mean(axis=1, keepdims=True)
-        error = np.abs(np.hstack([mounts, wishbone]) - frozen)
-        assert error.max() < 1e-14 * np.abs(frozen).max()
-
-
 def test_the_passenger_hears_another_cabin_than_the_driver_but_not_a_strange_one():
     fleet = load_fleet(1)
     ears = panel_pressure(fleet.cabin, FREQUENCY)
@@ -135,13 +121,6 @@ def test_the_passenger_hears_another_cabin_than_the_driver_but_not_a_strange_one
     levels = 20 * np.log10(np.abs(ear_transfer(body, fleet.cabin, FREQUENCY)[:, :, :3, :3]))
     difference = np.abs(levels[:, 1] - levels[:, 0])
     assert 0.1 < np.median(difference) < 3.0
-
-
-def test_rotations_follow_the_body_linearly():
-    """Half the shapes, half the rotations: nothing is drawn per vehicle."""
-    body = load_fleet(1).bodies["U06-2"]
-    half = replace(body, shapes_at_paths=0.5 * body.shapes_at_paths)
-    np.testing.assert_allclose(interface_shapes(half), 0.5 * interface_shapes(body), rtol=1e-13)
 
 
 EXACT = 1e-10
@@ -247,13 +226,6 @@ def test_by_hand():
     )
 
 
-def test_sums_of_squares_add_up():
-    values = np.random.default_rng(1).normal(size=(4, 3, 5))
-    split = variance_split(values)
-    total = np.sum((values - values.mean()) ** 2)
-    assert split.mean_square @ split.degrees_of_freedom == pytest.approx(total, rel=1e-12)
-
-
 def test_one_level_is_the_sample_variance():
     values = np.random.default_rng(2).normal(size=(9, 7))
     split = variance_split(values, ("vehicle",))
@@ -330,20 +302,6 @@ def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ElectricCa
     folder = tmp_path_factory.mktemp("car") / "measured"
     write_electric_car(folder, SEED, "EV-2", fleet=4)
     return folder, read_electric_car(folder)
-
-
-def test_folder_holds_what_a_laboratory_delivers(measured: tuple[Path, ElectricCar]) -> None:
-    folder, car = measured
-    assert car.name == "EV-2"
-    assert [point.name for point in car.mounts] == list(MOUNTS)
-    assert [p.name for p in car.hoses] == [hose.name for hose in car.operation.hoses]
-    assert car.ear == "driver ear"
-    assert car.n_averages == 5
-    states = [sweep.hoses for sweep in car.operation.sweeps]
-    assert states == 2 * [HoseState.STANDARD] + 2 * [HoseState.SOFT]
-    assert {path.name for path in car.input_files} >= {"car.toml", "operation.toml", "pressure.uff"}
-    assert not any("truth" in path.parts for path in car.input_files)
-    assert not folder.with_name("measured.unfinished").exists()
 
 
 def test_exact_files_give_the_noise_transfer_back(exact: tuple[Path, ElectricCar]) -> None:

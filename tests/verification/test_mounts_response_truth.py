@@ -20,7 +20,6 @@ from deboom.mounts.response_surface import (
     compare_models,
     friction_stiffness,
     gaussian_process,
-    operating_points,
     standard_models,
 )
 from deboom.physics.dynamic_stiffness import kelvin_voigt
@@ -430,39 +429,6 @@ def _true_stiffness(training, rows, direction):
     # the other axes of the mount move in the proportion of the nearest measured line
     amplitude = others[nearest] * (rows[:, 1] / others[nearest, column])[:, np.newaxis]
     return operating_stiffness(BENCH.powertrain, remembered, amplitude, rows[:, 2])[:, column]
-
-
-def test_the_interval_covers_new_noisy_lines():
-    generator = np.random.default_rng(2)
-    training, check = samples(TRAINING_RUNS, "TSM x"), samples(UNTRAINED, "TSM x")
-
-    def noisy(stiffness):
-        noise = generator.normal(size=(2, stiffness.size)) * 2e4
-        return stiffness + noise[0] + 1j * noise[1]
-
-    surface = DynamicStiffnessSurface().fit(training.points, noisy(training.stiffness))
-    lower, upper = surface.predict_interval(check.points)
-    measured = noisy(check.stiffness)
-    for part in (np.real, np.imag):
-        covered = (part(lower) <= part(measured)) & (part(measured) <= part(upper))
-        assert 0.92 < covered.mean() < 0.98
-
-
-def test_the_amplitude_of_a_run_comes_back_from_the_surface():
-    """Fixed point on the collapsed cubic: a run never trained, with the bench's own force."""
-    direction = "TSM x"
-    surface = fitted_to(samples(TRAINING_RUNS, direction))
-    lines = samples(UNTRAINED, direction)
-    coefficients = surface.at_amplitude(lines.preload, lines.frequency)
-    low, high = surface.ranges["amplitude"]
-    amplitude = np.full(len(lines), 1e-4)
-    for _ in range(60):
-        z = (2 * amplitude - low - high) / (high - low)
-        stiffness = np.sum(coefficients * z[:, np.newaxis] ** np.arange(4), axis=1)
-        amplitude = np.clip(np.abs(lines.force) / np.abs(stiffness), low, high)
-    points = operating_points(lines.preload, amplitude, lines.frequency)
-    assert surface.supported(points).mean() > 0.95
-    np.testing.assert_allclose(amplitude, lines.amplitude, rtol=0.06)
 
 
 def test_the_table_ranks_the_models_as_the_law_asks():

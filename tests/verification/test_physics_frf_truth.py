@@ -37,15 +37,11 @@ from deboom.physics.frf import (
 from deboom.physics.sound_level import energy_sum, mean_level, spl, splv
 from struck_mass import (
     DAMPING,
-    MASS,
     NATURAL,
     POLES,
-    PUSH,
     fitted_pole,
-    force,
     inertance,
     measured,
-    motion,
 )
 
 DATA = Path(__file__).parents[1] / "data" / "vibrationtesting-analyzer"
@@ -329,14 +325,6 @@ def test_blocks_that_overlap_count_for_less():
 BAND_3 = (10.0, 150.0)
 
 
-def test_the_record_obeys_newton():
-    """The judge itself: m a + c v + k x = f, term by term."""
-    time = np.linspace(-0.01, 0.5, 4001)
-    left = MASS * motion(time, 2) + 2 * MASS * DAMPING * NATURAL * motion(time, 1)
-    left += MASS * NATURAL**2 * motion(time, 0)
-    np.testing.assert_allclose(left, force(time), atol=1e-9 * PUSH)
-
-
 def test_inertance_with_its_sign():
     """τ of the body is 0.2 s: after 2 s nothing is left but e⁻⁹ of it."""
     estimate = hammer_frf(measured(), HammerOptions(band=BAND_3))
@@ -443,11 +431,6 @@ def test_against_least_squares():
     assert corr_f(MEASURED, OTHER_CAR) == pytest.approx(unexplained, abs=1e-10)
 
 
-def test_both_directions_of_msf_multiply_to_mac():
-    product = msf(MEASURED, OTHER_CAR) * msf(OTHER_CAR, MEASURED)
-    assert product == pytest.approx(mac(MEASURED, OTHER_CAR), abs=1e-10)
-
-
 def test_without_the_conjugate_the_factor_is_lost():
     """A published code forms aᵀb / bᵀb and keeps the real part; on a shape with phase it fails."""
     factor = 0.318 + 0.624j
@@ -461,12 +444,6 @@ def test_without_the_conjugate_the_factor_is_lost():
     # a conjugate on the wrong side returns the conjugate of the factor
     wrong_side = np.vdot(curve, MEASURED) / np.vdot(MEASURED, MEASURED)
     assert wrong_side == pytest.approx(np.conj(factor), abs=1e-10)
-
-
-def test_magnitudes_forget_the_phase():
-    turned = np.exp(0.3j) * MEASURED
-    assert corr_s(turned, MEASURED) == pytest.approx(2 * np.sin(0.15), abs=1e-10)
-    assert corr_s(abs(turned), abs(MEASURED)) == pytest.approx(0, abs=1e-10)
 
 
 def test_on_decibels_two_different_cars_look_alike():

@@ -25,7 +25,6 @@ from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,
     mount_stiffness_matrix,
-    rigid_body_modes,
     rotation_matrix,
 )
 
@@ -186,15 +185,6 @@ def test_condition_number_450_is_an_artefact_of_units():
     assert scaled_condition_number(free, FrfForm.APPARENT_MASS, length) == pytest.approx(2, abs=0.1)
 
 
-def test_rigid_body_modes_of_the_thesis_compressor():
-    """Modes with the gain at their own frequency; values of an independent program."""
-    static, _ = rigid_body_modes(MASS, STIFFNESS)
-    modes = static.copy()
-    for _ in range(60):
-        modes = static * np.sqrt(gain(modes).real)
-    np.testing.assert_allclose(modes, [10.1, 11.0, 17.2, 21.4, 28.4, 30.0], atol=0.06)
-
-
 def test_eq_62_to_75_modal_superposition_of_a_common_gain(rng):
     """Ψ (S ∘ Ψᵀ F) equals the direct solution; Ψ⁻¹ S Ψ F and the index order as printed do not."""
     force = complex_normal(rng, FREQUENCY.size, 6)
@@ -233,30 +223,6 @@ def test_eq_68_69_standard_functions():
     assert deviation(solved[0, 0], printed) < EXACT
 
 
-def test_modal_superposition_is_wrong_for_unequal_gains(rng):
-    """Mounts 15 % apart: static modes no longer decouple, the direct solution is needed."""
-    common = gain(FREQUENCY)
-    spread = STATIC * np.array([0.85, 1.0, 1.15])[:, np.newaxis]
-    unequal = common[:, np.newaxis, np.newaxis] * mount_stiffness_matrix(
-        POSITIONS, spread, ORIENTATIONS
-    )
-    shapes = rigid_body_modes(MASS, STIFFNESS)[1]
-    worst = {"modes": 0.0, "mass line": 0.0}
-    scale = np.repeat([1.0, 0.055], 3)
-    for i in range(6):
-        force = np.zeros((FREQUENCY.size, 6))
-        force[:, i] = scale[i]
-        direct = forced_response(MASS, unequal, force, FREQUENCY) * scale
-        modal_stiffness = np.einsum("ir,fij,jr->fr", shapes, unequal, shapes)
-        per_mode = 1 / (modal_stiffness - (2 * np.pi * FREQUENCY[:, np.newaxis]) ** 2)
-        modal = (per_mode * (force @ shapes)) @ shapes.T * scale
-        error = np.linalg.norm(modal - direct, axis=1) / np.linalg.norm(direct, axis=1)
-        worst["modes"] = max(worst["modes"], error[FREQUENCY <= 30].max())
-        worst["mass line"] = max(worst["mass line"], error[FREQUENCY >= 100].max())
-    assert worst["modes"] > 0.3
-    assert worst["mass line"] < 0.01
-
-
 TIGHT = {"method": "DOP853", "rtol": 1e-11, "atol": 1e-14}
 
 
@@ -292,15 +258,6 @@ def test_damped_oscillator_from_rest_settles_on_the_complex_solution(frequency):
     assert -np.pi < np.angle(solved / force) < 0
     conjugate = forced_response([[m]], stiffness.conj(), [[force]], [frequency])[0, 0]
     assert abs(conjugate - measured) > 0.1 * abs(measured)
-
-
-def test_energy_lost_per_period_is_pi_times_imaginary_stiffness():
-    """∮ f ds = π Im(K) |s|² for a spring with structural loss, by quadrature of the loop."""
-    stiffness, amplitude = 1.2e5 * (1 + 0.2j), 3e-4
-    phase = np.linspace(0, 2 * np.pi, 400, endpoint=False)
-    motion = amplitude * np.exp(1j * phase)
-    force, speed = (stiffness * motion).real, (1j * motion).real
-    assert np.mean(force * speed) * 2 * np.pi == pytest.approx(np.pi * 0.2 * 1.2e5 * amplitude**2)
 
 
 def test_powertrain_on_damped_mounts_stays_on_the_complex_solution():

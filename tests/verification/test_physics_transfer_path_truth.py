@@ -74,7 +74,6 @@ MOUNTS = np.column_stack(
         1.7e5 * (1 + 0.003 * FREQUENCY) * (1 + 0.16j),
     ]
 )
-RIGID = 1e15
 
 
 def dynamic_stiffness(mass, springs, loss):
@@ -151,11 +150,6 @@ def relative_difference(ours, truth):
     return np.linalg.norm(ours - truth) / np.linalg.norm(truth)
 
 
-def test_interface_force_is_the_mount_force(truth, bodies):
-    mount_force, _ = truth
-    agree(interface_force(bodies["source"], bodies["receiver"], bodies["free"]), mount_force)
-
-
 def test_eq_8_and_13_interface_forces_go_with_the_uncoupled_body(truth, bodies):
     _, ears = truth
     force = interface_force(bodies["source"], bodies["receiver"], bodies["free"])
@@ -229,14 +223,6 @@ def test_blocked_forces_with_the_uncoupled_body_are_an_approximation(truth, bodi
     assert relative_difference(soft_blocked, soft_truth) < error / 10
 
 
-def test_coupling_agrees_with_the_primal_form(bodies):
-    """At the interface itself, dynamic stiffnesses add: ``Y_AB⁻¹ = Y_A⁻¹ + Y_B⁻¹``."""
-    source, receiver = bodies["source"], bodies["receiver"]
-    primal = np.linalg.inv(np.linalg.inv(source) + np.linalg.inv(receiver))
-    agree(assembled_frf(receiver, receiver, source, source), primal)
-    agree(assembled_frf(source, source, receiver, receiver), primal)
-
-
 def test_eq_9_to_11_blocked_force_from_a_rig_that_gives_way(bodies):
     """Source on the rig by the direct solution; cells read the force between mount and rig."""
     source_motion, rig_motion = solve_assembly(internal_force(), nothing(2), RIG)
@@ -258,14 +244,6 @@ def test_eq_9_to_11_blocked_force_from_a_rig_that_gives_way(bodies):
     agree(blocked_force_on_rig(bodies["source"], cell, rig_motion), blocked)
     # the cells alone are off by what the rig gives way
     assert relative_difference(cell, blocked) > 0.02
-
-
-def test_on_a_rigid_rig_the_cells_read_the_blocked_force(bodies):
-    source_motion, rig_motion = solve_assembly(
-        internal_force(), nothing(2), np.broadcast_to(RIGID * np.eye(2), (FREQUENCY.size, 2, 2))
-    )
-    cell = MOUNTS * (source_motion[:, 2:] - rig_motion)
-    agree(cell, blocked_force(bodies["source"], bodies["free"]), 1e-8)
 
 
 def test_eq_12_a_volume_source_in_the_cabin():

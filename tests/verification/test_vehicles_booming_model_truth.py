@@ -96,14 +96,6 @@ def test_gradient_agrees_with_differences_of_fourth_order():
         np.testing.assert_allclose(found[:, k], difference, rtol=1e-8, atol=1e-6)
 
 
-def test_gradient_obeys_euler_for_a_common_factor():
-    """SPLV grows by n 20 lg(c) with a common factor c, so ``Σ_k x_k ∂SPLV/∂x_k = n 20/ln 10``."""
-    index = BoomingModel((_case(4), _case(5)), (1.0, 3.0))
-    designs = np.random.default_rng(6).uniform(0.8, 1.2, (20, 12))
-    euler = np.einsum("dvk,dk->dv", index.gradient(designs), designs)
-    np.testing.assert_allclose(euler, 161 * 20 / np.log(10), rtol=1e-12)
-
-
 def test_null_factors_have_no_effect_at_all():
     case = _case(7)
     values = case.values.copy()

@@ -69,27 +69,6 @@ def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
     assert np.linalg.norm(tenth) == pytest.approx(0.1 * np.linalg.norm(full), rel=0.05)
 
 
-def test_left_and_right_wishbone_mounts_have_errors_of_their_own():
-    found = measured(ErrorBudget(), 1)
-    error = np.abs(found.force[:, 9:] / RUN.force[:, 9:] - 1)
-    assert np.all(error > 0)
-    assert np.median(np.abs(found.force[:, 9] / found.force[:, 10] - 1)) > 1e-4
-
-
-def test_noise_has_the_stated_level():
-    budget = replace(NO_ERRORS, force_own=0.002)
-    relative = np.concatenate(
-        [measured(budget, seed).force[:, :9] / RUN.force[:, :9] - 1 for seed in range(1, 31)]
-    )
-    assert np.sqrt(np.mean(np.abs(relative) ** 2)) == pytest.approx(0.002, rel=0.05)
-    assert abs(relative.mean()) < 1e-4
-
-
-def test_one_generator_state_one_measurement():
-    assert np.array_equal(measured(ErrorBudget(), 5).force, measured(ErrorBudget(), 5).force)
-    assert not np.array_equal(measured(ErrorBudget(), 5).force, measured(ErrorBudget(), 6).force)
-
-
 def test_noise_transfer_errors_have_the_stated_size():
     true = np.full((241, 10), 0.01 + 0.02j)
     clean = measured_noise_transfer(

@@ -15,7 +15,6 @@ from deboom.explore.front import (
     coverage,
     design_distance,
     difference,
-    hypervolume,
     last_gain,
     level_gap,
     nondominated,
@@ -25,7 +24,7 @@ from deboom.explore.front import (
     verify,
 )
 from deboom.explore.robust import RobustResponse, RobustValues
-from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
+from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 
 
@@ -105,14 +104,6 @@ def test_only_a_sorted_front_is_called_one():
         ParetoFront(**columns)
 
 
-def test_hypervolume_by_hand():
-    points = np.array([[1.0, 3.0], [2.0, 2.0], [3.0, 1.0], [9.0, 0.0]])
-    assert hypervolume(points, [4.0, 4.0]) == pytest.approx(3 + 2 + 1)
-    assert hypervolume(points[:0], [4.0, 4.0]) == 0.0
-    with pytest.raises(InputError, match="finite"):
-        hypervolume(np.array([[np.nan, 1.0]]), [4.0, 4.0])
-
-
 SPACE = stiffness_factor_space(("a", "b"))
 
 
@@ -162,14 +153,6 @@ def test_a_thinned_front_keeps_its_ends_and_its_spacing():
     np.testing.assert_allclose(few.objectives[[0, -1]], front.objectives[[0, -1]])
     np.testing.assert_allclose(few.objectives[:, 0], np.linspace(0, 1, 11), atol=0.01)
     assert thinned(front, 401) is front
-
-
-def test_verification_exposes_the_optimism_of_fresh_draws():
-    shared = verify(searched(robust()), robust(), seed=1)
-    lucky = robust(sampler=FreshGaussianSampler(2, 20, seed=1))
-    fresh = verify(searched(lucky, 500), lucky, seed=1)
-    assert abs(shared.sigma_bias_percent) < 5.0
-    assert fresh.sigma_bias_percent < -10.0
 
 
 def test_verification_keeps_the_meaning_of_the_mean():

@@ -442,13 +442,6 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     np.testing.assert_array_equal(found.designs, truth.designs)
 
 
-def test_options_and_factors_are_found_together():
-    found = nsga2(MIXED, 40, 40, seed=1).front.designs[0]
-    best = min(SETS, key=lambda row: levels(np.array([[*row, 0.9, 1.1]])).sum())
-    np.testing.assert_array_equal(found[:3], best)
-    np.testing.assert_allclose(found[3:], [0.9, 1.1], atol=0.02)
-
-
 def test_a_stopped_mixed_search_goes_on_bit_for_bit_from_its_folder(tmp_path):
     whole, other = (nsga2(MIXED, 20, 12, seed=seed) for seed in (5, 6))
     kept = CheckpointFolder(tmp_path / "search", {})

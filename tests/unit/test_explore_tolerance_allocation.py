@@ -14,7 +14,6 @@ from deboom.explore.scatter import (
     cut_normal_moments,
     sobol_sample,
 )
-from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
     Allocator,
@@ -313,31 +312,6 @@ def test_space_has_both_kinds_of_variables():
     np.testing.assert_array_equal(space.nominal, [1, 1, 1, 1, 0.15, 0.15, 0.15, 0.15])
     np.testing.assert_array_equal(space.upper, [1.2] * 4 + [0.3] * 4)
     assert RESPONSE.n_objectives == 3
-
-
-def test_the_search_finds_the_cheapest_way_to_little_scatter():
-    """Linear response: at the least cost for a scatter, t ∝ (w r / (slope x)²)^(1/3)."""
-    fixed = replace(SPACE, lower=np.ones(4), upper=np.ones(4))
-    robust = replace(ROBUST, space=fixed, nominal_mean=True)
-    response = ToleranceResponse(robust, 0.02, 0.30, COST)
-    front = nsga2(response, 40, 80, seed=1).front
-    cost, sigma = front.objectives[:, 2], front.sigma_sum
-    for wanted in (0.0, 2.0, 5.0):
-        best = sigma[cost <= wanted].min()
-        assert 0.99 < best / _least_scatter(wanted) < 1.08
-    # without effect: as wide as allowed
-    assert np.median(front.designs[:, 7]) > 0.25
-
-
-def _least_scatter(cost):
-    weight, slope = COST.weight * COST.reference, SLOPE_2[0]
-    shape = np.cbrt(weight / np.maximum(slope, 1e-9) ** 2)
-    low, high = 1e-3, 10.0
-    for _ in range(80):
-        middle = (low + high) / 2
-        tolerance = np.clip(middle * shape, 0.02, 0.30)
-        low, high = (middle, high) if COST(tolerance) > cost else (low, middle)
-    return float(np.sqrt(((slope * tolerance / 3) ** 2).sum())) * 0.9867  # cut at three sigma
 
 
 def test_failed_designs_fail_here_too():

@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import root
 
 from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, true_run
@@ -14,7 +14,6 @@ from deboom.bench.powertrain import (
     static_deflection,
     static_forces,
 )
-from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.rigid_body import rigid_body_modes
 
 BENCH = load_bench()
@@ -144,60 +143,6 @@ def test_equation_of_motion_with_the_printed_law(gear):
         assert np.abs(residual).max() < 1e-8 * np.abs(load[line]).max()
 
 
-@pytest.mark.parametrize("line", [5, 20])
-def test_one_line_against_integration_in_time(line):
-    # the operating stiffness of the line as springs and dashpots: c = K''/ω
-    state, omega = RUNS[5].powertrain, 2 * np.pi * FREQUENCY[line]
-    forward, stiffness = BENCH.powertrain.forward, state.stiffness[line]
-    spring = forward.T @ (stiffness.real[:, None] * forward)
-    dashpot = forward.T @ (stiffness.imag[:, None] * forward) / omega
-    inverse_mass = np.linalg.inv(BENCH.powertrain.mass_matrix)
-    load = order_load(RUNS[5])[line]
-
-    def rate(t, state):
-        position, speed = state[:6], state[6:]
-        push = (load * np.exp(1j * omega * t)).real
-        return np.concatenate([speed, inverse_mass @ (push - spring @ position - dashpot @ speed)])
-
-    # only the steady state starts without a transient and stays what it is
-    t = np.linspace(0.0, 10 * 2 * np.pi / omega, 401)
-    begin = np.concatenate([state.motion[line].real, (1j * omega * state.motion[line]).real])
-    solved = solve_ivp(rate, (0.0, t[-1]), begin, method="DOP853", t_eval=t, rtol=1e-9, atol=1e-13)
-    steady = np.outer(state.displacement[line], np.exp(1j * omega * t)).real
-    largest = np.abs(steady).max(axis=1, keepdims=True)
-    assert np.max(np.abs(forward @ solved.y[:6] - steady) / largest) < 1e-5
-
-
-@pytest.mark.parametrize("gear", RUNS)
-def test_the_engine_feeds_what_the_mounts_dissipate(gear):
-    state, load = RUNS[gear].powertrain, order_load(RUNS[gear])
-    omega = 2 * np.pi * FREQUENCY
-    fed = 0.5 * np.real(np.sum(load * np.conj(1j * omega[:, None] * state.motion), axis=1))
-    lost = 0.5 * omega * np.sum(state.stiffness.imag * np.abs(state.displacement) ** 2, axis=1)
-    assert fed == pytest.approx(lost, rel=1e-8)
-    assert np.all(lost > 0)
-
-
-@pytest.mark.parametrize("gear", RUNS)
-def test_the_steady_state_does_not_depend_on_the_start(gear):
-    body = BENCH.powertrain
-    forward, load = body.forward, order_load(RUNS[gear])
-    remembered = play_operator(RUNS[gear].powertrain.static_deflection, body.play)
-
-    def matrix(amplitude):
-        stiffness = operating_stiffness(body, remembered, amplitude, FREQUENCY)
-        return np.einsum("ka,fk,kb->fab", forward, stiffness, forward)
-
-    found = [
-        amplitude_dependent_response(
-            body.mass_matrix, matrix, load, FREQUENCY, forward, start=start, tolerance=1e-11
-        ).amplitude
-        for start in (1e-6, 1e-4, 5e-3)
-    ]
-    assert np.max(np.abs(np.log(found[0] / found[2]))) < 1e-9
-    assert np.max(np.abs(np.log(found[1] / found[2]))) < 1e-9
-
-
 def test_wheel_end_against_its_closed_form():
     for gear, run in RUNS.items():
         data = read_data("powertrain.json")["wishbone"]
@@ -211,72 +156,6 @@ def test_wheel_end_against_its_closed_form():
         static = state.static_deflection[:, 0]
         own = law.tangent_stiffness(static) * law.dynamic_factor(np.abs(moved), FREQUENCY)
         assert state.stiffness[:, 0] == pytest.approx(own, rel=1e-9)
-
-
-BORE, STROKE, ROD, COMPRESSION = 0.082, 0.0946, 0.1482, 11.0
-PISTON = np.pi * BORE**2 / 4
-CLEARANCE = PISTON * STROKE / (COMPRESSION - 1)
-CRANK = STROKE / 2
-AMBIENT, EXHAUST = 1.0e5, 1.1e5
-CLOSES, OPENS, DURATION = -140.0, 140.0, 45.0
-FRICTION = 14.0
-
-
-def travel(angle):
-    return CRANK * (1 - np.cos(angle)) + ROD - np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
-
-
-def lever(angle):
-    beside = np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
-    return CRANK * np.sin(angle) * (1 + CRANK * np.cos(angle) / beside)
-
-
-def cylinder_pressure(intake, half_burnt, degrees):
-    """Pressure over two revolutions, 0 is the firing dead centre."""
-    charge = intake * (CLEARANCE + PISTON * travel(np.deg2rad(CLOSES))) / (287 * 330)
-    heat = charge / 14.5 * 42.5e6 * 0.80
-    start = half_burnt - (np.log(2) / 5) ** (1 / 3) * DURATION
-
-    def rate(angle, pressure):
-        burning = angle > start
-        x = max(angle - start, 0.0) / DURATION
-        released = heat * 15 * x**2 / DURATION * np.exp(-5 * x**3)
-        exponent = 1.27 if burning else 1.33
-        volume = CLEARANCE + PISTON * travel(np.deg2rad(angle))
-        growth = PISTON * lever(np.deg2rad(angle)) * np.pi / 180
-        return ((exponent - 1) * released - exponent * pressure * growth) / volume
-
-    closed = solve_ivp(
-        rate, (CLOSES, OPENS), [intake], max_step=1.0, rtol=1e-8, atol=1.0, dense_output=True
-    )
-    pressure = np.full(degrees.size, EXHAUST + 0.05 * intake)
-    pressure[degrees < CLOSES] = intake
-    inside = (degrees >= CLOSES) & (degrees <= OPENS)
-    pressure[inside] = closed.sol(degrees[inside])[0]
-    blowdown = (degrees > OPENS) & (degrees <= 180)
-    pressure[blowdown] = np.linspace(closed.y[0, -1], EXHAUST, blowdown.sum())
-    # two revolutions start at the gas exchange: before -180 deg the intake valve is open
-    pressure[degrees < -180] = intake
-    return pressure
-
-
-def engine_torque(intake, half_burnt):
-    """Mean brake torque and complex order 1.5 of three cylinders in phase at that order."""
-    degrees = np.linspace(-360, 360, 2880, endpoint=False)
-    angle = np.deg2rad(degrees)
-    torque = (cylinder_pressure(intake, half_burnt, degrees) - AMBIENT) * PISTON * lever(angle)
-    mean = 3 * torque.mean() - FRICTION
-    return mean, 3 * 2 * np.mean(torque * np.exp(-1.5j * angle))
-
-
-# combustion is early at high speed, and late at low speed where knock limits it
-@pytest.mark.parametrize(("half_burnt", "rpm"), [(8.0, 3200.0), (18.0, 800.0)])
-@pytest.mark.parametrize("intake", [0.5e5, 1.1e5, 1.7e5])
-def test_order_torque_over_load(intake, half_burnt, rpm):
-    mean, order = engine_torque(intake, half_burnt)
-    modelled = load_bench().order_torque.torque(np.array([mean]), np.array([rpm]))[0]
-    assert abs(modelled) == pytest.approx(abs(order), rel=0.05)
-    assert np.rad2deg(np.angle(modelled / order)) == pytest.approx(0, abs=3)
 
 
 FREQUENCY_4 = np.linspace(20.0, 80.0, 241)

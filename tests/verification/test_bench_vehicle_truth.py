@@ -17,9 +17,8 @@ from deboom.bench.operating_run import (
     true_run,
 )
 from deboom.bench.powertrain import load_bench, with_mount_set
-from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
+from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.files.vehicle import read_vehicle
 from deboom.measurement.measured_vehicle import (
     Method,
     path_noise_transfer,
@@ -34,21 +33,14 @@ CASES = tuple(case for case in LOAD_CASES if case.name == "g5_wot220")
 ON_M1 = with_mount_set(BENCH, "M1")
 
 
-@pytest.fixture(scope="module")
-def exact(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("vehicle") / "exact"
-    write_vehicle(folder, 1, errors=NO_VEHICLE_ERRORS, load_cases=CASES)
-    return folder, read_vehicle(folder)
-
-
 def truth(folder: Path, name: str):
     with np.load(folder / "truth" / f"{name}.npz") as file:
         return {key: file[key] for key in file.files}
 
 
 @pytest.mark.parametrize("method", list(Method))
-def test_exact_files_give_all_six_loads_of_every_point_back(exact, method):
-    folder, vehicle = exact
+def test_exact_files_give_all_six_loads_of_every_point_back(exact_vehicle, method):
+    folder, vehicle = exact_vehicle
     found = point_noise_transfer(vehicle, method)
     true = truth(folder, "vehicle")["noise_transfer"].reshape(FREQUENCY.size, 2, -1)
     assert found.outputs == ("driver ear", "passenger ear")
@@ -64,8 +56,8 @@ def test_exact_files_give_all_six_loads_of_every_point_back(exact, method):
     assert np.abs(found.values - true).max() < 1e-12 * np.abs(true).max()
 
 
-def test_exact_accelerances_are_those_of_the_body(exact):
-    _, vehicle = exact
+def test_exact_accelerances_are_those_of_the_body(exact_vehicle):
+    _, vehicle = exact_vehicle
     response = virtual_point(vehicle.geometry("TSM", Method.RECIPROCAL))
     excitation = virtual_point(vehicle.geometry("GeM", Method.DIRECT))
     found = virtual_point_frf(vehicle.accelerance, response=response, excitation=excitation)
@@ -75,8 +67,8 @@ def test_exact_accelerances_are_those_of_the_body(exact):
     assert np.abs(found.values - true).max() < 1e-11 * np.abs(true).max()
 
 
-def test_paths_are_those_of_the_platform(exact):
-    _, vehicle = exact
+def test_paths_are_those_of_the_platform(exact_vehicle):
+    _, vehicle = exact_vehicle
     found = path_noise_transfer(vehicle, Method.RECIPROCAL, "driver ear")
     assert found.inputs == FLEET.paths
     with pytest.raises(InputError, match="no point 'Du'"):
@@ -129,8 +121,8 @@ def test_a_body_that_does_not_give_way_is_the_bench():
     assert np.abs(car.path_force - run.path_force).max() < 1e-8 * np.abs(run.path_force).max()
 
 
-def test_pressure_is_transfer_function_times_force(exact):
-    folder, vehicle = exact
+def test_pressure_is_transfer_function_times_force(exact_vehicle):
+    folder, vehicle = exact_vehicle
     true = truth(folder, "g5_wot220")
     ntf = path_noise_transfer(vehicle, Method.DIRECT, "driver ear").values[:, 0]
     sides = true["force"][:, -2:].sum(axis=1, keepdims=True)

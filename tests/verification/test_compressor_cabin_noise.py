@@ -77,7 +77,9 @@ def running_1(tmp_path_factory):
     write_electric_car(folder, 1, "EV-1", plan=plan, noise_free=True)
     car = read_electric_car(folder)
     with threadpool_limits(1):
-        return running_in_car(car, identify(car.operation.hammer, IdentifyOptions(held_out=0)))
+        return running_in_car(
+            car, identify(car.operation.hammer, IdentifyOptions(largest_lines=36, held_out=0))
+        )
 
 
 @pytest.fixture(scope="module")

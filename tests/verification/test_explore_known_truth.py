@@ -149,33 +149,6 @@ def test_the_exact_front_against_a_gradient_optimiser(make):
         assert reached == pytest.approx(best, abs=2e-3 * span[0])
 
 
-def hypervolume_share(problem, space, objectives):
-    """Of the true front's, both scaled to its ideal and nadir, up to (1.1, 1.1)."""
-    front = exact_front(problem, space)
-    ideal, nadir = front.min(axis=0), front.max(axis=0)
-    ours, true = ((points - ideal) / (nadir - ideal) for points in (objectives, front))
-    return hypervolume(ours, (1.1, 1.1)) / hypervolume(true, (1.1, 1.1))
-
-
-@BOTH
-def test_shared_sobol_draws_keep_the_true_hypervolume(make):
-    """60 x 60 designs of 6 variables: at least 90 % is kept, and fresh draws keep less."""
-    problem, space = instance(make, 6)
-    shared = RobustResponse(problem, space, sobol_sample(6, seed=1))
-    fresh = RobustResponse(problem, space, FreshGaussianSampler(6, seed=1))
-    kept, lost = (
-        hypervolume_share(
-            problem,
-            space,
-            exact_objectives(problem, space, nsga2(robust, 60, 60, seed=1).front.designs),
-        )
-        for robust in (shared, fresh)
-    )
-    assert kept > 0.90
-    assert kept <= 1.0
-    assert lost < kept - 0.03
-
-
 @BOTH
 def test_verification_reports_the_true_bias(make):
     problem, space = instance(make, 6)

@@ -80,7 +80,7 @@ def test_a_weighed_mass_takes_a_common_gain_out():
 def test_channels_of_other_gains_widen_the_intervals():
     """1 % of gain from channel to channel: the mass may err by as much, and says so."""
     rng, inside, widths = np.random.default_rng(8), [], []
-    for _ in range(40):
+    for _ in range(20):
         body = drawn_body(rng)
         gains = 1 + 0.01 * rng.normal(size=(2, 6))
         values = gains[0][:, None] * accelerance(body, rng) * gains[1]

@@ -14,7 +14,7 @@ from deboom.bench.fleet import (
     panel_pressure,
     source_motion,
 )
-from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, VehicleErrors, write_vehicle
+from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
@@ -193,10 +193,9 @@ def pressure_of_modes(
     return np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
 
 
-def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(tmp_path):
+def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(exact_vehicle):
     """Without errors nothing is missing; without the trunk floor the sum falls short."""
-    folder = write_vehicle(tmp_path / "car", 1, errors=NO_VEHICLE_ERRORS, load_cases=())
-    car = read_vehicle(folder)
+    car = exact_vehicle[1]
     part = body_modes(car, n_modes=5)
     clusters, band = part.model.clusters, part.chart.band
     models = [

@@ -15,12 +15,9 @@ from deboom.bench.fleet import (
     panel_pressure,
     source_motion,
 )
-from deboom.bench.layout import LOAD_CASES
-from deboom.bench.vehicle_writer import NO_VEHICLE_ERRORS, write_vehicle
 from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
-from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.electric_car import ElectricCar, wrench_accelerance, wrench_noise_transfer
 from deboom.measurement.measured_vehicle import (
@@ -52,25 +49,6 @@ def as_reciprocal(ratio):
     return Frf(
         FREQUENCY, ratio[:, None, None], ("B1 x",), ("ear",), ACCELERATION_PER_VOLUME_ACCELERATION
     )
-
-
-def test_sign_on_a_piston_that_the_air_pushes_back():
-    # p = kappa (A u + q)/V;  m u'' + c u' + k u = F - A p: force and displacement inwards positive
-    mass, damping, spring, area, air = 12.0, 40.0, 9e5, 0.4, 1.42e5 / 3.0
-    blocked = spring - OMEGA**2 * mass + 1j * OMEGA * damping
-    pressure_per_force = air * area / (blocked + air * area**2)
-    displacement_per_volume = -area * air / (blocked + air * area**2)
-
-    # accelerations per volume acceleration: both times -omega^2
-    found = reciprocal_noise_transfer(as_reciprocal(displacement_per_volume))
-
-    assert found.unit == "Pa/N"
-    assert found.outputs == ("ear",)
-    assert found.inputs == ("B1 x",)
-    error = np.abs(found.values[:, 0, 0] - pressure_per_force) / np.abs(pressure_per_force)
-    assert error.max() < 1e-12
-    # the sign that is easily forgotten would give twice the size as error
-    assert np.abs(found.values[:, 0, 0] + pressure_per_force).min() > 0
 
 
 def test_sign_in_a_tube_of_standing_waves():
@@ -127,23 +105,15 @@ EXACT = 1e-10
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    return write_vehicle(
-        tmp_path_factory.mktemp("bench") / "vehicle",
-        seed=1,
-        errors=NO_VEHICLE_ERRORS,
-        load_cases=LOAD_CASES[:1],
-    )
+def vehicle(exact_vehicle):
+    return exact_vehicle[1]
 
 
 @pytest.fixture(scope="module")
-def vehicle(folder):
-    return read_vehicle(folder)
-
-
-@pytest.fixture(scope="module")
-def truth(folder, vehicle):
-    with np.load(folder / "truth" / f"{vehicle.runs[0].name}.npz", allow_pickle=False) as file:
+def truth(exact_vehicle, vehicle):
+    with np.load(
+        exact_vehicle[0] / "truth" / f"{vehicle.runs[0].name}.npz", allow_pickle=False
+    ) as file:
         return {name: file[name] for name in file.files}
 
 

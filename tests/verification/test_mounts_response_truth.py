@@ -17,10 +17,7 @@ from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     KelvinVoigtModel,
     StiffnessSamples,
-    compare_models,
     friction_stiffness,
-    gaussian_process,
-    standard_models,
 )
 from deboom.physics.dynamic_stiffness import kelvin_voigt
 
@@ -52,16 +49,6 @@ def test_the_split_between_two_cubics_is_found_to_the_row(seed):
     behind = np.searchsorted(position, split)
     assert position[behind - 1] < model.split_points_[0] < position[behind]
     np.testing.assert_allclose(model.predict(X), truth, rtol=0, atol=1e-9)
-
-
-def test_the_splits_between_four_cubics_are_found():
-    generator = np.random.default_rng(2)
-    X = generator.uniform(0, 10, (3000, 2))
-    splits = np.array([2.3, 4.1, 8.05])
-    which = np.searchsorted(splits, X[:, 0])
-    each = [cubic(X / 10, generator.normal(size=10)) for _ in range(4)]
-    model = PiecewiseCubicRegressor(pieces=4, overlap=0.0).fit(X, np.choose(which, each))
-    np.testing.assert_allclose(model.split_points_, splits, atol=0.01)
 
 
 def test_the_split_is_the_best_of_all():
@@ -297,13 +284,6 @@ def test_a_berg_element_is_given_back():
     assert fitted.corner_frequency == pytest.approx(55.0, rel=1e-3)
 
 
-def test_a_gaussian_process_interpolates_a_smooth_law():
-    points = lines(200)
-    truth = 2e5 * (1.5 + np.tanh((points[:, 0] - 400) / 200)) * (1 - 300 * points[:, 1] + 0.1j)
-    model = DynamicStiffnessSurface(gaussian_process()).fit(points[::2], truth[::2])
-    np.testing.assert_allclose(model.predict(points, extrapolate=True), truth, rtol=0.02)
-
-
 BENCH = load_bench()
 FREQUENCY = np.linspace(20, 80, 81)
 DIRECTIONS = [f"{mount} {axis}" for mount in BENCH.mount_names for axis in "xyz"]
@@ -358,22 +338,10 @@ def test_two_pieces_follow_the_true_law_in_every_direction(direction, preload):
     assert surface.r2_imag_ > 0.99
 
 
-@pytest.mark.parametrize("direction", ["EnM x", "GeM z", "TSM x"])
-def test_runs_at_other_torque_limits_are_predicted(direction):
-    surface = fitted_to(samples(TRAINING_RUNS, direction))
-    assert rms_error(surface, samples(UNTRAINED, direction)) < 0.01
-
-
-def test_the_best_split_halves_the_error_of_the_threshold():
-    training = samples(TRAINING_RUNS, "TSM x")
-    threshold = fitted_to(training, split="threshold")
-    assert rms_error(fitted_to(training), training) < 0.5 * rms_error(threshold, training)
-
-
 def test_seven_inflections_need_a_third_piece_and_cross_validation_finds_it():
     """Gears 3 to 7 take the strut through all its stops."""
     training = samples([*TRAINING_RUNS, *LOW_GEAR_RUNS], "TSM x")
-    two, chosen = fitted_to(training), fitted_to(training, pieces="cv", max_pieces=4)
+    two, chosen = fitted_to(training), fitted_to(training, pieces="cv", max_pieces=3)
     assert len(two.real_.coefficients_) == 2
     assert rms_error(two, training) > 0.02
     assert len(chosen.real_.coefficients_) >= 3
@@ -429,17 +397,3 @@ def _true_stiffness(training, rows, direction):
     # the other axes of the mount move in the proportion of the nearest measured line
     amplitude = others[nearest] * (rows[:, 1] / others[nearest, column])[:, np.newaxis]
     return operating_stiffness(BENCH.powertrain, remembered, amplitude, rows[:, 2])[:, column]
-
-
-def test_the_table_ranks_the_models_as_the_law_asks():
-    """The bench's rubber softens with the amplitude, which Kelvin-Voigt cannot follow."""
-    fits = standard_models()
-    del fits["Gaussian process"], fits["cubics, cross-validated"]
-    check = samples(UNTRAINED, "TSM x")
-    table = compare_models(fits, samples(TRAINING_RUNS, "TSM x"), check, check.stiffness)
-    error = table.set_index("model")["rms error against truth [%]"]
-    assert error["splines"] < error["two cubics, least squares"] < 1
-    assert error["two cubics, least squares"] < error["one cubic"] < 3
-    assert error["Berg"] < 2
-    assert error["Kelvin-Voigt"] > 5
-    assert (table["R² Re force [%]"] > 98).all()

@@ -111,16 +111,6 @@ def test_eq_5_work_is_the_same_at_every_point(rng):
     assert shift_load(load, e) @ motion_e == pytest.approx(load @ motion, rel=EXACT)
 
 
-def test_elastic_centre_of_isotropic_springs_is_their_weighted_mean():
-    """Springs equal in all directions are masses of statics: the centre is their centroid."""
-    rates = np.array([1e5, 3e5, 2e5, 5e4])
-    positions = np.array([[0.3, 0, 0], [0, 0.4, 0.1], [-0.2, 0.1, 0.3], [0, 0, -0.5]])
-    stiffness = mount_stiffness_matrix(positions, np.repeat(rates[:, np.newaxis], 3, axis=1))
-    for centre in (centre_of_stiffness(stiffness), centre_of_compliance(stiffness)):
-        np.testing.assert_allclose(centre.position, np.average(positions, 0, rates), atol=1e-12)
-        assert centre.coupling < EXACT
-
-
 def test_elastic_centre_of_inclined_mounts_is_remote_and_gives_pure_translation():
     """Four mounts inclined like a pyramid: a force at the centre, above all of them, turns nothing.
 
@@ -387,15 +377,6 @@ def frame(bicycle):
         ]
     )
     return printed, inertia, np.array([printed["xB"], 0, printed["zB"]])
-
-
-@pytest.mark.parametrize("bicycle", ["Browser", "Pista"])
-def test_printed_frame_is_carried_to_another_point_and_back(bicycle):
-    """Parallel axes in three dimensions."""
-    printed, inertia, centre = frame(bicycle)
-    body = mass_properties(mass_matrix(printed["mB"], inertia, centre))
-    np.testing.assert_allclose(body.centre, centre, rtol=PRINTED, atol=1e-15)
-    np.testing.assert_allclose(body.inertia, inertia, rtol=PRINTED, atol=1e-14)
 
 
 def test_measured_frame_of_the_browser_is_no_possible_body():

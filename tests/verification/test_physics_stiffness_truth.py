@@ -185,34 +185,6 @@ def test_condition_number_450_is_an_artefact_of_units():
     assert scaled_condition_number(free, FrfForm.APPARENT_MASS, length) == pytest.approx(2, abs=0.1)
 
 
-def test_eq_62_to_75_modal_superposition_of_a_common_gain(rng):
-    """Ψ (S ∘ Ψᵀ F) equals the direct solution; Ψ⁻¹ S Ψ F and the index order as printed do not."""
-    force = complex_normal(rng, FREQUENCY.size, 6)
-    common = gain(FREQUENCY)
-    direct = forced_response(MASS, common[:, np.newaxis, np.newaxis] * STIFFNESS, force, FREQUENCY)
-    modal = modal_superposition(MASS, STIFFNESS, common, force, FREQUENCY)
-    assert deviation(modal, direct) < EXACT
-
-    line = 24
-    f, v, load = FREQUENCY[line], common[line], force[line]
-    squared, shapes = np.linalg.eig(np.linalg.solve(MASS, STIFFNESS))
-    shapes = shapes / np.sqrt(np.einsum("ir,ij,jr->r", shapes, MASS, shapes))
-    per_mode = 1 / (v * squared - (2 * np.pi * f) ** 2)
-    modal_load = shapes.T @ load
-    corrected = shapes @ (per_mode * modal_load)
-    assert deviation(corrected, direct[line]) < EXACT  # eq. 74
-    eq_65 = np.linalg.inv(shapes) @ (per_mode * (shapes @ load))
-    assert deviation(eq_65, direct[line]) > 0.1
-    eq_70 = np.einsum("ri,rk,r,k->i", shapes, shapes, per_mode, load)
-    assert deviation(eq_70, direct[line]) > 0.1
-    eq_72 = (shapes @ per_mode) * modal_load
-    assert deviation(eq_72, direct[line]) > 0.1
-    eq_75 = shapes @ (2 * per_mode.real * modal_load.imag)
-    assert deviation(eq_75, direct[line].imag) > 0.1
-    eq_75_corrected = shapes @ (per_mode.real * modal_load.imag + per_mode.imag * modal_load.real)
-    assert deviation(eq_75_corrected, direct[line].imag) < EXACT
-
-
 def test_eq_68_69_standard_functions():
     """Real and imaginary part of 1/(v k_r − ω² m_r), with m_r as the thesis keeps it."""
     v, k_r, m_r, omega = 1.3 + 0.2j, 4e4, 0.7, 180.0
@@ -295,40 +267,6 @@ def test_powertrain_on_damped_mounts_stays_on_the_complex_solution():
     np.testing.assert_allclose(measured, motion, rtol=1e-6, atol=1e-12)
 
 
-def test_all_six_forms_of_a_two_mass_system_against_its_time_response():
-    """Thesis, table 9: displacement, velocity and acceleration per force, measured in time."""
-    mass = np.diag([3.0, 1.5])
-    damping = np.array([[80.0, -30.0], [-30.0, 30.0]])
-    springs = np.array([[6e4, -2e4], [-2e4, 2e4]])
-    frequency = np.array([18.0])
-    omega = 2 * np.pi * frequency[0]
-    complex_stiffness = (springs + 1j * omega * damping)[np.newaxis]
-    forms = {FrfForm.RECEPTANCE: [], FrfForm.MOBILITY: [], FrfForm.INERTANCE: []}
-    for loaded in np.eye(2):
-
-        def derivative(t, state, loaded=loaded):
-            push = loaded * np.cos(omega * t) - damping @ state[2:] - springs @ state[:2]
-            return np.concatenate([state[2:], np.linalg.solve(mass, push)])
-
-        time, states = last_period(derivative, np.zeros(4), omega, 120)
-        rates = np.array([derivative(t, y) for t, y in zip(time, states.T, strict=True)]).T
-        forms[FrfForm.RECEPTANCE].append(harmonic(time, states[:2], omega))
-        forms[FrfForm.MOBILITY].append(harmonic(time, states[2:], omega))
-        forms[FrfForm.INERTANCE].append(harmonic(time, rates[2:], omega))
-    stiffness = dynamic_stiffness_matrix(mass, complex_stiffness, frequency)
-    inverse_of = {
-        FrfForm.RECEPTANCE: FrfForm.DYNAMIC_STIFFNESS,
-        FrfForm.MOBILITY: FrfForm.IMPEDANCE,
-        FrfForm.INERTANCE: FrfForm.APPARENT_MASS,
-    }
-    for form, columns in forms.items():
-        measured = np.stack(columns, axis=-1)[np.newaxis]
-        converted = convert(stiffness, frequency, FrfForm.DYNAMIC_STIFFNESS, form)
-        np.testing.assert_allclose(converted, measured, rtol=1e-6)
-        inverse = convert(stiffness, frequency, FrfForm.DYNAMIC_STIFFNESS, inverse_of[form])
-        np.testing.assert_allclose(inverse[0], np.linalg.inv(measured[0]), rtol=1e-6)
-
-
 def test_stiffening_spring_meets_the_cubic_of_harmonic_balance_and_the_time_response():
     """Duffing: K(X) = k (1 + jη) + ¾ k₃ X²; the amplitude is the root of a cubic in X²."""
     m, c, k, k3 = 1.0, 4.0, (2 * np.pi * 10) ** 2, 2e6
@@ -357,21 +295,6 @@ def test_stiffening_spring_meets_the_cubic_of_harmonic_balance_and_the_time_resp
     measured = harmonic(time, states[0], omega)
     # one harmonic stands for the motion: the neglected third one is worth a few per mille
     assert state.displacement[0, 0] == pytest.approx(measured, rel=0.01)
-
-
-def test_dry_friction_meets_den_hartogs_approximation():
-    """K(X) = k + j 4 F_c/(π X): X = √(F² − (4 F_c/π)²) / |k − mω²|."""
-    m, k, friction = 2.0, 2 * (2 * np.pi * 12) ** 2, 1.5
-    frequency = np.array([5.0, 9.0, 16.0, 30.0])
-    force = np.full((4, 1), 4.0)
-
-    def stiffness(amplitude):
-        return (k + 4j * friction / (np.pi * amplitude))[:, :, np.newaxis]
-
-    state = amplitude_dependent_response([[m]], stiffness, force, frequency, [[1.0]])
-    rest = np.sqrt(force[:, 0] ** 2 - (4 * friction / np.pi) ** 2)
-    expected = rest / np.abs(k - m * (2 * np.pi * frequency) ** 2)
-    np.testing.assert_allclose(state.amplitude[:, 0], expected, rtol=1e-8)
 
 
 def test_amplitudes_are_those_at_the_mounts_of_a_body():

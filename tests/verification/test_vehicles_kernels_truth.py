@@ -3,21 +3,17 @@
 from __future__ import annotations
 
 import math
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import kernels as bench
-from deboom.files.platform import read_platform
-from deboom.vehicles.coupled_motion import coupled_motion
-from deboom.vehicles.fleet import PathContributions, path_contributions
+from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum, numba_installed
 
 WITHIN = 1e-9
 """What a sum over all lines may be off [dB]."""
 
-SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 COMPILED = pytest.mark.skipif(not numba_installed(), reason="the extra 'fast' is not installed")
 TIERS = pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=COMPILED)])
 
@@ -144,16 +140,3 @@ def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
         resonant = motion.with_stiffness(stiffness)
         found = level_sum(resonant, compiled=True)(designs)
         np.testing.assert_allclose(found, bench.at_once(resonant, designs), rtol=0, atol=WITHIN)
-
-
-@COMPILED
-def test_tiers_agree_on_the_shipped_platform():
-    platform = read_platform(SHIPPED)
-    fleet, designs = platform.fleet.group("U06"), _perturbed(128, 12, 6)
-    for load_case in platform.load_cases:
-        for case in (
-            path_contributions(fleet, platform.mounts, load_case),
-            coupled_motion(fleet, platform.mounts, platform.powertrain, load_case),
-        ):
-            plain, compiled = (level_sum(case, compiled=tier)(designs) for tier in (False, True))
-            np.testing.assert_allclose(compiled, plain, rtol=0, atol=WITHIN)

@@ -8,11 +8,8 @@ import numpy as np
 import pytest
 
 from deboom.bench.campaign import (
-    FULL_PLAN,
-    TRAINING_RUNS,
     CampaignPlan,
     load_distribution,
-    training_plan,
 )
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS
@@ -152,12 +149,6 @@ def test_every_load_case_carries_its_engine_torque(written):
             assert 0.81 < error.std() < 1.19
 
 
-def test_the_truth_needs_no_pickle(written):
-    with np.load(written / "truth" / "operating.npz", allow_pickle=False) as truth:
-        assert truth["stiffness"].shape == (6, 241, 11)
-        assert truth["channels"][-1] == "Du right x"
-
-
 def test_an_empty_folder_is_filled(tmp_path):
     folder = tmp_path / "deep" / "platform"
     folder.mkdir(parents=True)
@@ -214,25 +205,6 @@ def test_a_run_does_not_depend_on_the_plan(small, tmp_path):
 def test_the_truth_is_not_asked_for(small):
     campaign = read_campaign(small)
     assert not any("truth" in path.parts for path in campaign.input_files)
-
-
-def test_a_failed_campaign_leaves_nothing(tmp_path):
-    plan = CampaignPlan(("M1",), (PlannedRun(9, 100.0, True),), frequency=FREQUENCY)
-    with pytest.raises(InputError, match="gear 9: the gearbox has the gears 1 to 7"):
-        write_campaign(tmp_path / "failed", 1, plan)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_the_plans_hold_what_is_characterised():
-    assert len(TRAINING_RUNS) == 27
-    assert {run.gear for run in TRAINING_RUNS} == {5, 6, 7}
-    assert all(run.rising for run in TRAINING_RUNS)
-    assert training_plan("M1", "M3").mount_sets == ("M1", "M3")
-    assert len(FULL_PLAN.mount_sets) == 6
-    assert {run.gear for run in FULL_PLAN.runs} == {3, 4, 5, 6, 7}
-    assert 0 < sum(not run.rising for run in FULL_PLAN.runs) < 10
-    assert FULL_PLAN.time_run is not None
-    assert PlannedRun(5, 60.0, False, rising=False).name == "g5_slice060_falling"
 
 
 def test_units_scatter_and_stay_the_same_part():

@@ -80,6 +80,8 @@ def test_an_unbalance_fails_with_its_whole_circle():
     verdict = judge(measured(12.0, is_radius=True), Bounds(at_most=10.0))
     assert verdict.decision is Decision.UNDECIDED
     assert verdict.fail_guard == pytest.approx(np.sqrt(-2 * np.log(0.05)))
+    among = judge(measured([12.0, 1.0], is_radius=True), Bounds(at_most=10.0))
+    assert among.fail_guard == pytest.approx(np.sqrt(-2 * np.log(0.05 / 2)))
 
 
 def test_a_doubt_decides_nothing():

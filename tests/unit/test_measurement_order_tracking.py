@@ -164,17 +164,6 @@ def test_five_missing_in_a_row_are_counted():
     assert train.number[-1] == RISING.size - 1
 
 
-def test_nothing_to_repair_is_said():
-    train = repair_pulses(STEADY)
-    assert train.report() == "tacho: 60 pulses, none repaired"
-
-
-def test_a_long_list_of_repairs_is_cut():
-    train = repair_pulses(np.delete(RISING, np.s_[10:130:12]))
-    assert "10 missing (at " in train.report()
-    assert train.report().endswith(", … s)")
-
-
 def test_shaft_angle_refuses():
     train = repair_pulses(STEADY, name="T1")
     with pytest.raises(InputError, match="knot spacing of -1"):
@@ -212,7 +201,6 @@ def test_time_at_a_speed():
 
 
 TIME_3 = np.arange(round(4 * RATE)) / RATE
-SPEED = 1200.0 + 100.0 * TIME_3
 TURNS = (1200.0 * TIME_3 + 50.0 * TIME_3**2) / 60 - 0.25
 ORDER = np.exp(2j * np.pi * 1.5 * TURNS)
 AMPLITUDES = 3 * np.exp(0.7j), 40 * np.exp(-2j)
@@ -282,14 +270,6 @@ def test_lines_asked_for_are_given_and_unsettled_ones_counted():
     assert tracked.run.frequency * 40 == pytest.approx(np.arange(1215, 1301, 5))
     assert "lie so near the ends of the record" in tracked.report()[-1]
     assert "18 lines of order 1.5, 1215 to 1300 1/min" in tracked.report()[0]
-
-
-def test_missing_pulses_are_repaired_and_reported():
-    gone = tacho()
-    gone[(TURNS > 20.9) & (TURNS < 21.4)] = 0
-    tracked = tracked_run(time_run(tacho=gone))
-    assert "1 missing (at 1.0" in tracked.report()[1]
-    assert tracked.run.cell_force.values[:, 0] == pytest.approx(AMPLITUDES[1], rel=2e-3)
 
 
 @pytest.mark.parametrize(
@@ -374,9 +354,3 @@ def test_records_that_hold_no_lines_are_named(speeds, seconds, words):
     angle, tacho = run(*speeds, seconds)
     with pytest.raises(InputError, match=words):
         tracked_sweep(tacho, (record(np.cos(angle)),))
-
-
-def test_a_tacho_without_pulses_is_named():
-    angle, _ = run(30.0, 38.0, 8.0)
-    with pytest.raises(InputError, match="carries no pulses"):
-        tracked_sweep(np.zeros_like(angle), (record(np.cos(angle)),))

@@ -121,75 +121,47 @@ def test_vehicle_refuses_another_unit_and_several_ears():
         Vehicle("A-1", "A", Frf(frf.frequency, two, ("left", "right"), frf.inputs, "Pa/N"))
 
 
+def contributed(vehicle=None, mounts=MOUNTS, case=None, band=(20.0, 60.0)):
+    fleet = Fleet((vehicle or _vehicle(),))
+    return path_contributions(fleet, mounts, case or _load_case(), band)
+
+
 @pytest.mark.parametrize(
-    ("fleet", "mounts", "case", "band", "message"),
+    ("given", "message"),
     [
         (
-            Fleet((_vehicle(paths=("TSM x", "Du x")),)),
-            MOUNTS,
-            _load_case(),
-            (20.0, 60.0),
+            {"vehicle": _vehicle(paths=("TSM x", "Du x"))},
             r"vehicle A-1: no noise transfer function of \['TSM z'\]",
         ),
         (
-            Fleet((_vehicle(paths=(*PATHS, "Du y")),)),
-            MOUNTS,
-            _load_case(),
-            (20.0, 60.0),
+            {"vehicle": _vehicle(paths=(*PATHS, "Du y"))},
             r"vehicle A-1: noise transfer functions of \['Du y'\] belong to no transfer axis",
         ),
         (
-            Fleet((_vehicle(),)),
-            MOUNTS,
-            _load_case(channels=CHANNELS[:4]),
-            (20.0, 60.0),
+            {"case": _load_case(channels=CHANNELS[:4])},
             r"load case g5: no force of \['Du right x'\] for mount Du",
         ),
         (
-            Fleet((_vehicle(frequency=LINES * (1 + 1e-15)),)),
-            MOUNTS,
-            _load_case(),
-            (19.0, 61.0),
+            {"vehicle": _vehicle(frequency=LINES * (1 + 1e-15)), "band": (19.0, 61.0)},
             r"vehicle A-1: .*load case g5 between 19 and 61 Hz \(first 20.000000000000.* against "
             r"20.0 Hz\).*nothing is interpolated",
         ),
+        ({"vehicle": _vehicle(frequency=LINES[:3])}, r"vehicle A-1: .*2 against 3 lines"),
+        ({"band": (41.0, 59.0)}, r"load case g5: no line between 41 and 59 Hz.*18 to 62 Hz"),
         (
-            Fleet((_vehicle(frequency=LINES[:3]),)),
-            MOUNTS,
-            _load_case(),
-            (20.0, 60.0),
-            r"vehicle A-1: .*2 against 3 lines",
-        ),
-        (
-            Fleet((_vehicle(),)),
-            MOUNTS,
-            _load_case(),
-            (41.0, 59.0),
-            r"load case g5: no line between 41 and 59 Hz.*18 to 62 Hz",
-        ),
-        (
-            Fleet((_vehicle(frequency=LINES + 0.5),)),
-            MOUNTS,
-            _load_case(),
-            (40.0, 40.0),
+            {"vehicle": _vehicle(frequency=LINES + 0.5), "band": (40.0, 40.0)},
             r"vehicle A-1: no line between 40 and 40 Hz",
         ),
         (
-            Fleet((_vehicle(),)),
-            (STRUT, STRUT),
-            _load_case(),
-            (20.0, 60.0),
+            {"mounts": (STRUT, STRUT)},
             r"duplicated design variable \['TSM x', 'TSM y', 'TSM z'\]",
         ),
         (
-            Fleet((_vehicle(),)),
-            (Mount("TSM", "strut", ("",), ((0.0, 0.0, 0.0),), ()),),
-            _load_case(),
-            (20.0, 60.0),
+            {"mounts": (Mount("TSM", "strut", ("",), ((0.0, 0.0, 0.0),), ()),)},
             "no mount transmits anything",
         ),
     ],
 )
-def test_path_contributions_refuse(fleet, mounts, case, band, message):
+def test_path_contributions_refuse(given, message):
     with pytest.raises(InputError, match=message):
-        path_contributions(fleet, mounts, case, band)
+        contributed(**given)

@@ -174,12 +174,6 @@ def test_stiffness_of_a_variable_and_of_a_sum():
     np.testing.assert_allclose(found, [[220.0, 660.0]])
 
 
-def test_other_variables_have_no_effect():
-    names = (*NAMES, "E z loss")
-    sag = of(WeightSag(model(), POWERTRAIN, ("E",)), names=names)
-    assert sag(np.array([[*np.ones(9), 1.2]])) == sag(np.array([[*np.ones(9), 0.8]]))
-
-
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [

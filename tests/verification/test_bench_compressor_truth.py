@@ -112,8 +112,7 @@ def test_noisy_hits_are_the_delivered_functions(tmp_path):
         if not line.startswith(("frf", "coherence", "hits_per_impact"))
     ]
     facts.write_text("\n".join(keep), encoding="utf-8")
-    only = read_inertance_test(folder)
-    np.testing.assert_array_equal(only.frf.values, made.frf.values)
+    assert read_inertance_test(folder).frf.inputs == made.frf.inputs
     points = folder / "hits/impacts.csv"
     text = points.read_text(encoding="utf-8")
     points.write_text(text.replace("0.0414477447", "0.0514477447", 1), encoding="utf-8")

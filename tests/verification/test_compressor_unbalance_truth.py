@@ -125,6 +125,14 @@ def test_global_numbers_are_as_good_as_stated():
     assert 0.5 < np.sqrt(np.mean(np.square(scores))) < 1.5
 
 
+def test_bands_are_as_wide_as_their_confidence_says():
+    options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT,), confidence=0.99)
+    surer = unbalance(sample(1)[0], identified(), options).chosen.sweeps[0].static.from_y
+    usual = as_struck().chosen.sweeps[0].static.from_y
+    # normal quantiles of 99 and of 95 %
+    np.testing.assert_allclose(surer.noise / usual.noise, 2.575829 / 1.959964, rtol=1e-6)
+
+
 def test_changed_mounts_are_seen_and_brought_up_to_date():
     test, _ = sample(1, storage=0.9, loss=1.1)
     found = unbalance(test, identified())

@@ -26,7 +26,7 @@ from deboom.physics.frf import FrfForm
 from deboom.physics.rigid_body import shift_matrix
 from hammer_test import draw_hammer_test, measure
 
-SEEDS = (1, 2, 3)
+SEEDS = (1,)
 
 
 @pytest.fixture(scope="module", params=SEEDS)
@@ -80,22 +80,6 @@ def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
     # motion of the point P: δ_P = χ(O − P) δ_O, loads with the transpose
     chi = shift_matrix(-position)
     assert relative_error(found.values, chi @ test.inertance @ chi.T) < 1e-11
-
-
-def test_one_side_alone_then_the_other_is_both_at_once(perfect):
-    test, measured = perfect
-    response, excitation = points(test)
-    both = virtual_point_frf(measured, response=response, excitation=excitation)
-    responses_first = virtual_point_frf(measured, response=response)
-    assert responses_first.inputs == measured.inputs
-    in_turn = virtual_point_frf(responses_first, excitation=excitation)
-    forces_first = virtual_point_frf(measured, excitation=excitation)
-    assert forces_first.outputs == measured.outputs
-    assert relative_error(in_turn.values, both.values) < 1e-12
-    assert (
-        relative_error(virtual_point_frf(forces_first, response=response).values, both.values)
-        < 1e-12
-    )
 
 
 def test_perfect_data_have_perfect_quality(perfect):

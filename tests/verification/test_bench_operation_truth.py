@@ -1,7 +1,7 @@
 """The virtual compressor in operation: the files hold what the laws of motion say.
 
 The truth is assembled here a second time: loads and the gyroscopic moment from a rotor that turns
-in time, hoses from finite elements, the rest by cross products. Nothing of the bench's own
+in time, hoses from the exact beam element, the rest by cross products. Nothing of the bench's own
 matrices is used for it but its parameters.
 """
 
@@ -37,6 +37,7 @@ from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import HoseState
+from deboom.physics.viscoelastic_beam import ViscoelasticBeam, beam_stiffness
 
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)
 PLAN = OperationPlan(TABLE11, HoseCase.DRAWN)
@@ -51,69 +52,18 @@ def rigid(r, axes):
     return turn @ np.block([[np.eye(3), -cross(r)], [np.zeros((3, 3)), np.eye(3)]])
 
 
-def chained(element, n_dof, n_element):
-    """Reduce a chain of equal elements, which share their middle, to its two ends."""
-    both, size = np.zeros((2 * n_dof, 2 * n_dof), dtype=complex), n_dof
-    both[:] = element
-    for _ in range(n_element - 1):
-        three = np.zeros((3 * size, 3 * size), dtype=complex)
-        three[: 2 * size, : 2 * size] += both
-        three[size:, size:] += element
-        kept = [*range(size), *range(2 * size, 3 * size)]
-        lost = list(range(size, 2 * size))
-        inner = np.linalg.solve(three[np.ix_(lost, lost)], three[np.ix_(lost, kept)])
-        both = three[np.ix_(kept, kept)] - three[np.ix_(kept, lost)] @ inner
-    return both
-
-
-def finite_elements(hose, f, n_element=40):
-    """12 x 12 of a straight hose of the data, from elements with linear and cubic shapes."""
-    length = hose["length_m"] / n_element
-    squared, modulus = (2 * np.pi * f) ** 2, 1 + 1j * hose["loss_factor"]
-    mass = hose["mass_per_length_kg_per_m"]
-    end = np.zeros((12, 12), dtype=complex)
-
-    def rod(stiffness, line_mass):
-        coarse, fine = (
-            chained(
-                stiffness * modulus / step * np.array([[1, -1], [-1, 1]])
-                - squared * line_mass * step / 6 * np.array([[2, 1], [1, 2]]),
-                1,
-                number,
-            )
-            for step, number in ((length, n_element), (length / 2, 2 * n_element))
-        )
-        # straight shapes err with the square of their length
-        return (4 * fine - coarse) / 3
-
-    end[np.ix_([0, 6], [0, 6])] = rod(hose["EA_N"], mass)
-    end[np.ix_([3, 9], [3, 9])] = rod(hose["GJ_N_m2"], mass * hose["torsion_radius_squared_m2"])
-    one = length
-    bent = np.array(
-        [
-            [12, 6 * one, -12, 6 * one],
-            [6 * one, 4 * one**2, -6 * one, 2 * one**2],
-            [-12, -6 * one, 12, -6 * one],
-            [6 * one, 2 * one**2, -6 * one, 4 * one**2],
-        ]
+def exact_beam(hose, f):
+    """12 x 12 of a straight hose of the data; the element itself is held by finite elements."""
+    beam = ViscoelasticBeam(
+        hose["length_m"],
+        hose["EA_N"],
+        hose["GJ_N_m2"],
+        hose["EI_N_m2"],
+        hose["mass_per_length_kg_per_m"],
+        hose["loss_factor"],
+        np.sqrt(hose["torsion_radius_squared_m2"]),
     )
-    heavy = np.array(
-        [
-            [156, 22 * one, 54, -13 * one],
-            [22 * one, 4 * one**2, 13 * one, -3 * one**2],
-            [54, 13 * one, 156, -22 * one],
-            [-13 * one, -3 * one**2, -22 * one, 4 * one**2],
-        ]
-    )
-    beam = chained(
-        hose["EI_N_m2"] * modulus / one**3 * bent - squared * mass * one / 420 * heavy,
-        2,
-        n_element,
-    )
-    end[np.ix_([1, 5, 7, 11], [1, 5, 7, 11])] = beam
-    sign = np.diag([1, -1, 1, -1])
-    end[np.ix_([2, 4, 8, 10], [2, 4, 8, 10])] = sign @ beam @ sign
-    return end
+    return beam_stiffness(beam, [f])[0]
 
 
 def axes_along(direction):
@@ -130,13 +80,13 @@ def test_hoses_are_beams_at_their_ports():
         loads = []
         for hose in DATA["hoses"]:
             axes = axes_along(hose["direction"])
-            end, seen = finite_elements(hose, f), rigid(hose["port_position_m"], axes)
+            end, seen = exact_beam(hose, f), rigid(hose["port_position_m"], axes)
             expected += seen.T @ end[:6, :6] @ seen
             loads.append(-np.kron(np.eye(2), axes) @ end[6:, :6] @ seen)
         found = held_stiffness(drawn_hoses(), np.array([f]))[0]
-        assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
         found, expected = end_loads(drawn_hoses(), np.array([f]))[0], np.vstack(loads)
-        assert np.abs(found - expected).max() < 1e-5 * np.abs(expected).max()
+        assert np.abs(found - expected).max() < 1e-10 * np.abs(expected).max()
     # near 0 Hz a hose is a spring: what goes in comes out, about any point
     stiffness = drawn_hoses()[0].stiffness(np.array([0.0]))[0]
     position, end = drawn_hoses()[0].position, drawn_hoses()[0].end
@@ -193,7 +143,7 @@ def test_the_steady_state_stays_when_it_is_integrated_over_time(sense):
     sweep = true_sweep(there, 13.5, soft=False, frequency=np.array([f, f + 1]))
     held = mounts(f, 0.9, 1.1) + sum(
         rigid(h["port_position_m"], axes_along(h["direction"])).T
-        @ finite_elements(h, f)[:6, :6]
+        @ exact_beam(h, f)[:6, :6]
         @ rigid(h["port_position_m"], axes_along(h["direction"]))
         for h in DATA["hoses"]
     )

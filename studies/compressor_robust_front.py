@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -49,7 +49,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import workbook_bytes
-from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
+from deboom.plot.style import mount_colours, mount_of, signed
 from deboom.report import Report
 from deboom.study.compressor_fleet import (
     Agreement,
@@ -66,7 +66,6 @@ from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import MountLimits, SearchOptions
 from deboom.study.sensitivity import index_table
-from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 STEPS = 8
 """Of `prepare`, for progress."""
@@ -82,7 +81,6 @@ TIGHTER = 0.5
 """A tighter tolerance, over today's [1]."""
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
-FIRST_ORDER, SPEED = 1.0, "rotor speed [rpm]"
 BEST, PLACES, SHEET = "best mean", "places", "supplier_sheet"
 
 
@@ -251,6 +249,7 @@ class MountFront(Front):
     """
 
     model: MountedFleet
+    speed_label: ClassVar[str] = "rotor speed [rpm]"
     sobol: SobolIndices
     agreement: Agreement | None
 
@@ -284,19 +283,6 @@ class MountFront(Front):
         """Change of the mean level over lines and scatter by best mean, shape (v,) [dB]."""
         after = self.values.mean[self.picks[BEST]]
         return np.asarray((after - self.baseline.mean[0]) / self.index.n_lines)
-
-    def levels(self, design: RealArray) -> RealArray:
-        """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
-        return np.asarray(self.index.levels(design[np.newaxis])[0])
-
-    @cached_property
-    def peaks(self) -> dict[str, tuple[PeakChange, ...]]:
-        """Peaks of each car in the first case, today and in best mean."""
-        before, after = self.levels(self.robust.space.nominal), self.levels(self.best)
-        return {
-            name: compare_peaks(before[row], after[row], self.index.frequency, FIRST_ORDER)
-            for row, name in enumerate(self.vehicles)
-        }
 
     def stiffness(self, design: RealArray) -> RealArray:
         """Mean |K| that each chosen variable stands for, shape (n_chosen,) [N/mm]."""
@@ -396,7 +382,9 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
 def _tell(report: Report, front: MountFront) -> None:
     """Keep the headline numbers; show those that a hurried reader takes away."""
     changes = [
-        (c.level_after - c.level_before, c, car) for car, of in front.peaks.items() for c in of
+        (c.level_after - c.level_before, c, car)
+        for car, of in front.peak_changes(front.best).items()
+        for c in of
     ]
     sigma = {
         name: PERCENT
@@ -511,47 +499,16 @@ def _cars(report: Report, front: MountFront) -> None:
         "first pressure without scatter; the table has means over all pressures, lines and "
         "scatter.",
     )
-    peaks = front.peaks
-    report.figure(
-        "spl_curves",
-        lambda: plot.spl_curves(
-            front.index.frequency,
-            FIRST_ORDER,
-            front.levels(front.robust.space.nominal),
-            front.levels(front.best),
-            front.vehicles,
-            [[c.before.frequency for c in peaks[car] if c.before] for car in front.vehicles],
-            [[c.after.frequency for c in peaks[car] if c.after] for car in front.vehicles],
-            vehicle_colours(front.vehicles),
-            speed_label=SPEED,
-        ),
-        "Today and best mean, without scatter.",
-    )
-    base, row, n = front.baseline, front.picks[BEST], front.index.n_lines
-    cars = pd.DataFrame(
-        {
-            "car": list(front.vehicles),
-            "level today [dB(A)]": base.mean[0] / n,
-            "level then [dB(A)]": front.values.mean[row] / n,
-            "change [dB]": front.change,
-            "sigma today [dB]": base.sigma[0] / n,
-            "sigma then [dB]": front.values.sigma[row] / n,
-        }
-    )
+    report.figure("spl_curves", lambda: front.heard(front.best), "Today and best mean.")
+    cars = front.vehicle_table(BEST, front.change)
     report.table("cars", cars, "Mean level of the lines over scatter, best mean against today.")
-    rows = [
-        (car, c.frequency, 60.0 * c.frequency, c.level_before, c.level_after)
-        for car, changes in peaks.items()
-        for c in changes
-    ]
-    names = ["car", "frequency [Hz]", "speed [rpm]", "SPL today [dB(A)]", "SPL then [dB(A)]"]
-    table = pd.DataFrame(rows, columns=names)
-    table["change [dB]"] = table[names[-1]] - table[names[-2]]
-    louder = table[table["change [dB]"] > RISE]
+    peaks = front.peak_table(front.best)
+    louder = peaks[peaks["change [dB]"] > RISE]
     caption = (
         f"Peaks of at least 6 dB prominence that rise by more than {RISE:g} dB; peaks.csv has all."
     )
-    report.table("peaks", table, "" if louder.empty else caption, shown=louder)
+    columns = [name for name in peaks if "prominence" not in str(name)]
+    report.table("peaks", peaks, "" if louder.empty else caption, shown=louder[columns])
 
 
 def _matters(report: Report, front: MountFront, options: Options) -> None:
@@ -571,7 +528,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
     )
     report.table("requirements", wanted, caption)
 
-    cars = report.tables["cars"].drop(columns=["level today [dB(A)]", "level then [dB(A)]"])
+    cars = report.tables["cars"].drop(columns=["level before [dB(A)]", "level after [dB(A)]"])
     conditions = _conditions(front, options)
     sheet = Report(
         "Mounts of the refrigerant compressor",

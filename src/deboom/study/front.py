@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -18,10 +18,11 @@ from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.space import DesignSpace
-from deboom.plot.style import FULL_WIDTH
+from deboom.plot.style import FULL_WIDTH, vehicle_colours
 from deboom.report import Scalar
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
@@ -50,10 +51,28 @@ class Front(Tabled):
     verification: Verification
     note: str = ""
 
+    speed_label: ClassVar[str] = "engine speed [rpm]"
+    """What turns, above a frequency axis."""
+
     @property
     def index(self) -> Any:
         """The model."""
         return self.robust.evaluate
+
+    @property
+    def order(self) -> float:
+        """Order of the lines whose levels are shown, per revolution [1]."""
+        return 1.0
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines of the band, shape (n_frequency,) [Hz]."""
+        return np.asarray(self.index.frequency)
+
+    @property
+    def colours(self) -> dict[str, str]:
+        """Colour of each vehicle."""
+        return vehicle_colours(self.vehicles)
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -190,6 +209,76 @@ class Front(Tabled):
         """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""
         both = self.index(np.stack([self.robust.space.nominal, design]))
         return np.asarray((both[1] - both[0]) / self.index.n_lines)
+
+    def levels(self, design: RealArray) -> RealArray:
+        """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
+        return np.asarray(self.index.levels(design[np.newaxis, :])[0])
+
+    def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
+        """Booming peaks of each vehicle today and in one design."""
+        before, after = self.levels(self.robust.space.nominal), self.levels(design)
+        return {
+            name: compare_peaks(before[row], after[row], self.frequency, self.order)
+            for row, name in enumerate(self.vehicles)
+        }
+
+    def peak_table(self, design: RealArray) -> pd.DataFrame:
+        """Tabulate today's booming peaks and what becomes of them in one design."""
+        rows = []
+        for vehicle, changes in self.peak_changes(design).items():
+            for change in changes:
+                before, after = change.before, change.after
+                rows.append(
+                    {
+                        "vehicle": vehicle,
+                        "frequency before [Hz]": before.frequency if before else np.nan,
+                        "speed before [rpm]": before.rpm if before else np.nan,
+                        "SPL before [dB(A)]": change.level_before,
+                        "prominence before [dB]": before.prominence if before else np.nan,
+                        "frequency after [Hz]": after.frequency if after else np.nan,
+                        "speed after [rpm]": after.rpm if after else np.nan,
+                        "SPL after [dB(A)]": change.level_after,
+                        "prominence after [dB]": after.prominence if after else np.nan,
+                        "change [dB]": change.level_after - change.level_before,
+                    }
+                )
+        return pd.DataFrame(rows)
+
+    def vehicle_table(self, name: str, change: RealArray) -> pd.DataFrame:
+        """Tabulate level and σ of each vehicle today and in a pick, beside its change (v,) [dB]."""
+        row, n_lines = self.picks[name], self.index.n_lines
+        return pd.DataFrame(
+            {
+                "vehicle": list(self.vehicles),
+                "level before [dB(A)]": self.baseline.mean[0] / n_lines,
+                "level after [dB(A)]": self.values.mean[row] / n_lines,
+                "change [dB]": change,
+                "sigma before [dB]": self.baseline.sigma[0] / n_lines,
+                "sigma after [dB]": self.values.sigma[row] / n_lines,
+            }
+        )
+
+    def heard(
+        self, design: RealArray, rows: Sequence[int] | None = None, width: float = FULL_WIDTH
+    ) -> Drawing:
+        """Draw the levels of all vehicles, or of some rows, today and in one design.
+
+        - `width`: of the figure [inch].
+        """
+        shown = list(range(len(self.vehicles)) if rows is None else rows)
+        names, changes = [self.vehicles[row] for row in shown], self.peak_changes(design)
+        return plot.spl_curves(
+            self.frequency,
+            self.order,
+            self.levels(self.robust.space.nominal)[shown],
+            self.levels(design)[shown],
+            names,
+            [[c.before.frequency for c in changes[name] if c.before] for name in names],
+            [[c.after.frequency for c in changes[name] if c.after] for name in names],
+            self.colours,
+            speed_label=self.speed_label,
+            width=width,
+        )
 
     def picture(
         self, beside: Mapping[str, RobustValues] | None = None, width: float = FULL_WIDTH

@@ -13,7 +13,7 @@ from deboom.errors import InputError
 from deboom.explore.selection import BEST_MEAN
 from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
-from deboom.plot.style import mount_colours, mount_of, vehicle_colours
+from deboom.plot.style import mount_colours, mount_of
 from deboom.report import Report
 from deboom.study.search import natural_frequencies
 
@@ -45,38 +45,20 @@ def pictures_behind(report: Report, front: RobustFront) -> None:
 def heard_by_the_driver(report: Report, front: RobustFront) -> None:
     """Show the levels at the driver's ear before and after, with their booming peaks."""
     best = front.pick_designs[BEST_MEAN]
-    changes, peaks = front.peak_changes(best), _peaks(front)
+    peaks = front.peak_table(best)
     report.section(
         "What the driver hears",
         f"{front.load_case.title}. Best mean against today's mounts, without scatter.",
     )
     report.figure(
         "spl_curves",
-        lambda: plot.spl_curves(
-            front.frequency,
-            front.load_case.order,
-            front.levels(front.robust.space.nominal),
-            front.levels(best),
-            front.vehicles,
-            [[c.before.frequency for c in changes[v] if c.before] for v in front.vehicles],
-            [[c.after.frequency for c in changes[v] if c.after] for v in front.vehicles],
-            vehicle_colours(front.platform.fleet.names),
-        ),
+        lambda: front.heard(best),
         "Sound pressure level at the driver's ear, one panel per vehicle: "
         "frequency below, engine speed above.",
     )
-    values, row, n_lines = front.values, front.picks[BEST_MEAN], front.index.n_lines
-    table = {
-        "vehicle": list(front.vehicles),
-        "level before [dB(A)]": front.baseline.mean[0] / n_lines,
-        "level after [dB(A)]": values.mean[row] / n_lines,
-        "change [dB]": front.splv_change(best),
-        "sigma before [dB]": front.baseline.sigma[0] / n_lines,
-        "sigma after [dB]": values.sigma[row] / n_lines,
-    }
     report.table(
         "vehicles",
-        pd.DataFrame(table),
+        front.vehicle_table(BEST_MEAN, front.splv_change(best)),
         "Before: today's mounts; after: best mean. Levels are means over the lines "
         "and over the scatter, changes are those of the designs without scatter.",
     )
@@ -91,29 +73,6 @@ def heard_by_the_driver(report: Report, front: RobustFront) -> None:
             columns=["speed after [rpm]", "prominence before [dB]", "prominence after [dB]"]
         ),
     )
-
-
-def _peaks(front: RobustFront) -> pd.DataFrame:
-    """Tabulate today's booming peaks and what becomes of them in best mean."""
-    rows = []
-    for vehicle, changes in front.peak_changes(front.pick_designs[BEST_MEAN]).items():
-        for change in changes:
-            before, after = change.before, change.after
-            rows.append(
-                {
-                    "vehicle": vehicle,
-                    "frequency before [Hz]": before.frequency if before else np.nan,
-                    "speed before [rpm]": before.rpm if before else np.nan,
-                    "SPL before [dB(A)]": change.level_before,
-                    "prominence before [dB]": before.prominence if before else np.nan,
-                    "frequency after [Hz]": after.frequency if after else np.nan,
-                    "speed after [rpm]": after.rpm if after else np.nan,
-                    "SPL after [dB(A)]": change.level_after,
-                    "prominence after [dB]": after.prominence if after else np.nan,
-                    "change [dB]": change.level_after - change.level_before,
-                }
-            )
-    return pd.DataFrame(rows)
 
 
 def _maps(report: Report, front: RobustFront) -> None:

@@ -33,7 +33,6 @@ from deboom.study.platform_model import (
 )
 from deboom.study.search import price
 from deboom.vehicles.booming_model import BoomingModel, booming_model
-from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 from deboom.vehicles.powertrain import library_model
 
 NOTICEABLE = 0.1
@@ -107,21 +106,14 @@ class RobustFront(Front):
         return motion_report(self.index, np.stack(list(self.named_designs.values())))
 
     @property
-    def frequency(self) -> RealArray:
-        """Lines of the band, shape (n_frequency,) [Hz]."""
-        return np.asarray(self.index.frequency)
+    def order(self) -> float:
+        """Engine order of the load case whose levels are shown [1]."""
+        return self.load_case.order
 
-    def levels(self, design: RealArray) -> RealArray:
-        """SPL of one design without scatter, shape (n_vehicle, n_frequency) [dB(A)]."""
-        return np.asarray(self.index.levels(design[np.newaxis, :])[0])
-
-    def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
-        """Booming peaks of each vehicle today and in one design."""
-        before, after = self.levels(self.robust.space.nominal), self.levels(design)
-        return {
-            name: compare_peaks(before[row], after[row], self.frequency, self.load_case.order)
-            for row, name in enumerate(self.vehicles)
-        }
+    @property
+    def colours(self) -> dict[str, str]:
+        """Colour of each vehicle, the same on every page of the platform."""
+        return vehicle_colours(self.platform.fleet.names)
 
     @property
     def worst_vehicle(self) -> int:
@@ -368,22 +360,11 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "better. Bars: one standard error over independent scrambles of the draws.",
     )
     worst = front.worst_vehicle
-    name, changes = front.vehicles[worst], front.peak_changes(best)
     report.figure(
         "worst_vehicle",
-        lambda: plot.spl_curves(
-            front.frequency,
-            front.load_case.order,
-            front.levels(space.nominal)[[worst]],
-            front.levels(best)[[worst]],
-            [name],
-            [[c.before.frequency for c in changes[name] if c.before]],
-            [[c.after.frequency for c in changes[name] if c.after]],
-            vehicle_colours(front.platform.fleet.names),
-            width=BESIDE_WIDTH,
-        ),
-        f"The vehicle that gains least, {name}: SPL at the driver's ear with today's mounts "
-        "(dashed) and with best mean.",
+        lambda: front.heard(best, [worst], BESIDE_WIDTH),
+        f"The vehicle that gains least, {front.vehicles[worst]}: SPL at the driver's ear with "
+        "today's mounts (dashed) and with best mean.",
     )
     if front.price is None:
         report.text("The price in sag, travel and modes is not known: there is no static curve.")

@@ -353,26 +353,22 @@ def import_mounts(
 @library_app.command()
 def export(
     library: Where,
-    file: Annotated[Path, typer.Argument(help="What to write: .xlsx, .json or .uff.")],
+    file: Annotated[Path, typer.Argument(help="What to write: .xlsx or .json.")],
     campaign: Campaign = None,
     mount: MountName = None,
     variant: Variant = None,
     part_number: PartNumber = None,
     serial: Serial = None,
 ) -> None:
-    """Export mounts: spreadsheet (.xlsx), everything (.json), spectra (.uff)."""
+    """Export mounts: spreadsheet (.xlsx) or everything (.json)."""
     from deboom.errors import InputError
-    from deboom.files.library_export import (
-        write_library_json,
-        write_library_uff,
-        write_library_xlsx,
-    )
+    from deboom.files.library_export import write_library_json, write_library_xlsx
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
         kind = file.suffix.lower()
-        if kind not in (".xlsx", ".json", ".uff", ".unv"):
-            raise InputError(f"{file}: name a file that ends with .xlsx, .json or .uff")
+        if kind not in (".xlsx", ".json"):
+            raise InputError(f"{file}: name a file that ends with .xlsx or .json")
         found = opened.identities(
             campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
@@ -381,15 +377,8 @@ def export(
         mounts = [opened.load(identity) for identity in found]
         names = {identity.campaign for identity in found}
         campaigns = [record for record in opened.campaigns() if record.name in names]
-        left_out: tuple[str, ...] = ()
-        if kind == ".xlsx":
-            write_library_xlsx(file, campaigns, mounts)
-        elif kind == ".json":
-            write_library_json(file, campaigns, mounts)
-        else:
-            left_out = write_library_uff(file, mounts)
-    for run in left_out:
-        typer.echo(f"left out, a single line is no spectrum: {run}", err=True)
+        write = write_library_xlsx if kind == ".xlsx" else write_library_json
+        write(file, campaigns, mounts)
     typer.echo(file.as_posix())
 
 

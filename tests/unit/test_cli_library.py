@@ -64,12 +64,12 @@ def test_export_and_import_move_a_library_unchanged(path, tmp_path):
         assert len(library.identities()) == 2
 
 
-@pytest.mark.parametrize("suffix", ["xlsx", "uff", "UNV"])
+@pytest.mark.parametrize("suffix", ["xlsx", "JSON"])
 def test_export_writes_what_the_suffix_says(path, tmp_path, suffix):
     file = tmp_path / f"mounts.{suffix}"
     assert call("export", path, file, "--mount", "Du").exit_code == 0
-    start = file.read_bytes()[:6]
-    assert start == b"    -1" if suffix != "xlsx" else start[:2] == b"PK"
+    start = file.read_bytes()[:2]
+    assert start == b"PK" if suffix == "xlsx" else start[:1] == b"{"
 
 
 @pytest.mark.parametrize(
@@ -77,8 +77,8 @@ def test_export_writes_what_the_suffix_says(path, tmp_path, suffix):
     [
         (("list", "nowhere.db"), "nowhere.db: there is no such library; check the path"),
         (("show", "LIBRARY"), "2 mounts fit, say which one"),
-        (("export", "LIBRARY", "m.csv"), "name a file that ends with .xlsx, .json or .uff"),
-        (("export", "LIBRARY", "m.uff", "--mount", "X"), "`deboom library list` shows them all"),
+        (("export", "LIBRARY", "m.csv"), "name a file that ends with .xlsx or .json"),
+        (("export", "LIBRARY", "m.json", "--mount", "X"), "`deboom library list` shows them all"),
         (("import", "LIBRARY", "nowhere.json"), "nowhere.json cannot be read"),
         (("list", "nowhere.db"), "there is no such library"),
     ],

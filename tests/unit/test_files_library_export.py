@@ -5,21 +5,14 @@ import json
 import numpy as np
 import openpyxl
 import pytest
-from mounts_library_samples import assert_same, campaign, map_points, mount, wishbone
+from mounts_library_samples import assert_same, campaign, mount, wishbone
 
 from deboom.errors import InputError
 from deboom.files import library_export
 from deboom.files.library_export import (
     read_library_json,
     write_library_json,
-    write_library_uff,
     write_library_xlsx,
-)
-from deboom.files.uff import read_uff
-from deboom.mounts.characterised_mount import (
-    CharacterisedDirection,
-    CharacterisedMount,
-    DirectionQuality,
 )
 
 MOUNTS = (mount(supplier="=Ø & Söhne"), wishbone())
@@ -135,49 +128,3 @@ def test_a_sheet_that_would_overflow_is_refused(tmp_path, monkeypatch):
     ):
         write_library_xlsx(tmp_path / "mounts.xlsx", [campaign()], MOUNTS)
     assert not list(tmp_path.iterdir())
-
-
-def test_uff_holds_the_spectra_of_every_run(tmp_path):
-    path = tmp_path / "mounts.uff"
-    assert write_library_uff(path, MOUNTS) == ()
-    functions = read_uff(path)
-    assert len(functions) == 4 * 2 * 3  # quantities, runs, directions with points
-    points = MOUNTS[0].direction("z").map_points
-    lines = points.run == "g5_wot220 falling"
-    here = {
-        (f.function_type, f.ordinate): f
-        for f in functions
-        if (f.id_lines[1], f.response_node, f.response_direction)
-        == ("run g5_wot220 falling", 1, "+z")
-    }
-    assert len(here) == 4
-    stiffness = here[4, "force"]
-    assert (stiffness.unit, stiffness.function_type) == ("N/m", 4)
-    np.testing.assert_allclose(stiffness.abscissa, points.frequency[lines], rtol=1e-5)
-    np.testing.assert_allclose(stiffness.values, points.dynamic_stiffness[lines], rtol=1e-11)
-    for kind, ordinate, unit, values in (
-        (0, "force", "N", points.preload),
-        (0, "displacement", "m", points.amplitude),
-        (6, "general", "1", points.confidence),
-    ):
-        function = here[kind, ordinate]
-        assert function.unit == unit
-        np.testing.assert_allclose(function.values, values[lines], rtol=1e-11)
-    assert stiffness.id_lines[2:] == (
-        "campaign spring, variant M3",
-        "part number -, serial -",
-        r"supplier =\xd8 & S\xf6hne",
-    )
-    assert {f.response_node for f in functions} == {1, 2}
-
-
-def test_uff_names_the_runs_it_cannot_hold(tmp_path):
-    def only(n):
-        direction = CharacterisedDirection("x", map_points(1, n), DirectionQuality(False))
-        return CharacterisedMount(MOUNTS[0].identity, MOUNTS[0].mount, (direction,), {})
-
-    path = tmp_path / "mounts.uff"
-    left_out = write_library_uff(path, [only(3)])
-    assert left_out == (f"{MOUNTS[0].identity}, direction x, run g5_wot220 falling",)
-    with pytest.raises(InputError, match="the mounts have no spectra; export xlsx or JSON"):
-        write_library_uff(path, [only(0)])

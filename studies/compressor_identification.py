@@ -3,19 +3,18 @@
 Six accelerometers and 18 impacts, a rigid body on rubber mounts with a complex gain (thesis, 4.1 to
 4.4). Mass, centre of gravity, inertia, the stiffness at the virtual point and the gain are fitted
 to the raw FRFs together with all errors of gain, place and angle (self-calibration), the mass
-weighed. Without --test virtual compressors are measured: the first has the mounts of the thesis's
-table 11 and is shown in detail, the others are random; their truth is used for comparison alone.
+weighed. Without --test a virtual compressor is measured: seed 1 has the mounts of the thesis's
+table 11, others are random; its truth is used for comparison alone.
 
-What it showed on 20 virtual compressors: placement limits the result, not noise. The thesis's 44
+On virtual compressors placement limits the result, not noise (docs/validation.md). The thesis's 44
 numbers are 35 to any such test; positions, rotations and stiffnesses of single mounts are not seen
 unless all mounts are one round part (--identical-mounts).
 
-Keys of summary.json: mass_kg (first compressor); cog_error_mm, inertia_error_percent (worst
-moment), k_vp_error_percent (90 % quantiles over the compressors); jacobian_rank (of the thesis's 44
-numbers); reduced_chi2 (residuals over noise, squared; alarm above 2.25); n_alarms (of
-the first compressor); condition_scaled_100hz (of the measured inertance, rotations scaled by the
-radius of gyration); seconds (identification of one compressor). Errors are left out where the truth
-is not known, the rank without a drawing.
+Keys of summary.json: mass_kg; cog_error_mm, inertia_error_percent (worst moment),
+k_vp_error_percent; jacobian_rank (of the thesis's 44 numbers); reduced_chi2 (residuals over noise,
+squared; alarm above 2.25); n_alarms; condition_scaled_100hz (of the measured inertance, rotations
+scaled by the radius of gyration); seconds (of the identification). Errors are left out where the
+truth is not known, the rank without a drawing.
 """
 
 from __future__ import annotations
@@ -28,7 +27,6 @@ from typer import Option
 
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
-from deboom.errors import InputError
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.report import Report
 from deboom.study.compressor_identification import (
@@ -47,23 +45,18 @@ from deboom.study.result import RunContext
 
 @dataclass(frozen=True)
 class Options:
-    """Which compressors are identified, and what is fitted beside."""
+    """Which compressor is identified, and what is fitted beside."""
 
     seed: Seed = 1
-    cases: Annotated[int, Option(help="Virtual compressors; quantiles deserve twenty.")] = 4
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
     identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False
 
-    def __post_init__(self) -> None:
-        if self.cases < 1:
-            raise InputError(f"--cases {self.cases}: ask for at least one compressor")
-
 
 def prepare(options: Options) -> tuple[InertanceTest, CompressorTruth | None] | None:
-    """Read the given test; None where virtual compressors are to be measured."""
+    """Read the given test; None where a virtual compressor is to be measured."""
     return None if options.test is None else read_test(options.test)
 
 
@@ -75,10 +68,9 @@ def run(
     """Measure, identify, compare and report."""
     beside = Beside(identical_mounts=options.identical_mounts)
     with progress_bar("compressor identification") as progress:
-        if given is not None:
-            step = counted(progress, STEPS)
-            test = identified_test(*given, IdentifyOptions(), beside, step, options.test)
-            return identification_report([test], test.input_files)
-        seeds = range(options.seed, options.seed + options.cases)
-        tests = identified_virtual(seeds, options.level, IdentifyOptions(), beside, progress)
-    return identification_report(tests)
+        step = counted(progress, STEPS)
+        if given is None:
+            test = identified_virtual(options.seed, options.level, beside, step)
+            return identification_report(test)
+        test = identified_test(*given, IdentifyOptions(), beside, step, options.test)
+        return identification_report(test, test.input_files)

@@ -3,19 +3,19 @@
 Thesis, 4.5 (figures 65 and 66): forces of the mounts are stiffness times what compressor and body
 move apart, noise transfer functions at six loads per mount make sound of them. Beyond it: motion of
 the body, single mounts with their uncertainty, hoses as beams with six loads at each end, bands.
-Without --car, laboratories measure cars of the frozen fleet: the first one is shown in detail, all
-are compared with the bench's own microphone. See docs/validation.md for figures.
+Without --car, a laboratory measures a car of the frozen fleet, which is compared with the bench's
+own microphone. docs/validation.md has the errors of many cars and laboratories.
 
-Keys of summary.json, levels [dB], all cars and laboratories. At measured peaks, synthesised against
+Keys of summary.json, levels [dB]. At measured peaks, synthesised against
 measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
 …_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
 …_median; n_peaks, n_peaks…, n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
 spl_90_140_median_db_with_hoses|by_mounts, spl_90_140_p90_db_…, spl_90_140_energy_db_… (worst sweep,
-energy of the band). measured_gain_db_90_140 (standard against soft hoses, median of these cars),
+energy of the band). measured_gain_db_90_140 (standard against soft hoses, median),
 measured_gain_error_db_90_140 (largest, of the synthesis). still_body_error_db_median|p90 (motion of
 the body left out), predicted_body_error_db_p90 (predicted instead of measured),
 lines_in_band_percent (louder lines within the 90 % band), identical_mounts, n_alarms, seconds (from
-files to result, longest car, one processor). No keys where there is no peak.
+files to result, one processor). No keys where there is no peak.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from deboom.study.compressor_noise import (
     ranking,
     soft_partner,
     sweep_errors,
-    virtual_cars,
+    virtual_car,
 )
 from deboom.study.options import Seed, band_of
 from deboom.study.progress import counted, progress_bar
@@ -71,11 +71,9 @@ THESIS_GAIN = (5.0, 10.0)
 
 @dataclass(frozen=True)
 class Options:
-    """Which cars are looked at, and what is modelled of them."""
+    """Which car is looked at, and what is modelled of it."""
 
     seed: Seed = 1
-    laboratories: Annotated[int, Option(help="Virtual ones; each has its own errors.")] = 2
-    cars: Annotated[int, Option(help="Of the frozen fleet, EV-1 to EV-5.")] = 5
     level: Annotated[
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
@@ -83,49 +81,42 @@ class Options:
     band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140"
     hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
     draws: Annotated[int, Option(help="For the bands.")] = 64
-    workers: Annotated[int, Option(help="Processes beside this one; same result.")] = 1
 
 
 def prepare(options: Options) -> NoisePlan:
-    """Return what is done with every car."""
+    """Return what is done with the car."""
     band = band_of(options.band)
     return NoisePlan(band=band, with_hoses=options.hoses, draws=options.draws, seed=options.seed)
 
 
 def run(plan: NoisePlan, options: Options, context: RunContext | None = None) -> Report:
-    """Measure or read cars, synthesise, compare and report."""
+    """Measure or read a car, synthesise, compare and report."""
     del context  # nothing here is long enough to be resumed
-    with progress_bar("compressor noise") as progress:
+    with progress_bar("compressor noise") as bar:
+        step = counted(bar, STEPS)
         if options.car is not None:
-            running, noise = noise_of_car(options.car, plan, counted(progress, STEPS))
-            return car_report(running, noise, (noise,), running.car.input_files)
-        seeds = range(options.seed, options.seed + options.laboratories)
-        running, cases = virtual_cars(
-            options.cars, seeds, options.level, plan, progress, workers=options.workers
-        )
-    report = car_report(running, cases[0], cases)
-    _all_cars(report, cases)
-    return report
+            running, noise = noise_of_car(options.car, plan, step)
+            return car_report(running, noise, running.car.input_files)
+        return car_report(*virtual_car(options.seed, options.level, plan, step))
 
 
 def car_report(
     running: RunningInCar,
     noise: CarNoise,
-    cases: Sequence[CarNoise],
     inputs: Sequence[Path] = (),
 ) -> Report:
-    """Report one car, with the errors of all of them."""
+    """Report one car."""
     report = Report(
         f"Cabin noise of the compressor: {noise.car}",
         "How loud is the running compressor at the driver's ear, by which mount and which hose "
         "does its sound get there, and how far may the synthesis be believed?",
     )
-    errors = [error for case in cases for error in sweep_errors(case)]
-    report.summary |= error_summary(errors, measured_gain_table(cases))
+    errors, gains = sweep_errors(noise), measured_gain_table(noise)
+    report.summary |= error_summary(errors, gains)
     report.summary |= {
         "identical_mounts": "yes" if running.shares.identical else "no",
-        "n_alarms": sum(len(case.alarms) for case in cases),
-        "seconds": max(case.seconds for case in cases),
+        "n_alarms": len(noise.alarms),
+        "seconds": noise.seconds,
     }
     for key, label in (
         ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
@@ -135,7 +126,6 @@ def car_report(
         if key in report.summary:
             report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
     report.warn(*noise.alarms, *running.source.notices)
-    report.facts["cars"] = len(cases)
     report.inputs += inputs
     sweeps = "; ".join(
         f"{sweep.sweep}: {60 * sweep.frequency[0]:.0f}–{60 * sweep.frequency[-1]:.0f} rpm"
@@ -155,9 +145,13 @@ def car_report(
     _soft_hoses(report, noise, errors)
     if running.car.operation.with_hoses(STANDARD):
         _standard_hoses(report, running, noise)
+        caption = (
+            "Level of the A-weighted energy with standard hoses minus that with soft ones; the "
+            f"thesis observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
+        )
+        report.table("measured_gain", gains, caption if len(gains) else "")
     _paths(report, noise)
     _mounts(report, running)
-    report.table("errors", error_table(errors))
     return report
 
 
@@ -261,15 +255,8 @@ def _soft_hoses(report: Report, noise: CarNoise, errors: Sequence[SweepErrors]) 
             "measurements allow lies." + (_FLOOR_WORDS if noise.seed is not None else ""),
         )
     table = peak_table(errors)
-    mine = table[(table["car"] == noise.car) & (table["hoses"] == SOFT.value)]
-    mine = mine[mine["laboratory"] == (noise.seed or "–")]
-    columns = ["car", "laboratory", "paths", "hoses"]
-    report.table(
-        "peaks",
-        table.drop(columns="hoses"),
-        "Peaks with soft hoses." if len(mine) else "",
-        shown=mine.drop(columns=columns),
-    )
+    mine = table[table["hoses"] == SOFT.value].drop(columns=["paths", "hoses"])
+    report.table("peaks", table, "Peaks with soft hoses." if len(mine) else "", shown=mine)
 
 
 _FLOOR_WORDS = (
@@ -463,8 +450,6 @@ def peak_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
             for peak, frequency, level in sorted(pairs, key=lambda pair: pair[0].frequency):
                 rows.append(
                     {
-                        "car": error.car,
-                        "laboratory": error.seed or "–",
                         "hoses": error.hoses.value,
                         "sweep": error.sweep,
                         "paths": paths,
@@ -476,73 +461,19 @@ def peak_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
                         f"in {band_words(MODES)}": MODES[0] <= peak.frequency <= MODES[1],
                     }
                 )
-    columns = ["car", "laboratory", "hoses", "sweep", "paths"]
-    return pd.DataFrame(rows, columns=None if rows else columns)
+    return pd.DataFrame(rows, columns=None if rows else ["hoses", "sweep", "paths"])
 
 
-def error_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:
-    """Write one row per car and sweep: at peaks, at lines, in the band of the hoses."""
-    rows = []
-    for error in errors:
-        pairs = np.abs(error.peaks.level_deviations)
-        still, high = np.abs(error.still_body), in_band(error.frequency, HOSE_BAND)
-        row = {
-            "car": error.car,
-            "laboratory": error.seed or "–",
-            "sweep": error.sweep,
-            "peaks": pairs.size,
-            "without partner": len(error.peaks.only_reference),
-            "largest at peaks [dB]": float(pairs.max()) if pairs.size else np.nan,
-            "median of the lines [dB]": float(np.median(np.abs(error.lines))),
-            "lines within the band [%]": 100 * error.inside,
-            f"energy {band_words(HOSE_BAND)}, all paths [dB]": error.hose_band,
-            f"energy {band_words(HOSE_BAND)}, mounts alone [dB]": error.hose_band_by_mounts,
-            "body still, median [dB]": float(np.median(still)),
-            "body still, 90 % [dB]": float(np.percentile(still, 90)),
-        }
-        for name, lines in (("", error.lines), (", mounts alone", error.lines_by_mounts)):
-            if high.any():
-                row[f"lines there{name}, 90 % [dB]"] = float(np.percentile(np.abs(lines[high]), 90))
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def _all_cars(report: Report, cases: Sequence[CarNoise]) -> None:
-    """Show the errors of every car and laboratory."""
-    report.section(
-        "All cars and laboratories",
-        "Each laboratory has its own errors of sensors, hammer and microphone, and hoses of "
-        "its own; every car is one of the frozen fleet. What is called measured is the coupled "
-        "car of the bench at its microphone.",
-        folded=True,
-    )
-    errors = report.tables["errors"]
-    begins = ("car", "laboratory", "sweep", "peaks", "without", "largest", "energy")
-    report.table(
-        None,
-        errors[[name for name in errors if str(name).startswith(begins)]],
-        "Synthesised minus measured, per car and sweep; errors.csv has more.",
-    )
-    gains = measured_gain_table(cases)
-    caption = (
-        "Level of the A-weighted energy with standard hoses minus that with soft ones; the thesis "
-        f"observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
-    )
-    report.table("measured_gain", gains, caption if len(gains) else "")
-
-
-def measured_gain_table(cases: Sequence[CarNoise]) -> pd.DataFrame:
+def measured_gain_table(case: CarNoise) -> pd.DataFrame:
     """Compare sweeps with standard and with soft hoses, measured as synthesised (figure 66)."""
     rows = []
-    for case in cases:
-        for sweep in case.sweeps:
-            soft = soft_partner(case, sweep) if sweep.hoses is STANDARD else None
-            if soft is not None and in_band(sweep.frequency, HOSE_BAND).any():
-                gains = {
-                    f"{name} gain [dB]": band_level(sweep, getattr(sweep, field))
-                    - band_level(soft, getattr(soft, field))
-                    for name, field in (("measured", "measured"), ("synthesised", "total"))
-                }
-                place = {"car": case.car, "laboratory": case.seed or "–"}
-                rows.append({**place, "pressure [bar]": 1e-5 * sweep.pressure, **gains})
+    for sweep in case.sweeps:
+        soft = soft_partner(case, sweep) if sweep.hoses is STANDARD else None
+        if soft is not None and in_band(sweep.frequency, HOSE_BAND).any():
+            gains = {
+                f"{name} gain [dB]": band_level(sweep, getattr(sweep, field))
+                - band_level(soft, getattr(soft, field))
+                for name, field in (("measured", "measured"), ("synthesised", "total"))
+            }
+            rows.append({"pressure [bar]": 1e-5 * sweep.pressure, **gains})
     return pd.DataFrame(rows)

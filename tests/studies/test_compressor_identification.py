@@ -27,7 +27,7 @@ KEYS = [
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    return run_study(STUDY, tmp_path_factory.mktemp("results"), {"cases": 1})
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), {})
 
 
 def test_a_compressor_is_identified(finished):

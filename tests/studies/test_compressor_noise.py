@@ -15,13 +15,7 @@ STUDY = Path(__file__).parents[2] / "studies" / "compressor_noise.py"
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    options = {
-        "cars": 1,
-        "laboratories": 1,
-        "draws": 20,
-        "workers": 0,
-    }
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {"draws": 20})
 
 
 def test_the_sound_is_synthesised(finished):

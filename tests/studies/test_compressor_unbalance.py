@@ -20,7 +20,6 @@ from deboom.files.schema import dump_toml, load_toml
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_unbalance.py"
-BASE = ("u_stat_error_percent_50_150", "u_stat_error_percent_20_50", "u_dyn_error_percent_50_150")
 LIMITS = """
 format = 1
 [static_unbalance]
@@ -38,8 +37,7 @@ at_most_n_per_mm = 300.0
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    options = {"cases": 1, "special": False, "workers": 0}
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), options)
+    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {})
 
 
 @pytest.fixture(scope="module")
@@ -58,16 +56,10 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
-def test_mounts_that_changed_mislead_the_thesis_and_not_the_update(finished):
-    """Figures of the study of ten, with 1.5 times their size for one compressor."""
+def test_a_compressor_as_struck_is_found_by_the_measured_route(finished):
     summary = summary_of(finished)
-    assert {
-        base + suffix for base in BASE for suffix in ("", "_changed_route_a", "_changed_route_e")
-    } <= set(summary)
-    assert summary["u_stat_error_percent_50_150"] < 1.5
-    assert summary["u_stat_error_percent_20_50"] < 3.0
-    assert summary["u_stat_error_percent_20_50_changed_route_a"] > 15
-    assert summary["u_stat_error_percent_20_50_changed_route_e"] < 3.0
+    assert summary["u_stat_first_error_percent"] < 1.5
+    assert summary["u_dyn_first_error_percent"] < 3.0
     assert summary["mounts_changed"] == "no"
     assert summary["route"] == "d"
 

@@ -6,7 +6,7 @@ import json
 import math
 import tempfile
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -40,7 +40,6 @@ from deboom.files.inertance_test import read_inertance_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import CompressorMount, InertanceTest
 from deboom.physics.rigid_body import rotation_matrix
-from deboom.study.progress import Progress, counted
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -258,34 +257,18 @@ def identified_test(
 
 
 def identified_virtual(
-    seeds: Sequence[int],
-    level: CalibrationLevel,
-    options: IdentifyOptions,
-    beside: Beside,
-    progress: Progress,
-) -> list[IdentifiedTest]:
-    """Measure virtual compressors and identify each.
-
-    - `seeds`: one compressor each; seed 1 has the mounts of the thesis's table 11, others are
-      random.
-    - `level`: of sensors and impacts.
-    - `beside`: for the first one; the others are identified only.
-    """
-    total = len(seeds) * STEPS
-    done = []
-    for place, seed in enumerate(seeds):
-        step = counted(progress, total, place * STEPS, f"compressor {place + 1}: ")
-        step("hammer test")
-        plan = CompressorPlan(
-            case=CompressorCase.TABLE11 if seed == 1 else CompressorCase.RANDOM,
-            identical_mounts=beside.identical_mounts,
+    seed: int, level: CalibrationLevel, beside: Beside, step: Callable[[str], None]
+) -> IdentifiedTest:
+    """Measure a virtual compressor and identify it; 1 has the mounts of the thesis's table 11."""
+    plan = CompressorPlan(
+        case=CompressorCase.TABLE11 if seed == 1 else CompressorCase.RANDOM,
+        identical_mounts=beside.identical_mounts,
+    )
+    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
+        test, truth = read_test(
+            write_compressor_test(Path(scratch) / "test", seed, level, plan), truth=True
         )
-        with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
-            folder = write_compressor_test(Path(scratch) / "test", seed, level, plan)
-            test, truth = read_test(folder, truth=True)
-        own = beside if place == 0 else Beside(thesis=False)
-        done.append(identified_test(test, truth, options, own, step))
-    return done
+    return identified_test(test, truth, IdentifyOptions(), beside, step)
 
 
 def condition_numbers(inertance: ComplexArray, length: float) -> RealArray:
@@ -343,29 +326,23 @@ def verdicts(thesis: ThesisFit) -> list[str]:
     return words
 
 
-def case_table(tests: Sequence[IdentifiedTest]) -> pd.DataFrame:
-    """Errors of every compressor against its truth."""
-    rows = []
-    for test in tests:
-        assert test.truth is not None
-        error = errors_of(test.found, test.truth)
-        row: dict[str, object] = {
-            "compressor": test.found.test.name,
-            "mass [%]": 100 * error.mass,
-            "centre of gravity [mm]": 1e3 * error.centre,
-            "inertia [%]": 100 * error.inertia,
-            "K_VP [%]": 100 * error.stiffness,
-            "Re gain [%]": 100 * error.gain_real,
-            "Im gain [%]": 100 * error.gain_imaginary,
-            "within 1 σ [%]": 100 * float(np.mean(np.abs(error.scores) < 1)),
-            "reduced χ [1]": test.found.calibrated.reduced_chi,
-            "time [s]": test.seconds,
-        }
-        if test.identical is not None:
-            place, angle = mounting_errors(test.identical, test.truth)
-            row |= {"mount place [mm]": 1e3 * place, "mount axis [°]": float(np.degrees(angle))}
-        rows.append(row)
-    return pd.DataFrame(rows)
+def case_table(test: IdentifiedTest) -> pd.DataFrame:
+    """Errors of a compressor against its truth, in one row."""
+    assert test.truth is not None
+    error = errors_of(test.found, test.truth)
+    row: dict[str, object] = {
+        "mass [%]": 100 * error.mass,
+        "centre of gravity [mm]": 1e3 * error.centre,
+        "inertia [%]": 100 * error.inertia,
+        "K_VP [%]": 100 * error.stiffness,
+        "Re gain [%]": 100 * error.gain_real,
+        "Im gain [%]": 100 * error.gain_imaginary,
+        "within 1 σ [%]": 100 * float(np.mean(np.abs(error.scores) < 1)),
+    }
+    if test.identical is not None:
+        place, angle = mounting_errors(test.identical, test.truth)
+        row |= {"mount place [mm]": 1e3 * place, "mount axis [°]": float(np.degrees(angle))}
+    return pd.DataFrame([row])
 
 
 def placement_table(test: IdentifiedTest) -> pd.DataFrame:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -31,7 +31,6 @@ from deboom.files.electric_car import read_electric_car
 from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import wrench_noise_transfer
 from deboom.physics.sound_level import a_weighting, energy_sum
-from deboom.study.progress import Progress, in_processes
 from deboom.vehicles.booming_peaks import MatchedPeaks, booming_peaks, match_peaks
 
 STEPS = 8
@@ -117,66 +116,14 @@ def noise_of_car(
     return running, CarNoise(car.name, seed, sweeps, bands, alarms, seconds)
 
 
-@dataclass(frozen=True)
-class _Laboratory:
-    """One virtual laboratory and its cars, for a worker process."""
-
-    seed: int
-    level: CalibrationLevel
-    cars: tuple[str, ...]
-    plan: NoisePlan
-
-
-def virtual_cars(
-    cars: int,
-    seeds: Sequence[int],
-    level: CalibrationLevel,
-    plan: NoisePlan,
-    progress: Progress,
-    *,
-    workers: int,
-) -> tuple[RunningInCar, tuple[CarNoise, ...]]:
-    """Let laboratories measure cars of the frozen fleet, and evaluate each.
-
-    - `seeds`: one laboratory each, with a hammer test and hoses of its own.
-    - `workers`: processes beside this one; 0 does all here, with the same result.
-    - returns the first car of the first laboratory in detail, and all cars of all laboratories.
-    - raises InputError: more cars than the fleet has, or none; no laboratory.
-    """
-    names = tuple(frozen_fleet())
-    if not 1 <= cars <= len(names):
-        raise InputError(f"the frozen fleet has {len(names)} cars: ask for 1 to {len(names)}")
-    if not seeds:
-        raise InputError("no laboratory measures a car: ask for at least one")
-    tasks = [_Laboratory(seed, level, names[:cars], plan) for seed in seeds]
-    with in_processes(_cases, tasks[1:], workers) as others:
-        mine = list(_measured(tasks[0], progress, len(seeds)))
-        cases = [noise for _, noise in mine]
-        for number, rows in enumerate(others, start=1):
-            progress(number * cars, len(seeds) * cars, "other laboratories")
-            cases += rows
-    progress(len(seeds) * cars, len(seeds) * cars, "done")
-    return mine[0][0], tuple(cases)
-
-
-def _measured(
-    task: _Laboratory, progress: Progress, n_task: int
-) -> Iterator[tuple[RunningInCar, CarNoise]]:
-    """Measure and evaluate; all cars share the hammer test on their compressor."""
-    identified = None
-    for number, name in enumerate(task.cars):
-        progress(number, n_task * len(task.cars), name)
-        with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
-            folder = write_electric_car(Path(scratch) / name, task.seed, name, level=task.level)
-            running, noise = noise_of_car(
-                folder, task.plan, lambda _: None, identified=identified, seed=task.seed
-            )
-        identified = running.found
-        yield running, noise
-
-
-def _cases(task: _Laboratory) -> list[CarNoise]:
-    return [noise for _, noise in _measured(task, lambda *_: None, 1)]
+def virtual_car(
+    seed: int, level: CalibrationLevel, plan: NoisePlan, step: Callable[[str], None]
+) -> tuple[RunningInCar, CarNoise]:
+    """Let a laboratory measure the first car of the frozen fleet, and evaluate it."""
+    name = next(iter(frozen_fleet()))
+    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
+        folder = write_electric_car(Path(scratch) / name, seed, name, level=level)
+        return noise_of_car(folder, plan, step, seed=seed)
 
 
 @dataclass(frozen=True, eq=False)

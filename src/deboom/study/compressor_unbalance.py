@@ -4,21 +4,15 @@ from __future__ import annotations
 
 import json
 import math
-import tempfile
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from enum import Enum
 from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.compressor_rig import OperationPlan
-from deboom.bench.compressor_truth import CompressorPlan
-from deboom.bench.compressor_writer import write_operating_test
-from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.acceptance import ComponentLimits, Verdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identify import (
@@ -52,8 +46,6 @@ STEPS = 12
 """Of `measured_unbalance`, for progress."""
 AUTOMATIC = "auto"
 """Route d, or e where the mounts have changed, no hose is seen and the hammer test has no alarm."""
-STORAGE, LOSS = 0.9, 1.1
-"""Real and imaginary part of the mounts' stiffness in operation over that struck, where changed."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -320,100 +312,6 @@ def _reactions(evaluation: Unbalance, with_hoses: RouteResult | None) -> tuple[H
 
     return hose_reactions(
         evaluation.test, evaluation.identification, change=change, sense=evaluation.sense.sense
-    )
-
-
-class MountCase(Enum):
-    """What the mounts of a virtual compressor, and what carries them, are like in operation."""
-
-    UNCHANGED = "as struck"
-    CHANGED = "−10 % / +10 %"
-    SOFTENING = "softening"
-    RECEIVER = "flexible receiver"
-
-
-def write_case(folder: Path, seed: int, level: CalibrationLevel, case: MountCase) -> Path:
-    """Write the test of a virtual compressor; seed 1 has the mounts of the thesis's table 11."""
-    compressor = CompressorPlan(
-        case=CompressorCase.TABLE11 if seed == 1 else CompressorCase.RANDOM,
-        softening=case is MountCase.SOFTENING,
-        flexible_receiver=case is MountCase.RECEIVER,
-    )
-    plan = OperationPlan(compressor, softening=case is MountCase.SOFTENING)
-    if case is MountCase.CHANGED:
-        plan = replace(plan, mount_storage=STORAGE, mount_loss=LOSS)
-    return write_operating_test(folder, seed, level, plan)
-
-
-def evaluated_case(
-    folder: Path, struck: Identification | None, options: UnbalanceOptions
-) -> tuple[Unbalance, UnbalanceTruth]:
-    """Read and evaluate a virtual test; identify its hammer test unless that was done."""
-    test, truth = read_operating_test(folder), read_unbalance_truth(folder)
-    with threadpool_limits(1):
-        if struck is None:
-            struck = identify(test.hammer, IdentifyOptions(held_out=0), hoses=test.hoses)
-        return unbalance(test, struck, options), truth
-
-
-@dataclass(frozen=True)
-class CompressorTask:
-    """One virtual compressor in several states, for a worker process."""
-
-    seed: int
-    level: CalibrationLevel
-    cases: tuple[MountCase, ...]
-    options: UnbalanceOptions
-
-
-def task_errors(task: CompressorTask) -> list[dict[str, object]]:
-    """Measure and evaluate the states of a compressor; rows of `case_errors`."""
-    rows: list[dict[str, object]] = []
-    struck: Identification | None = None  # the hammer test is the same in all states
-    with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
-        for case in task.cases:
-            folder = write_case(Path(scratch) / case.name.lower(), task.seed, task.level, case)
-            evaluation, truth = evaluated_case(folder, struck, task.options)
-            struck = evaluation.identification
-            rows += case_errors(task.seed, case, evaluation, truth)
-    return rows
-
-
-def case_errors(
-    seed: int, case: MountCase, evaluation: Unbalance, truth: UnbalanceTruth
-) -> list[dict[str, object]]:
-    """State the errors of every route in one state: of the fit over all lines, and by bands."""
-    rows = []
-    for result in evaluation.routes:
-        sources, errors = result.sources, route_errors(result, truth)
-        row: dict[str, object] = {
-            "seed": seed,
-            "mounts": case.value,
-            "route": result.route.letter,
-            "alarm": bool(evaluation.alarms),
-            "u, global [%]": 100 * abs(sources.static.value / truth.static - 1),
-            "u_d, global [%]": 100 * abs(sources.dynamic.value / truth.dynamic - 1),
-            "gas moment, global [%]": 100 * _gas_error(result, truth),
-        }
-        for place, band in enumerate(BANDS):
-            row[f"u {band_words(band)} [%]"] = 100 * errors.static[place]
-            row[f"u_d {band_words(band)} [%]"] = 100 * errors.dynamic[place]
-            row[f"y/z {band_words(band)} [%]"] = 100 * errors.static_mismatch[place]
-        rows.append(row)
-    return rows
-
-
-def _gas_error(result: RouteResult, truth: UnbalanceTruth) -> float:
-    """Relative error of the moment of the gas, all that acts about x; the worse pressure [1]."""
-    true = {
-        sweep.pressure: complex(truth.loads[sweep.sweep][0, 3])
-        for sweep in result.sweeps
-        if sweep.sweep in truth.loads
-    }
-    return max(
-        abs(gas.moment.value / true[gas.pressure] - 1)
-        for gas in result.sources.gas
-        if gas.pressure in true
     )
 
 

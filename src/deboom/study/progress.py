@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import partial
-from multiprocessing import get_context
 from typing import TypeVar
 
 import typer
-from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from deboom.errors import IncompleteReport, InputError
@@ -92,21 +88,3 @@ def counted(
         done += 1
 
     return step
-
-
-@contextmanager
-def in_processes(
-    function: Callable[[_Task], _Result], tasks: Sequence[_Task], workers: int
-) -> Iterator[Iterable[_Result]]:
-    """Work tasks off in processes beside this one, or here with 0; results come in their order."""
-    if workers == 0 or not tasks:
-        yield map(function, tasks)
-        return
-    with ProcessPoolExecutor(workers, mp_context=get_context("spawn")) as pool:
-        yield pool.map(partial(_limited, function), tasks)
-
-
-def _limited(function: Callable[[_Task], _Result], task: _Task) -> _Result:
-    """Work a task off in one thread: matrices are too small to share."""
-    with threadpool_limits(1):
-        return function(task)

@@ -524,7 +524,7 @@ def _front(report: Report, repeated: Repeated) -> None:
             sigma.value,
             reach[0],
             reach[1],
-            None,
+            (0.0, float(repeated.measured.sigma[0].mean())),
             picks,
             label="front, with 90 % intervals",
             mean_label="change of the mean level over vehicles and parts [dB]",

@@ -616,7 +616,7 @@ def _curve(report: Report, study: BoxStudy) -> None:
     shares = {
         "mean half width of the box": {"half width": rising[width]},
         plain: {"share": rising["share of one tolerance [%]"]},
-        "parts of the box that miss a limit": {
+        "parts that miss a limit": {
             name: rising[f"{name} missed by [%]"] for name in study.vehicles
         },
     }

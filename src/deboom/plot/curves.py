@@ -189,8 +189,8 @@ def _draw(
         )
     for name, (x, y) in panel.points.items():
         pair = finite("curve_panels", {f"{name} x": x, f"{name} y": y})
-        mark, size = ("o", 3.5) if name in data else (".", 1.5)
-        axes.plot(*pair.values(), mark, ms=size, mec="white", mew=0.3, color=looks.colour[name])
+        look = {"ms": 3.5, "mec": "white", "mew": 0.3} if name in data else {"ms": 1.6, "mew": 0.0}
+        axes.plot(*pair.values(), "o", color=looks.colour[name], **look)
     plain = [name for name in data if name not in looks.line]
     for name, values in data.items():
         # thinner ones over wider ones: curves that coincide stay visible

@@ -86,7 +86,8 @@ def pareto_front(
         {"mean": mean, "sigma": sigma, "mean_error": mean_error, "sigma_error": sigma_error},
     )
     today = [] if baseline is None else [baseline]
-    finite("pareto_front", {"baseline": today})
+    if today:
+        finite("pareto_front", {"baseline": today})
     finite("pareto_front", picks)
     chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")

@@ -2,8 +2,7 @@
 
 Accelerometers on the powertrain and force cells under its mounts, in 27 runs with rising torque in
 gears 5 to 7, become operating dynamic stiffness, response surfaces and an error budget. Without
---campaign the virtual test bench measures a campaign first, one per bench seed; its truth is used
-for comparison alone.
+--campaign the virtual test bench measures a campaign first; its truth is used for comparison alone.
 
 With --second-engine, or with a campaign of another engine (--second), the page also asks whether
 these mounts predict the forces of an engine they were not characterised under (thesis, 3.6.2). The
@@ -18,11 +17,10 @@ the static force across does.
 
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
-check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth,
-median over benches; with _90 their 90 % quantile, with _held_out on held-out runs, with _stated
-without self-calibration); half_width_95_percent_<dir> (error budget); coverage_95_percent_<dir>
-(lines whose truth is inside the stated band); n_benches; n_identified (directions); seconds (one
-mount set, with its error budget). Of a second engine, medians over benches:
+check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth;
+with _held_out on held-out runs, with _stated without self-calibration); half_width_95_percent_<dir>
+(error budget); coverage_95_percent_<dir> (lines whose truth is inside the stated band);
+n_identified (directions); seconds (one mount set, with its error budget). Of a second engine:
 second_r2_force_real_<dir>, second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms
 error over rms of the force); second_peak_db_<dir> (largest difference of a run's highest force);
 second_inside_percent_<dir> (lines within the measured region; the others are not predicted);
@@ -32,7 +30,7 @@ main axis); second_seconds.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
@@ -53,16 +51,15 @@ from deboom.plot import CurvePanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import (
     CharacterisedBench,
-    characterise_benches,
     characterise_given,
+    characterise_virtual,
     direction_numbers,
     force_transfer_matrices,
     force_transfer_table,
     identified,
-    mean_over_benches,
     model_table,
     moment_transfer_matrices,
-    over_benches,
+    percent,
     quality_of_motion,
     r2_table,
     shown_run,
@@ -93,7 +90,6 @@ class Options:
     """Which mounts are characterised, and how."""
 
     seed: Seed = 1
-    benches: Annotated[int, Option(help="Virtual benches; medians deserve six.")] = 1
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
     mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
     static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
@@ -111,11 +107,11 @@ class Options:
 
     def __post_init__(self) -> None:
         measured = self.campaign is not None or self.second is not None
-        virtual = self.benches > 1 or self.noise_free or self.second_engine
+        virtual = self.noise_free or self.second_engine
         if measured and virtual:
             raise InputError(
-                "--benches, --noise-free, --second-engine ask for virtual benches: leave them out, "
-                "or --campaign and --second"
+                "--noise-free and --second-engine ask for virtual benches: leave them out, or "
+                "--campaign and --second"
             )
         if self.second is None and self.library is not None:
             raise InputError(
@@ -139,19 +135,18 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
     del context  # nothing here is long enough to be resumed
     report: Report | None = None
     over_force = replace(how, preload=Preload.STATIC_FORCE, folds=0)
-    engines: Sequence[SecondEngine] = ()
+    engine: SecondEngine | None = None
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             bench = characterise_given(options.campaign, options.mount_set, how, progress)
-            report = reported([bench], options, bench.input_files)
+            report = reported(bench, options, bench.input_files)
         elif options.second is None:
-            seeds = range(options.seed, options.seed + options.benches)
-            benches = characterise_benches(
-                seeds, options.mount_set, how, progress, noise_free=options.noise_free
+            bench = characterise_virtual(
+                options.seed, options.mount_set, how, progress, noise_free=options.noise_free
             )
-            report = reported(benches, options)
+            report = reported(bench, options)
             if options.second_engine:
-                engines = second_engines(seeds, options.mount_set, over_force, progress)
+                (engine,) = second_engines((options.seed,), options.mount_set, over_force, progress)
         if options.second is not None:
             excited = ("my",) if options.balanced else ("fz", "mx", "my")
             engine = given_engine(
@@ -160,7 +155,6 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
                 replace(over_force, excited=excited),
                 progress,
             )
-            engines = (engine,)
     if report is None:
         report = Report(
             "Another engine on mounts of the library",
@@ -168,19 +162,16 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             "engine measures on them?",
         )
         report.explain("dynamic stiffness")
-    if engines:
-        append_second_engine(report, engines)
-        report.inputs += [] if options.second is None else engines[0].input_files
+    if engine is not None:
+        append_second_engine(report, engine)
+        report.inputs += [] if options.second is None else engine.input_files
     return report
 
 
-def reported(
-    benches: Sequence[CharacterisedBench], options: Options, inputs: tuple[Path, ...] = ()
-) -> Report:
-    """Report on benches: figures show the first, tables all."""
-    first, result = benches[0], benches[0].result
-    numbers = direction_numbers(benches)
-    known = any(bench.truth is not None for bench in benches)
+def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ...] = ()) -> Report:
+    """Report on a bench."""
+    result, known = first.result, first.truth is not None
+    numbers = direction_numbers(first)
     report = Report(
         "Mounts from raw sensors",
         f"How stiff are {', '.join(mount.name for mount in result.campaign.mounts)} in "
@@ -197,13 +188,12 @@ def reported(
         if known
         else "",
     )
-    report.summary |= _summary(benches, numbers)
+    report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
     truth = truth_table(numbers) if known else None
-    several = len(benches) > 1
-    _headlines(report, benches, uncertainty, truth)
-    _asked(report, benches)
-    _accuracy(report, numbers, uncertainty, truth, several=several)
+    _headlines(report, first, uncertainty, truth)
+    _asked(report, first)
+    _accuracy(report, numbers, uncertainty, truth)
     if options.models:
         models = model_table(first)
         report.table(
@@ -213,7 +203,7 @@ def reported(
             "squares: all fitted without the check runs and judged on those.",
             {name: 2 for name in models.columns if name.endswith("[%]")},
         )
-    labels = {n: n if n in ("bench", "direction") else f"{n} [1]" for n in map(str, numbers)}
+    labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
     report.table("directions", numbers.rename(columns=labels))
 
     few = {name: _thinned(one) for name, one in usable_maps(first).items()}
@@ -230,7 +220,7 @@ def reported(
 
 def _headlines(
     report: Report,
-    benches: Sequence[CharacterisedBench],
+    bench: CharacterisedBench,
     uncertainty: pd.DataFrame,
     truth: pd.DataFrame | None,
 ) -> None:
@@ -238,21 +228,19 @@ def _headlines(
     names = uncertainty.loc[uncertainty["identified"] == "identified", "direction"]
     report.tile(f"{len(names)} of {len(uncertainty)}", "directions identified")
     if truth is not None and len(names):
-        errors = truth.set_index("direction").loc[names, "error of |K|, median [%]"]
+        errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
         report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
         report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
-    seconds = sorted(bench.seconds for bench in benches)[len(benches) // 2]
-    report.tile(f"{seconds:.0f} s", "per mount set, with error budget")
+    report.tile(f"{bench.seconds:.0f} s", "with error budget")
 
 
-def _asked(report: Report, benches: Sequence[CharacterisedBench]) -> None:
+def _asked(report: Report, bench: CharacterisedBench) -> None:
     """Say what was asked, and with which data."""
-    first = benches[0].result
+    first = bench.result
     gears = sorted({run.gear for run in first.runs})
     report.section(
         "What was asked, and with which data",
-        f"Mount set {first.mount_set} on {len(benches)} "
-        f"{'benches' if len(benches) > 1 else 'bench'}: {len(first.runs)} runs with rising torque "
+        f"Mount set {first.mount_set} on {bench.title}: {len(first.runs)} runs with rising torque "
         f"in the gears {', '.join(map(str, gears))}, engine order {first.campaign.order:g}. "
         f"Preload variable: {first.options.preload.name.lower().replace('_', ' ')}.",
         folded=True,
@@ -277,11 +265,8 @@ def _accuracy(
     numbers: pd.DataFrame,
     uncertainty: pd.DataFrame,
     truth: pd.DataFrame | None,
-    *,
-    several: bool,
 ) -> None:
     """Say how far to believe the surfaces."""
-    over = "median over the benches" if several else "one bench"
     shared = ""
     if truth is not None:
         shared = (
@@ -297,7 +282,7 @@ def _accuracy(
     report.table(
         "uncertainty",
         uncertainty,
-        f"Half width of the 95 % band of the surface, median over its lines, {over}. Beyond "
+        f"Half width of the 95 % band of the surface, median over its lines. Beyond "
         f"{100 * IDENTIFIED:.0f} % a direction is not identified.{shared}",
         shown=uncertainty.drop(columns=alone),
     )
@@ -305,24 +290,17 @@ def _accuracy(
         report.table(
             "truth",
             truth,
-            f"Rms error of the surface against the truth, {over}. Held-out: a surface fitted "
-            "without the check runs, on those.",
-            shown=truth if several else _of_one_bench(truth),
+            "Rms error of the surface against the truth. Held-out: a surface fitted without the "
+            "check runs, on those.",
         )
     r2 = r2_table(numbers)
     report.table(
         "r2",
         r2,
-        f"Coefficient of determination, {over}, beside tables 6 to 8 of the "
-        "thesis. Held-out as above; a dash: not known.",
+        "Coefficient of determination, beside tables 6 to 8 of the thesis. Held-out as above; a "
+        "dash: not known.",
         {name: 2 for name in r2.columns if name.endswith("[%]")},
     )
-
-
-def _of_one_bench(truth: pd.DataFrame) -> pd.DataFrame:
-    """Leave the quantile of one number out, and call its median what it is."""
-    kept = truth[[name for name in truth if "90 %" not in str(name)]]
-    return kept.rename(columns=lambda name: str(name).replace(", median", ""))
 
 
 def _transfer(report: Report, bench: CharacterisedBench) -> None:
@@ -342,28 +320,27 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
     )
 
 
-def _summary(benches: Sequence[CharacterisedBench], numbers: pd.DataFrame) -> dict[str, float]:
+def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:
     """Gather the headline numbers; the study's docstring explains the keys."""
     by_key = {
-        "r2_real": over_benches(numbers, "r2_real"),
-        "r2_imag": over_benches(numbers, "r2_imag"),
-        "r2_force_real": over_benches(numbers, "r2_force_real"),
-        "r2_force_imag": over_benches(numbers, "r2_force_imag"),
-        "r2_real_held_out": over_benches(numbers, "check_r2_real"),
-        "r2_imag_held_out": over_benches(numbers, "check_r2_imag"),
-        "truth_error_percent": over_benches(numbers, "error"),
-        "truth_error_percent_90": over_benches(numbers, "error", 0.9),
-        "truth_error_percent_held_out": over_benches(numbers, "check_error"),
-        "truth_error_percent_stated": over_benches(numbers, "error_stated"),
-        "half_width_95_percent": over_benches(numbers, "half_width"),
-        "coverage_95_percent": mean_over_benches(numbers, "coverage"),
+        "r2_real": percent(numbers, "r2_real"),
+        "r2_imag": percent(numbers, "r2_imag"),
+        "r2_force_real": percent(numbers, "r2_force_real"),
+        "r2_force_imag": percent(numbers, "r2_force_imag"),
+        "r2_real_held_out": percent(numbers, "check_r2_real"),
+        "r2_imag_held_out": percent(numbers, "check_r2_imag"),
+        "truth_error_percent": percent(numbers, "error"),
+        "truth_error_percent_held_out": percent(numbers, "check_error"),
+        "truth_error_percent_stated": percent(numbers, "error_stated"),
+        "half_width_95_percent": percent(numbers, "half_width"),
+        "coverage_95_percent": percent(numbers, "coverage"),
     }
-    summary: dict[str, float] = {"n_benches": len(benches)}
+    summary: dict[str, float] = {}
     for key, values in by_key.items():
         for name, value in values.dropna().items():
             summary[f"{key}_{str(name).replace(' ', '_')}"] = float(value)
     summary["n_identified"] = int(identified(numbers).sum())
-    summary["seconds"] = round(float(np.median([bench.seconds for bench in benches])), 3)
+    summary["seconds"] = round(bench.seconds, 3)
     return summary
 
 

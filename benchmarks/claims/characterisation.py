@@ -31,7 +31,7 @@ from deboom.mounts.measuring_chain import body_record, stated_alignment
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface, agreement
 from deboom.study.mount_characterisation import (
-    characterise_benches,
+    characterise_virtual,
 )
 from deboom.study.runner import load_study
 from deboom.vehicles.powertrain import KinematicModel
@@ -166,9 +166,9 @@ def _true_stiffness(lines: OperatingMap, parts: str) -> ComplexArray:
 def _noise_free(parts: str) -> dict[str, float]:
     """Take the study's own way: files of a bench without any error, and its summary."""
     options = CharacteriseOptions(folds=0)
-    benches = characterise_benches((1,), parts, options, lambda *_: None, noise_free=True)
+    bench = characterise_virtual(1, parts, options, lambda *_: None, noise_free=True)
     study = load_study("mount_characterisation").module
-    summary = study.reported(benches, study.Options()).summary
+    summary = study.reported(bench, study.Options()).summary
     found = {}
     for mount in ("EnM", "GeM", "TSM"):
         for axis in "xyz":

@@ -20,8 +20,8 @@ from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import (
     STEPS_PER_BENCH,
-    characterise_benches,
     characterise_given,
+    characterise_virtual,
     direction_numbers,
 )
 from deboom.study.runner import load_study, run_study
@@ -100,7 +100,7 @@ def blind(campaign, tmp_path_factory):
 
 def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
     assert blind.truth is None
-    numbers = direction_numbers([blind])
+    numbers = direction_numbers(blind)
     assert not {"error", "error_stated", "check_error", "coverage"} & set(numbers.columns)
     known = pd.read_csv(finished / "directions.csv")
     for name in ("r2_real", "r2_imag", "half_width"):
@@ -111,7 +111,7 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     strut = {"TSM x": blind.result.directions["TSM x"]}
     bench = replace(blind, result=replace(blind.result, directions=strut))
     monkeypatch.setattr(Report, "figure", DRAWN)
-    done = STUDY.module.reported([bench], STUDY.module.Options())
+    done = STUDY.module.reported(bench, STUDY.module.Options())
     assert set(done.figures) == {"static_x"}
     blocks = [block for section in done.sections for block in section.blocks]
     shown = [block.png for block in blocks if isinstance(block, Picture)]
@@ -119,7 +119,7 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     assert "truth" not in done.tables
 
 
-def test_every_virtual_bench_has_a_campaign_of_its_own_that_is_gone_afterwards(monkeypatch):
+def test_a_virtual_bench_has_a_campaign_that_is_gone_afterwards(monkeypatch):
     seen = []
 
     def characterise_folder(folder, mount_set, options, title, progress):
@@ -130,20 +130,17 @@ def test_every_virtual_bench_has_a_campaign_of_its_own_that_is_gone_afterwards(m
     monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS[:1])
     monkeypatch.setattr(characterisation, "characterise_folder", characterise_folder)
     said = []
-    done = characterise_benches((3, 4), "M1", CharacteriseOptions(), lambda *s: said.append(s))
-    assert done == ("bench 3", "bench 4")
-    assert [name for _, name in seen] == ["virtual_bench_3", "virtual_bench_4"]
+    done = characterise_virtual(3, "M1", CharacteriseOptions(), lambda *s: said.append(s))
+    assert done == "bench 3"
+    assert [name for _, name in seen] == ["virtual_bench_3"]
     assert not any(folder.exists() for folder, _ in seen)
-    assert [step for step, _, _ in said] == [0, 6, 6, 12]
-    assert {total for _, total, _ in said} == {12}
-    with pytest.raises(InputError, match="no bench to characterise"):
-        characterise_benches((), "M1", CharacteriseOptions(), lambda *_: None)
+    assert [step for step, _, _ in said] == [0, STEPS_PER_BENCH]
 
 
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"benches": 2}, "leave them out, or --campaign"),
+        ({"noise_free": True}, "leave them out, or --campaign"),
         ({"mount_set": "M7"}, "no mount set 'M7'"),
     ],
 )
@@ -176,7 +173,7 @@ def test_a_campaign_with_three_cells_has_matrices_of_six_loads(tmp_path):
 
 def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
     study = STUDY
-    for option in ({"noise_free": True}, {"benches": 2}):
+    for option in ({"noise_free": True}, {"second_engine": True}):
         with pytest.raises(InputError, match="leave them out, or --campaign"):
             run_study(study, tmp_path, {"campaign": campaign, **option})
 

@@ -115,7 +115,7 @@ def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     [
         ({"second": None}, "name another engine with --second"),
         ({"library": None}, "give one of both"),
-        ({"benches": 2}, "leave them out, or"),
+        ({"noise_free": True}, "leave them out, or"),
         ({"mount_set": "M7"}, "no mount fits"),
     ],
 )

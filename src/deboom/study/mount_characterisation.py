@@ -232,41 +232,31 @@ def characterise_given(
     return characterise_folder(folder, mount_set, options, Path(folder).name, step)
 
 
-def characterise_benches(
-    seeds: Sequence[int],
+def characterise_virtual(
+    seed: int,
     mount_set: str,
     options: CharacteriseOptions,
     progress: Progress,
     *,
     noise_free: bool = False,
-) -> tuple[CharacterisedBench, ...]:
-    """Measure the training runs on virtual benches, characterise them, and keep no files.
+) -> CharacterisedBench:
+    """Measure the training runs on a virtual bench, characterise them, and keep no files.
 
-    - `seeds`: one bench each, from 1.
-    - `mount_set`: parts on all benches.
-    - `options`: how they are characterised.
     - `noise_free`: without noise and with every sensor as stated: what is left is the error of the
       method.
-    - raises InputError: no seed, a seed below 1, or an unknown mount set.
+    - raises InputError: a seed below 1, or an unknown mount set.
     """
-    if not seeds:
-        raise InputError("there is no bench to characterise: ask for at least one")
-    total = len(seeds) * STEPS_PER_BENCH
+
+    def step(done: int, text: str) -> None:
+        progress(done, STEPS_PER_BENCH, text)
+
+    title = f"bench {seed}"
+    step(0, f"{title}: measuring")
     plan = CampaignPlan((mount_set,), TRAINING_RUNS)
-    errors = NO_ERRORS if noise_free else CampaignErrors()
-    benches = []
-    for place, seed in enumerate(seeds):
-
-        def step(done: int, text: str, before: int = place * STEPS_PER_BENCH) -> None:
-            progress(before + done, total, text)
-
-        title = f"bench {seed}"
-        step(0, f"{title}: measuring")
-        with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
-            folder = Path(temporary) / "campaign"
-            write_campaign(folder, seed, plan, errors)
-            benches.append(characterise_folder(folder, mount_set, options, title, step))
-    return tuple(benches)
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        folder = Path(temporary) / "campaign"
+        write_campaign(folder, seed, plan, NO_ERRORS if noise_free else CampaignErrors())
+        return characterise_folder(folder, mount_set, options, title, step)
 
 
 def shown_run(bench: CharacterisedBench) -> OperatingRun:
@@ -303,14 +293,14 @@ def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:
     return {name: one for name, one in usable.items() if len(one)}
 
 
-def direction_numbers(benches: Sequence[CharacterisedBench]) -> pd.DataFrame:
-    """One row per bench and direction; plain ratios, nan where something is not known.
+def direction_numbers(bench: CharacterisedBench) -> pd.DataFrame:
+    """One row per direction; plain ratios, nan where something is not known.
 
     Columns ``r2_<part>`` and ``r2_force_<part>`` compare the surface with its own lines, with the
     prefix ``check_`` a surface fitted without the check runs with those. ``error`` and its kin are
     rms relative errors of the magnitude against the truth, ``error_imag`` the median one of Im K.
     """
-    rows = [_row(bench, name) for bench in benches for name in bench.surfaces]
+    rows = [_row(bench, name) for name in bench.surfaces]
     if not rows:
         raise InputError("no direction of any mount could be characterised: nothing to report")
     return pd.DataFrame(rows)
@@ -353,11 +343,7 @@ def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
     one = bench.result.directions[name]
     surface, measured = bench.surfaces[name], one.measured
     usable = measured.select(~measured.near_floor)
-    row: dict[str, object] = {
-        "bench": bench.title,
-        "direction": name,
-        **_r2(bench, surface, usable),
-    }
+    row: dict[str, object] = {"direction": name, **_r2(bench, surface, usable)}
     row |= _budget(bench, name)
     if bench.truth is not None:
         row |= _errors(bench, surface, usable)
@@ -437,18 +423,15 @@ def _coverage(
     return float(np.mean((budget.lower <= relative) & (relative <= budget.upper)))
 
 
-def over_benches(numbers: pd.DataFrame, column: str, quantile: float = 0.5) -> pd.Series[float]:
-    """Quantile over the benches of one column in percent, by direction; nan where not known."""
-    names = numbers["direction"].drop_duplicates().tolist()
-    if column not in numbers:
-        return pd.Series(np.nan, index=names)
-    values = numbers.groupby("direction", sort=False)[column].quantile(quantile)
-    return 100.0 * values.reindex(names)
+def percent(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
+    """Return one column in percent, by direction; nan where not known."""
+    by = numbers.set_index("direction")
+    return 100.0 * by[column] if column in by else pd.Series(np.nan, index=by.index)
 
 
 def identified(numbers: pd.DataFrame) -> pd.Series[bool]:
-    """Whether the median half width over the benches is narrow enough, by direction."""
-    return over_benches(numbers, "half_width") <= 100.0 * IDENTIFIED
+    """Whether the half width is narrow enough, by direction."""
+    return percent(numbers, "half_width") <= 100.0 * IDENTIFIED
 
 
 THESIS_R2 = {
@@ -466,11 +449,11 @@ THESIS_R2 = {
 
 
 def r2_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """R² of the surfaces per direction and part, median over benches, beside the thesis."""
+    """R² of the surfaces per direction and part, beside the thesis."""
     rows = []
     for place, (part, column) in enumerate((("real", "real"), ("imaginary", "imag"))):
         own, force, check, check_force = (
-            over_benches(numbers, f"{prefix}_{column}")
+            percent(numbers, f"{prefix}_{column}")
             for prefix in ("r2", "r2_force", "check_r2", "check_r2_force")
         )
         for name in own.index:
@@ -494,43 +477,32 @@ def r2_table(numbers: pd.DataFrame) -> pd.DataFrame:
 
 
 def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """Rms error of the surfaces against the bench's truth, over the benches."""
+    """Rms error of the surfaces against the bench's truth."""
     columns = {
-        "error of |K|, median [%]": over_benches(numbers, "error"),
-        "error of |K|, 90 % [%]": over_benches(numbers, "error", 0.9),
-        "error of Im K, median [%]": over_benches(numbers, "error_imag"),
-        "held-out error of |K|, median [%]": over_benches(numbers, "check_error"),
-        "held-out error of |K|, 90 % [%]": over_benches(numbers, "check_error", 0.9),
-        "without self-calibration, median [%]": over_benches(numbers, "error_stated"),
-        "without self-calibration, 90 % [%]": over_benches(numbers, "error_stated", 0.9),
+        "error of |K| [%]": percent(numbers, "error"),
+        "error of Im K [%]": percent(numbers, "error_imag"),
+        "held-out error of |K| [%]": percent(numbers, "check_error"),
+        "without self-calibration [%]": percent(numbers, "error_stated"),
     }
     return by_direction(columns)
 
 
 def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """List what the error budget makes of every direction, median over the benches."""
+    """List what the error budget makes of every direction."""
     columns = {
-        "95 % half width of |K| [%]": over_benches(numbers, "half_width"),
-        "95 % half width of Im K [%]": over_benches(numbers, "half_width_imag"),
-        "without self-calibration [%]": over_benches(numbers, "half_width_stated"),
-        "misfit of the surface [%]": over_benches(numbers, "misfit"),
-        "repeatability of a line [%]": over_benches(numbers, "repeatability"),
-        "truth inside the band [%]": mean_over_benches(numbers, "coverage"),
+        "95 % half width of |K| [%]": percent(numbers, "half_width"),
+        "95 % half width of Im K [%]": percent(numbers, "half_width_imag"),
+        "without self-calibration [%]": percent(numbers, "half_width_stated"),
+        "misfit of the surface [%]": percent(numbers, "misfit"),
+        "repeatability of a line [%]": percent(numbers, "repeatability"),
+        "truth inside the band [%]": percent(numbers, "coverage"),
     }
     for source in ErrorSource:
-        columns[f"{source.value} alone [%]"] = over_benches(numbers, source.value)
+        columns[f"{source.value} alone [%]"] = percent(numbers, source.value)
     table = by_direction(columns)
     found = identified(numbers).to_numpy()
     table.insert(1, "identified", np.where(found, "identified", "not identified"))
     return table
-
-
-def mean_over_benches(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
-    """Mean over the benches in percent: that of a share of lines."""
-    names = numbers["direction"].drop_duplicates().tolist()
-    if column not in numbers:
-        return pd.Series(np.nan, index=names)
-    return 100.0 * numbers.groupby("direction", sort=False)[column].mean().reindex(names)
 
 
 def by_direction(columns: dict[str, pd.Series[float]]) -> pd.DataFrame:

@@ -370,13 +370,12 @@ def preload_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> None:
+def append_second_engine(report: Report, first: SecondEngine) -> None:
     """Report the forces of another engine, and over which preload mounts carry over."""
-    first, numbers = engines[0], engine_numbers(engines)
+    numbers = engine_numbers((first,))
     forces = _force_table(numbers)
     found = forces[forces["identified"] == "identified"]
-    report.summary |= _second_summary(engines, numbers)
-    report.summary.setdefault("n_benches", len(engines))
+    report.summary |= _second_summary(first, numbers)
     if len(found):
         report.tile(
             f"{found['rms error of F [%]'].median():.1f} %",
@@ -406,7 +405,7 @@ def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> Non
     report.table(
         "second_forces",
         forces,
-        "Medians over the benches. Error: rms of the force error over the rms of the force; peak: "
+        "Error: rms of the force error over the rms of the force; peak: "
         "largest difference of the highest force of a run.",
         {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
     )
@@ -416,14 +415,14 @@ def append_second_engine(report: Report, engines: Sequence[SecondEngine]) -> Non
         "the main axis of a mount carries over; across, the stiffness follows that force, too. The "
         "kinematic model gives it from wheel torque, places and the suppliers' curves alone.",
     )
-    preload = _preload_table(preload_numbers(engines))
+    preload = _preload_table(preload_numbers((first,)))
     report.table("second_preload", preload, "Rms error of the predicted force by preload variable.")
     units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
     labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
     report.table("second_directions", numbers.rename(columns=labels))
 
 
-def _second_summary(engines: Sequence[SecondEngine], numbers: pd.DataFrame) -> dict[str, float]:
+def _second_summary(engine: SecondEngine, numbers: pd.DataFrame) -> dict[str, float]:
     """Gather the headline numbers of a second engine; the study's docstring explains the keys."""
     keys = {
         "r2_force_real": ("r2_real", 100.0),
@@ -434,43 +433,39 @@ def _second_summary(engines: Sequence[SecondEngine], numbers: pd.DataFrame) -> d
         "truth_error_percent": ("truth_error", 100.0),
         "static_difference_n": ("static_difference", 1.0),
     }
-    by = numbers.groupby("direction", sort=False)
+    by = numbers.set_index("direction")
     summary = {
         f"second_{key}_{str(name).replace(' ', '_')}": float(factor * value)
         for key, (column, factor) in keys.items()
-        for name, value in by[column].median().dropna().items()
+        for name, value in by[column].dropna().items()
     }
-    seconds = float(np.median([engine.seconds for engine in engines]))
-    return {**summary, "second_seconds": round(seconds, 3)}
+    return {**summary, "second_seconds": round(engine.seconds, 3)}
 
 
 def _force_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """List what came out per direction, median over the benches."""
-    by = numbers.groupby("direction", sort=False)
-    table = pd.DataFrame(
-        {
-            "identified": np.where(by["identified"].mean() > 0.5, "identified", "not identified"),
-            "lines inside [%]": 100 * by["inside"].median(),
-            "R² of Re F [%]": 100 * by["r2_real"].median(),
-            "R² of Im F [%]": 100 * by["r2_imag"].median(),
-            "rms error of F [%]": 100 * by["error"].median(),
-            "peak of F [dB]": by["peak"].median(),
-            "95 % half width of library K [%]": 100 * by["half_width"].median(),
-            "rms error of K against truth [%]": 100 * by["truth_error"].median(),
-            "static force, model against cells [N]": by["static_difference"].median(),
-        },
-        index=list(by.groups),
-    )
-    return table.rename_axis("direction").reset_index().dropna(axis="columns", how="all")
+    """List what came out per direction."""
+    columns = {
+        "lines inside [%]": 100 * numbers["inside"],
+        "R² of Re F [%]": 100 * numbers["r2_real"],
+        "R² of Im F [%]": 100 * numbers["r2_imag"],
+        "rms error of F [%]": 100 * numbers["error"],
+        "peak of F [dB]": numbers["peak"],
+        "95 % half width of library K [%]": 100 * numbers["half_width"],
+        "rms error of K against truth [%]": 100 * numbers["truth_error"],
+        "static force, model against cells [N]": numbers["static_difference"],
+    }
+    known = np.where(numbers["identified"] > 0.5, "identified", "not identified")
+    table = pd.DataFrame({"direction": numbers["direction"], "identified": known, **columns})
+    return table.dropna(axis="columns", how="all")
 
 
 def _preload_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """List the rms error of the force by preload variable, median over the benches."""
-    median = numbers.groupby(["direction", "preload"], sort=False)["error"].median().unstack()
+    """List the rms error of the force by preload variable."""
+    wide = 100 * numbers.pivot(index="direction", columns="preload", values="error")
     order = [*(state.value for state in MountState), BY_KINEMATICS]
-    directions = numbers["direction"].drop_duplicates()
-    table = 100 * median.reindex(index=directions, columns=[c for c in order if c in median])
-    return table.rename(columns=lambda name: f"{name} [%]").rename_axis("direction").reset_index()
+    rows = numbers["direction"].drop_duplicates()
+    table = wide.reindex(index=rows, columns=[name for name in order if name in wide])
+    return table.rename(columns=lambda name: f"{name} [%]").reset_index()
 
 
 def _engine_forces(engine: SecondEngine, names: list[str]) -> Drawing:

@@ -41,7 +41,6 @@ class Options:
     plan: Annotated[Plan, Option(help="How designs are laid out.")] = Plan.latin_hypercube
     generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None
     table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None
-    append_to: Annotated[Path | None, Option(help="doe.csv of a run, to go on.")] = None
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     draws: Annotated[int, Option(help="Draws of the scatter per design; a power of two.")] = 16
@@ -73,10 +72,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     study = correlation_study(
         model.runs,
         model.index,
-        DoeRequest(
-            *(asked.plan, asked.designs, asked.seed, asked.generators),
-            *(asked.table, asked.append_to),
-        ),
+        DoeRequest(asked.plan, asked.designs, asked.seed, asked.generators, asked.table),
         half_width=asked.bounds,
         tolerance=asked.tolerance,
         draws=asked.draws,

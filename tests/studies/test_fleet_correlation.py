@@ -67,19 +67,10 @@ def test_the_battery_sets_one_vehicle_apart(vehicles):
     assert list(families["vehicles"]) == ["U06-1, U06-2, U06-3, U06-4", "U06-5"]
 
 
-def test_a_doe_is_kept_and_goes_on(vehicles, tmp_path):
+def test_a_doe_is_kept(vehicles):
     doe = pd.read_csv(vehicles / "doe.csv", keep_default_na=False)
     assert len(doe) == 64
     assert set(doe["failure"]) == {""}
-    path = vehicles / "doe.csv"
-    longer = run(tmp_path, **GROUP, append_to=path, designs=32, seed=2)
-    record = json.loads((longer / "run.json").read_text())
-    assert record["facts"]["known_designs"] == 0
-    again = pd.read_csv(longer / "doe.csv", keep_default_na=False)
-    assert len(again) == 96
-    pd.testing.assert_frame_equal(again[:64], doe)
-    with pytest.raises(InputError, match=r"doe.csv line 2: the design belongs to the DOE .*1.15'"):
-        run(tmp_path, **GROUP, append_to=path, bounds=0.2)
 
 
 def test_other_options(tmp_path):

@@ -1,4 +1,4 @@
-"""Designs of experiments as tables: a user's own designs in, and a whole DOE out and in again.
+"""Designs of experiments as tables: a user's own designs in, and a whole DOE out.
 
 CSV or Excel. A column per design variable with its unit in the header, such as ``TSM x [1]``; a
 whole DOE has the columns ``doe, design, plan``, its responses and ``failure`` beside them.
@@ -14,7 +14,7 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.doe import SAME, Doe, Failure
+from deboom.explore.doe import SAME, Doe
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import Row, parse_unit, read_rows
 
@@ -35,7 +35,7 @@ def read_designs(path: Path, space: DesignSpace) -> RealArray:
 
 
 def doe_frame(doe: Doe) -> pd.DataFrame:
-    """Return a DOE as the table that `read_doe` reads.
+    """Return a DOE as a table.
 
     - raises InputError: a response with the name of a variable or of one of the table's own
       columns.
@@ -57,48 +57,6 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
             "failure": [failure.value for failure in doe.failures],
         }
     )
-
-
-def read_doe(
-    path: Path,
-    space: DesignSpace,
-    response_names: Sequence[str],
-    response_unit: str,
-    *,
-    name: str,
-) -> Doe:
-    """Read a whole DOE, to continue it.
-
-    - `path`: as `doe_frame` makes it, ``.csv`` or ``.xlsx``.
-    - `space`: of the DOE to come.
-    - `response_names`: of the DOE to come.
-    - `response_unit`: of all responses.
-    - `name`: of the DOE to come.
-    - raises InputError: see `read_designs`; also a DOE of another name, an unknown failure code, a
-      design with a failure code and responses or with neither.
-    """
-    plain, with_unit = _columns(space)
-    rows = read_rows(path, (*_RESERVED, *plain, *response_names), with_unit)
-    for row in rows:
-        if row.cells["doe"] != name:
-            raise row.error(
-                f"the design belongs to the DOE '{row.cells['doe']}', not to '{name}': continue a "
-                "DOE with the options it was begun with, or start a new one"
-            )
-    try:
-        return Doe(
-            name=name,
-            space=space,
-            response_names=tuple(response_names),
-            response_unit=response_unit,
-            designs=_designs(rows, space),
-            responses=np.array([_responses(row, response_names) for row in rows]),
-            failures=tuple(_failure(row) for row in rows),
-            plans=tuple(row.cells["plan"] for row in rows),
-        )
-    except InputError as error:
-        text = str(error)
-        raise error if str(path) in text else InputError(f"{path}: {text}") from None
 
 
 def _columns(space: DesignSpace) -> tuple[tuple[str, ...], dict[str, str]]:
@@ -128,17 +86,3 @@ def _designs(rows: Sequence[Row], space: DesignSpace) -> RealArray:
                 )
             designs[place, column] = value
     return designs
-
-
-def _responses(row: Row, names: Sequence[str]) -> list[float]:
-    return [row.number(name) if row.cells[name] else np.nan for name in names]
-
-
-def _failure(row: Row) -> Failure:
-    try:
-        return Failure(row.cells["failure"])
-    except ValueError:
-        known = ", ".join(failure.value for failure in Failure if failure.value)
-        raise row.error(
-            f"unknown failure code '{row.cells['failure']}': use {known}, or leave it empty"
-        ) from None

@@ -27,7 +27,6 @@ from deboom.explore.doe import (
     Doe,
     box_behnken,
     central_composite,
-    continue_doe,
     fractional_factorial,
     full_factorial,
     latin_hypercube,
@@ -36,8 +35,8 @@ from deboom.explore.doe import (
     sobol_designs,
     within_bounds,
 )
-from deboom.explore.space import DesignSpace, Evaluate
-from deboom.files.doe_table import doe_frame, read_designs, read_doe
+from deboom.explore.space import DesignSpace
+from deboom.files.doe_table import doe_frame, read_designs
 from deboom.plot.correlations import MOST
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
@@ -73,7 +72,6 @@ class DoeRequest:
     - `n_designs`: of a space-filling plan; the classical ones have their own number.
     - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
     - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
-    - `append_to`: ``doe.csv`` of an earlier run; its designs come first, not evaluated again.
     """
 
     plan: Plan
@@ -81,12 +79,11 @@ class DoeRequest:
     seed: int
     generators: str | None = None
     table: Path | None = None
-    append_to: Path | None = None
 
     @property
     def inputs(self) -> tuple[Path, ...]:
         """Files that the designs come from."""
-        return tuple(path for path in (self.table, self.append_to) if path is not None)
+        return () if self.table is None else (self.table,)
 
     @property
     def words(self) -> str:
@@ -133,42 +130,6 @@ class DoeRequest:
         if self.generators is None:
             return central_composite(full_factorial(n_variables))
         return central_composite(fractional_factorial(self.generators))
-
-
-def doe_name(runs: Operation, motion: str, space: DesignSpace) -> str:
-    """Return the name under which a study's DOE may be continued: all that its values follow from.
-
-    - `runs`: platform, load cases and band.
-    - `motion`: of the powertrain.
-    - `space`: its bounds.
-    """
-    cases = " ".join(f"{case.name}={weight:g}" for case, weight in runs.cases)
-    forces = "spectra" if runs.check is None else "library"
-    return (
-        f"{runs.platform.name}: {cases}; {runs.band[0]:g}-{runs.band[1]:g} Hz; {forces}; {motion}; "
-        f"{space.lower.min():g} to {space.upper.max():g}"
-    )
-
-
-def study_doe(
-    evaluate: Evaluate, space: DesignSpace, request: DoeRequest, name: str
-) -> tuple[Doe, int]:
-    """Evaluate what was asked, or add it to an earlier DOE of the same name, see `doe_name`.
-
-    - returns all designs with their responses, and how many asked ones were known already.
-    - raises InputError: see `deboom.explore.doe.continue_doe`, `deboom.files.doe_table.read_doe`.
-    """
-    designs = request.designs(space)
-    if request.append_to is None:
-        doe = run_doe(evaluate, space, designs, name=name, plan=request.words)
-        return doe, len(designs) - len(doe)
-    earlier = read_doe(
-        request.append_to, space, evaluate.response_names, evaluate.response_unit, name=name
-    )
-    try:
-        return continue_doe(earlier, evaluate, space, designs, name=name, plan=request.words)
-    except InputError as error:
-        raise InputError(f"{request.append_to}: {error}") from None
 
 
 @dataclass(frozen=True, eq=False)
@@ -238,7 +199,6 @@ class CorrelationStudy:
 
     - `runs`, `index`: vehicles, load cases and band, and what was evaluated.
     - `doe`, `plan`: all designs with their responses, and how they were laid out.
-    - `n_known`: asked designs that were known already.
     - `seed`, `resamples`: of the bootstrap; `cut`: least correlation within a family [1].
     - `inputs`: files that the designs came from.
     """
@@ -247,7 +207,6 @@ class CorrelationStudy:
     index: BoomingModel
     doe: Doe
     plan: str
-    n_known: int
     vehicles: Levels
     seed: int
     resamples: int
@@ -327,13 +286,13 @@ def correlation_study(
     - `half_width`, `tolerance`: of the designs' bounds and of their scatter [1].
     - `draws`: of the scatter per design, a power of two; `resamples`: of the bootstrap.
     - `cut`: least correlation within a family [1].
-    - raises InputError: fewer than two vehicles; see also `study_doe`.
+    - raises InputError: fewer than two vehicles; see also `DoeRequest.designs`.
     """
     names = index.response_names
     if len(names) < 2:
         raise InputError(f"only vehicle {names[0]} was asked for: a correlation needs two")
     space = factor_space(index.variable_names, half_width, tolerance)
-    doe, n_known = study_doe(index, space, request, doe_name(runs, index.motion.value, space))
+    doe = run_doe(index, space, request.designs(space), name=runs.platform.name, plan=request.words)
     means, scatter = tolerance_scatter(
         index, space, doe.computed_designs, n_draws=draws, seed=request.seed
     )
@@ -345,7 +304,6 @@ def correlation_study(
         index=index,
         doe=doe,
         plan=request.words,
-        n_known=n_known,
         vehicles=levels,
         seed=request.seed,
         resamples=resamples,
@@ -479,15 +437,12 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
         "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
     }
     report.facts |= {"plan": study.plan, "kernel": study.index.kernel}
-    report.facts["known_designs"] = study.n_known
     report.inputs += [*platform.input_files, *study.inputs]
     cases = ", ".join(
         f"{platform.load_case(case.name).title} (weight {weight:g})"
         for case, weight in study.runs.cases
     )
-    known, lost = "", ""
-    if study.n_known:
-        known = f" {study.n_known} of the asked designs were known already and not evaluated again."
+    lost = ""
     if study.n_untoleranced:
         lost = f"; {study.n_untoleranced} of them failed in some draw and have no scatter"
     report.section(
@@ -497,7 +452,7 @@ def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
         f"{study.runs.band[1]:g} Hz. A vehicle's index is SPLV, the sum of its SPL over the lines, "
         "shown divided by their number.\n\n"
         f"{len(doe)} designs ({study.plan}) of {space.n_variables} stiffness factors between "
-        f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed.{known} Each was "
+        f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed. Each was "
         f"also made {study.by_vehicle.scatter.n_draws} times within its tolerance of "
         f"±{100 * space.tolerance.max():.0f} % (three standard deviations){lost}.\n\n"
         "Three correlations are told apart. Designs: the levels of the designs as drawn, the "

@@ -75,7 +75,7 @@ SHOWN = 12
 """Designs that a table or a curve shows."""
 ON_CURVE = 8
 """Targets on the curve of cost over target."""
-PERCENT, MILLI = 100.0, 1000.0
+PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -213,9 +213,6 @@ def _allocated(model: Model, options: Options, design: RealArray) -> Report:
         for name, found in sets.items()
     }
     by_sigma = limits is None
-    scale = MILLI * task.per_line
-    worth_today = allocator.marginal_values(allocator.today)
-    worth = allocator.marginal_values(cheapest.tolerance)
     new = verified["cheapest"]
 
     vehicles = ", ".join(index.response_names)
@@ -316,23 +313,6 @@ def _allocated(model: Model, options: Options, design: RealArray) -> Report:
         }
     )
     report.table("allocation", allocation, "Half widths, three standard deviations.")
-
-    report.section(
-        "What a tolerance is worth",
-        "σ is that of the mean level of the lines, mean over the vehicles. Where "
-        "tolerances are the cheapest for a σ, a unit of cost takes the same σ away in "
-        "every direction between its bounds.",
-    )
-    values: dict[str, object] = {"variable": list(allocator.names)}
-    for name, worths in (("today", worth_today), ("cheapest", worth)):
-        values[f"sigma per % of tolerance, {name} [0.001 dB]"] = scale * worths.sigma_per_percent
-        values[f"sigma per unit of cost, {name} [0.001 dB]"] = scale * worths.sigma_per_cost
-    report.table(
-        "marginal_values",
-        pd.DataFrame(values),
-        "Exact derivatives at the draws of the search. A dash: a free tolerance. "
-        "Below 0: the axis makes up for another one of the same rubber.",
-    )
 
     report.section("What other targets cost", "The same design with more or less scatter.")
     curve = task.cost_of_targets(ON_CURVE)

@@ -50,10 +50,6 @@ def test_tables_hold_together(finished):
     assert tolerance.between(5.0 - 1e-9, 30.0 + 1e-9).all()
     np.testing.assert_allclose(table["cost cheapest [1]"], 15.0 / tolerance)
     assert (table.loc[table["variable"].str.endswith("y"), "bound"] == "widest").all()
-    worth = pd.read_csv(finished / "marginal_values.csv")
-    inside = table["bound"].isna()
-    bought = worth["sigma per unit of cost, cheapest [0.001 dB]"][inside]
-    assert np.ptp(bought) < 1e-3 * bought.mean()
     curve = pd.read_csv(finished / "cost_of_target.csv")
     assert (curve["ratio [1]"] <= 1.0 + 1e-9).all()
     assert curve["cost cheapest [1]"].is_monotonic_decreasing

@@ -395,15 +395,6 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
     pairs = found.known.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
-    known = {
-        "parameter": found.known.names,
-        "identified [1]": found.calibrated.values,
-        "posterior deviation [1]": found.known.posterior,
-        "prior deviation [1]": np.where(np.isfinite(found.known.prior), found.known.prior, np.nan),
-        "posterior over prior [1]": found.known.ratio,
-        "mark": ["prior-dominated" if n in dominated else "" for n in found.known.names],
-    }
-    report.table("knowledge", pd.DataFrame(known))
 
 
 def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> None:
@@ -415,14 +406,6 @@ def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> N
         pd.DataFrame({"change": [str(1 + k) for k in range(len(changes))], "in words": changes}),
         "Changes that no test at one virtual point can see.",
     )
-    fit = {
-        "cost [1]": [thesis.fit.cost],
-        "evaluations": [thesis.fit.n_evaluations],
-        "time [s]": [thesis.seconds],
-        "parameters at a bound": [len(thesis.fit.at_bound)],
-        "converged": [thesis.fit.converged],
-    }
-    report.table("fits", pd.DataFrame(fit))
     report.table("identifiability", identifiability_table(test, thesis))
 
 

@@ -142,31 +142,17 @@ def _asked(report: Report, measured: MeasuredUnbalance) -> None:
 
 
 def _motion(report: Report, evaluation: Unbalance) -> None:
-    """Show the acceleration of the virtual point, and what no rigid body explains of it."""
-    report.section(
-        "How it moves",
-        "The channels of all accelerometers are projected on the six motions of a rigid body. What "
-        "is left tells a bending body, a loose sensor or a wrong sheet.",
-        folded=True,
-    )
-    tables = []
-    for motion in evaluation.motions:
-        table = _line_columns(motion.sweep, motion.calibrated.frequency)
-        for place, name in enumerate(motion.calibrated.channels):
-            unit = "m/s²" if place < 3 else "rad/s²"
-            table[f"{name} real [{unit}]"] = motion.calibrated.values[:, place].real
-            table[f"{name} imaginary [{unit}]"] = motion.calibrated.values[:, place].imag
-        table["consistency, sheet [1]"] = motion.consistency_by_sheet.overall
-        table["consistency, calibrated [1]"] = motion.consistency_calibrated.overall
-        tables.append(pd.DataFrame(table))
-    report.table("motion", pd.concat(tables))
+    """Say what no rigid body explains of the motion."""
     worst = max(
         float(100 * np.sqrt(np.clip(1 - motion.consistency_calibrated.overall**2, 0, None)).max())
         for motion in evaluation.motions
     )
-    report.text(
-        f"With the places that the hammer test gives, a rigid body leaves at most {worst:.2g} % of "
-        "the channels unexplained at any speed; motion.csv has every line."
+    report.section(
+        "How it moves",
+        "The channels of all accelerometers are projected on the six motions of a rigid body. What "
+        "is left tells a bending body, a loose sensor or a wrong sheet: with the places that the "
+        f"hammer test gives, at most {worst:.2g} % of the channels at any speed.",
+        folded=True,
     )
 
 
@@ -250,13 +236,11 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
 
 def _routes(report: Report, measured: MeasuredUnbalance) -> None:
     """Compare the routes, and show the state of the mounts."""
-    state = measured.evaluation.state
     report.section(
         "Routes compared",
         f"{measured.mount_state}\n\nA disturbance below 50 Hz comes from mounts that run "
         "in another state than they were struck in (amplitude, temperature), not from conditioning "
-        "of the inversion: where the mounts are as struck, all routes agree there; mount_state.csv "
-        "has their change line by line.",
+        "of the inversion: where the mounts are as struck, all routes agree there.",
         folded=True,
     )
     routes = _route_table(measured)
@@ -268,13 +252,6 @@ def _routes(report: Report, measured: MeasuredUnbalance) -> None:
         {name: 0 if "mm²" in name else 2 for name in fitted[2:]},
         shown=routes[fitted],
     )
-    changes = {
-        "frequency [Hz]": state.frequency,
-        "change, real [1]": state.curve.real,
-        "change, imaginary [1]": state.curve.imag,
-        "deviation [1]": state.curve_deviation,
-    }
-    report.table("mount_state", pd.DataFrame(changes))
 
 
 def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> None:

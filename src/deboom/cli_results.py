@@ -36,7 +36,7 @@ def list_(
 def show(
     run: Annotated[Path, typer.Argument(help="Folder or name of a run; see `deboom list`.")],
 ) -> None:
-    """Show one run: question, options, headline numbers, versions, files, and if any was edited."""
+    """Show one run: question, options, headline numbers, versions, and if a file was edited."""
     from deboom.files.run_folder import read_run
     from deboom.study.overview import show_lines
 

@@ -301,7 +301,7 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     for run in (*pair, compared[0]):
         assert f'href="{run.parent.name}/{run.name}/report.html"' in page
     shown = call(app, ["show", str(pair[0])]).output
-    for words in ("generations", "designs found", "front.csv", "rows: SPLV mean", "kept for"):
+    for words in ("generations", "designs found", "Versions"):
         assert words in shown
     assert "All files are as the run wrote them." in shown
     edited = copied(pair[0], tmp_path)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import re
 import sys
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,7 +11,7 @@ from urllib.parse import quote
 
 from deboom.errors import InputError
 from deboom.files.disk import read_json, replace_text
-from deboom.files.run_folder import RECORD, RunEntry, check_files, readable_runs
+from deboom.files.run_folder import RunEntry, check_files, readable_runs
 from deboom.report.overview import RunCard, render_overview
 
 INDEX = "index.html"
@@ -21,14 +20,6 @@ SUMMARY = "summary.json"
 _STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 _FEW = 4
 """Numbers of the summary that stand for a run without headlines."""
-_COLUMNS = 5
-"""Columns of a table that its line names."""
-_WHAT = {
-    "report.html": "the page for a reader",
-    INTERACTIVE: "the page to explore the front: brush, pin two, read N/mm",
-    "summary.json": "headline numbers, flat",
-    RECORD: "how to get the same again: options, versions, hashes",
-}
 
 
 def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
@@ -149,7 +140,7 @@ def show_lines(entry: RunEntry) -> Iterator[str]:
     if git:
         versions["revision"] = f"{git['revision']}{', changed' if git['dirty'] else ''}"
     yield from _block("Versions", {name: text for name, text in versions.items() if text})
-    yield from _block("Files", dict(_files(entry)))
+    yield ""
     yield _whole(entry)
 
 
@@ -169,31 +160,6 @@ def _block(title: str, facts: Mapping[str, Any]) -> Iterator[str]:
     width = max(len(name) for name in facts)
     for name, value in facts.items():
         yield f"  {name:{width}}  {value}"
-
-
-def _files(entry: RunEntry) -> Iterator[tuple[str, str]]:
-    """Yield the files of a run with a line on each; folders of searches count as one."""
-    for path in sorted(entry.folder.rglob("*")):
-        name = path.relative_to(entry.folder).as_posix()
-        top = name.partition("/")[0]
-        if path.is_dir() and "/" not in name and top != "figures":
-            yield f"{name}/", "kept for --resume: states and evaluations"
-        elif path.is_file() and top in (name, "figures") and not name.startswith("."):
-            yield name, _about(path, name)
-
-
-def _about(path: Path, name: str) -> str:
-    if name in _WHAT:
-        return _WHAT[name]
-    if path.suffix == ".csv":
-        with path.open(encoding="utf-8") as file:
-            columns = next(csv.reader(file), [])
-            count = sum(1 for _ in file)
-        more = ", …" if len(columns) > _COLUMNS else ""
-        return f"table, {count} rows: {', '.join(columns[:_COLUMNS])}{more}"
-    size = path.stat().st_size / 1e3
-    kind = {".png": "figure", ".json": "document"}.get(path.suffix, "file")
-    return f"{kind}, {size:.0f} kB"
 
 
 def _summary(entry: RunEntry) -> dict[str, Any]:

@@ -511,7 +511,11 @@ def _front(report: Report, repeated: Repeated) -> None:
         "count with that.",
     )
     change, sigma, n = repeated.front_change, repeated.front_sigma, len(repeated.designs)
-    reach = [np.column_stack([of.value - of.lower, of.upper - of.value]) for of in (change, sigma)]
+    # noise may put a measured value beyond an end of its interval: no bar on that side
+    reach = [
+        np.clip(np.column_stack([of.value - of.lower, of.upper - of.value]), 0.0, None)
+        for of in (change, sigma)
+    ]
     picks = {
         name: (float(change.value[row]), float(sigma.value[row]))
         for row, point in enumerate(repeated.front)

@@ -10,7 +10,6 @@ from deboom.compressor.model import (
     CompressorModel,
     GainFactor,
     HyperbolicGain,
-    gain_derivatives,
     gain_from_parameters,
     gain_parameters,
     modal_table,
@@ -80,7 +79,7 @@ def fourth_order(function, values, number, step):
 @pytest.mark.parametrize(("parametrisation", "values"), CASES)
 def test_derivatives_of_apparent_mass_and_mass_matrix(parametrisation, values):
     by_number = parametrisation.sensitivities(values, FEW)
-    by_mass = parametrisation.mass_sensitivities(values)
+    by_mass = parametrisation.mass_slope(values)
     assert by_number.shape == (len(parametrisation.names), FEW.size, 6, 6)
     assert len(set(parametrisation.names)) == values.size
     for number in range(values.size):
@@ -90,15 +89,14 @@ def test_derivatives_of_apparent_mass_and_mass_matrix(parametrisation, values):
             return parametrisation.model(moved).apparent_mass(FEW)
 
         def mass(moved):
-            return parametrisation.model(moved).mass_matrix
+            return parametrisation.model(moved).mass
 
         size = np.abs(by_number[number]).max()
         assert size > 0
         expected = fourth_order(apparent, values, number, step)
         np.testing.assert_allclose(by_number[number], expected, rtol=0, atol=1e-7 * size)
         expected = fourth_order(mass, values, number, step)
-        size = max(np.abs(expected).max(), 1e-3)
-        np.testing.assert_allclose(by_mass[number], expected, rtol=0, atol=1e-7 * size)
+        assert by_mass[number] == pytest.approx(expected, rel=1e-7, abs=1e-9)
 
 
 def test_the_numbers_of_each_parametrisation():
@@ -136,12 +134,6 @@ def test_gain_shape_keeps_the_gain_but_for_its_scale():
     values = gain_parameters(GAIN, 20.0)
     shape = gain_from_parameters(values, 20.0)
     np.testing.assert_allclose(shape.at(FEW), GAIN.at(FEW) / GAIN.real.at(20.0), rtol=1e-13)
-    analytic = gain_derivatives(values, 20.0, FEW)
-    for number in range(5):
-        numeric = fourth_order(
-            lambda v: gain_from_parameters(v, 20.0).at(FEW), values, number, 1e-3
-        )
-        np.testing.assert_allclose(analytic[number], numeric, rtol=0, atol=1e-9)
 
 
 def test_amplitude_gain_falls_to_its_limit():

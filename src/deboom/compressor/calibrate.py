@@ -8,18 +8,19 @@ from dataclasses import dataclass, replace
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, derivatives
 from deboom.compressor.model import CompressorModel
-from deboom.compressor.parameters import Parametrisation, rotation_derivative
+from deboom.compressor.parameters import Parametrisation
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import InertanceTest, check_enough
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
-from deboom.physics.rigid_body import forward_matrix, rotation_matrix, skew
+from deboom.physics.rigid_body import rotation_matrix, skew
 
 SMOOTHING_LINES = 9
 """Lines over which the noise of a few hits is averaged: one line alone knows it to ±30 %."""
-_UNIT_VECTORS = np.eye(3)
+STEP = 1e-3
+"""Of differences by gains, places and angles [1, m, rad]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,82 +66,41 @@ class Placement:
         )
 
     def response_matrix(self, errors: RealArray) -> RealArray:
-        """Compute motion of the virtual point → channels, shape (3 n, 6)."""
-        gain, offset, angle = self._of_sensors(errors)
-        blocks = [
-            (1 + gain[i])[:, np.newaxis]
-            * (
-                (sensor.orientation @ rotation_matrix(angle[i])).T
-                @ forward_matrix(sensor.position + offset[i])
-            )
-            for i, sensor in enumerate(self.sensors)
-        ]
-        return np.concatenate(blocks)
+        """Compute motion of the virtual point → channels, (..., n_error) → (..., 3 n, 6)."""
+        n, rows = len(self.sensors), errors.shape[:-1]
+        gain, offset, angle = np.moveaxis(errors[..., : 9 * n].reshape(*rows, 3, n, 3), -3, 0)
+        levers = skew(np.array([sensor.position for sensor in self.sensors]) + offset)
+        turn = np.array([sensor.orientation for sensor in self.sensors]) @ rotation_matrix(angle)
+        along = (1 + gain)[..., np.newaxis] * np.swapaxes(turn, -1, -2)
+        seen = np.concatenate([along, along @ np.swapaxes(levers, -1, -2)], axis=-1)
+        return np.asarray(seen.reshape(*rows, 3 * n, 6))
 
     def response_derivatives(self, errors: RealArray) -> RealArray:
         """Differentiate `response_matrix` by gains, offsets and angles, shape (9 n, 3 n, 6)."""
-        gain, offset, angle = self._of_sensors(errors)
-        n = len(self.sensors)
-        result = np.zeros((3, n, 3, n, 3, 6))
-        for i, sensor in enumerate(self.sensors):
-            turn = sensor.orientation @ rotation_matrix(angle[i])
-            forward = forward_matrix(sensor.position + offset[i])
-            seen, factor = turn.T @ forward, (1 + gain[i])[:, np.newaxis]
-            for axis in range(3):
-                result[0, i, axis, i, axis] = seen[axis]
-                moved = np.hstack([np.zeros((3, 3)), skew(_UNIT_VECTORS[axis]).T])
-                result[1, i, axis, i] = factor * (turn.T @ moved)
-                turned = sensor.orientation @ rotation_derivative(angle[i], axis)
-                result[2, i, axis, i] = factor * (turned.T @ forward)
-        return result.reshape(9 * n, 3 * n, 6)
+        return derivatives(self.response_matrix, errors[: 9 * len(self.sensors)], STEP)
 
     def excitation_matrix(self, errors: RealArray) -> RealArray:
-        """Compute the wrench of each impact per newton that the hammer states, shape (m, 6)."""
-        gain = errors[9 * len(self.sensors)]
-        wrenches = np.stack([wrench for wrench, _ in self._wrenches(errors)])
-        return np.asarray(wrenches / (1 + gain))
+        """Compute the wrench of each impact per newton that the hammer states, (..., m, 6)."""
+        rows, m = errors.shape[:-1], len(self.impacts)
+        gain = errors[..., -4 * m - 1]
+        offsets, tilts = np.moveaxis(errors[..., -4 * m :].reshape(*rows, 2, m, 1, 2), -4, 0)
+        stated = np.array([impact.direction for impact in self.impacts])
+        across = np.stack([_tangents(direction) for direction in stated])
+        places = np.array([impact.position for impact in self.impacts])
+        places = places + (offsets @ across)[..., 0, :]
+        leaning = stated + (tilts @ across)[..., 0, :]
+        direction = leaning / np.linalg.norm(leaning, axis=-1, keepdims=True)
+        wrenches = np.concatenate([direction, np.cross(places, direction)], axis=-1)
+        return np.asarray(wrenches / (1 + gain)[..., np.newaxis, np.newaxis])
 
     def excitation_derivatives(self, errors: RealArray) -> RealArray:
         """Differentiate `excitation_matrix` by gain, offsets and tilts, shape (1 + 4 m, m, 6)."""
-        m = len(self.impacts)
-        factor = 1 / (1 + errors[9 * len(self.sensors)])
-        result = np.zeros((1 + 4 * m, m, 6))
-        result[0] = -factor * self.excitation_matrix(errors)
-        for i, (_, changes) in enumerate(self._wrenches(errors)):
-            result[1 + 2 * i : 3 + 2 * i, i] = factor * changes[:2]
-            result[1 + 2 * (m + i) : 3 + 2 * (m + i), i] = factor * changes[2:]
-        return result
-
-    def _of_sensors(self, errors: RealArray) -> RealArray:
-        """Gains, offsets and angles, shape (3, n, 3)."""
-        n = len(self.sensors)
-        return errors[: 9 * n].reshape(3, n, 3)
-
-    def _wrenches(self, errors: RealArray) -> list[tuple[RealArray, RealArray]]:
-        """Find the unit wrench of each impact, shape (6,), and its derivatives, shape (4, 6)."""
-        offsets, tilts = errors[9 * len(self.sensors) + 1 :].reshape(2, len(self.impacts), 2)
-        result = []
-        for impact, offset, tilt in zip(self.impacts, offsets, tilts, strict=True):
-            across = _tangents(impact.direction)
-            position = impact.position + offset @ across
-            leaning = impact.direction + tilt @ across
-            length = np.linalg.norm(leaning)
-            direction = leaning / length
-            turned = (across - np.outer(across @ direction, direction)) / length
-            zero = np.zeros((2, 3))
-            changes = np.concatenate(
-                [
-                    np.hstack([zero, np.cross(across, direction)]),
-                    np.hstack([turned, np.cross(position, turned)]),
-                ]
-            )
-            result.append((np.concatenate([direction, np.cross(position, direction)]), changes))
-        return result
+        return derivatives(self.excitation_matrix, errors[9 * len(self.sensors) :], STEP)
 
 
 def _tangents(direction: RealArray) -> RealArray:
     """Two unit vectors across a unit vector, right-handed with it, shape (2, 3) [1]."""
-    least = _UNIT_VECTORS[int(np.argmin(np.abs(direction)))]
+    least = np.eye(3)[int(np.argmin(np.abs(direction)))]
     first = np.cross(direction, least)
     first /= np.linalg.norm(first)
     return np.stack([first, np.cross(direction, first)])
@@ -489,7 +449,7 @@ class _Problem:
             rows.append(((values - self.prior.values) / self.prior.deviations, slopes))
         if self.test.weighed_mass is not None:
             slope = np.zeros((1, unknowns.size))
-            slope[0, :n] = self.parametrisation.mass_sensitivities(values)[:, 0, 0]
+            slope[0, :n] = self.parametrisation.mass_slope(values)
             mass = self.parametrisation.model(values).mass
             deviation = self.test.weighed_mass_deviation
             off = np.array([(mass - self.test.weighed_mass) / deviation])

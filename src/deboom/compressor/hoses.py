@@ -8,12 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import deviation_from_coherence
 from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
@@ -29,11 +30,9 @@ from deboom.measurement.compressor_test import (
 )
 from deboom.physics.rigid_body import forward_matrix
 from deboom.physics.viscoelastic_beam import (
-    DERIVATIVES,
     ViscoelasticBeam,
     beam_congruence,
     beam_stiffness,
-    beam_stiffness_derivatives,
     frame_along,
 )
 
@@ -41,14 +40,14 @@ if TYPE_CHECKING:
     from deboom.compressor.identify import Identification
 
 
-BEAM_NUMBERS = DERIVATIVES
+BEAM_NUMBERS = ("tension", "torsion", "bending", "line_mass", "loss_factor")
 """What is identified of each hose, by logarithms: EA, GJ, EI, mass per length, loss factor."""
 BEAM_UNITS = ("N", "N m²", "N m²", "kg/m", "1")
 """Of `BEAM_NUMBERS`."""
 PLACE_NUMBERS = ("x", "y", "z", "tilt 1", "tilt 2", "ln length")
 """What may be wrong with the drawing of each hose: port, direction, length [m, rad, 1]."""
-PLACE_STEP = 1e-5
-"""Of the differences by `PLACE_NUMBERS`: a hundredth of a millimetre [m, rad, 1]."""
+STEP = 5e-4
+"""Of differences by `BEAM_NUMBERS` and `PLACE_NUMBERS` [1, m, rad]."""
 RANK_TOLERANCE = 1e-9
 
 
@@ -165,29 +164,19 @@ def point_derivatives(
     """Differentiate `HoseMatrices.point` by the numbers of `changed_hose`.
 
     `numbers` (n, 11): where the derivatives are taken; `frequency` (n_frequency,): lines above 0
-    [Hz]. Returns (n, 11, n_frequency, 6, 6) the numbers of the beam analytically, those of the
-    place by central differences.
+    [Hz]. Returns (n, 11, n_frequency, 6, 6).
     """
-    lines, values = np.asarray(frequency, dtype=float), np.asarray(numbers, dtype=float)
-    n_beam, end = len(BEAM_NUMBERS), np.s_[..., :6, :6]
-    result = np.empty((*values.shape, lines.size, 6, 6), dtype=complex)
-    steps = PLACE_STEP * np.eye(values.shape[1])[n_beam:]
-    for number, (drawn, row) in enumerate(zip(hoses, values, strict=True)):
-        hose = changed_hose(drawn, row)
-        turn, element = _congruence(hose)[end], beam_stiffness(beam_of(hose), lines)[end]
-        by_beam = beam_stiffness_derivatives(beam_of(hose), lines)[end]
-        result[number, :n_beam] = turn.T @ by_beam @ turn
-        for place, step in enumerate(steps, start=n_beam):
-            ahead, behind = changed_hose(drawn, row + step), changed_hose(drawn, row - step)
-            turned = (_congruence(ahead)[end] - _congruence(behind)[end]) / (2 * PLACE_STEP)
-            half = turned.T @ element @ turn
-            result[number, place] = half + np.swapaxes(half, -1, -2)
-        # the last of them is the length, which moves the element alone
-        longer, shorter = (
-            beam_stiffness(beam_of(end_of), lines)[end] for end_of in (ahead, behind)
-        )
-        result[number, -1] = turn.T @ (longer - shorter) @ turn / (2 * PLACE_STEP)
-    return result
+
+    def point(hose: HoseDrawing, rows: RealArray) -> ComplexArray:
+        changed = [changed_hose(hose, row) for row in rows]
+        return np.stack([hose_matrices([each], frequency).point for each in changed])
+
+    return np.stack(
+        [
+            derivatives(partial(point, hose), row, STEP)
+            for hose, row in zip(hoses, np.asarray(numbers, dtype=float), strict=True)
+        ]
+    )
 
 
 def _congruence(hose: HoseDrawing) -> RealArray:

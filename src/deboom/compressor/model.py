@@ -67,12 +67,6 @@ class HyperbolicGain:
         """Compute the value at lines [Hz], shape (n_frequency,) [1]."""
         return self.limit - 1 / (self.slope * np.asarray(frequency, dtype=float) + self.offset)
 
-    def derivatives(self, frequency: npt.ArrayLike) -> RealArray:
-        """Differentiate by limit, slope and offset, shape (3, n_frequency) [1, Hz, 1]."""
-        lines = np.asarray(frequency, dtype=float)
-        squared = (self.slope * lines + self.offset) ** 2
-        return np.stack([np.ones_like(lines), lines / squared, 1 / squared])
-
 
 @dataclass(frozen=True)
 class GainFactor:
@@ -100,12 +94,6 @@ class GainFactor:
     def at(self, frequency: npt.ArrayLike) -> ComplexArray:
         """Compute the complex value at lines [Hz], shape (n_frequency,) [1]."""
         return np.asarray(self.real.at(frequency) + 1j * self.imaginary.at(frequency))
-
-    def derivatives(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Differentiate by each entry of `GAIN_PARAMETERS`, shape (6, n_frequency)."""
-        return np.concatenate(
-            [self.real.derivatives(frequency), 1j * self.imaginary.derivatives(frequency)]
-        )
 
     def expected_loss(self, frequency: npt.ArrayLike) -> RealArray:
         """Compute the imaginary part that causality ties to the real one, ``(π/2) dv'/d ln f``.
@@ -176,27 +164,6 @@ def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
         HyperbolicGain(
             float(numbers[2]), float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
         ),
-    )
-
-
-def gain_derivatives(
-    values: npt.ArrayLike, reference: float, frequency: npt.ArrayLike
-) -> ComplexArray:
-    """Differentiate the gain of `gain_from_parameters` by its numbers, shape (5, n_frequency)."""
-    lines = np.asarray(frequency, dtype=float)
-    numbers = np.asarray(values, dtype=float)
-    rise, slope, loss_rise, loss_slope = np.exp(numbers[[0, 1, 3, 4]])
-    at_line, at_reference = slope * lines + 1, slope * reference + 1
-    loss = loss_slope * lines + 1
-    by_slope = slope * (lines / at_line**2 - reference / at_reference**2)
-    return np.stack(
-        [
-            rise * (1 / at_reference - 1 / at_line) + 0j,
-            rise * by_slope + 0j,
-            np.full(lines.shape, 1j),
-            -1j * loss_rise / loss,
-            1j * loss_rise * loss_slope * lines / loss**2,
-        ]
     )
 
 

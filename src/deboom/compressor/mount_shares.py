@@ -13,12 +13,7 @@ from scipy.stats import chi2
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.compressor.identify import Identification
 from deboom.compressor.model import mounts_at_virtual_point
-from deboom.compressor.parameters import (
-    N_MASS,
-    N_STIFFNESS,
-    MinimalParameters,
-    mount_stiffness_derivatives,
-)
+from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import forward_matrices
@@ -217,28 +212,14 @@ def _agreeing(
         stiffness = mounts_at_virtual_point(_moved_mounts(drawn, numbers @ z))
         return np.concatenate([whiten @ (stiffness.reshape(-1) @ to_numbers - wanted), z])
 
-    def slopes(z: RealArray) -> RealArray:
-        by_value = _derivatives(_moved_mounts(drawn, numbers @ z))
-        return np.vstack([whiten @ (by_value @ to_numbers).T @ numbers, np.eye(z.size)])
-
-    solved = least_squares(residuals, np.zeros(numbers.shape[1]), slopes)
+    solved = least_squares(residuals, np.zeros(numbers.shape[1]), jac="3-point")
     return _Best(
         drawn,
         numbers,
         numbers @ solved.x,
-        slopes(solved.x)[:N_STIFFNESS],
+        np.asarray(solved.jac)[:N_STIFFNESS],
         float(chi2.sf(2 * solved.cost, N_STIFFNESS)),
     )
-
-
-def _derivatives(mounts: tuple[CompressorMount, ...]) -> RealArray:
-    """K_VP by the numbers of `MountShares`, shape (9 m + 1, 36)."""
-    rows = []
-    for mount in mounts:
-        each = mount_stiffness_derivatives(mount)
-        each[6:] *= mount.stiffness[:, np.newaxis, np.newaxis]
-        rows.append(each.reshape(PER_MOUNT, -1))
-    return np.vstack([*rows, np.sum([row[6:].sum(axis=0) for row in rows], axis=0)])
 
 
 def _of_a_kind(numbers: RealArray, n_mount: int) -> RealArray:

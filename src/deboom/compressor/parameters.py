@@ -8,14 +8,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import AXES, ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray, derivatives
 from deboom.compressor.model import (
     GAIN_PARAMETERS,
     GAIN_SHAPE_NAMES,
     CompressorModel,
     GainFactor,
     HyperbolicGain,
-    gain_derivatives,
     gain_from_parameters,
     gain_parameters,
     mounts_at_virtual_point,
@@ -23,11 +22,8 @@ from deboom.compressor.model import (
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import (
     RigidBody,
-    forward_matrix,
     mass_matrix,
     mass_properties,
-    rotation_matrix,
-    skew,
 )
 
 MASS_PARAMETER_NAMES = (
@@ -49,15 +45,17 @@ INERTIA_NAMES = ("Ixx", "Iyy", "Izz", "Ixy", "Ixz", "Iyz")
 _STIFFNESS_ENTRIES = [
     (row, column) for row in range(6) for column in range(row, 6) if (row, column) != (2, 5)
 ]
-_UNIT_VECTORS = np.eye(3)
 _LAST = 3
+STEP, SMALLEST_SIZE = 5e-4, 1e-2
+"""Step of differences over the size of a parameter, and the smallest size that counts, in m, rad,
+kg m², s or 1, of which the apparent mass is a smooth function."""
 
 
 class Parametrisation(ABC):
     """Numbers that an optimiser moves, and the compressor that they stand for.
 
     Every parametrisation maps one vector `values`, shape (n_parameters,), of the stated units, to a
-    body, a stiffness and a gain; the derivatives of the three are analytic.
+    body, a stiffness and a gain.
     """
 
     @property
@@ -65,23 +63,9 @@ class Parametrisation(ABC):
     def names(self) -> tuple[str, ...]:
         """Name of each parameter."""
 
-    @property
-    @abstractmethod
-    def parts(self) -> tuple[slice, slice, slice]:
-        """Places of the numbers of mass, of stiffness and of gain."""
-
     @abstractmethod
     def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
         """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] and gain."""
-
-    @abstractmethod
-    def derivatives(
-        self, values: RealArray, frequency: RealArray
-    ) -> tuple[RealArray, RealArray, ComplexArray]:
-        """Differentiate the mass matrix (n, 6, 6), K_VP (n, 6, 6) and the gain (n, n_frequency).
-
-        Each by its own numbers, see `parts`.
-        """
 
     def model(self, values: RealArray) -> CompressorModel:
         """Build the compressor that the numbers stand for; InputError where they stand for none."""
@@ -90,23 +74,23 @@ class Parametrisation(ABC):
 
     def sensitivities(self, values: RealArray, frequency: RealArray) -> ComplexArray:
         """Differentiate the apparent mass, shape (n_parameters, n_frequency, 6, 6)."""
-        lines = np.asarray(frequency, dtype=float)
-        squared = (2 * np.pi * lines) ** 2
-        of_mass, of_stiffness, of_gain = self.parts
-        _, stiffness, gain = self.state(values)
-        by_mass, by_stiffness, by_gain = self.derivatives(values, lines)
-        result = np.zeros((len(self.names), lines.size, 6, 6), dtype=complex)
-        result[of_mass] = by_mass[:, np.newaxis]
-        factor = -gain.at(lines) / squared
-        result[of_stiffness] = factor[:, np.newaxis, np.newaxis] * by_stiffness[:, np.newaxis]
-        result[of_gain] = (-by_gain / squared)[..., np.newaxis, np.newaxis] * stiffness
-        return result
 
-    def mass_sensitivities(self, values: RealArray) -> RealArray:
-        """Differentiate the mass matrix by all parameters, shape (n_parameters, 6, 6)."""
-        result = np.zeros((len(self.names), 6, 6))
-        result[self.parts[0]], _, _ = self.derivatives(values, np.zeros(0))
-        return result
+        def apparent_mass(rows: RealArray) -> ComplexArray:
+            return np.stack([self.model(row).apparent_mass(frequency) for row in rows])
+
+        return derivatives(apparent_mass, values, self.steps(values))
+
+    def mass_slope(self, values: RealArray) -> RealArray:
+        """Differentiate the mass, shape (n_parameters,) [kg over the parameter's unit]."""
+
+        def mass(rows: RealArray) -> RealArray:
+            return np.array([self.model(row).mass for row in rows])
+
+        return derivatives(mass, values, self.steps(values))
+
+    def steps(self, values: RealArray) -> RealArray:
+        """Return steps of differences, each in the unit of its parameter."""
+        return np.asarray(STEP * np.maximum(np.abs(values), SMALLEST_SIZE))
 
 
 @dataclass(frozen=True)
@@ -133,12 +117,6 @@ class MinimalParameters(Parametrisation):
         return (*MASS_PARAMETER_NAMES, *entries, *GAIN_SHAPE_NAMES)
 
     @property
-    def parts(self) -> tuple[slice, slice, slice]:
-        """Places of the numbers of mass, of stiffness and of gain."""
-        n = N_MASS + N_STIFFNESS
-        return slice(0, N_MASS), slice(N_MASS, n), slice(n, None)
-
-    @property
     def stiffness_basis(self) -> RealArray:
         """6×6 matrix that each stiffness parameter multiplies, shape (20, 6, 6)."""
         unit = np.repeat([1.0, self.length], 3)
@@ -152,22 +130,11 @@ class MinimalParameters(Parametrisation):
 
     def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
         """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] at the reference line, and gain."""
-        of_mass, of_stiffness, of_gain = self.parts
-        body = mass_properties(mass_matrix_from_parameters(values[of_mass], self.length))
-        stiffness = np.tensordot(values[of_stiffness], self.stiffness_basis, axes=1)
-        gain = gain_from_parameters(values[of_gain], self.reference_frequency)
+        of_mass, of_stiffness, of_gain = np.split(values, [N_MASS, N_MASS + N_STIFFNESS])
+        body = mass_properties(mass_matrix_from_parameters(of_mass, self.length))
+        stiffness = np.tensordot(of_stiffness, self.stiffness_basis, axes=1)
+        gain = gain_from_parameters(of_gain, self.reference_frequency)
         return body, np.asarray(stiffness), gain
-
-    def derivatives(
-        self, values: RealArray, frequency: RealArray
-    ) -> tuple[RealArray, RealArray, ComplexArray]:
-        """Differentiate mass matrix (10, 6, 6), K_VP (20, 6, 6) and gain (5, n_frequency)."""
-        of_mass, _, of_gain = self.parts
-        return (
-            _mass_matrix_derivatives(values[of_mass], self.length),
-            self.stiffness_basis,
-            gain_derivatives(values[of_gain], self.reference_frequency, frequency),
-        )
 
     def values_of(self, model: CompressorModel) -> RealArray:
         """Find the parameters of a compressor, the inverse of `model`.
@@ -226,12 +193,6 @@ class ThesisParameters(Parametrisation):
             "1",
         )
 
-    @property
-    def parts(self) -> tuple[slice, slice, slice]:
-        """Places of the numbers of mass, of stiffness and of gain."""
-        n = 9 * len(self.mount_names)
-        return slice(n, n + 10), slice(0, n), slice(n + 10, None)
-
     def mounts(self, values: RealArray) -> tuple[CompressorMount, ...]:
         """Return the mounts that the first numbers stand for."""
         n_mounts = len(self.mount_names)
@@ -252,31 +213,9 @@ class ThesisParameters(Parametrisation):
         )
         return self._body(values), mounts_at_virtual_point(self.mounts(values)), gain
 
-    def derivatives(
-        self, values: RealArray, frequency: RealArray
-    ) -> tuple[RealArray, RealArray, ComplexArray]:
-        """Differentiate mass matrix (10, 6, 6), K_VP (9 n_mount, 6, 6), gain (7, n_frequency)."""
-        body = self._body(values)
-        by_mass = np.zeros((10, 6, 6))
-        for number, (row, column) in enumerate(INERTIA_ENTRIES):
-            by_mass[number, 3 + row, 3 + column] = by_mass[number, 3 + column, 3 + row] = 1.0
-        lever = skew(body.centre)
-        for axis in range(3):
-            change = skew(_UNIT_VECTORS[axis])
-            block = by_mass[6 + axis]
-            block[3:, :3], block[:3, 3:] = body.mass * change, body.mass * change.T
-            block[3:, 3:] = body.mass * (change @ lever.T + lever @ change.T)
-        by_mass[9] = mass_matrix(1.0, np.zeros((3, 3)), body.centre)
-        each = np.stack([mount_stiffness_derivatives(mount) for mount in self.mounts(values)])
-        by_stiffness = each.reshape(len(each), 3, 3, 6, 6).swapaxes(0, 1).reshape(-1, 6, 6)
-        unscaled, scale = GainFactor.of(values[-7:-1]), values[-1]
-        by_scale = unscaled.at(frequency)[np.newaxis]
-        by_gain = np.concatenate([scale * unscaled.derivatives(frequency), by_scale])
-        return by_mass, by_stiffness, by_gain
-
     def _body(self, values: RealArray) -> RigidBody:
         """Mass, centre and inertia."""
-        numbers = values[self.parts[0]]
+        numbers = values[9 * len(self.mount_names) : -7]
         inertia = np.empty((3, 3))
         for number, (row, column) in enumerate(INERTIA_ENTRIES):
             inertia[row, column] = inertia[column, row] = numbers[number]
@@ -361,38 +300,6 @@ def parameters_of_pseudo_inertia(pseudo: RealArray, length: float) -> RealArray:
     )
 
 
-def mount_stiffness_derivatives(mount: CompressorMount) -> RealArray:
-    """Differentiate the 6×6 stiffness that one mount adds at the virtual point.
-
-    Returns (9, 6, 6) by position [1/m], rotation [1/rad] and stiffness [m/N], three each.
-    """
-    turn, forward = mount.orientation, forward_matrix(mount.position)
-    in_vehicle = turn @ np.diag(mount.stiffness) @ turn.T
-    derivatives = np.empty((9, 6, 6))
-    for axis in range(3):
-        moved = np.hstack([np.zeros((3, 3)), skew(_UNIT_VECTORS[axis]).T])
-        derivatives[axis] = _plus_transpose(forward.T @ in_vehicle @ moved)
-        turned = rotation_derivative(mount.rotation, axis)
-        half = turned @ np.diag(mount.stiffness) @ turn.T
-        derivatives[3 + axis] = _plus_transpose(forward.T @ half @ forward)
-        row = turn[:, axis] @ forward
-        derivatives[6 + axis] = np.outer(row, row)
-    return derivatives
-
-
-def rotation_derivative(angles: RealArray, axis: int) -> RealArray:
-    """Differentiate ``R = Rz Ry Rx`` by one of its angles x, y, z [rad], shape (3, 3) [1/rad]."""
-    before, after = angles.copy(), angles.copy()
-    before[axis:] = 0.0
-    after[:axis] = 0.0
-    return np.asarray(rotation_matrix(after) @ skew(_UNIT_VECTORS[axis]) @ rotation_matrix(before))
-
-
-def _plus_transpose(matrix: RealArray) -> RealArray:
-    """Differentiate ``A B Aᵀ`` out of the first half, shape (n, n)."""
-    return np.asarray(matrix + matrix.T)
-
-
 def _pseudo_factor(values: RealArray, length: float) -> RealArray:
     """Upper triangular U of the pseudo-inertia ``J = U Uᵀ``."""
     (mass, cx, cy, cz, szz, syz, syy, sxz, sxy, sxx) = values
@@ -406,18 +313,3 @@ def _pseudo_factor(values: RealArray, length: float) -> RealArray:
             [0.0, 0.0, 0.0, root],
         ]
     )
-
-
-def _mass_matrix_derivatives(values: RealArray, length: float) -> RealArray:
-    """Differentiate `mass_matrix_from_parameters` by its ten numbers, shape (10, 6, 6)."""
-    factor = _pseudo_factor(values, length)
-    by_number = np.zeros((N_MASS, 4, 4))
-    by_number[0] = factor
-    scale = np.exp(values[0]) * length
-    for number, (row, column) in enumerate(
-        [(0, 3), (1, 3), (2, 3), (2, 2), (1, 2), (1, 1), (0, 2), (0, 1), (0, 0)], start=1
-    ):
-        slope = np.exp(values[number]) if row == column else 1.0
-        by_number[number, row, column] = scale * slope
-    half = by_number @ factor.T
-    return mass_matrix_of_pseudo_inertia(half + np.swapaxes(half, -1, -2))

@@ -19,8 +19,6 @@ SERIES_BELOW = 0.1
 """Bending wave number times length below which the closed form loses digits to cancellation."""
 LARGEST_BENDING = 50.0
 """Bending wave number times length above which the hyperbolic functions are worth nothing."""
-DERIVATIVES = ("tension", "torsion", "bending", "line_mass", "loss_factor")
-"""Fields of a beam by whose logarithms `beam_stiffness_derivatives` differentiates."""
 
 
 @dataclass(frozen=True)
@@ -67,19 +65,38 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
     Valid for waves much longer than the hose is thick: shear, rotatory inertia, curvature, static
     tension, flow and inner pressure are not in it.
     """
-    return np.asarray(_element(beam, frequency, derivatives=False)[0])
-
-
-def beam_stiffness_derivatives(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
-    """Differentiate `beam_stiffness` by the logarithms of five of the beam's numbers.
-
-    - returns (5, n_frequency, 12, 12).
-
-    Each entry is ``X/Lⁿ φ(x)`` with ``x ∝ (μ/X)^(1/p)``, p = 2 for the bar and 4 in bending:
-    ``∂/∂ln X = X/Lⁿ (φ − x φ'/p)`` and ``∂/∂ln μ = X/Lⁿ x φ'/p``; ``ln η`` moves ``ln X`` by
-    ``jη/(1 + jη)``.
-    """
-    return _element(beam, frequency, derivatives=True)[1:]
+    lines = np.asarray(frequency, dtype=float)
+    if lines.ndim != 1 or not np.all(lines > 0):
+        raise InputError("a beam needs lines above 0 Hz: its mass has no static counterpart")
+    omega = 2 * np.pi * lines
+    modulus = 1 + 1j * beam.loss_factor
+    matrix = np.zeros((lines.size, 12, 12), dtype=complex)
+    shaft_mass = beam.line_mass * beam.torsion_radius**2
+    for dof, real, mass in ((0, beam.tension, beam.line_mass), (3, beam.torsion, shaft_mass)):
+        x = omega * beam.length * np.sqrt(mass / (real * modulus))
+        scale = real * modulus / beam.length
+        ends = scale * x * np.cos(x) / np.sin(x)
+        matrix[:, dof, dof] = matrix[:, dof + 6, dof + 6] = ends
+        matrix[:, dof, dof + 6] = matrix[:, dof + 6, dof] = -scale * x / np.sin(x)
+    rigidity = beam.bending * modulus
+    waves = (beam.line_mass * omega**2 / rigidity) ** 0.25 * beam.length
+    entries = _bending(np.asarray(waves, dtype=complex))
+    values = entries * rigidity / beam.length ** np.array([3, 2, 1, 3, 2, 1])
+    for shift, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
+        for row, column, entry, factor in (
+            (shift, shift, 0, 1.0),
+            (shift + 6, shift + 6, 0, 1.0),
+            (shift, turn, 1, sign),
+            (shift + 6, turn + 6, 1, -sign),
+            (turn, turn, 2, 1.0),
+            (turn + 6, turn + 6, 2, 1.0),
+            (shift, shift + 6, 3, 1.0),
+            (shift, turn + 6, 4, sign),
+            (turn, shift + 6, 4, -sign),
+            (turn, turn + 6, 5, 1.0),
+        ):
+            matrix[:, row, column] = matrix[:, column, row] = factor * values[:, entry]
+    return matrix
 
 
 def frame_along(direction: npt.ArrayLike) -> RealArray:
@@ -127,75 +144,8 @@ def beam_congruence(
     return matrix
 
 
-def _element(beam: ViscoelasticBeam, frequency: npt.ArrayLike, derivatives: bool) -> ComplexArray:
-    """Stiffness and, if asked for, its five derivatives, shape (1 or 6, n_frequency, 12, 12)."""
-    lines = np.asarray(frequency, dtype=float)
-    if lines.ndim != 1 or not np.all(lines > 0):
-        raise InputError("a beam needs lines above 0 Hz: its mass has no static counterpart")
-    omega = 2 * np.pi * lines
-    modulus = 1 + 1j * beam.loss_factor
-    matrix = np.zeros((6 if derivatives else 1, lines.size, 12, 12), dtype=complex)
-    loss = 1j * beam.loss_factor / modulus
-
-    def put(
-        row: int, column: int, stiffness: int, value: ComplexArray, slope: ComplexArray
-    ) -> None:
-        """Place an entry; `slope` is its derivative by the logarithm of the mass."""
-        by_stiffness = value - slope
-        entries = {0: value, 1 + stiffness: by_stiffness, 4: slope, 5: loss * by_stiffness}
-        for layer, entry in entries.items():
-            if layer < matrix.shape[0]:
-                matrix[layer, :, row, column] = entry
-                matrix[layer, :, column, row] = entry
-
-    shaft_mass = beam.line_mass * beam.torsion_radius**2
-    for stiffness, dof, real, mass in (
-        (0, 0, beam.tension, beam.line_mass),
-        (1, 3, beam.torsion, shaft_mass),
-    ):
-        scale = real * modulus / beam.length
-        own, own_slope, across, across_slope = _bar(
-            omega * beam.length * np.sqrt(mass / (real * modulus))
-        )
-        for end in (dof, dof + 6):
-            put(end, end, stiffness, scale * own, scale * own_slope)
-        put(dof, dof + 6, stiffness, scale * across, scale * across_slope)
-
-    rigidity = beam.bending * modulus
-    waves = (beam.line_mass * omega**2 / rigidity) ** 0.25 * beam.length
-    entries, slopes = _bending(np.asarray(waves, dtype=complex))
-    powers = np.array([3, 2, 1, 3, 2, 1])
-    scaled = rigidity / beam.length**powers
-    values: ComplexArray = entries * scaled
-    changes: ComplexArray = slopes * scaled
-    for shift, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
-        for row, column, entry, factor in (
-            (shift, shift, 0, 1.0),
-            (shift + 6, shift + 6, 0, 1.0),
-            (shift, turn, 1, sign),
-            (shift + 6, turn + 6, 1, -sign),
-            (turn, turn, 2, 1.0),
-            (turn + 6, turn + 6, 2, 1.0),
-            (shift, shift + 6, 3, 1.0),
-            (shift, turn + 6, 4, sign),
-            (turn, shift + 6, 4, -sign),
-            (turn, turn + 6, 5, 1.0),
-        ):
-            put(row, column, 2, factor * values[:, entry], factor * changes[:, entry])
-    return matrix
-
-
-def _bar(x: ComplexArray) -> tuple[ComplexArray, ComplexArray, ComplexArray, ComplexArray]:
-    """``φ = x cot x`` and ``−x/sin x``, each with ``x φ'/2``."""
-    sine, cosine = np.sin(x), np.cos(x)
-    own, across = x * cosine / sine, -x / sine
-    own_slope = (own - (x / sine) ** 2) / 2
-    across_slope = across * (1 - own) / 2
-    return own, own_slope, across, across_slope
-
-
-def _bending(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
-    """Six entries of a bent beam over EI/Lⁿ, and ``x φ'/4`` of each, shape (n_frequency, 6) each.
+def _bending(x: ComplexArray) -> ComplexArray:
+    """Six entries of a bent beam over EI/Lⁿ, shape (n_frequency, 6).
 
     Own force per shift, own force per turn (= moment per shift), own moment per turn, then the
     three that act at one end for a motion of the other.
@@ -209,28 +159,16 @@ def _bending(x: ComplexArray) -> tuple[ComplexArray, ComplexArray]:
     small = np.abs(x) < SERIES_BELOW
     static = np.array([12.0, 6.0, 4.0, -12.0, 6.0, 2.0])
     mass = np.array([156.0, 22.0, 4.0, 54.0, -13.0, -3.0]) / 420.0
-    fourth = x[:, np.newaxis] ** 4
-    series, series_slope = static - mass * fourth, -mass * fourth
-
+    series = static - mass * x[:, np.newaxis] ** 4
     x = np.where(small, 1.0, x)
     s, c, sh, ch = np.sin(x), np.cos(x), np.sinh(x), np.cosh(x)
-    below = 1 - c * ch
-    below_slope = s * ch - c * sh
     tops = (
-        (3, s * ch + c * sh, 2 * c * ch),
-        (2, s * sh, c * sh + s * ch),
-        (1, s * ch - c * sh, 2 * s * sh),
-        (3, -(s + sh), -(c + ch)),
-        (2, ch - c, sh + s),
-        (1, sh - s, ch - c),
+        x**3 * (s * ch + c * sh),
+        x**2 * s * sh,
+        x * (s * ch - c * sh),
+        -(x**3) * (s + sh),
+        x**2 * (ch - c),
+        x * (sh - s),
     )
-    entries = np.stack([x**power * top / below for power, top, _ in tops], axis=1)
-    slopes = np.stack(
-        [
-            x**power * (power * top + x * top_slope - x * top * below_slope / below) / below / 4
-            for power, top, top_slope in tops
-        ],
-        axis=1,
-    )
-    chosen = small[:, np.newaxis]
-    return np.where(chosen, series, entries), np.where(chosen, series_slope, slopes)
+    entries = np.stack(tops, axis=1) / (1 - c * ch)[:, np.newaxis]
+    return np.where(small[:, np.newaxis], series, entries)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from deboom.arrays import ComplexArray, RealArray, checked, checked_array
+from deboom.arrays import ComplexArray, RealArray, checked, checked_array, derivatives
 from deboom.errors import InputError
 
 
@@ -69,3 +69,12 @@ def test_leading_axes_and_gaps_are_allowed_where_said() -> None:
     assert np.isnan(checked_array([np.nan], "n ?", "level")[0])
     with pytest.raises(InputError, match="motion: shape"):
         checked_array(np.zeros((5, 4)), "... 3", "motion")
+
+
+def test_derivatives_are_exact_up_to_fourth_powers() -> None:
+    point = np.array([0.7, -2.0])
+    slopes = derivatives(lambda x: (x[:, :1] ** 4 + x[:, 1:] ** 3) * [1.0, 2j], point, [0.1, 0.3])
+    expected = np.outer([4 * 0.7**3, 3 * 2.0**2], [1.0, 2j])
+    np.testing.assert_allclose(slopes, expected, rtol=1e-13)
+    waves = derivatives(np.sin, point, 1e-3)
+    np.testing.assert_allclose(waves, np.diag(np.cos(point)), rtol=1e-12, atol=1e-15)

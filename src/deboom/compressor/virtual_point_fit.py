@@ -174,7 +174,7 @@ def fit_at_virtual_point(
     bounds: Bounds | None = None,
     largest_evaluations: int = 200,
 ) -> PointFit:
-    """Fit by nonlinear least squares with the analytic Jacobian.
+    """Fit by nonlinear least squares.
 
     `start` (n_parameters,): values inside the bounds. InputError: a start outside its bounds.
     """

@@ -278,22 +278,6 @@ def test_the_sum_is_weighted_over_the_pressures():
     np.testing.assert_allclose(index(designs), 0.25 * low + 0.75 * high, rtol=1e-13)
 
 
-@pytest.mark.parametrize("identical", [False, True])
-@pytest.mark.parametrize("with_hoses", [False, True])
-def test_gradient_is_that_of_differences(identical, with_hoses):
-    index = index_of(identical=identical, with_hoses=with_hoses)
-    designs = some_designs(index, 3, seed=3, place_mm=3.0)
-    gradient = index.gradient(designs)
-    for column in range(designs.shape[1]):
-        step = np.zeros(designs.shape[1])
-        step[column] = 1e-4 * designs[:, column].mean()
-        near, far = (index(designs + n * step) - index(designs - n * step) for n in (1, 2))
-        found = (8 * near - far) / (12 * step[column])
-        np.testing.assert_allclose(
-            gradient[:, :, column], found, rtol=1e-6, atol=1e-7 * np.abs(gradient).max()
-        )
-
-
 def test_a_mount_that_stands_off_is_a_mount_that_stands_there():
     """Compressor and body seen from where the mounts are, with nothing left to shift."""
     index = index_of()

@@ -262,23 +262,16 @@ def test_sixty_teeth_with_two_left_out():
 
 
 def test_jitter_is_averaged_and_stated():
-    """Gaussian jitter of 20 µs; the angle errs by less than it, and the residual tells its size."""
+    """Gaussian jitter of 20 µs; the angle errs by 0.7 of it, and the residual tells its size."""
     rng = np.random.default_rng(4)
     true = pulses()
     jitter = rng.normal(0, 20e-6, true.size)
     shaft = shaft_angle(repair_pulses(true + jitter))
-    smooth = shaft_angle(repair_pulses(true + jitter), knot_spacing=16)
-    through = shaft_angle(repair_pulses(true + jitter), knot_spacing=0)
     in_angle = 2 * np.pi * speed(true) / 60 * jitter
     assert shaft.jitter == pytest.approx(np.sqrt(np.mean(in_angle**2)), rel=0.25)
     time = np.linspace(shaft.begin, shaft.end, 3001)
-
-    def error(course):
-        return np.sqrt(np.mean((course.angle(time) - 2 * np.pi * revolution(time)) ** 2))
-
-    assert through.jitter < 1e-9
-    assert error(smooth) < 0.45 * error(through)
-    assert error(smooth) < error(shaft) < 0.7 * error(through)
+    error = shaft.angle(time) - 2 * np.pi * revolution(time)
+    assert np.sqrt(np.mean(error**2)) < 0.7 * np.sqrt(np.mean(in_angle**2))
 
 
 def test_unevenness_within_a_cycle_does_not_bend_the_angle():
@@ -292,16 +285,6 @@ def test_unevenness_within_a_cycle_does_not_bend_the_angle():
     inside = np.linspace(shaft.begin + 0.3, shaft.end - 0.1, 2001)
     error = np.rad2deg(shaft.angle(inside) - 2 * np.pi * revolution(inside))
     assert np.abs(error - error.mean()).max() < 0.15
-
-
-def test_the_zero_mark_can_be_named():
-    """Half a turn at order 1.5 between two pulses: the phase of a half order needs a mark."""
-    train = repair_pulses(pulses())
-    first, second = shaft_angle(train), shaft_angle(train, zero_time=train.times[1] + 0.01)
-    time = np.linspace(1, 4, 7)
-    np.testing.assert_allclose(first.angle(time) - second.angle(time), 2 * np.pi, atol=1e-9)
-    turned = np.exp(1.5j * (first.angle(time) - second.angle(time)))
-    np.testing.assert_allclose(turned, -1, atol=1e-8)
 
 
 @pytest.mark.parametrize("shift", [-0.3, 0.1, 0.3])

@@ -1,4 +1,4 @@
-"""Pressure in the cabin for any mounts of a compressor, with its gradient, travel and modes."""
+"""Pressure in the cabin for any mounts of a compressor, with travel and modes."""
 
 from __future__ import annotations
 
@@ -489,47 +489,6 @@ class CabinIndex:
                 result[rows] = pressure
         return result
 
-    def gradient(self, designs: npt.ArrayLike) -> RealArray:
-        """Return the derivative of SPLV by every variable.
-
-        `designs` (n, k): designs [units of the variables]. Returns (n, v, k) [dB(A) per unit of the
-        variable].
-
-        Adjoint: with ``S q = b`` and ``Sᵀ y = t``, ``dp = dtᵀ q + yᵀ db − yᵀ dS q``, exact.
-        """
-        array = self.variables.checked(designs)
-        n_cars, k = len(self.seams), len(self.variables.names)
-        total = np.zeros((len(array), n_cars, k))
-        for rows in self._parts(array):
-            total[rows] = self._gradient(array[rows]).reshape(-1, n_cars, k)
-        return np.asarray(20 / np.log(10) * total)
-
-    def _gradient(self, designs: RealArray) -> RealArray:
-        """Return ``Σ_f Re(dp/p)``, weighted over the cases, shape (n, v, k)."""
-        n, n_cars = len(designs), len(self.seams)
-        matrices, right, transfer, stiffness = self._equations(designs)
-        adjoint = np.linalg.solve(np.swapaxes(matrices, 2, 3), transfer[..., np.newaxis])[..., 0]
-        loads = np.linalg.solve(matrices, np.moveaxis(right, 1, -1))
-        pressure = self.direct + np.einsum("nfi,ncfi->ncf", adjoint, right)
-        weight = np.array(self.weights)[:, np.newaxis] / pressure
-        loads = np.einsum("nfic,ncf->nfi", loads, weight)
-        by_car = (n, n_cars, self.n_lines, -1)
-        # 1/(v k) falls by dk/(v k²), and dk/dx = k/x
-        softer = (adjoint * loads).reshape(by_car) / self.gain[:, np.newaxis]
-        by_log = softer.real.sum(axis=2) / stiffness[:, np.newaxis]
-        result = by_log @ (self.variables.scaled / designs[:, :, np.newaxis]).swapaxes(1, 2)
-        offsets = self.variables.offsets(designs)
-        first, second = self._pairs
-        terms = np.column_stack([np.ones(n), offsets])
-        for place, column in enumerate(self.variables.places, start=1):
-            slope = (first == place) * terms[:, second] + (second == place) * terms[:, first]
-            turned = np.tensordot(slope, self.compliance, axes=1)
-            change = np.einsum("fi,nfi->nf", self.transfer[place], loads)
-            change -= np.einsum("nfi,nfij,nfj->nf", adjoint, turned, loads)
-            change += np.einsum("nfi,cfi,ncf->nf", adjoint, self.free[place], weight)
-            result[:, :, column] = MILLI * change.reshape(by_car[:3]).real.sum(axis=2)
-        return np.asarray(result)
-
     def _parts(self, designs: RealArray) -> Iterator[slice]:
         """Yield designs whose matrices stay small together."""
         step = max(1, PART // max(self.compliance[0].size, 1))
@@ -539,17 +498,15 @@ class CabinIndex:
     def _solved(self, designs: RealArray) -> Iterator[tuple[slice, int, ComplexArray]]:
         """Yield designs, case, and pressure (n, v, f) [Pa]."""
         for rows in self._parts(designs):
-            matrices, right, transfer, _ = self._equations(designs[rows])
+            matrices, right, transfer = self._equations(designs[rows])
             turned = np.swapaxes(matrices, 2, 3)
             adjoint = np.linalg.solve(turned, transfer[..., np.newaxis])[..., 0]
             for case in range(len(self.case_names)):
                 heard = self.direct[case] + np.einsum("nfi,nfi->nf", adjoint, right[:, case])
                 yield rows, case, heard.reshape(len(heard), len(self.seams), -1)
 
-    def _equations(
-        self, designs: RealArray
-    ) -> tuple[ComplexArray, ComplexArray, ComplexArray, RealArray]:
-        """Return S (n, v f, 3 m, 3 m), b (n, c, v f, 3 m), t (n, v f, 3 m), k (n, 3 m)."""
+    def _equations(self, designs: RealArray) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """Return S (n, v f, 3 m, 3 m), b (n, c, v f, 3 m), t (n, v f, 3 m)."""
         static = np.concatenate([mount.stiffness for mount in self.mounts])
         stiffness = self.variables.factors(designs) * static
         terms = np.column_stack([np.ones(len(designs)), self.variables.offsets(designs)])
@@ -559,7 +516,7 @@ class CabinIndex:
         diagonal = np.einsum("nfii->nfi", matrices)
         diagonal += 1 / (gain[:, np.newaxis] * stiffness[:, np.newaxis])
         right, transfer = _combined(terms, self.free), _combined(terms, self.transfer)
-        return matrices, right, transfer, stiffness
+        return matrices, right, transfer
 
 
 def _combined(factors: RealArray, parts: ComplexArray) -> ComplexArray:

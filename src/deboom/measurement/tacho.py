@@ -387,38 +387,19 @@ class ShaftAngle:
         return np.linspace(self.begin, self.end, 8 * int(np.ptp(self.pulses.number)) + 1)
 
 
-def shaft_angle(
-    pulses: PulseTrain, *, knot_spacing: float = KNOT_SPACING, zero_time: float | None = None
-) -> ShaftAngle:
+def shaft_angle(pulses: PulseTrain) -> ShaftAngle:
     """Lay a smooth course through the pulses of a tacho.
 
-    Raises InputError: a knot spacing that is negative, a zero time outside the pulses, or pulses
-    whose course stands still or turns back.
-
-    - `knot_spacing`: revolutions between the knots of the spline; 0 puts the course through every
-      pulse.
-    - `zero_time`, optional: time whose nearest pulse is the zero mark [s]; the first pulse where it
-      is not given.
+    Raises InputError: pulses whose course stands still or turns back.
 
     Cubic spline of least squares, exact for a linear run-up. Averaging over the knots takes out
     jitter and the unevenness within an engine cycle, so the angle is that of the mean rotation. A
     half order has two phases a half turn apart in one revolution, so whether 1.5 leads or lags by
-    180° depends on which pulse is zero; to compare runs give the `zero_time` of a mark once per
-    engine cycle.
+    180° depends on which pulse is zero: the first of the record.
     """
-    if not knot_spacing >= 0:
-        raise InputError(f"a knot spacing of {knot_spacing} revolutions is negative")
     times = pulses.times
-    zero = 0
-    if zero_time is not None:
-        if not times[0] <= zero_time <= times[-1]:
-            raise InputError(
-                f"{pulses.name}: the zero mark at {zero_time:.3f} s is not within the pulses, "
-                f"{times[0]:.3f} to {times[-1]:.3f} s"
-            )
-        zero = int(pulses.number[np.argmin(np.abs(times - zero_time))])
-    revolution = (pulses.number - zero) / pulses.pulses_per_revolution
-    every = max(1, round(knot_spacing * pulses.pulses_per_revolution))
+    revolution = pulses.number / pulses.pulses_per_revolution
+    every = max(1, round(KNOT_SPACING * pulses.pulses_per_revolution))
     ends = _DEGREE + 1
     knots = np.concatenate([[times[0]] * ends, times[2:-2:every], [times[-1]] * ends])
     course = make_lsq_spline(times, revolution, knots, k=_DEGREE)

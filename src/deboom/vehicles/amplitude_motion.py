@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, derivatives
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -174,17 +174,11 @@ class AmplitudeMotion:
     def neper_gradient(self, designs: RealArray) -> RealArray:
         """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), by differences, shape (n, v, k)."""
         closely = replace(self, tolerance=GRADIENT_TOLERANCE)
-        gradient = np.empty((len(designs), len(self.vehicle_names), designs.shape[1]))
-        for k in range(designs.shape[1]):
-            levels = []
-            for steps in (-2, -1, 1, 2):
-                moved = designs.copy()
-                moved[:, k] += steps * GRADIENT_STEP
-                levels.append(np.log(np.abs(closely.pressure(moved))).sum(axis=-1))
-            far_back, back, ahead, far_ahead = levels
-            difference = 8.0 * (ahead - back) - (far_ahead - far_back)
-            gradient[:, :, k] = difference / (12.0 * GRADIENT_STEP)
-        return gradient
+
+        def levels(rows: RealArray) -> RealArray:
+            return np.asarray(np.log(np.abs(closely.pressure(rows))).sum(axis=-1))
+
+        return np.stack([derivatives(levels, row, GRADIENT_STEP).T for row in designs])
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,15 +9,10 @@ from deboom.errors import InputError
 from deboom.explore.doe import (
     Doe,
     Failure,
-    box_behnken,
-    central_composite,
     continue_doe,
-    fractional_factorial,
-    full_factorial,
     latin_hypercube,
     run_doe,
     sobol_designs,
-    within_bounds,
 )
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 
@@ -80,42 +75,11 @@ def test_whole_numbers_stay_whole():
     )  # fmt: skip
     designs = sobol_designs(space, 128, seed=1)
     assert np.array_equal(np.unique(designs[:, 0], return_counts=True)[1], [32] * 4)
-    with pytest.raises(InputError, match="'part' takes whole numbers"):
-        within_bounds(space, box_behnken(3)[:, :2])
 
 
-def test_outermost_levels_of_a_coded_plan_lie_on_the_bounds():
-    designs = within_bounds(SPACE, central_composite(full_factorial(3)))
-    assert inside(SPACE, designs)
-    assert designs.min() == pytest.approx(0.85, abs=1e-15)
-    assert designs.max() == pytest.approx(1.15, abs=1e-15)
-    assert np.unique(np.round(designs, 12)).size == 5
-    with pytest.raises(InputError, match="one column for each"):
-        within_bounds(SPACE, full_factorial(2))
-
-
-@pytest.mark.parametrize(
-    ("call", "sentence"),
-    [
-        (lambda: full_factorial(12, 4), "16,777,216 designs: take fewer levels"),
-        (lambda: full_factorial(0), "nothing to vary"),
-        (lambda: box_behnken(2), "at least 3 variables"),
-        (lambda: central_composite(np.zeros((4, 2))), "has levels -1 and 1"),
-        (lambda: fractional_factorial("a b abc"), r"'abc' needs columns \['c'\]"),
-        (lambda: fractional_factorial("a b -ab ab"), "same column, up to its sign"),
-        (lambda: fractional_factorial("a b aab"), "names a letter twice"),
-        (lambda: fractional_factorial("a b 12"), "one word of letters per variable"),
-        (lambda: fractional_factorial("ab"), "no base variable"),
-        (lambda: latin_hypercube(SPACE, 1, seed=1), "take at least 2"),
-    ],
-)
-def test_plans_refuse_what_they_cannot_be(call, sentence):
-    with pytest.raises(InputError, match=sentence):
-        call()
-
-
-def test_a_turned_column():
-    assert np.array_equal(fractional_factorial("a b -ab")[:, 2], [-1, 1, 1, -1])
+def test_a_single_design_is_no_hypercube():
+    with pytest.raises(InputError, match="take at least 2"):
+        latin_hypercube(SPACE, 1, seed=1)
 
 
 def test_every_design_is_kept_with_its_responses_or_its_failure():

@@ -1,15 +1,12 @@
-"""Designs of experiments: plans, and every design with its responses or its failure.
+"""Designs of experiments: space-filling plans, and every design with its responses or its failure.
 
-The classical plans are the textbook's tables in coded levels from -1 to 1, made for fitting
-polynomials; for correlations and sensitivities the space-filling plans say more per design.
+Plans of fixed levels, made for fitting polynomials, come in as a table of designs.
 """
 
 from __future__ import annotations
 
-import string
 from dataclasses import replace
 from enum import Enum
-from itertools import combinations, product
 
 import numpy as np
 from scipy.spatial.distance import cdist, pdist
@@ -30,16 +27,9 @@ SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
 DRAWS = 50
 """Latin hypercubes that are drawn; the one with the largest smallest distance is improved."""
-MOST_DESIGNS = 1_000_000
-"""Largest full factorial; a plan of more designs is a slip of the keyboard."""
 
 _AGREEMENT = 1e-6  # relative change of responses that are computed again
 _SWAPS = 2000  # exchanges that are tried to improve a Latin hypercube
-_INCOMPLETE_BLOCKS = {
-    6: ((1, 2, 4), (2, 3, 5), (3, 4, 6), (1, 4, 5), (2, 5, 6), (1, 3, 6)),
-    7: ((4, 5, 6), (1, 6, 7), (2, 5, 7), (1, 2, 4), (3, 4, 7), (1, 3, 5), (2, 3, 6)),
-    12: tuple(tuple((member + shift) % 12 + 1 for member in (0, 1, 4, 6)) for shift in range(12)),
-}
 
 
 def sobol_designs(space: DesignSpace, n_designs: int, *, seed: int) -> RealArray:
@@ -100,157 +90,6 @@ def _within(space: DesignSpace, points: RealArray) -> RealArray:
     width = space.upper - space.lower
     whole = np.floor(space.lower + points * (width + 1.0))
     return np.where(space.integer, whole, space.lower + points * width)
-
-
-def full_factorial(n_variables: int, levels: int = 2) -> RealArray:
-    """Return every combination of equally spaced levels, shape (levels**k, k) [1].
-
-    The runs are in standard order: the first column alternates fastest. Nothing to vary, or more
-    than `MOST_DESIGNS` designs, is refused.
-    """
-    if n_variables < 1 or levels < 2:
-        raise InputError(
-            f"a full factorial of {n_variables} variables at {levels} levels has nothing to vary: "
-            "take at least 1 variable and 2 levels"
-        )
-    if levels**n_variables > MOST_DESIGNS:
-        raise InputError(
-            f"a full factorial of {n_variables} variables at {levels} levels has "
-            f"{levels**n_variables:,} designs: take fewer levels, a fractional factorial or a "
-            "space-filling plan"
-        )
-    grid = np.array(list(product(np.linspace(-1.0, 1.0, levels), repeat=n_variables)))
-    return np.ascontiguousarray(grid[:, ::-1])
-
-
-def fractional_factorial(generators: str) -> RealArray:
-    """Return a regular two-level fraction, shape (2**n_base, k), in standard order [1].
-
-    - `generators`: one word per variable, separated by blanks: a single letter is a base variable
-      with its own full factorial, a longer word the product of base variables, a minus in front
-      turns it. ``"a b c abc"`` is the half fraction of four variables.
-    - raises InputError: words that are no letters, letters without a column of their own, or two
-      equal columns.
-
-    Box, Hunter and Hunter, "Statistics for Experimenters", 2nd ed., ch. 6.
-    """
-    words = _words(generators)
-    base = sorted(letters for _, letters in words if len(letters) == 1)
-    table = full_factorial(len(base))
-    columns = {letter: table[:, place] for place, letter in enumerate(base)}
-    return np.column_stack(
-        [sign * np.prod([columns[letter] for letter in letters], axis=0) for sign, letters in words]
-    )
-
-
-def resolution(generators: str) -> int | None:
-    """Return the resolution of a regular fraction: the length of its shortest defining word.
-
-    3: main effects are mixed with interactions of two variables; 4: only those with each other; 5
-    and more: neither. None for a full factorial, which mixes nothing.
-    """
-    defining = [
-        frozenset(letters) ^ {f"column {place}"}
-        for place, (_, letters) in enumerate(_words(generators))
-        if len(letters) > 1
-    ]
-    lengths = []
-    for count in range(1, len(defining) + 1):
-        for chosen in combinations(defining, count):
-            together: frozenset[str] = frozenset()
-            for word in chosen:
-                together = together ^ word
-            lengths.append(len(together))
-    return min(lengths, default=None)
-
-
-def _words(generators: str) -> list[tuple[float, str]]:
-    """Sign and letters of each word."""
-    words = [
-        (-1.0 if text.startswith("-") else 1.0, text.lstrip("+-")) for text in generators.split()
-    ]
-    base = {letters for _, letters in words if len(letters) == 1}
-    faults: list[str] = []
-    for _, letters in words:
-        missing = sorted(set(letters) - base)
-        if not letters or set(letters) - set(string.ascii_letters):
-            faults.append("write one word of letters per variable, such as 'a b c abc'")
-        elif len(set(letters)) != len(letters):
-            faults.append(f"'{letters}' names a letter twice, which cancels")
-        elif base and missing:
-            faults.append(f"'{letters}' needs columns {missing} of their own")
-    if not base:
-        faults.append("there is no base variable, add single letters")
-    if len({frozenset(letters) for _, letters in words}) != len(words):
-        faults.append("two variables would have the same column, up to its sign")
-    if faults:
-        raise InputError(f"generators '{generators}': {faults[0]}")
-    return words
-
-
-def box_behnken(n_variables: int) -> RealArray:
-    """Return a Box-Behnken design (n, k): no variable at its limit together with all others [1].
-
-    At least 3 variables, with one run in the middle: more say nothing about a model without noise.
-    Box and Behnken, Technometrics 2 (1960) 455-475: two-level factorials of the variables of each
-    block of an incomplete block design, all others at 0. For 6, 7 and 12 variables these are the
-    blocks of the paper; for all other counts every pair of variables is a block, which is the paper
-    again for 3, 4 and 5.
-    """
-    if n_variables < 3:
-        raise InputError(
-            f"a Box-Behnken design of {n_variables} variables: take at least 3 variables"
-        )
-    pairs = tuple(combinations(range(1, n_variables + 1), 2))
-    rows = []
-    for block in _INCOMPLETE_BLOCKS.get(n_variables, pairs):
-        part = np.zeros((2 ** len(block), n_variables))
-        part[:, np.array(block) - 1] = full_factorial(len(block))
-        rows.append(part)
-    return np.concatenate([*rows, np.zeros((1, n_variables))])
-
-
-def central_composite(factorial: RealArray) -> RealArray:
-    """Return a factorial, its star (low and high by variable) and its middle as coded levels [1].
-
-    - `factorial` (n, k): two-level part, full or fractional, in levels -1 and 1 [1].
-
-    The axial points lie the fourth root of n from the middle, which makes the design rotatable.
-    Box and Wilson, J. R. Stat. Soc. B 13 (1951) 1-45; rotatability: Box and Hunter, Ann. Math.
-    Stat. 28 (1957) 195-241.
-    """
-    part = np.asarray(factorial, dtype=float)
-    if part.ndim != 2 or part.size == 0 or not np.all(np.abs(part) == 1.0):
-        raise InputError("the factorial part of a central composite design has levels -1 and 1")
-    distance = len(part) ** 0.25
-    star = np.kron(np.eye(part.shape[1]), [[-distance], [distance]])
-    return np.concatenate([part, star, np.zeros((1, part.shape[1]))])
-
-
-def within_bounds(space: DesignSpace, coded: RealArray) -> RealArray:
-    """Return the designs of a coded plan, (n, k), its outermost levels on the bounds.
-
-    A star beyond ±1 shrinks the rest of its plan.
-
-    - raises InputError: another number of variables, or a level between whole numbers for a
-      variable of these.
-    """
-    levels = np.asarray(coded, dtype=float)
-    if levels.ndim != 2 or levels.shape[1] != space.n_variables:
-        raise InputError(
-            f"the plan has shape {levels.shape} for {space.n_variables} design variables "
-            f"{list(space.names)}: it needs one column for each"
-        )
-    middle, half = (space.lower + space.upper) / 2.0, (space.upper - space.lower) / 2.0
-    designs = middle + half * levels / np.abs(levels).max()
-    designs = np.clip(designs, space.lower, space.upper)  # against rounding
-    broken = space.integer & np.any(np.mod(designs, 1.0) != 0.0, axis=0)
-    if broken.any():
-        raise InputError(
-            f"'{space.names[int(np.argmax(broken))]}' takes whole numbers, and the plan has levels "
-            "between them: take a space-filling plan"
-        )
-    return np.asarray(designs)
 
 
 class Failure(Enum):

@@ -25,15 +25,9 @@ from deboom.explore.correlation import (
 )
 from deboom.explore.doe import (
     Doe,
-    box_behnken,
-    central_composite,
-    fractional_factorial,
-    full_factorial,
     latin_hypercube,
-    resolution,
     run_doe,
     sobol_designs,
-    within_bounds,
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.doe_table import doe_frame, read_designs
@@ -55,29 +49,18 @@ class Plan(Enum):
     """Space-filling, maximin; any number of designs."""
     sobol = "sobol"
     """Space-filling, scrambled Sobol points; a power of two."""
-    full_factorial = "full-factorial"
-    """All corners."""
-    fractional_factorial = "fractional-factorial"
-    """The corners that ``--generators`` keep."""
-    box_behnken = "box-behnken"
-    """Edges and middle, no corner."""
-    central_composite = "central-composite"
-    """Corners (those of ``--generators``, if given), star and middle."""
 
 
 @dataclass(frozen=True)
 class DoeRequest:
     """What a study was asked to evaluate.
 
-    - `n_designs`: of a space-filling plan; the classical ones have their own number.
-    - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
     - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
     """
 
     plan: Plan
     n_designs: int
     seed: int
-    generators: str | None = None
     table: Path | None = None
 
     @property
@@ -90,46 +73,19 @@ class DoeRequest:
         """What the designs are, in words."""
         if self.table is not None:
             return f"table {self.table.name}"
-        if self.plan in (Plan.latin_hypercube, Plan.sobol):
-            kind = {Plan.latin_hypercube: "Latin hypercube (maximin)", Plan.sobol: "Sobol"}
-            return f"{kind[self.plan]}, seed {self.seed}"
-        if self.plan is Plan.fractional_factorial:
-            return f"fractional factorial of resolution {resolution(self._generators)}"
-        return str(self.plan.value).replace("-", " ")
-
-    @property
-    def _generators(self) -> str:
-        if self.generators is None:
-            raise InputError(
-                "a fractional factorial needs --generators: one word of letters per variable, such "
-                "as 'a b c abc'"
-            )
-        return self.generators
+        kind = {Plan.latin_hypercube: "Latin hypercube (maximin)", Plan.sobol: "Sobol"}
+        return f"{kind[self.plan]}, seed {self.seed}"
 
     def designs(self, space: DesignSpace) -> RealArray:
         """Return the asked designs, shape (n, k) [units of the space].
 
-        - raises InputError: see the plans and `deboom.files.doe_table.read_designs`; a fractional
-          factorial without generators.
+        - raises InputError: see the plans and `deboom.files.doe_table.read_designs`.
         """
         if self.table is not None:
             return read_designs(self.table, space)
         if self.plan is Plan.latin_hypercube:
             return latin_hypercube(space, self.n_designs, seed=self.seed)
-        if self.plan is Plan.sobol:
-            return sobol_designs(space, self.n_designs, seed=self.seed)
-        return within_bounds(space, self._coded(space.n_variables))
-
-    def _coded(self, n_variables: int) -> RealArray:
-        if self.plan is Plan.box_behnken:
-            return box_behnken(n_variables)
-        if self.plan is Plan.fractional_factorial:
-            return fractional_factorial(self._generators)
-        if self.plan is Plan.full_factorial:
-            return full_factorial(n_variables)
-        if self.generators is None:
-            return central_composite(full_factorial(n_variables))
-        return central_composite(fractional_factorial(self.generators))
+        return sobol_designs(space, self.n_designs, seed=self.seed)
 
 
 @dataclass(frozen=True, eq=False)

@@ -483,12 +483,11 @@ def _tolerances(errors: CampaignErrors) -> ToleranceEntry:
 
 
 def _write_readme(session: _Session) -> None:
-    """Write what was measured and every kind of file to ``README.txt``."""
+    """Write what was measured to ``README.txt``."""
     bench, plan = session.bench, session.plan
     first, last = plan.frequency[[0, -1]]
     each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
     shares = ", ".join(f"{100 * share:.0f}" for share in each)
-    pushes = {"shaker/MOUNT_PUSH_N.uff": "the same of pushes beside it, see campaign.toml"}
     write_readme(
         session.folder,
         f"Measurement campaign on the virtual bench, seed {session.seed}",
@@ -497,18 +496,6 @@ def _write_readme(session: _Session) -> None:
         f"{plan.frequency.size} lines from {first:g} to {last:g} Hz, engine order "
         f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} The force cells under a "
         f"mount carry {shares} %; their sum is its force.",
-        {
-            "campaign.toml": "names every other file; engine, data sheet, tolerances",
-            MOUNT_TABLE: "virtual point of every mount",
-            SENSOR_TABLE: "position sheet; angles turn vehicle axes into sensor axes, about the "
-            "fixed axes x, then y, then z",
-            CHANNEL_TABLE: "which node and direction is which channel, and its unit",
-            "runs/SET/RUN.uff": "acceleration and cell force in sensor axes (type 0, complex), "
-            "static force per direction, engine torque and speed (real)",
-            "shaker/MOUNT_AXIS_N.uff": "cells per newton of the shaker at the virtual point, "
-            "repeat N",
-            **(pushes if plan.third_cell else {}),
-            "static_curves/": "force over deflection of every direction, as suppliers send it",
-            "time/": "a run over time with tacho, where there is one (type 1)",
-        },
+        "campaign",
+        "campaign.toml",
     )

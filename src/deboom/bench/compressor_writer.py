@@ -216,7 +216,7 @@ def write_compressor_test(
         if plan.hits:
             _write_hits(unfinished / HITS, rig.sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
-        _write_test_readme(unfinished, title, plan, hits)
+        _write_test_readme(unfinished, title, hits)
         _write_test_truth(unfinished / "truth", rig, plan, level, hits, blows)
     return Path(folder)
 
@@ -303,8 +303,8 @@ def _write_test_file(
     dump_toml(folder / INERTANCE_TEST_FILE, file)
 
 
-def _write_test_readme(folder: Path, title: str, plan: CompressorPlan, hits: HitPlan) -> None:
-    """Write what was measured and every file to ``README.txt``."""
+def _write_test_readme(folder: Path, title: str, hits: HitPlan) -> None:
+    """Write what was measured to ``README.txt``."""
     lines = hits.lines
     write_readme(
         folder,
@@ -315,13 +315,8 @@ def _write_test_readme(folder: Path, title: str, plan: CompressorPlan, hits: Hit
         f"{hits.impulse:g} N s; blocks of {hits.duration:g} s. Positions count from the virtual "
         "point. Directions of responses are those of the sensor's own axes, directions of forces "
         "those of the position sheet.",
-        {
-            INERTANCE_TEST_FILE: "names every other file; tolerances, weighed mass, drawing",
-            POSITIONS: "sheets sensors and impacts, with their nodes",
-            FRF_FILE: "acceleration per force of each impact (type 4)",
-            COHERENCE_FILE: "ordinary coherence of the hits (type 6)",
-            **({f"{HITS}/": "every hit over time, one file per impact"} if plan.hits else {}),
-        },
+        "compressor",
+        INERTANCE_TEST_FILE,
     )
 
 
@@ -440,7 +435,7 @@ def write_operating_test(
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
         write_operation(unfinished, title, plan, running_rig, sweeps, channels, record=record)
         _write_operation_truth(unfinished / "truth", running_rig, plan, sweeps)
-        _write_operation_readme(unfinished, title, plan)
+        _write_operation_readme(unfinished, title)
     return Path(folder)
 
 
@@ -538,9 +533,8 @@ def write_operation(
     dump_toml(folder / OPERATING_TEST_FILE, file_content)
 
 
-def _write_operation_readme(folder: Path, title: str, plan: OperationPlan) -> None:
-    """Write what was measured and every file of a running compressor to ``README.txt``."""
-    with_hoses = {f"{HAMMER_WITH_HOSES}/": "the same with the standard hoses"}
+def _write_operation_readme(folder: Path, title: str) -> None:
+    """Write what was measured of a running compressor to ``README.txt``."""
     write_readme(
         folder,
         title,
@@ -549,13 +543,8 @@ def _write_operation_readme(folder: Path, title: str, plan: OperationPlan) -> No
         "that have masses on them. Phase from the tacho's pulse, once per revolution, when the "
         "rotor's mark is on the y axis. Order spectra are type 0 over the frequency of rotation, "
         "with the tacho's speed; channels over time are type 1, with its pulses.",
-        {
-            OPERATING_TEST_FILE: "names every other file; hoses as drawn, deviations",
-            SENSORS: "where the accelerometers stood in the sweeps",
-            f"{HAMMER}/": "hammer test without hoses: see its README.txt",
-            **(with_hoses if plan.hammer_with_hoses else {}),
-            f"{SWEEPS}/": "one file per sweep",
-        },
+        "operation",
+        OPERATING_TEST_FILE,
     )
 
 

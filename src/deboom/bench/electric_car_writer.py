@@ -173,7 +173,7 @@ def write_electric_car(
         )
         _write_body(unfinished, setup.points, frfs, car)
         _write_car_file(unfinished, car, title, level, setup.points, names, stated)
-        _write_readme(unfinished, title, hits, plan)
+        _write_readme(unfinished, title, hits)
         _write_truth(unfinished / "truth", body, setup, sensors.microphone, sweeps)
     return Path(folder)
 
@@ -235,10 +235,9 @@ def _write_car_file(
     dump_toml(folder / ELECTRIC_CAR_FILE, file)
 
 
-def _write_readme(folder: Path, title: str, hits: HitPlan, plan: OperationPlan) -> None:
-    """Write what was measured and every file to ``README.txt``."""
+def _write_readme(folder: Path, title: str, hits: HitPlan) -> None:
+    """Write what was measured to ``README.txt``."""
     lines = hits.lines
-    with_hoses = {"hammer_with_hoses/": "the same with its hoses"}
     write_readme(
         folder,
         title,
@@ -248,17 +247,8 @@ def _write_readme(folder: Path, title: str, hits: HitPlan, plan: OperationPlan) 
         f"axes. Body: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, H1 of {hits.hits} "
         f"hits of about {hits.impulse:g} N s. Sweeps: first order, phase to the pulse of the "
         "tacho.",
-        {
-            ELECTRIC_CAR_FILE: "names the files of the body; points, tolerances",
-            "operation.toml": "names those of the compressor",
-            "hammer/": "the compressor under the hammer, see its README.txt",
-            **(with_hoses if plan.hammer_with_hoses else {}),
-            "sensors.csv": "accelerometers on the compressor while it ran",
-            "sweeps/": "first order over speed: compressor, body side of every mount, ear",
-            POSITIONS: "sensors and impacts on the body, with their nodes",
-            PRESSURE: "pressure at the ear per force (type 4), coherence (type 6)",
-            ACCELERANCE: "acceleration on the body per force (type 4)",
-        },
+        "car",
+        ELECTRIC_CAR_FILE,
     )
 
 

@@ -349,7 +349,7 @@ def _platform_file(
 
 
 def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
-    """Write what was measured and every kind of file to ``README.txt``."""
+    """Write what was measured to ``README.txt``."""
     origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
     first, last = FREQUENCY[[0, -1]]
     write_readme(
@@ -359,17 +359,8 @@ def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
         f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
         f"{bench.order_torque.order:g}. {VEHICLE_AXES} No study reads truth/, and deleting it "
         "changes no result.",
-        {
-            "platform.toml": "names every other file; engine, gear ratios, data sheet",
-            MOUNT_TABLE: "position of the virtual point of every mount",
-            CHANNEL_TABLE: "which node and direction is which channel, and its unit",
-            "operating/CASE.uff": "displacement [m] and force on the body [N] at the virtual "
-            "points, type 0",
-            "operating/CASE_torque.csv": "engine torque at every line [N m]",
-            "noise_transfer/VEHICLE.uff": "pressure at the driver's ear per force [Pa/N], type 4; "
-            "Du x: the same force on both wishbone mounts in phase, per newton of their sum; "
-            "Du left x and Du right x: of each, where measured so",
-        },
+        "platform",
+        "platform.toml",
     )
 
 

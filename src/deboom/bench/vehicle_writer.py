@@ -106,23 +106,6 @@ PANEL_PLACES = {
 _SETUP, _HAMMER, _LOUDSPEAKER, _SHEET, _ROAD = range(5)
 """Purposes with random numbers of their own."""
 
-_FILES = {
-    "vehicle.toml": "names every other file; ears, mounts, runs",
-    "mounts.csv": "virtual point of every mount",
-    "sensors.csv, channels.csv": "accelerometers: position sheet, nodes",
-    "impacts.csv": "blows of the hammer: position sheet, nodes, directions",
-    "panels.csv": "panels of the cabin: node, place, inward normal, area",
-    "noise_transfer/direct.uff": "pressure at the ears per force of each blow [Pa/N]",
-    "noise_transfer/reciprocal.uff": "acceleration on the body per volume acceleration of a "
-    "loudspeaker at each ear [m/s^2 per m^3/s^2], out of it positive; pressure per force is its "
-    "negative",
-    "noise_transfer/accelerance.uff": "acceleration on the body per force of each blow",
-    "noise_transfer/panel_*.uff": "acceleration of the panels inwards, and pressure at them, per "
-    "volume acceleration at the ears",
-    "operating/RUN.uff": "the driven car: pressure at the ears, acceleration on both sides of "
-    "every mount (type 0)",
-}
-
 
 @dataclass(frozen=True)
 class VehicleErrors:
@@ -457,7 +440,8 @@ def _write_tables(session: _Session, parts: str) -> None:
         f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} Hammer and loudspeaker "
         "found the trimmed body without its powertrain, on different days; the runs are those of "
         "the complete car on its flexible body, mounts warmer than on the bench, with other paths.",
-        _FILES,
+        "vehicle",
+        VEHICLE_FILE,
     )
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -36,9 +36,10 @@ UNIT = {
 
 ABOUT = "Virtual measurements with the errors of real sensors. Nobody measured this."
 CONVENTIONS = (
-    "SI units, complex peak amplitudes, time factor e^{+jwt}; UFF files are data set 58. Tables "
+    "SI units, complex peak amplitudes, time factor e^{{+jwt}}; UFF files are data set 58. Tables "
     "say where every node is and what it measures; truth/ holds the exact values behind, for "
-    "verification only."
+    "verification only. {file} names every other file; 'deboom new {kind}' writes such a folder "
+    "with every file and key explained."
 )
 VEHICLE_AXES = (
     "x points rearward, y to the right, z up; positions count from the powertrain's centre of "
@@ -115,15 +116,12 @@ def sensor_row(
     )
 
 
-def write_readme(folder: Path, title: str, about: str, files: Mapping[str, str]) -> None:
-    """Write ``README.txt``: title, what was measured and how, and what each file is."""
-    width = max(map(len, files)) + 2
+def write_readme(folder: Path, title: str, about: str, kind: str, file: str) -> None:
+    """Write ``README.txt``: title, what was measured and how, and where every file is explained."""
     lines = [title, "=" * len(title), ""]
-    for text in (ABOUT, about, CONVENTIONS):
+    for text in (ABOUT, about, CONVENTIONS.format(kind=kind, file=file)):
         lines += [*textwrap.wrap(text, 88), ""]
-    for name, text in files.items():
-        lines += textwrap.wrap(f"{name:<{width}}{text}", 100, subsequent_indent=" " * width)
-    replace_text(folder / "README.txt", "\n".join(lines) + "\n")
+    replace_text(folder / "README.txt", "\n".join(lines))
 
 
 def stacked(parts: Iterable[Any], *names: str) -> dict[str, Any]:

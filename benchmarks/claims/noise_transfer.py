@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from claims import Claim
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray
 from deboom.bench.fleet import (
     EARS,
     NO_SPREAD,
@@ -43,7 +43,7 @@ from deboom.measurement.noise_transfer import (
     reciprocal_noise_transfer,
 )
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
-from deboom.measurement.uncertainty import level_spread, variance_split
+from deboom.measurement.uncertainty import level_spread
 from deboom.measurement.virtual_point import impact_geometry, sensor_geometry
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 from deboom.physics.sound_level import spl
@@ -59,7 +59,6 @@ def claims() -> list[Claim]:
     return [
         *_with_errors(),
         _misplacement(),
-        *_variance(),
         *_spread(),
     ]
 
@@ -205,44 +204,6 @@ def _misplaced_triple(distance: float) -> tuple[float, float]:
             single.append(np.linalg.norm(nearest - true, axis=0) / size)
     along = [0, 2]
     return tuple(float(np.median(np.array(errors)[..., along])) for errors in (single, virtual))
-
-
-def _variance() -> list[Claim]:
-    """Levels of TSM x at the driver: 5 vehicles, 4 states, 3 repeats, against what was drawn."""
-    errors, column = AcquisitionErrors(), FLEET.paths.index("TSM x")
-    generator = np.random.default_rng(12)
-
-    def level(body: Body) -> ComplexArray:
-        return noise_transfer(body, FLEET.cabin, FREQUENCY)[:, column]
-
-    def repeated(exact: ComplexArray) -> RealArray:
-        noise = generator.normal(size=(2, FREQUENCY.size)) / np.sqrt(2)
-        noisy = exact * (1 + errors.relative * (noise[0] + 1j * noise[1]))
-        return np.asarray(20 * np.log10(np.abs(noisy)))
-
-    bodies = [FLEET.bodies[name] for name in VEHICLES]
-    days = [[level(scattered_body(b, BodySpread(), generator)) for _ in range(4)] for b in bodies]
-    values = np.array([[[repeated(exact) for _ in range(3)] for exact in day] for day in days])
-    split = variance_split(values)
-    found = np.sqrt(split.estimate.mean(axis=1).clip(0))
-    many = [
-        20
-        * np.log10(np.abs([level(scattered_body(b, BodySpread(), generator)) for _ in range(60)]))
-        for b in bodies
-    ]
-    vehicle = np.var([m.mean(axis=0) for m in many], axis=0, ddof=1).mean()
-    state = np.mean([m.var(axis=0, ddof=1) for m in many])
-    repeat = (20 / np.log(10) * errors.relative) ** 2 / 2
-    true = np.sqrt([vehicle, state, repeat])
-    return [
-        Claim(
-            "variance split of TSM x's level, 5 vehicles x 4 states x 3 repeats, rms over the "
-            "lines: vehicle, state, repeat [dB]; drawn",
-            "within 30 % of what was drawn",
-            f"{', '.join(f'{v:.2f}' for v in found)}; {', '.join(f'{v:.2f}' for v in true)}",
-            bool(np.all(np.abs(found / true - 1) <= 0.3)),
-        )
-    ]
 
 
 def _spread() -> list[Claim]:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -23,7 +21,6 @@ from deboom.vehicles.powertrain import (
     MonotoneCurve,
     Powertrain,
     library_model,
-    static_force_table,
 )
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
@@ -153,25 +150,7 @@ def test_unknown_direction():
         model.equilibrium([1.0]).of("Du x")
 
 
-# ------------------------------------------------------------------ table and library
-
-
-def test_table_by_configuration_gear_and_torque():
-    model = KinematicModel(MOUNTS, CURVES)
-    strut = replace(MOUNTS[2], positions=((0.2, 0.2, -0.3),))
-    models = {"central": model, "lateral": KinematicModel((*MOUNTS[:2], strut), CURVES)}
-    table = static_force_table(models, (4.0, 2.0), [50.0, 100.0])
-    assert len(table) == 2 * 2 * 2 * 9
-    row = table[
-        (table["configuration"] == "lateral")
-        & (table["gear"] == 2)
-        & (table["engine torque [N m]"] == 100.0)
-        & (table["direction"] == "S x")
-    ]
-    assert row["wheel torque [N m]"].item() == 200.0
-    expected = models["lateral"].equilibrium([200.0])
-    assert row["static force [N]"].item() == pytest.approx(expected.of("S x")[0])
-    assert row["deflection [m]"].item() == pytest.approx(expected.deflection[0, 6])
+# ------------------------------------------------------------------ library
 
 
 def part(mount, curves=CURVES):

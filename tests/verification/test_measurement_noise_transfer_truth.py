@@ -36,7 +36,7 @@ from deboom.measurement.path_forces import (
     forces_by_mount_stiffness,
     validate_on_board,
 )
-from deboom.measurement.uncertainty import level_spread, variance_split
+from deboom.measurement.uncertainty import level_spread
 from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.path_analysis import analyse_paths
 
@@ -174,75 +174,6 @@ def test_pieces_of_a_path_are_summed(vehicle, truth):
 def test_without_accelerances_nothing_can_be_inverted(vehicle):
     with pytest.raises(InputError, match="not recorded in its hammer test"):
         path_accelerance(replace(vehicle, accelerance=None))
-
-
-def test_by_hand():
-    """Vehicle means 3 and 7, state means 2 4 | 6 8, repeats +-1 around them."""
-    values = np.array([[[1.0, 3.0], [3.0, 5.0]], [[5.0, 7.0], [7.0, 9.0]]])
-    split = variance_split(values)
-    assert split.levels == ("vehicle", "state", "repeat")
-    assert split.degrees_of_freedom == (1, 2, 4)
-    # MS: 4 ((3-5)² + (7-5)²)/1; 2 (4·1²)/2; (8·1²)/4
-    np.testing.assert_allclose(split.mean_square, [32.0, 4.0, 2.0])
-    np.testing.assert_allclose(split.estimate, [7.0, 1.0, 2.0])
-    np.testing.assert_allclose(split.share, [0.7, 0.1, 0.2])
-    np.testing.assert_allclose(
-        split.standard_error,
-        [
-            np.sqrt(2 * 32**2 / 1 + 2 * 4**2 / 2) / 4,
-            np.sqrt(2 * 4**2 / 2 + 2 * 2**2 / 4) / 2,
-            np.sqrt(2 * 2**2 / 4),
-        ],
-    )
-
-
-def test_one_level_is_the_sample_variance():
-    values = np.random.default_rng(2).normal(size=(9, 7))
-    split = variance_split(values, ("vehicle",))
-    np.testing.assert_allclose(split.estimate[0], values.var(axis=0, ddof=1), rtol=1e-12)
-    complex_values = values + 2j * values[::-1]
-    split = variance_split(complex_values, ("vehicle",))
-    expected = complex_values.real.var(axis=0, ddof=1) + complex_values.imag.var(axis=0, ddof=1)
-    np.testing.assert_allclose(split.estimate[0], expected, rtol=1e-12)
-
-
-@pytest.mark.parametrize("is_complex", [False, True])
-def test_known_components_are_recovered_without_bias_and_with_the_stated_error(is_complex):
-    """3000 designs of 5 vehicles, 3 states and 4 repeats with deviations 3, 1 and 0.5."""
-    generator = np.random.default_rng(5)
-    deviations, n = (3.0, 1.0, 0.5), 3000
-
-    def draw(*shape):
-        real = generator.normal(size=shape)
-        return (real + 1j * generator.normal(size=shape)) / np.sqrt(2) if is_complex else real
-
-    values = (
-        deviations[0] * draw(5, 1, 1, n)
-        + deviations[1] * draw(5, 3, 1, n)
-        + deviations[2] * draw(5, 3, 4, n)
-    )
-    split = variance_split(values)
-    true = np.square(deviations)
-    scatter = split.estimate.std(axis=1)
-    assert np.all(np.abs(split.estimate.mean(axis=1) - true) < 4 * scatter / np.sqrt(n))
-    # the stated error squared is unbiased up to the known factor 1 + 2/df of MS²
-    assert np.sqrt(np.mean(split.standard_error**2, axis=1)) == pytest.approx(scatter, rel=0.3)
-
-
-def test_a_component_below_zero_is_reported_as_it_is_and_shares_nothing():
-    values = np.array([[[0.0, 2.0], [2.0, 0.0]], [[0.0, 2.0], [2.0, 0.0]]])
-    split = variance_split(values)
-    assert split.estimate[1] < 0
-    np.testing.assert_allclose(split.share, [0.0, 0.0, 1.0])
-
-
-def test_what_cannot_be_split_is_refused():
-    with pytest.raises(InputError, match=r"at least two of each .* 5 x 1 x 4"):
-        variance_split(np.zeros((5, 1, 4)))
-    with pytest.raises(InputError, match="at least two of each"):
-        variance_split(np.zeros(5))
-    with pytest.raises(InputError, match="finite"):
-        variance_split(np.full((2, 2, 2), np.nan))
 
 
 def test_spread_of_levels():

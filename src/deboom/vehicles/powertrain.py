@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
@@ -324,44 +323,3 @@ def library_model(parts: Sequence[CharacterisedMount]) -> KinematicModel:
         if direction.static_curve is not None
     }
     return KinematicModel(tuple(part.mount for part in parts), curves)
-
-
-if TYPE_CHECKING:
-    import pandas as pd
-
-
-def static_force_table(
-    models: Mapping[str, KinematicModel],
-    total_ratios: Sequence[float],
-    engine_torque: npt.ArrayLike,
-) -> pd.DataFrame:
-    """List the static force of every direction by configuration, gear and engine torque.
-
-    - `models`: models by configuration, such as mount set or place of the strut.
-    - `total_ratios`: engine speed over wheel speed, gear 1 first [1].
-    - `engine_torque` (n,) [N m].
-    - returns: columns ``configuration``, ``gear``, ``engine torque [N m]``, ``wheel torque [N m]``,
-      ``direction``, ``static force [N]`` and ``deflection [m]``.
-    - raises InputError: a torque that needs more deflection than a curve was measured to.
-    """
-    import pandas as pd
-
-    torques = np.atleast_1d(np.asarray(engine_torque, dtype=float))
-    rows = []
-    for configuration, model in models.items():
-        for gear, ratio in enumerate(total_ratios, 1):
-            state = model.equilibrium(torques * ratio)
-            for line, torque in enumerate(torques.tolist()):
-                for place, name in enumerate(state.names):
-                    rows.append(
-                        {
-                            "configuration": configuration,
-                            "gear": gear,
-                            "engine torque [N m]": torque,
-                            "wheel torque [N m]": state.wheel_torque[line],
-                            "direction": name,
-                            "static force [N]": state.force[line, place],
-                            "deflection [m]": state.deflection[line, place],
-                        }
-                    )
-    return pd.DataFrame(rows)

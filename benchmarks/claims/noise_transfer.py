@@ -1,7 +1,7 @@
 """Noise transfer functions and the coupled car.
 
-Hammer and loudspeaker on the bench's vehicles, virtual points, misplaced blows, the split of the
-variance and the spread of vehicles.
+Hammer and loudspeaker on the bench's vehicles, virtual points, misplaced blows and the spread of
+vehicles.
 """
 
 from __future__ import annotations

@@ -9,7 +9,6 @@ from deboom.errors import InputError
 from deboom.explore.doe import (
     Doe,
     Failure,
-    continue_doe,
     latin_hypercube,
     run_doe,
     sobol_designs,
@@ -94,41 +93,18 @@ def test_every_design_is_kept_with_its_responses_or_its_failure():
     assert doe.n_failed == 3
 
 
-def test_a_doe_goes_on_without_repeating_a_design():
+def test_a_design_is_evaluated_once():
     model = Counted()
-    first = np.array([[1.0, 1.0, 1.0], [1.12, 1.0, 1.0]])
-    doe = run_doe(model, SPACE, first, name="n", plan="first")
-    model.n = 0
-    more = np.array([[1.0, 1.0, 1.0 + 1e-13], [0.9, 1.0, 1.0], [1.12, 1.0, 1.0], [0.9, 1.0, 1.0]])
-    longer, n_known = continue_doe(doe, model, SPACE, more, name="n", plan="second")
-    assert n_known == 3
-    assert model.n == 2  # the new design, and one old one that is checked
-    assert longer.plans == ("first", "first", "second")
-    assert np.array_equal(longer.designs[:2], first)
-    assert len(longer) == 3
+    designs = np.array([[1, 1, 1], [0.9, 1, 1], [1, 1, 1 + 1e-13], [0.9, 1, 1]])
+    doe = run_doe(model, SPACE, designs, name="n", plan="p")
+    assert model.n == 2
+    assert doe.plans == ("p", "p")
+    assert np.array_equal(doe.designs, designs[:2])
+    with pytest.raises(InputError, match="1.3 for 'GeM x', outside its bounds 0.85"):
+        run_doe(model, SPACE, np.array([[1.0, 1.3, 1.0]]), name="n", plan="p")
 
 
-@pytest.mark.parametrize(
-    ("changes", "sentence"),
-    [
-        ({"name": "other"}, "is named 'n', the new one 'other'"),
-        ({"evaluate": Counted(shift=0.1)}, "gives other responses now .* other data"),
-        ({"space": stiffness_factor_space(NAMES, half_width=0.2)}, "has other lower bounds"),
-        ({"designs": np.array([[1.0, 1.3, 1.0]])}, "1.3 for 'GeM x', outside its bounds 0.85"),
-    ],
-)
-def test_a_doe_of_another_kind_is_refused(changes, sentence):
-    doe = run_doe(Counted(), SPACE, np.ones((1, 3)), name="n", plan="p")
-    given = {"evaluate": Counted(), "space": SPACE, "designs": np.full((1, 3), 0.9), "name": "n"}
-    with pytest.raises(InputError, match=sentence):
-        continue_doe(doe, plan="p", **{**given, **changes})
-
-
-def test_other_variables_and_responses_are_refused():
-    doe = run_doe(Counted(), SPACE, np.ones((1, 3)), name="n", plan="p")
-    other = ResponseFunction(lambda x: x[:, :1], NAMES, ("van",), "dB")
-    with pytest.raises(InputError, match=r"responses \['sedan', 'tourer'\], the model .*'van'"):
-        continue_doe(doe, other, SPACE, np.ones((1, 3)), name="n", plan="p")
+def test_other_variables_are_refused():
     turned = ResponseFunction(lambda x: x[:, :1], NAMES[::-1], ("van",), "dB")
     with pytest.raises(InputError, match="same names in the same order"):
         run_doe(turned, SPACE, np.ones((1, 3)), name="n", plan="p")

@@ -5,7 +5,6 @@ Plans of fixed levels, made for fitting polynomials, come in as a table of desig
 
 from __future__ import annotations
 
-from dataclasses import replace
 from enum import Enum
 
 import numpy as np
@@ -28,7 +27,6 @@ SAME = 1e-9
 DRAWS = 50
 """Latin hypercubes that are drawn; the one with the largest smallest distance is improved."""
 
-_AGREEMENT = 1e-6  # relative change of responses that are computed again
 _SWAPS = 2000  # exchanges that are tried to improve a Latin hypercube
 
 
@@ -108,7 +106,7 @@ class Failure(Enum):
 class Doe:
     """Designs with their responses.
 
-    - `name`: name of the model and its purpose; only a DOE of the same name is continued.
+    - `name`: name of the model and its purpose.
     - `space`: variables, with bounds around the designs.
     - `response_names`, `response_unit`: columns of the responses and their unit.
     - `designs` (n, k): designs, each once [units of the space].
@@ -136,7 +134,7 @@ class Doe:
                 f"design {int(np.flatnonzero(wrong)[0]) + 1} of the DOE has a failure code and "
                 "responses, or neither: one of them is wrong"
             )
-        repeated = _repeated(self.space, self.designs, self.designs[:0])
+        repeated = _repeated(self.space, self.designs)
         if repeated.any():
             raise InputError(
                 f"design {int(np.flatnonzero(repeated)[0]) + 1} of the DOE repeats an earlier "
@@ -174,47 +172,22 @@ def run_doe(
 
     - raises InputError: no design, one outside of the bounds, or a model of other variables.
     """
-    empty = Doe(
+    check_same_names("the model has the variables", evaluate.variable_names, space.names)
+    designs = checked_within(space, designs)
+    if len(designs) == 0:
+        raise InputError("the plan has no design: there is nothing to evaluate")
+    designs = designs[~_repeated(space, designs)]
+    values, failures = _evaluated(evaluate, designs)
+    return Doe(
         name=name,
         space=space,
         response_names=evaluate.response_names,
         response_unit=evaluate.response_unit,
-        designs=np.empty((0, space.n_variables)),
-        responses=np.empty((0, len(evaluate.response_names))),
-        failures=(),
-        plans=(),
+        designs=designs,
+        responses=values,
+        failures=tuple(failures),
+        plans=(plan,) * len(designs),
     )
-    doe, _ = continue_doe(empty, evaluate, space, designs, name=name, plan=plan)
-    if len(doe) == 0:
-        raise InputError("the plan has no design: there is nothing to evaluate")
-    return doe
-
-
-def continue_doe(
-    doe: Doe, evaluate: Evaluate, space: DesignSpace, designs: RealArray, *, name: str, plan: str
-) -> tuple[Doe, int]:
-    """Add designs (n, k) to a DOE, without repeating those that it holds.
-
-    - returns `doe`: the old designs, then the new ones; failed designs are not tried again.
-    - returns `n_known`: designs that were not evaluated, because the DOE holds them or the plan
-      repeats them.
-    - raises InputError: a DOE of another name, space or model: says what differs; also if the first
-      design it holds has other responses now.
-    """
-    check_same_names("the model has the variables", evaluate.variable_names, space.names)
-    designs = checked_within(space, designs)
-    _check_same(doe, evaluate, space, name)
-    known = _repeated(space, designs, doe.designs)
-    new = designs[~known]
-    values, failures = _evaluated(evaluate, new)
-    longer = replace(
-        doe,
-        designs=np.concatenate([doe.designs, new]),
-        responses=np.concatenate([doe.responses, values]),
-        failures=(*doe.failures, *failures),
-        plans=(*doe.plans, *[plan] * len(new)),
-    )
-    return longer, int(known.sum())
 
 
 def checked_within(space: DesignSpace, designs: RealArray) -> RealArray:
@@ -232,47 +205,17 @@ def checked_within(space: DesignSpace, designs: RealArray) -> RealArray:
     return array
 
 
-def _check_same(doe: Doe, evaluate: Evaluate, space: DesignSpace, name: str) -> None:
-    """Refuse to continue a DOE of another name, space or model."""
-    if doe.name != name:
-        raise InputError(
-            f"the DOE at hand is named '{doe.name}', the new one '{name}': start a new DOE"
-        )
-    if doe.space.names != space.names or doe.response_names != evaluate.response_names:
-        raise InputError(
-            f"the DOE '{name}' has the variables {list(doe.space.names)} and responses "
-            f"{list(doe.response_names)}, the model {list(space.names)} and "
-            f"{list(evaluate.response_names)}: start a new DOE"
-        )
-    for column in ("lower", "upper"):
-        if not np.array_equal(getattr(doe.space, column), getattr(space, column)):
-            raise InputError(
-                f"the DOE '{name}' has other {column} bounds than the design space: start a new DOE"
-            )
-    if not doe.failed.all():
-        row = int(np.flatnonzero(~doe.failed)[0])
-        again, _ = _evaluated(evaluate, doe.designs[row : row + 1])
-        if not np.allclose(again[0], doe.responses[row], rtol=_AGREEMENT, atol=0.0):
-            raise InputError(
-                f"design {row + 1} of the DOE '{name}' gives other responses now than when it was "
-                "kept, so it comes from other data: start a new DOE"
-            )
-
-
-def _repeated(space: DesignSpace, designs: RealArray, known: RealArray) -> BoolArray:
-    """Which designs, (n, k), are known already or come earlier in the list, shape (n,)."""
+def _repeated(space: DesignSpace, designs: RealArray) -> BoolArray:
+    """Which designs, (n, k), come earlier in the list, shape (n,)."""
     width = np.where(space.upper > space.lower, space.upper - space.lower, 1.0)
-    both = np.round((np.concatenate([known, designs]) - space.lower) / width / SAME)
-    _, first = np.unique(both, axis=0, return_index=True)
-    repeated = np.ones(len(both), dtype=bool)
-    repeated[first] = False
-    return np.asarray(repeated[len(known) :])
+    scaled = np.round((designs - space.lower) / width / SAME)
+    repeated = np.ones(len(designs), dtype=bool)
+    repeated[np.unique(scaled, axis=0, return_index=True)[1]] = False
+    return repeated
 
 
 def _evaluated(evaluate: Evaluate, designs: RealArray) -> tuple[RealArray, list[Failure]]:
     """Responses and failure codes; one bad design does not take the others with it."""
-    if len(designs) == 0:
-        return np.empty((0, len(evaluate.response_names))), []
     try:
         values, failure = responses(evaluate, designs), Failure.NOT_FINITE
     except (ArithmeticError, np.linalg.LinAlgError) as error:

@@ -100,7 +100,7 @@ def test_a_design_is_evaluated_once():
     assert model.n == 2
     assert doe.plans == ("p", "p")
     assert np.array_equal(doe.designs, designs[:2])
-    with pytest.raises(InputError, match="1.3 for 'GeM x', outside its bounds 0.85"):
+    with pytest.raises(InputError, match=r"1\.3 for 'GeM x', outside its bounds 0\.85"):
         run_doe(model, SPACE, np.array([[1.0, 1.3, 1.0]]), name="n", plan="p")
 
 

@@ -2,11 +2,17 @@
 
 The bench's truth and its measurements over many seeds. Truth parameters are frozen; a figure that
 is missed is printed as missed.
+
+Line by line no laboratory with these tolerances knows GeM z better than to 10.5 % in 90 % of the
+benches: it moves a third as far as GeM x, so that half a degree of the shaker alone makes 6.6 %,
+half a degree and 2 mm of the accelerometers 4.6 % each, and noise 0.4 %. Self-calibration takes it
+to 5.5 % (next section).
 """
 
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -14,11 +20,12 @@ import numpy as np
 from scipy.stats import qmc
 
 from claims import Claim, draws
+from deboom.arrays import RealArray
 from deboom.bench.fleet import draw_fleet, load_fleet, noise_transfer
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
-from deboom.bench.powertrain import load_bench
+from deboom.bench.powertrain import VirtualBench, load_bench
 from deboom.bench.sensors import ErrorBudget, draw_instrumentation, measured_run
 from deboom.physics.sound_level import spl
 
@@ -86,17 +93,19 @@ def _transfer_spread() -> Claim:
     )
 
 
-def _stiffness(runs: list[OperatingRun]) -> list[Claim]:
-    """Error of |K| = |f/s| per line, one bench per seed, over the six load cases."""
-    bench, budget, errors = load_bench(), ErrorBudget(), []
+def stiffness_errors(bench: VirtualBench, runs: Sequence[OperatingRun], seed: int) -> RealArray:
+    """Measure |K| = |f/s| in all runs: rms error over their lines, shape (n_channel,) [%]."""
+    budget, generator = ErrorBudget(), np.random.default_rng(seed)
     truth = np.vstack([run.stiffness for run in runs])
-    for seed in BENCHES:
-        generator = np.random.default_rng(seed)
-        instrumentation = draw_instrumentation(bench, budget, generator)
-        found = [measured_run(instrumentation, run, budget, generator) for run in runs]
-        stiffness = np.vstack([one.force / one.displacement for one in found])
-        ratio = np.abs(stiffness) / np.abs(truth)
-        errors.append(100 * np.sqrt(np.mean((ratio - 1) ** 2, axis=0)))
+    instrumentation = draw_instrumentation(bench, budget, generator)
+    found = [measured_run(instrumentation, run, budget, generator) for run in runs]
+    stiffness = np.vstack([one.force / one.displacement for one in found])
+    return np.asarray(100 * np.sqrt(np.mean((np.abs(stiffness) / np.abs(truth) - 1) ** 2, axis=0)))
+
+
+def _stiffness(runs: list[OperatingRun]) -> list[Claim]:
+    """Error of |K| line by line, one bench per seed, over the six load cases."""
+    errors = [stiffness_errors(load_bench(), runs, seed) for seed in BENCHES]
     channels, table = runs[0].channels, np.array(errors)
     bounds = {"x": (2.0, 3.0), "z": (5.0, 10.0), "y": (np.inf, np.inf)}
     result = []

@@ -20,6 +20,7 @@ from deboom.bench.sensors import WHEEL_END_TOLERANCE
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.platform import read_platform
+from deboom.study.platform_model import check_platform
 from deboom.vehicles.fleet import path_contributions
 
 BENCH = load_bench()
@@ -283,6 +284,9 @@ def test_an_electric_drive_states_rotor_orders_and_lines_of_its_model(
     orders = {case.name: case.order for case in read_platform(folder).load_cases}
     assert orders.pop("g5_wot220") == 1.5
     assert set(orders.values()) == {6.0}
+    assert "electric drive, because [engine] states no cylinders" in (
+        check_platform(folder).summary
+    )
     monkeypatch.setattr("deboom.files.platform.HIGHEST", 60.0)
     with pytest.raises(InputError, match="lines of 20 to 80 Hz of a rotor order"):
         read_platform(folder)

@@ -28,7 +28,12 @@ from deboom.mounts.measuring_chain import (
     instrumented_bodies,
     stated_alignment,
 )
-from deboom.mounts.mount import Mount, mean_operating_stiffness, refuse_active_mounts
+from deboom.mounts.mount import (
+    Mount,
+    mean_operating_stiffness,
+    not_identified,
+    refuse_active_mounts,
+)
 from deboom.mounts.operating_map import Preload, operating_maps
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -317,6 +322,16 @@ def test_opposite_signs_and_conjugated_spectra_are_named():
         refuse_active_mounts(run(scale_right=-1.0))
     with pytest.raises(InputError, match=r"negative loss factor of -0\.12 .* e\^\(\+jωt\)"):
         refuse_active_mounts(run(STIFFNESS.conj()))
+
+
+def test_a_direction_that_hardly_moves_has_no_sign_to_judge():
+    case = run(scale_right=-1.0)
+    hardly = case.displacement.values.copy()
+    hardly[:, 1] *= np.exp(3j * np.arange(len(hardly)))
+    case = replace(case, displacement=replace(case.displacement, values=hardly))
+    assert not_identified(case) == ("Du right x",)
+    refuse_active_mounts(case)
+    assert not not_identified(run())
 
 
 def test_noise_of_single_lines_does_not_count():

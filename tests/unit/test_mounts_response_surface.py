@@ -452,3 +452,30 @@ def test_agreement_is_in_the_phase_of_the_displacement():
         r_squared(np.ones(4), np.ones(4))
     with pytest.raises(InputError, match="one each"):
         r_squared(np.ones(4), np.ones(3))
+
+
+def test_a_frequency_over_decades_enters_as_its_logarithm():
+    lines = np.random.default_rng(3).uniform([0, 1e-5, -1], [800, 5e-4, 2.5], (1500, 3))
+    lines[:, 2] = 10 ** lines[:, 2]
+    relaxed = (1j * lines[:, 2] / 5) ** 0.5
+    stiffness = 2e5 * (1 + lines[:, 0] / 800) * (1 + 10 * relaxed) / (1 + relaxed)
+    surfaces = [
+        DynamicStiffnessSurface(PiecewiseCubicRegressor(logarithmic=columns)).fit(lines, stiffness)
+        for columns in ((), (2,))
+    ]
+    plain, by_logarithm = (
+        np.sqrt(np.mean(np.abs(each.predict(lines) / stiffness - 1) ** 2)) for each in surfaces
+    )
+    assert plain > 0.15
+    assert by_logarithm < 0.02
+    again = DynamicStiffnessSurface.from_arrays(surfaces[1].to_arrays())
+    np.testing.assert_array_equal(again.predict(lines), surfaces[1].predict(lines))
+    np.testing.assert_array_equal(again.supported(lines), surfaces[1].supported(lines))
+    step = 1e-5 * lines * [0, 0, 1]
+    slope = surfaces[1].predict(lines + step, True) - surfaces[1].predict(lines - step, True)
+    np.testing.assert_allclose(again.gradient(lines)[:, 2], slope / (2 * step[:, 2]), rtol=1e-6)
+    for columns in ((0,), (3,)):
+        with pytest.raises(InputError, match="logarithmic names columns from 1 to 2"):
+            PiecewiseCubicRegressor(logarithmic=columns).fit(lines, stiffness.real)
+    with pytest.raises(InputError, match="lies above 0"):
+        surfaces[1].real_.predict(lines * [1, 1, 0])

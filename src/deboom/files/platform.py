@@ -405,6 +405,7 @@ class Platform:
     - `load_cases`: all on the same frequency lines as the noise transfer functions.
     - `default_load_case`: name of the load case that is meant when none is asked for.
     - `input_files`: every file that was read.
+    - `cylinders`: of the engine; None for an electric drive.
     """
 
     name: str
@@ -417,6 +418,7 @@ class Platform:
     load_cases: tuple[LoadCase, ...]
     default_load_case: str
     input_files: tuple[Path, ...]
+    cylinders: int | None = None
 
     def load_case(self, name: str) -> LoadCase:
         """Return a load case by its name.
@@ -584,6 +586,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         load_cases=tuple(_load_case(entry, file.engine, contents) for entry in file.load_cases),
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
+        cylinders=file.engine.cylinders,
     )
 
 

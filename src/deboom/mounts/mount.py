@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -78,16 +79,15 @@ LEAST_LOSS_FACTOR = -0.05
 negative when sensors are half a degree askew, so zero itself is no sign of a fault [1]."""
 
 
-def refuse_active_mounts(load_case: LoadCase) -> None:
-    """Refuse a run in which a mount has a negative stiffness or a negative loss.
+JUDGED_COHERENCE = 0.5
+"""Least share of a force's energy that goes with its displacement for its sign to be judged [1].
+Directions that carry the load reach 0.9; one that hardly moves shows the errors of its sensors."""
 
-    Real mounts only store and lose energy. A negative stiffness means force and displacement of
-    opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
 
-    - raises InputError: names load case, channel and what to check.
+def _over_all_lines(load_case: LoadCase) -> Iterator[tuple[str, complex, float]]:
+    """Each channel with the stiffness that fits all lines best and their coherence.
 
-    Judged by the stiffness that fits all lines best, ``K = Σ f s* / Σ |s|²``, so that the noise of
-    single lines does not count.
+    ``K = Σ f s* / Σ |s|²`` and ``|Σ f s*|² / (Σ |s|² Σ |f|²)``: no single line counts.
     """
     for name, force, displacement in zip(
         load_case.force.channels,
@@ -95,7 +95,34 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
         load_case.displacement.values.T,
         strict=True,
     ):
-        stiffness = np.vdot(displacement, force) / np.vdot(displacement, displacement).real
+        cross = complex(np.vdot(displacement, force))
+        energy = float(np.vdot(displacement, displacement).real)
+        of_force = float(np.vdot(force, force).real)
+        coherence = abs(cross) ** 2 / (energy * of_force) if of_force > 0 else 0.0
+        yield name, cross / energy, coherence
+
+
+def not_identified(load_case: LoadCase) -> tuple[str, ...]:
+    """Name the channels whose displacement hardly explains their force.
+
+    Such a direction hardly moves: what its sensors show is mostly the mount's other axes. Its
+    measured force counts as it is, its stiffness is not known.
+    """
+    return tuple(name for name, _, share in _over_all_lines(load_case) if share < JUDGED_COHERENCE)
+
+
+def refuse_active_mounts(load_case: LoadCase) -> None:
+    """Refuse a run in which a mount has a negative stiffness or a negative loss.
+
+    Real mounts only store and lose energy. A negative stiffness means force and displacement of
+    opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
+    Directions that are `not_identified` have no sign to judge.
+
+    - raises InputError: names load case, channel and what to check.
+    """
+    for name, stiffness, coherence in _over_all_lines(load_case):
+        if coherence < JUDGED_COHERENCE:
+            continue
         if not stiffness.real > 0.0:
             raise InputError(
                 f"load case {load_case.name}: channel '{name}' has a negative stiffness of "

@@ -122,6 +122,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
       are blended linearly [1].
     - `max_pieces`: most pieces of the cross-validation.
     - `min_rows`: distinct rows that a piece holds at least; None is twice the number of terms.
+    - `logarithmic`: columns after the first that enter as their logarithm, as a frequency over
+      several decades should; above 0.
     - `split_points_` (n_pieces - 1,): split points in the unit of the first variable, increasing.
     - `centre_`, `half_range_` (n_pieces, n_features): scaling of each piece's variables to [-1, 1]
       over its own rows.
@@ -171,6 +173,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         overlap: float = 0.02,
         max_pieces: int = 5,
         min_rows: int | None = None,
+        logarithmic: tuple[int, ...] = (),
     ) -> None:
         self.pieces = pieces
         self.split = split
@@ -178,6 +181,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         self.overlap = overlap
         self.max_pieces = max_pieces
         self.min_rows = min_rows
+        self.logarithmic = logarithmic
 
     def check_parameters(self) -> None:
         """Refuse parameters that make no sense, before any row is seen.
@@ -263,6 +267,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
                 by_scaled = terms @ (derivative @ coefficients)
                 gradient[:, feature] += share[k] * by_scaled / self.half_range_[k, feature]
             gradient[:, 0] += slope[k] * (terms @ coefficients)
+        for feature in self.logarithmic:
+            gradient[:, feature] /= rows[:, [feature]]
         return self._shaped(gradient)
 
     def predict_interval(
@@ -332,6 +338,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         """Return the fitted pieces as named arrays; the region stays with its owner."""
         check_is_fitted(self)
         arrays = {name: np.asarray(getattr(self, f"{name}_")) for name in _ARRAYS}
+        if self.logarithmic:
+            arrays["logarithmic"] = np.asarray(self.logarithmic)
         return {prefix + name: array for name, array in arrays.items()}
 
     @classmethod
@@ -343,7 +351,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         - raises InputError: an array that is missing, is not of numbers or of another shape.
         """
         stored = named_arrays(arrays, prefix, _ARRAYS)
-        regressor = cls()
+        logarithmic = arrays.get(f"{prefix}logarithmic", np.empty(0))
+        regressor = cls(logarithmic=tuple(int(column) for column in logarithmic))
         for name in _ARRAYS:
             setattr(regressor, f"{name}_", frozen_copy(np.asarray(stored[name], dtype=float)))
         n_pieces, n_features = len(regressor.split_points_) + 1, region.lower.size
@@ -385,7 +394,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return _least_squares_splits(segments, int(self.pieces))[-1]
 
     def _segments(self, X: RealArray, y: RealArray, weight: RealArray) -> _Segments:
-        return _Segments(X, y, weight, self.min_rows or 2 * comb(X.shape[1] + 3, 3))
+        min_rows = self.min_rows or 2 * comb(X.shape[1] + 3, 3)
+        return _Segments(self._entered(X), y, weight, min_rows)
 
     def _cross_validated_splits(
         self, X: RealArray, y: RealArray, weight: RealArray, fold: IntArray, segments: _Segments
@@ -439,7 +449,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         blend_width: float,
     ) -> Self:
         """Fit a cubic on both sides of each split point."""
-        position, half_range = X[:, 0], np.ptp(X, axis=0) / 2
+        entered = self._entered(X)
+        position, half_range = X[:, 0], np.ptp(entered, axis=0) / 2
         pieces = []
         for low, high in pairwise([-np.inf, *split_points, np.inf]):
             # a piece owns its upper end, as the shares do when nothing is blended
@@ -447,7 +458,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             if not rows.any():
                 raise InputError(f"no rows between the split points {low:g} and {high:g}")
             name = f"piece from {position[rows].min():g} to {position[rows].max():g}"
-            pieces.append(_fitted_cubic(X[rows], y[rows], weight[rows], half_range, name))
+            pieces.append(_fitted_cubic(entered[rows], y[rows], weight[rows], half_range, name))
         rank = max(piece["inverse_singular"].size for piece in pieces)
         for piece in pieces:
             missing = rank - piece["inverse_singular"].size
@@ -469,7 +480,21 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         return values
 
     def _terms(self, X: RealArray, piece: int) -> RealArray:
-        return _cubic_terms((X - self.centre_[piece]) / self.half_range_[piece])
+        return _cubic_terms((self._entered(X) - self.centre_[piece]) / self.half_range_[piece])
+
+    def _entered(self, X: RealArray) -> RealArray:
+        """Rows as the polynomials see them, some columns by their logarithm."""
+        columns = list(self.logarithmic)
+        if columns and not (min(columns) > 0 and max(columns) < X.shape[1]):
+            raise InputError(
+                f"logarithmic names columns from 1 to {X.shape[1] - 1}, not {self.logarithmic}: "
+                "the first is split in its own unit"
+            )
+        if np.any(X[:, columns] <= 0):
+            raise InputError("what enters as its logarithm lies above 0: leave such rows out")
+        entered = X.copy()
+        entered[:, columns] = np.log(X[:, columns])
+        return entered
 
     def _leverage(self, X: RealArray, piece: int) -> RealArray:
         fitted = self.directions_, self.inverse_singular_, self.unseen_leverage_

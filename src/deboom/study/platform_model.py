@@ -32,7 +32,7 @@ from deboom.files.schema import load_toml, noting
 from deboom.files.tables import RANGES
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import Mount, refuse_active_mounts
+from deboom.mounts.mount import Mount, not_identified, refuse_active_mounts
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -210,6 +210,8 @@ class Operation:
         report.warn(self.not_coupled)
         if words := pieces_in_words(self.platform):
             report.facts["pieces"] = words
+        if words := unidentified_in_words([case for case, _ in self.cases]):
+            report.facts["not identified"] = words
         check = self.check
         if check is None:
             return
@@ -598,6 +600,12 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     steps = np.diff(lines)
     even = np.ptp(steps) <= 1e-3 * steps.mean()
     yield "platform", f"{platform.name}: {platform.title}"
+    engine = (
+        f"engine of {platform.cylinders} cylinders"
+        if platform.cylinders
+        else "electric drive, because [engine] states no cylinders"
+    )
+    yield "drive", engine
     yield (
         "mounts",
         f"{len(platform.mounts)}, {variables} variables: "
@@ -610,6 +618,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     )
     if words := pieces_in_words(platform):
         yield "pieces", words
+    if words := unidentified_in_words(platform.load_cases):
+        yield "not identified", words
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
@@ -649,6 +659,18 @@ def pieces_in_words(platform: Platform) -> str:
                 "pieces, right only where these are alike"
             )
     return "; ".join(words)
+
+
+def unidentified_in_words(load_cases: Sequence[LoadCase]) -> str:
+    """Name the mount directions that hardly move; empty where all of them do."""
+    cases = {case.name: not_identified(case) for case in load_cases}
+    words = [f"{', '.join(names)} ({case})" for case, names in cases.items() if names]
+    if not words:
+        return ""
+    return (
+        f"{'; '.join(words)}: hardly moves, so that force and displacement do not go together; the "
+        "force counts as measured, the stiffness is not known"
+    )
 
 
 def _sizes(platform: Platform) -> dict[str, RealArray]:

@@ -9,6 +9,10 @@ measured forces. |K|: rms error over the lines of six load cases, without a resp
 booming peaks of the five U06 synthesised from the measured files against those of true forces and
 functions, the largest deviation of a platform. Errors of an unbalance are stated in g mm, since
 some are near zero. `DRAWS=4` takes four times as many.
+
+Both unbalances of a compressor share what no test tells apart, the gain of the hammer against that
+of the accelerometers (2 % each, hammer 1 %, mass weighed: 0.43 % of either unbalance; the scores
+correlate by 0.7): a compressor is hardly more than one draw, and twice as many are drawn.
 """
 
 from __future__ import annotations
@@ -55,7 +59,8 @@ def claims() -> list[Claim]:
     seeds = [SHIPPED, *range(FIRST, FIRST + DRAWS)]
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
         platforms = pd.DataFrame(pool.map(_platform, seeds))
-        compressors = pd.DataFrame(pool.map(_compressor, seeds))
+        more = range(seeds[-1] + 1, seeds[-1] + 1 + DRAWS)
+        compressors = pd.DataFrame(pool.map(_compressor, [*seeds, *more]))
     return [*_sounds(platforms), *_rates(platforms), *_errors(compressors), *_cover(compressors)]
 
 

@@ -180,7 +180,7 @@ def _sounds(platforms: pd.DataFrame) -> list[Claim]:
         change = part["dB per line"].dropna()
         rows.append(
             Claim(
-                f"the same, {cylinders} cylinders, {len(change)} draws",
+                f"the change per line with {cylinders} cylinders, {len(change)} draws [dB]",
                 "no claim",
                 f"{change.median():.2f} ({change.quantile(0.1):.2f} to {change.quantile(0.9):.2f})",
                 True,

@@ -117,13 +117,15 @@ GIVEN = {
     ),
     "electric-car": (
         (electric_car_writer, "write_electric_car"),
-        f"--car EV-3 --fleet 7 --seed 2 --level C1 --identical-mounts {BOTH}",
+        f"--car EV-3 --fleet 7 --seed 2 --truth-seed 5 --level C1 --identical-mounts {BOTH}",
         (
             2,
             "EV-3",
             7,
             CalibrationLevel.C1,
-            OperationPlan(CompressorPlan(TABLE11, True), HoseCase.DISPLACED, True, 0.9, 1.1),
+            OperationPlan(
+                CompressorPlan(TABLE11, True), HoseCase.DISPLACED, True, 0.9, 1.1, truth_seed=5
+            ),
             True,
         ),
     ),

@@ -58,7 +58,6 @@ from deboom.study.mount_characterisation import (
     force_transfer_table,
     identified,
     model_table,
-    moment_transfer_matrices,
     percent,
     quality_of_motion,
     r2_table,
@@ -314,9 +313,8 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
     matrices = force_transfer_matrices(bench)
     report.table(
         "force_transfer",
-        force_transfer_table([*matrices.values(), *moment_transfer_matrices(bench).values()]),
-        "Mean over frequency and repeats. Deviations are relative to the matrix's column; six "
-        "loads: three forces and three moments.",
+        force_transfer_table(list(matrices.values())),
+        "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
     )
 
 

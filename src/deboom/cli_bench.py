@@ -150,13 +150,6 @@ def campaign(
     time_run: Annotated[
         bool, typer.Option("--time-run", help="Write one run as time data with tacho as well.")
     ] = False,
-    third_cell: Annotated[
-        bool,
-        typer.Option(
-            "--third-cell",
-            help="Three cells below each powertrain mount, and hammer blows beside it: moments.",
-        ),
-    ] = False,
 ) -> None:
     """Write a measurement campaign: raw channels of runs, shaker runs, suppliers' curves.
 
@@ -180,7 +173,6 @@ def campaign(
     plan = CampaignPlan(
         mount_sets=sets,
         time_run=TimeRunPlan(mount_set=sets[0]) if time_run else None,
-        third_cell=third_cell,
     )
     errors = NO_ERRORS if noise_free else CampaignErrors()
     with progress_bar("virtual bench") as progress:

@@ -161,16 +161,6 @@ def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directio
             assert summary[f"truth_error_percent_{mount}_{axis}"] <= 1.0, (mount, axis)
 
 
-def test_a_campaign_with_three_cells_has_matrices_of_six_loads(tmp_path):
-    campaign = tmp_path / "three_cells"
-    plan = CampaignPlan(("M1",), RUNS, 2, third_cell=True)
-    write_campaign(campaign, 1, plan)
-    chosen = {"campaign": campaign}
-    folder = run_study(STUDY, tmp_path / "results", chosen)
-    transfer = pd.read_csv(folder / "force_transfer.csv")
-    assert list(transfer["loads"]) == [3, 3, 3, 6, 6, 6]
-
-
 def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
     study = STUDY
     for option in ({"noise_free": True}, {"second_engine": True}):

@@ -44,17 +44,15 @@ def test_campaign_with_chosen_mount_sets(cli, tmp_path):
     assert written.name == "virtual_bench_2"
     assert written.mount_sets == ("M3", "M0")
     assert written.tolerances.sensor_gain > 0
-    assert written.pushes == ()
 
 
-def test_campaign_without_errors_with_a_third_cell_and_time_data(cli, tmp_path):
+def test_campaign_without_errors_with_time_data(cli, tmp_path):
     folder = tmp_path / "campaign"
-    options = ("--mount-set", "M1", "--noise-free", "--third-cell", "--time-run")
+    options = ("--mount-set", "M1", "--noise-free", "--time-run")
     done = cli("bench", "campaign", folder, *options)
     assert done.exit_code == 0, done.stderr
     written = read_campaign(folder)
     assert written.tolerances.sensor_gain == 0
-    assert len(written.pushes) == 18
     assert [path.name for path in (folder / "time").iterdir()] == ["g5_wot220_time.uff"]
 
 

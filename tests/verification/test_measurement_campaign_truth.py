@@ -13,11 +13,9 @@ from deboom.measurement.campaign import RunDirection, ShakerRun, rising_runs
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.force_transfer import (
     force_transfer_matrix,
-    force_transfer_matrix_with_moments,
     operating_force,
-    without_moments,
 )
-from deboom.measurement.sensors import Impact, Sensor, SensorKind
+from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 BENCH = load_bench()
@@ -166,46 +164,6 @@ def test_a_band_keeps_a_resonance_out():
     low = force_transfer_matrix(runs, cells, "EnM", band=(20.0, 30.0))
     assert low.frequency.max() <= 30.0
     assert low.residual < force_transfer_matrix(runs, cells, "EnM").residual / 3
-
-
-def pushes():
-    directions = np.vstack([np.eye(3)] * 3)
-    places = np.repeat([[0.06, 0.0, 0.0], [0.0, 0.07, 0.0], [0.0, 0.0, 0.05]], 3, axis=0)
-    return [
-        Impact(f"P{k + 1}", POINT + place, direction)
-        for k, (place, direction) in enumerate(zip(places, directions, strict=True))
-    ]
-
-
-def pushed(cells, share):
-    loads = np.array(
-        [np.r_[p.direction, np.cross(p.position - POINT, p.direction)] for p in pushes()]
-    )
-    values = np.broadcast_to(shown(cells, share, loads).T, (LINES.size, 3 * len(cells), 9))
-    return Frf(LINES, values, channel_names(cells), tuple(p.name for p in pushes()), "N/N")
-
-
-def test_with_moments_force_and_level_come_back():
-    cells, share = make_cells(3, 4), shares(3, 5)
-    transfer = force_transfer_matrix_with_moments(
-        pushes(), [pushed(cells, share)] * 2, cells, "EnM", POINT
-    )
-    arms = [cell.position - POINT for cell in cells]
-    moments = sum(np.cross(arm, part.T).T for arm, part in zip(arms, share, strict=True))
-    assert transfer.has_moments
-    assert transfer.matrix == pytest.approx(np.vstack([share.sum(axis=0), moments]), rel=1e-10)
-    load = random_load(6)
-    load[:, 3:] *= 0.02
-    measured = operating(cells, share, load)
-    found = operating_force(transfer, measured)
-    assert found.values == pytest.approx(load[:, :3], rel=1e-10)
-    forces_only = force_transfer_matrix(shaker_runs(cells, share), cells, "EnM")
-    without = operating_force(forces_only, measured).values
-    assert operating_force(without_moments(transfer), measured).values == pytest.approx(without)
-    assert np.abs(20 * np.log10(np.abs(without / load[:, :3]))).max() > 0.5
-    load[:, 3:] = 0.0
-    forces = operating_force(without_moments(transfer), operating(cells, share, load)).values
-    assert forces == pytest.approx(load[:, :3], rel=1e-9)
 
 
 @pytest.fixture(scope="module")

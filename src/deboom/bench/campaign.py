@@ -11,13 +11,11 @@ from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.bench.layout import (
+    CELL_OFFSETS,
     CELL_SHARES,
     FREQUENCY,
-    THREE_CELL_SHARES,
     accelerometer_places,
-    cell_offsets,
     cell_places,
-    push_places,
 )
 from deboom.bench.operating_run import OperatingRun, PlannedRun, static_direction_forces, true_run
 from deboom.bench.powertrain import MIX, SIDES, VirtualBench, read_data
@@ -68,8 +66,6 @@ class CampaignPlan:
       them.
     - `shaker_repeats`: repeats of every shaker run, between uses of the bench.
     - `time_run`: run recorded over time as well.
-    - `third_cell`: three cells below every powertrain mount instead of two, and pushes beside its
-      virtual point: all six loads of a mount can be told apart.
     - `frequency` (f,): lines of the dominant order [Hz].
     - raises InputError: a mount set that comes twice.
     """
@@ -78,7 +74,6 @@ class CampaignPlan:
     runs: tuple[PlannedRun, ...] = (*LOW_GEAR_RUNS, *TRAINING_RUNS, *FALLING_RUNS)
     shaker_repeats: int = 3
     time_run: TimeRunPlan | None = None
-    third_cell: bool = False
     frequency: RealArray = field(default_factory=lambda: FREQUENCY)
 
     def __post_init__(self) -> None:
@@ -181,15 +176,12 @@ class CampaignSensors:
     - `true_positions` (n_accelerometer, 3): positions of the accelerometers [m].
     - `true_orientations` (n_accelerometer, 3, 3): orientations; columns are the sensor's axes [1].
     - `sensitivity` (n_accelerometer, 3, 3): gain and cross-axis sensitivity [1].
-    - `cells` (n_mount, n_cell, 3, 3 or 6): force at the virtual point of a powertrain mount →
-      channels of each of its cells; with a third cell the moment as well [1, 1/m].
+    - `cells` (n_mount, n_cell, 3, 3): force at the virtual point of a powertrain mount → channels
+      of each of its cells [1].
     - `side_cells` (n_side, 3, 3): force on a wishbone mount → channels of its cell [1].
     - `pushes` (n_mount, 3, 3): column a is the force at the virtual point per newton that the
       shaker states along a [1].
     - `drift` (n_mount,): relative change of the cells from one shaker repeat to the next [1].
-    - `moment_pushes` (n_mount, n_push, 6): force and moment at the virtual point per newton that is
-      stated of each push beside it, in the order of `deboom.bench.layout.push_places`; none without
-      a third cell [1, m].
     """
 
     accelerometer_angles: RealArray
@@ -201,24 +193,16 @@ class CampaignSensors:
     side_cells: RealArray
     pushes: RealArray
     drift: RealArray
-    moment_pushes: RealArray
-
-    @property
-    def third_cell(self) -> bool:
-        """Whether the cells of a mount show moments."""
-        return bool(self.cells.shape[-1] == 6)
 
 
 def draw_campaign_sensors(
     bench: VirtualBench,
     errors: CampaignErrors,
     seed: np.random.SeedSequence,
-    third_cell: bool = False,
 ) -> CampaignSensors:
     """Mount accelerometers, cells and shaker with their errors.
 
-    The seed draws accelerometers, cells and shaker independently of each other. With a third cell,
-    three cells are below every powertrain mount, and there are pushes beside its virtual point.
+    The seed draws accelerometers, cells and shaker independently of each other.
     """
     chain = errors.chain
     for_accelerometers, for_cells, for_shaker = map(np.random.default_rng, seed.spawn(3))
@@ -233,17 +217,13 @@ def draw_campaign_sensors(
     )
 
     n_mount = len(bench.mount_names)
-    n_cell = len(cell_places(bench, third_cell)) - len(SIDES)
+    n_cell = len(cell_places(bench)) - len(SIDES)
     side_angles = np.tile(SIDE_CELL_ANGLES, (len(SIDES), 1))
     cell_angles = np.vstack([_known_angles(n_cell, 0.0, for_cells), side_angles])
     turns = np.asarray(rotation_matrix(np.deg2rad(cell_angles))).swapaxes(1, 2)
     gains = sensitivity_matrices(chain.cell_gain, chain.cell_cross, n_cell, for_cells)
     in_parallel = (gains - chain.cell_shunt * np.eye(3)) @ turns[:n_cell]
-    n_load = 6 if third_cell else 3
-    shares = [
-        load_distribution(cell_offsets(name, third_cell))[:, :, :n_load]
-        for name in bench.mount_names
-    ]
+    shares = [load_distribution(np.array(CELL_OFFSETS[name])) for name in bench.mount_names]
     cells = in_parallel.reshape(n_mount, -1, 3, 3) @ np.array(shares)
     side_gains = sensitivity_matrices(
         errors.side_cell_gain, errors.side_cell_cross, len(SIDES), for_cells
@@ -253,7 +233,6 @@ def draw_campaign_sensors(
     directions = misaligned.apply(np.tile(np.eye(3), (n_mount, 1))).reshape(n_mount, 3, 3)
     stated = 1 + for_shaker.normal(0, chain.shaker_gain, (n_mount, 3))
     drift = for_shaker.normal(0, errors.shaker_drift, n_mount)
-    beside = _pushed_loads(bench, chain, for_shaker) if third_cell else np.zeros((n_mount, 0, 6))
     return CampaignSensors(
         accelerometer_angles=angles,
         cell_angles=cell_angles,
@@ -264,33 +243,29 @@ def draw_campaign_sensors(
         side_cells=side_gains @ turns[n_cell:],
         pushes=directions.swapaxes(1, 2) / stated[:, None, :],
         drift=drift,
-        moment_pushes=beside,
     )
 
 
 def load_distribution(offsets: RealArray) -> RealArray:
-    """Distribute force and moment at a virtual point over the cells below it.
+    """Distribute a force at a virtual point over the two cells below it.
 
-    - `offsets` (n_cell, 3): places of two or three cells from the virtual point [m].
-    - returns (n_cell, 3, 6): three forces and three moments → force on each cell; the forces add up
-      to the identity [1, 1/m].
+    - `offsets` (2, 3): places of the cells from the virtual point [m].
+    - returns (2, 3, 3): force → force on each cell; they add up to the identity [1].
 
     A rigid adapter on cells of the stiffness shares w_i, at d_i from their centre c, under the
-    force f and the moment m::
+    force f::
 
-        F_i = w_i (f + θ × d_i),  θ = (Σ w_i d̃_iᵀ d̃_i)⁺ (m - c × f)
+        F_i = w_i (f + θ × d_i),  θ = -(Σ w_i d̃_iᵀ d̃_i)⁺ (c × f)
 
     A moment about the line through two cells is carried inside the cells and not measured.
     """
-    shares = np.array(CELL_SHARES if len(offsets) == len(CELL_SHARES) else THREE_CELL_SHARES)
+    shares = np.array(CELL_SHARES)
     centre = shares @ offsets
     arms = skew(offsets - centre)
     turning = np.einsum("c,cba,cbd->ad", shares, arms, arms)
     by_moment = np.linalg.pinv(turning, rcond=1e-9, hermitian=True)
     by_force = -by_moment @ skew(centre)
-    of_force = shares[:, None, None] * (np.eye(3) - arms @ by_force)
-    of_moment = -shares[:, None, None] * (arms @ by_moment)
-    return np.concatenate([of_force, of_moment], axis=2)
+    return np.asarray(shares[:, None, None] * (np.eye(3) - arms @ by_force))
 
 
 def clean_channels(
@@ -307,8 +282,6 @@ def clean_channels(
     powertrain = (to_acceleration * run.powertrain.motion) @ sensing.T
     sides = (to_acceleration * run.wheel_end.displacement) * side_sensing.reshape(1, -1)
     force = run.powertrain.force.reshape(n_line, -1, 3)
-    if sensors.third_cell:
-        force = np.concatenate([force, run.moment], axis=2)
     cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
     side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
     flexible = chain.flexibility(run.frequency)[:, None]
@@ -410,31 +383,17 @@ def push_answer(
     errors: CampaignErrors,
     generator: np.random.Generator,
 ) -> ComplexArray:
-    """Push with the shaker at or beside the virtual point of one mount.
+    """Push with the shaker at the virtual point of one mount.
 
-    The load per stated newton is a force (3,), or force and moment (6,), of `sensors`; the cells
-    drift from one repeat to the next.
+    The load per stated newton is a force (3,) of `sensors`; the cells drift from one repeat to the
+    next.
 
     - returns (f, n_channel): channels of the mount's cells per stated newton [1].
     """
-    answer = (sensors.cells[mount, ..., : load.size] @ load).reshape(-1)
+    answer = (sensors.cells[mount] @ load).reshape(-1)
     answer = answer * (1 + sensors.drift[mount] * (repeat - 1))
     clean = np.outer(errors.chain.flexibility(frequency), answer).astype(complex)
     return clean + order_noise(clean, 3, (0.0, errors.shaker_noise, 0.0), generator)
-
-
-def _pushed_loads(
-    bench: VirtualBench, chain: ErrorBudget, generator: np.random.Generator
-) -> RealArray:
-    """Load at the virtual point per newton stated, of a shaker that is a little askew and off."""
-    pushes = push_places(bench)
-    size = (len(pushes), 3)
-    turned = Rotation.from_rotvec(generator.normal(0, chain.shaker_angle, size))
-    directions = turned.apply([push.vector for push in pushes])
-    arms = np.array([push.offset for push in pushes]) + generator.normal(0, chain.position, size)
-    stated = 1 + generator.normal(0, chain.shaker_gain, (len(pushes), 1))
-    loads = np.hstack([directions, np.cross(arms, directions)]) / stated
-    return np.asarray(loads.reshape(len(bench.mount_names), -1, 6))
 
 
 def _known_angles(n_sensor: int, tilt: float, generator: np.random.Generator) -> RealArray:

@@ -29,11 +29,9 @@ from deboom.bench.layout import (
     CELL_SHARES,
     ENGINE_NODE,
     TACHO_NODE,
-    THREE_CELL_SHARES,
     accelerometer_places,
     cell_places,
     points,
-    push_places,
 )
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.platform_writer import (
@@ -56,14 +54,12 @@ from deboom.bench.writing import (
     function,
     sensor_row,
     stacked,
-    triple,
     write_readme,
 )
 from deboom.files.campaign import (
     CampaignFile,
     CampaignMount,
     CurveEntry,
-    PushEntry,
     RunEntry,
     ShakerEntry,
     TimeRunEntry,
@@ -136,9 +132,9 @@ def write_campaign(
     for_sheet, *_, for_sensors = np.random.SeedSequence(seed).spawn(5)
     drawn = draw_data_sheet(bench, np.random.default_rng(for_sheet))
     sheet = drawn if errors.data_sheet else exact_data_sheet(bench)
-    sensors = draw_campaign_sensors(bench, errors, for_sensors, plan.third_cell)
+    sensors = draw_campaign_sensors(bench, errors, for_sensors)
     file = _campaign_file(bench, sheet, plan, errors, seed)
-    entries = (file.shaker_runs, file.pushes, file.static_curves, file.runs, file.time_runs)
+    entries = (file.shaker_runs, file.static_curves, file.runs, file.time_runs)
     n_file = sum(map(len, entries)) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         session = _Session(unfinished, seed, plan, errors, bench, sensors)
@@ -172,9 +168,9 @@ class _Session:
 
 def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Iterator[str]:
     """Write every file that ``campaign.toml`` names; give its name as soon as it is there."""
-    folder, bench, third_cell = session.folder, session.bench, session.plan.third_cell
+    folder, bench = session.folder, session.bench
     (folder / "truth").mkdir()
-    for push in (*file.shaker_runs, *file.pushes):
+    for push in file.shaker_runs:
         yield _write_push(session, push)
     for curve in file.static_curves:
         yield _write_static_curve(session, curve)
@@ -187,31 +183,24 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     write_powertrain_truth(folder / "truth", bench, sheet)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
-    write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench, third_cell))
+    write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench))
     dump_toml(folder / "campaign.toml", file)
     _write_readme(session)
     yield "campaign.toml"
 
 
-def _write_push(session: _Session, entry: ShakerEntry | PushEntry) -> str:
-    """Push at or beside a virtual point: cells of the mount per stated newton, UFF type 4."""
+def _write_push(session: _Session, entry: ShakerEntry) -> str:
+    """Push at a virtual point: cells of the mount per stated newton, UFF type 4."""
     bench, sensors, frequency = session.bench, session.sensors, session.plan.frequency
     mount = bench.mount_names.index(entry.mount)
-    if isinstance(entry, PushEntry):
-        places = [place for place in push_places(bench) if place.point.mount == entry.mount]
-        number = [place.name for place in places].index(entry.name)
-        load, node = sensors.moment_pushes[mount, number], places[number].node
-        title = f"push {entry.name} beside the virtual point of {entry.mount}"
-    else:
-        point = points(bench)[mount]
-        load, node = sensors.pushes[mount, :, AXES.index(entry.axis)], point.node
-        title = f"shaker at the virtual point, {point.channel(entry.axis)}"
+    point, load = points(bench)[mount], sensors.pushes[mount, :, AXES.index(entry.axis)]
+    title = f"shaker at the virtual point, {point.channel(entry.axis)}"
     generator = session.generator(entry.file)
     answer = push_answer(sensors, mount, load, entry.repeat, frequency, session.errors, generator)
-    push = Dof(node, f"+{entry.axis}", entry.mount, "force")
+    push = Dof(point.node, f"+{entry.axis}", entry.mount, "force")
     cells = [
         Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
-        for place in cell_places(bench, session.plan.third_cell)
+        for place in cell_places(bench)
         if place.point.mount == entry.mount
         for axis in AXES
     ]
@@ -265,7 +254,6 @@ def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> I
         **stacked([run.powertrain for run in runs], "motion"),
         **stacked(runs, "engine_torque"),
         static_force=np.array(static),
-        **(stacked(runs, "moment") if session.plan.third_cell else {}),
     )
 
 
@@ -298,8 +286,6 @@ def _write_sensor_truth(session: _Session) -> None:
         "pushes": sensors.pushes,
         "drift": sensors.drift,
     }
-    if sensors.third_cell:
-        truth["moment_pushes"] = sensors.moment_pushes
     np.savez(session.folder / "truth" / "sensors.npz", **truth)
 
 
@@ -311,7 +297,7 @@ def _functions(
     id_lines: tuple[str, ...],
 ) -> list[UffFunction]:
     """Return the channels of one run; a name is cut to the ten characters of UFF."""
-    channels = _channels(session.bench, session.plan.third_cell)
+    channels = _channels(session.bench)
     functions = []
     for quantity, values in columns.items():
         of_quantity = [channel for channel in channels if channel.quantity == quantity]
@@ -324,13 +310,13 @@ def _functions(
     return functions
 
 
-def _channels(bench: VirtualBench, third_cell: bool) -> tuple[CampaignChannel, ...]:
+def _channels(bench: VirtualBench) -> tuple[CampaignChannel, ...]:
     """Return every channel of every run: sensors, static forces, engine, tacho."""
     channels = [
         (f"{place.name} {axis}", quantity, place.node, f"+{axis}")
         for quantity, places in (
             ("acceleration", accelerometer_places(bench)),
-            ("cell force", cell_places(bench, third_cell)),
+            ("cell force", cell_places(bench)),
         )
         for place in places
         for axis in AXES
@@ -356,7 +342,7 @@ def _channels(bench: VirtualBench, third_cell: bool) -> tuple[CampaignChannel, .
 def _sensor_rows(session: _Session, sheet: DataSheet) -> list[SensorRow]:
     """Return the position sheet: nominal places from the stated centre of gravity."""
     bench, sensors = session.bench, session.sensors
-    cells = cell_places(bench, sensors.third_cell)
+    cells = cell_places(bench)
     return [
         sensor_row(place, kind, model, place.position + sheet.centre_error, np.deg2rad(angles))
         for kind, model, places, all_angles in (
@@ -421,20 +407,6 @@ def _campaign_file(
             for axis in AXES[: len(mount.laws)]
         ),
         time_runs=() if plan.time_run is None else (_time_run(plan.time_run),),
-        pushes=tuple(
-            PushEntry(
-                name=push.name,
-                mount=push.point.mount,
-                piece="",
-                position_m=triple(push.position + sheet.centre_error, 4),
-                axis=AXES["xyz".index(push.direction[1])],
-                repeat=n,
-                file=f"shaker/{push.point.mount}_{push.name}_{n}.uff",
-            )
-            for push in push_places(bench)
-            for n in repeats
-            if plan.third_cell
-        ),
     )
 
 
@@ -486,8 +458,7 @@ def _write_readme(session: _Session) -> None:
     """Write what was measured to ``README.txt``."""
     bench, plan = session.bench, session.plan
     first, last = plan.frequency[[0, -1]]
-    each = THREE_CELL_SHARES if plan.third_cell else CELL_SHARES
-    shares = ", ".join(f"{100 * share:.0f}" for share in each)
+    shares = ", ".join(f"{100 * share:.0f}" for share in CELL_SHARES)
     write_readme(
         session.folder,
         f"Measurement campaign on the virtual bench, seed {session.seed}",

@@ -31,7 +31,7 @@ WISHBONE_POSITIONS = ((0.15, -0.38, -0.33), (0.15, 0.38, -0.33))
 """Left and right, from the powertrain's centre of gravity [m]; for the drawing only."""
 
 FIRST_POINT_NODE, WISHBONE_NODES, BOTH_WISHBONES_NODE, FIRST_EAR_NODE = 101, (111, 112), 110, 901
-FIRST_ACCELEROMETER_NODE, FIRST_CELL_NODE, FIRST_PUSH_NODE = 1, 31, 301
+FIRST_ACCELEROMETER_NODE, FIRST_CELL_NODE = 1, 31
 ENGINE_NODE, TACHO_NODE = 201, 202
 """Node numbers in the UFF files. Every vehicle has an ear node of its own; the engine's node has
 the torque about +ry and the speed as a scalar."""
@@ -48,21 +48,12 @@ CELL_OFFSETS = {
     "GeM": ((0.0, -0.06, -0.05), (0.0, 0.06, -0.05)),
     "TSM": ((0.0, -0.04, -0.04), (0.0, 0.04, -0.04)),
 }
-THIRD_CELL_OFFSETS = {
-    "EnM": (0.08, 0.0, -0.05),
-    "GeM": (0.08, 0.0, -0.05),
-    "TSM": (0.06, 0.0, -0.04),
-}
 SIDE_ACCELEROMETER_OFFSET = (0.04, 0.0, 0.03)
 SIDE_CELL_OFFSET = (-0.03, 0.0, -0.02)
-"""Where the sensors sit, from the virtual point of their mount [m]; a third cell sits off the line
-through the others."""
+"""Where the sensors sit, from the virtual point of their mount [m]."""
 
-CELL_SHARES, THREE_CELL_SHARES = (0.55, 0.45), (0.40, 0.33, 0.27)
+CELL_SHARES = (0.55, 0.45)
 """Share of the mount force that each of its cells carries: their stiffnesses differ [1]."""
-
-PUSH_ARM = 0.05
-"""How far beside the virtual point the shaker pushes [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -158,36 +149,15 @@ def paths(bench: VirtualBench, per_piece: bool) -> tuple[tuple[str, str, str, in
     return (*powertrain, *(("Du", side, "x", node) for side, node in sides))
 
 
-def push_places(bench: VirtualBench) -> tuple[Place, ...]:
-    """Return the pushes across the ends of three arms, mount by mount: moments about all axes."""
-    where = [
-        (point, PUSH_ARM * np.eye(3)[arm], f"+{axis}")
-        for point in points(bench)[: len(bench.mount_names)]
-        for arm in range(3)
-        for axis in AXES
-        if axis != AXES[arm]
-    ]
-    return tuple(
-        Place(f"P{n}", point, FIRST_PUSH_NODE + n - 1, offset, direction=direction)
-        for n, (point, offset, direction) in enumerate(where, 1)
-    )
-
-
 def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return two accelerometers per powertrain mount, then one per wishbone mount."""
     offsets = [ACCELEROMETER_OFFSETS[mount] for mount in bench.mount_names]
     return _places(bench, "A", FIRST_ACCELEROMETER_NODE, offsets, SIDE_ACCELEROMETER_OFFSET)
 
 
-def cell_offsets(mount: str, third_cell: bool = False) -> RealArray:
-    """Return where the cells of a powertrain mount sit from its virtual point, (n_cell, 3) [m]."""
-    third = (THIRD_CELL_OFFSETS[mount],) if third_cell else ()
-    return np.array((*CELL_OFFSETS[mount], *third))
-
-
-def cell_places(bench: VirtualBench, third_cell: bool = False) -> tuple[Place, ...]:
+def cell_places(bench: VirtualBench) -> tuple[Place, ...]:
     """Return the cells under the powertrain mounts, then one per wishbone mount."""
-    offsets = [cell_offsets(mount, third_cell) for mount in bench.mount_names]
+    offsets = [CELL_OFFSETS[mount] for mount in bench.mount_names]
     return _places(bench, "C", FIRST_CELL_NODE, offsets, SIDE_CELL_OFFSET)
 
 

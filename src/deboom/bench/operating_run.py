@@ -1,4 +1,4 @@
-"""True runs on rigid ground and in the car: motion, stiffness, force and moment of every mount."""
+"""True runs on rigid ground and in the car: motion, stiffness and force of every mount."""
 
 from __future__ import annotations
 
@@ -39,9 +39,6 @@ CONVERGED = 1e-12
 BEFORE_FALLING = 2.0
 """Engine torque before a falling run, per largest torque of the run: far enough above it that the
 rubber comes from the loaded side and its hysteresis play is taken up [1]."""
-
-RUBBER_RADIUS = 0.015
-"""Radius of gyration of a mount's rubber about its virtual point, each axis [m]; judgement."""
 
 
 @dataclass(frozen=True)
@@ -133,21 +130,6 @@ class OperatingRun:
     def path_force(self) -> ComplexArray:
         """Force into the body per path, both wishbone mounts summed, shape (f, n_path) [N]."""
         return np.hstack([self.powertrain.force, len(SIDES) * self.wheel_end.force])
-
-    @property
-    def moment(self) -> ComplexArray:
-        """Moment of every powertrain mount on its receiver, shape (f, n_mount, 3) [N m].
-
-        Rubber that lies around the virtual point, ρ per axis, turns with the powertrain::
-
-            M = ρ² diag(k_y + k_z, k_z + k_x, k_x + k_y) θ
-
-        The moments are below 1 % of the engine's and are not fed back into its motion.
-        """
-        stiffness = self.powertrain.stiffness.reshape(self.frequency.size, -1, 3)
-        turning = stiffness.sum(axis=2, keepdims=True) - stiffness
-        rotation = self.powertrain.motion[:, np.newaxis, 3:]
-        return np.asarray(RUBBER_RADIUS**2 * turning * rotation)
 
 
 def steady_state(

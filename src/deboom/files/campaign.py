@@ -31,7 +31,6 @@ from deboom.files.schema import (
     Number,
     Positive,
     RelativePath,
-    Row3,
     Several,
     StrictModel,
     beyond_gears,
@@ -46,14 +45,12 @@ from deboom.measurement.campaign import (
     AXES,
     Campaign,
     OperatingRun,
-    PushRun,
     ShakerRun,
     StaticCurve,
     TimeRun,
 )
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import (
-    Impact,
     Sensor,
     SensorKind,
     Tolerances,
@@ -110,13 +107,6 @@ class ShakerEntry(StrictModel):
     file: RelativePath
 
 
-class PushEntry(ShakerEntry):
-    """One push beside the virtual point of a mount: it makes a moment as well."""
-
-    name: Name  # of the point and direction; repeats share it
-    position_m: Row3  # from the origin of the position sheet
-
-
 class CurveEntry(StrictModel):
     """One force-deflection curve of a supplier."""
 
@@ -152,7 +142,6 @@ class CampaignFile(StrictModel):
     shaker_runs: Several[ShakerEntry] = ()  # for the force transfer matrices
     static_curves: Several[CurveEntry] = ()  # from suppliers
     time_runs: Several[TimeRunEntry] = ()
-    pushes: Several[PushEntry] = ()  # for force transfer matrices with moments
 
     @property
     def pieces(self) -> tuple[tuple[str, str], ...]:
@@ -167,7 +156,7 @@ class CampaignFile(StrictModel):
         yield from doubled("switched_off are named", self.switched_off)
         gears = [(run.name, run.gear) for run in (*self.runs, *self.time_runs)]
         yield from beyond_gears("run", gears, self.engine.total_ratios)
-        for shaker in (*self.shaker_runs, *self.pushes):
+        for shaker in self.shaker_runs:
             if (shaker.mount, shaker.piece) not in self.pieces:
                 yield (
                     f"shaker run at mount '{shaker.mount}', piece '{shaker.piece}', which is not "
@@ -187,7 +176,6 @@ _UNIQUE = (
     ("shaker_runs", "are of", ("mount", "piece", "axis", "repeat")),
     ("static_curves", "are of", ("mount_set", "mount", "axis")),
     ("time_runs", "are named", ("name",)),
-    ("pushes", "are of", ("mount", "piece", "name", "repeat")),
 )
 """Sections, the verb of the sentence, and the keys that no other entry of the section repeats."""
 
@@ -273,17 +261,6 @@ def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChanne
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
     response = Frf(file.axis, sign * values, names_of(cells), (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
-
-
-def _push(folder: Path, entry: PushEntry, cells: Sequence[CampaignChannel]) -> PushRun:
-    """One push beside the virtual point of a mount."""
-    run = _shaker_run(folder, entry, cells)
-    direction = np.eye(len(AXES))[AXES.index(entry.axis)]
-    response = Frf(
-        run.response.frequency, run.response.values, run.response.outputs, (entry.name,), "N/N"
-    )
-    push = Impact(entry.name, np.array(entry.position_m), direction)
-    return PushRun(entry.mount, entry.piece, push, entry.repeat, response)
 
 
 FEWEST_ACCELEROMETERS = 3
@@ -467,7 +444,7 @@ def read_campaign(
     runs = [entry for entry in file.runs if entry.mount_set in wanted]
     curves = [entry for entry in file.static_curves if entry.mount_set in wanted]
     read = [run.file for run in runs]
-    read += [shaker.file for shaker in (*file.shaker_runs, *file.pushes)]
+    read += [shaker.file for shaker in file.shaker_runs]
     read += [curve.file for curve in curves]
     return Campaign(
         name=file.name,
@@ -483,9 +460,6 @@ def read_campaign(
         shaker_runs=tuple(
             _shaker_run(tables.folder, entry, tables.cells_below(entry))
             for entry in file.shaker_runs
-        ),
-        pushes=tuple(
-            _push(tables.folder, entry, tables.cells_below(entry)) for entry in file.pushes
         ),
         static_curves=tuple(
             StaticCurve(

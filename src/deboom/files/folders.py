@@ -69,7 +69,7 @@ def _campaign(folder: Path) -> Iterator[tuple[str, str]]:
     yield "sensors", f"{len(held.sensors)}, switched off: {', '.join(held.switched_off) or 'none'}"
     yield "runs", f"{len(held.runs)} of mount sets {', '.join(held.mount_sets)}"
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz of order {held.order:g}"
-    yield "shaker", f"{len(held.shaker_runs)} runs, {len(held.pushes)} pushes"
+    yield "shaker", f"{len(held.shaker_runs)} runs"
     yield "curves", f"{len(held.static_curves)} of suppliers"
 
 

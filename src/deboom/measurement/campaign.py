@@ -13,7 +13,7 @@ import numpy as np
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import Impact, Sensor, SensorKind, Tolerances
+from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 
 AXES = ("x", "y", "z")
 
@@ -163,21 +163,6 @@ class ShakerRun:
     response: Frf
 
 
-@dataclass(frozen=True, eq=False)
-class PushRun:
-    """The cells' answer to a push beside the virtual point of one mount.
-
-    - `response`: outputs: channels of the cells below this mount, in sensor axes; one input, named
-      as the push; unit ``N/N``.
-    """
-
-    mount: str
-    piece: str
-    push: Impact
-    repeat: int
-    response: Frf
-
-
 @checked(deflection="n", force="n")
 class StaticCurve:
     """Quasi-static force over deflection of one mount direction, as the supplier sends it.
@@ -236,7 +221,6 @@ class Campaign:
     order: float
     tolerances: Tolerances
     input_files: tuple[Path, ...]
-    pushes: tuple[PushRun, ...] = ()
 
     def runs_of(self, mount_set: str) -> tuple[OperatingRun, ...]:
         """Return the runs with one mount set on the bench; an unknown one raises InputError."""

@@ -3,53 +3,39 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 import numpy as np
-import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES, Campaign, ShakerRun
+from deboom.measurement.campaign import AXES, ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import Impact, Sensor, SensorKind
+from deboom.measurement.sensors import Sensor
 from deboom.measurement.virtual_point import (
-    RIGID_LOADS,
-    conditioning,
-    impact_geometry,
     load_at_point,
     sensor_geometry,
-    virtual_point,
 )
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 
 Band = tuple[float, float]
-NO_LENGTH = 1.0
-"""Characteristic length of a matrix without moments: it has nothing to scale [m]."""
 
 
 @checked(
-    position="3",
     frequency="f",
-    response="f n n",
-    matrix="n n",
-    frequency_dependence="n n",
-    drift="n n",
+    response="f 3 3",
+    matrix="3 3",
+    frequency_dependence="3 3",
+    drift="3 3",
 )
 class ForceTransferMatrix:
     """Load on the cells per load at the virtual point, and how constant it is.
 
-    - `position` (3,): virtual point about which moments are taken; without moments the middle of
-      the cells [m].
-    - `length`: characteristic length that makes moments comparable with forces [m]; 1 without
-      moments.
     - `frequency` (n_frequency,).
-    - `response` (n_frequency, n, n): mean over the repeats, line by line, n = 3 (forces) or 6 (with
-      moments) [1, m, 1/m].
-    - `matrix` (n, n).
-    - `frequency_dependence` (n, n): largest deviation of `response` from `matrix` over the lines,
+    - `response` (n_frequency, 3, 3): mean over the repeats, line by line [1].
+    - `matrix` (3, 3).
+    - `frequency_dependence` (3, 3): largest deviation of `response` from `matrix` over the lines,
       relative to the norm of the matrix's column [1].
-    - `drift` (n, n): largest deviation of one repeat's mean over the lines from `matrix`, relative
+    - `drift` (3, 3): largest deviation of one repeat's mean over the lines from `matrix`, relative
       to the same norm [1]; 0 for a single repeat, which cannot show any.
     - `residual`: rms deviation of all lines and repeats from `matrix`, relative to its rms column
       norm [1].
@@ -58,8 +44,6 @@ class ForceTransferMatrix:
     mount: str
     piece: str
     cells: tuple[Sensor, ...]
-    position: RealArray
-    length: float
     frequency: RealArray
     response: ComplexArray
     matrix: ComplexArray
@@ -68,11 +52,6 @@ class ForceTransferMatrix:
     repeats: tuple[int, ...]
     residual: float
     condition_number: float
-
-    @property
-    def has_moments(self) -> bool:
-        """Whether moments are part of it."""
-        return self.matrix.shape == (6, 6)
 
     def channels(self) -> tuple[str, ...]:
         """Names of the force at the virtual point, ``<mount> [<piece>] <axis>``."""
@@ -104,7 +83,7 @@ def force_transfer_matrix(
     -----
     Column a holds the summed cell forces per force of the shaker along a (thesis, eq. 29 and figure
     17). A tilted shaker or a wrong force of it is part of the result: its effect belongs into the
-    error budget. Moments are left out; what that costs shows `moment_transfer_matrix`.
+    error budget. Moments are left out: no noise transfer function hears them.
     """
     name = _name(mount, piece)
     chosen = [run for run in runs if (run.mount, run.piece) == (mount, piece)]
@@ -118,149 +97,25 @@ def force_transfer_matrix(
     doubled = sorted({number for number in numbers if numbers.count(number) > 1})
     if doubled:
         raise InputError(f"mount {name}: shaker runs {doubled} (axis, repeat) occur twice")
-    middle = np.mean([cell.position for cell in cells], axis=0) if cells else np.zeros(3)
     columns = [
         [
-            _cell_load(run.response, cells, middle, name)[:, :3, 0]
+            _cell_force(run.response, cells, name)
             for run in sorted(chosen, key=lambda run: run.repeat)
             if run.axis == axis
         ]
         for axis in AXES
     ]
     frequency = _common_lines([run.response for run in chosen], name)
-    return _averaged(columns, frequency, cells, (mount, piece), middle, NO_LENGTH, band)
-
-
-def force_transfer_matrix_with_moments(
-    pushes: Sequence[Impact],
-    repeats: Sequence[Frf],
-    cells: Sequence[Sensor],
-    mount: str,
-    position: npt.ArrayLike,
-    piece: str = "",
-    *,
-    band: Band | None = None,
-) -> ForceTransferMatrix:
-    """Return the 6×6 force transfer matrix of one mount out of pushes about its virtual point.
-
-    Raises InputError: pushes that do not make up, or cells that do not show, all six loads; no
-    repeat, a missing channel, runs on different lines, no line in the band, or a matrix without an
-    inverse.
-
-    - `cells`: all force cells below the mount; three or more that are not on one line.
-    - `mount`, `piece`, `band`: arguments as for `force_transfer_matrix`.
-    - `position` (3,).
-
-    ``FTM = S Y (U⁺)ᵀ``: S adds the cells' forces and moments about the virtual point, U⁺ is the
-    virtual point transformation of the pushes. Only the force block is dimensionless.
-    """
-    name = _name(mount, piece)
-    if not repeats:
-        raise InputError(f"mount {name}: there is no measurement for its force transfer matrix")
-    shown = conditioning(sensor_geometry(cells, position))
-    if not shown.complete:
-        raise InputError(
-            f"mount {name}: the cells {[cell.name for cell in cells]} show {shown.rank} of six "
-            "loads; three triaxial cells that are not on one line show all moments"
-        )
-    pushed = virtual_point(impact_geometry(pushes, position))
-    loads = [
-        _cell_load(repeat.select(inputs=pushed.channels), cells, position, name) @ pushed.inverse.T
-        for repeat in repeats
-    ]
-    columns = [[load[:, :, column] for load in loads] for column in range(len(RIGID_LOADS))]
-    frequency, length = _common_lines(repeats, name), pushed.conditioning.length
-    place = np.asarray(position, dtype=float)
-    return _averaged(columns, frequency, cells, (mount, piece), place, length, band)
-
-
-def moment_transfer_matrix(
-    campaign: Campaign, mount: str, piece: str = "", *, band: Band | None = None
-) -> ForceTransferMatrix:
-    """Return the 6×6 force transfer matrix of one mount out of a campaign.
-
-    Raises InputError: no such mount, no push beside its virtual point, repeats that differ in
-    number, and as `force_transfer_matrix_with_moments`.
-
-    - `campaign`: campaign whose shaker runs push at the virtual point, and whose pushes do beside
-      it.
-    - `mount`, `piece`, `band`: arguments as for `force_transfer_matrix`.
-    """
-    name = _name(mount, piece)
-    places = {
-        (known.name, known_piece): position
-        for known in campaign.mounts
-        for known_piece, position in zip(known.pieces, known.positions, strict=True)
-    }
-    if (mount, piece) not in places:
-        raise InputError(f"campaign {campaign.name}: there is no mount '{name}'")
-    position = np.array(places[mount, piece])
-    beside = [run for run in campaign.pushes if (run.mount, run.piece) == (mount, piece)]
-    if not beside:
-        raise InputError(
-            f"campaign {campaign.name}: there is no push beside the virtual point of mount {name}, "
-            "without which no moment is known"
-        )
-    pushes: dict[str, Impact] = {}
-    answers: dict[int, list[Frf]] = {}
-    for run in campaign.shaker_runs:
-        if (run.mount, run.piece) == (mount, piece):
-            (point,) = run.response.inputs
-            pushes[point] = Impact(point, position, np.eye(3)[AXES.index(run.axis)])
-            answers.setdefault(run.repeat, []).append(run.response)
-    for push in beside:
-        pushes[push.push.name] = push.push
-        answers.setdefault(push.repeat, []).append(push.response)
-    incomplete = [repeat for repeat, parts in answers.items() if len(parts) != len(pushes)]
-    if incomplete:
-        raise InputError(
-            f"campaign {campaign.name}, mount {name}: repeats {incomplete} lack some of the pushes "
-            f"{list(pushes)}: measure them as well, or leave these repeats out"
-        )
-    return force_transfer_matrix_with_moments(
-        tuple(pushes.values()),
-        [_side_by_side(parts, name) for parts in answers.values()],
-        campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece),
-        mount,
-        position,
-        piece,
-        band=band,
-    )
-
-
-def without_moments(transfer: ForceTransferMatrix) -> ForceTransferMatrix:
-    """Leave the moments of a 6×6 force transfer matrix out: its 3×3 block of forces."""
-    if not transfer.has_moments:
-        raise InputError(
-            f"mount {transfer.mount}: its force transfer matrix has no moments to leave out"
-        )
-    forces = slice(3)
-    matrix = transfer.matrix[forces, forces]
-    return replace(
-        transfer,
-        response=transfer.response[:, forces, forces],
-        matrix=matrix,
-        frequency_dependence=transfer.frequency_dependence[forces, forces],
-        drift=transfer.drift[forces, forces],
-        repeats=transfer.repeats[forces],
-        condition_number=float(np.linalg.cond(matrix)),
-    )
+    return _averaged(columns, frequency, cells, (mount, piece), band)
 
 
 def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
     """Return the force ``<mount> [<piece>] <axis>`` at the virtual point, ``FTM⁻¹ F_cells`` [N].
 
-    A matrix with moments gives the same three, freed from the moments' share. A missing cell
-    channel raises InputError.
+    A missing cell channel raises InputError.
     """
-    load = load_at_point(transfer.cells, cell_force, transfer.position).values
-    if transfer.has_moments:
-        scale = _load_scale(transfer.length)
-        scaled = transfer.matrix * np.outer(scale, 1 / scale)
-        solved = np.linalg.solve(scaled, (load * scale)[..., np.newaxis])
-        force = np.asarray(solved[:, :3, 0], dtype=complex)
-    else:
-        force = force_at_virtual_point(transfer.matrix, load[:, :3])
+    load = load_at_point(transfer.cells, cell_force, np.zeros(3)).values[:, :3]
+    force = force_at_virtual_point(transfer.matrix, load)
     return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
 
 
@@ -269,11 +124,9 @@ def _averaged(
     frequency: RealArray,
     cells: Sequence[Sensor],
     place: tuple[str, str],
-    position: RealArray,
-    length: float,
     band: Band | None,
 ) -> ForceTransferMatrix:
-    """Average the repeats (n_frequency, n) of n loads over lines and repeats, and judge them."""
+    """Average the repeats (n_frequency, 3) of each force over lines and repeats, and judge them."""
     name = _name(*place)
     lower, upper = band or (-np.inf, np.inf)
     used = (frequency >= lower) & (frequency <= upper)
@@ -282,25 +135,22 @@ def _averaged(
     stacks = [np.stack(repeats)[:, used] for repeats in columns]
     response = np.stack([stack.mean(axis=0) for stack in stacks], axis=2)
     matrix = response.mean(axis=0)
-    scale = _load_scale(length)[: len(columns)]
-    singular = np.linalg.svd(matrix * np.outer(scale, 1 / scale), compute_uv=False)
+    singular = np.linalg.svd(matrix, compute_uv=False)
     if singular[-1] <= singular[0] * np.finfo(float).eps * len(columns):
         raise InputError(
             f"mount {name}: the force transfer matrix has no inverse, the cells do not tell the "
             "directions of its shaker runs apart"
         )
-    relative = scale[:, np.newaxis] / np.linalg.norm(scale[:, np.newaxis] * matrix, axis=0)
+    relative = 1 / np.linalg.norm(matrix, axis=0)
     scatter, drift = [], []
     for column, stack in enumerate(stacks):
-        deviation = relative[:, column] * (stack - matrix[:, column])
+        deviation = relative[column] * (stack - matrix[:, column])
         scatter.append(np.mean(np.sum(np.abs(deviation) ** 2, axis=2)))
         drift.append(np.abs(deviation.mean(axis=1)).max(axis=0))
     return ForceTransferMatrix(
         mount=place[0],
         piece=place[1],
         cells=tuple(cells),
-        position=position,
-        length=length,
         frequency=frequency[used],
         response=response,
         matrix=matrix,
@@ -312,17 +162,16 @@ def _averaged(
     )
 
 
-def _cell_load(
-    response: Frf, cells: Sequence[Sensor], position: npt.ArrayLike, name: str
-) -> ComplexArray:
-    """Sum of the cells' forces and moments per input, shape (n_frequency, 6, n_input)."""
+def _cell_force(response: Frf, cells: Sequence[Sensor], name: str) -> ComplexArray:
+    """Sum of the cells' forces, shape (n_frequency, 3)."""
     if not cells:
         raise InputError(f"mount {name}: there is no force cell below it")
-    geometry = sensor_geometry(cells, position)
+    geometry = sensor_geometry(cells, np.zeros(3))
     missing = [channel for channel in geometry.channels if channel not in response.outputs]
     if missing:
         raise InputError(f"mount {name}: a shaker run lacks the cell channels {missing}")
-    return np.asarray(geometry.forward.T @ response.select(outputs=geometry.channels).values)
+    values = response.select(outputs=geometry.channels).values[:, :, 0]
+    return np.asarray(values @ geometry.directions)
 
 
 def _common_lines(responses: Sequence[Frf], name: str) -> RealArray:
@@ -331,23 +180,6 @@ def _common_lines(responses: Sequence[Frf], name: str) -> RealArray:
     if any(not np.array_equal(frequency, response.frequency) for response in responses):
         raise InputError(f"mount {name}: its shaker runs have different frequency lines")
     return frequency
-
-
-def _side_by_side(answers: Sequence[Frf], name: str) -> Frf:
-    """One matrix out of the columns of several pushes."""
-    first = answers[0]
-    return Frf(
-        _common_lines(answers, name),
-        np.concatenate([part.select(outputs=first.outputs).values for part in answers], axis=2),
-        first.outputs,
-        tuple(name for part in answers for name in part.inputs),
-        first.unit,
-    )
-
-
-def _load_scale(length: float) -> RealArray:
-    """Weight of three forces and three moments at which they are comparable [1, 1/m]."""
-    return np.array([1.0] * 3 + [1 / length] * 3)
 
 
 def _name(*parts: str) -> str:

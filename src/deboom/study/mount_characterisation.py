@@ -28,7 +28,6 @@ from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import (
     ForceTransferMatrix,
     force_transfer_matrix,
-    moment_transfer_matrix,
 )
 from deboom.measurement.quality import quality_in_operation, quality_table
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
@@ -518,17 +517,6 @@ def force_transfer_matrices(bench: CharacterisedBench) -> dict[str, ForceTransfe
         point.name: force_transfer_matrix(runs, point.cells, point.mount, point.piece)
         for point in _points(bench)
         if point.calibrated
-    }
-
-
-def moment_transfer_matrices(bench: CharacterisedBench) -> dict[str, ForceTransferMatrix]:
-    """Return the 6×6 matrix of every mount (piece) with pushes beside its virtual point."""
-    campaign = bench.result.campaign
-    pushed = {(run.mount, run.piece) for run in campaign.pushes}
-    return {
-        point.name: moment_transfer_matrix(campaign, point.mount, point.piece)
-        for point in _points(bench)
-        if (point.mount, point.piece) in pushed
     }
 
 

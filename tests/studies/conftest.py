@@ -5,16 +5,14 @@ from pathlib import Path
 import pytest
 from summary_keys import described, undefined
 
-from deboom.plot import style as canvas
 from deboom.report import Report
 from deboom.study.runner import Study, load_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
-PAGE_SIZES = ("test_supplier_report", "test_interactive_front")
-"""Modules that hold the size of a page against its limit: there pictures are as delivered."""
-
+WHOLE_PICTURES = ("test_interactive_front", "test_study_cluster", "test_study_resume")
+"""Modules that hold the size of a page against its limit, or all files of two runs together."""
 
 WITHOUT_PICTURES = (
     "compressor_identification",
@@ -25,16 +23,13 @@ WITHOUT_PICTURES = (
 
 
 @pytest.fixture(scope="module", autouse=True)
-def coarse_pictures(request):
-    """Draw every figure in full, in fewer dots: most of a small study's time goes into dots.
-
-    What a figure shows, and its size, is the business of the tests of `deboom.plot`.
-    """
+def few_pictures(request):
+    """Draw every picture of a study once, and none where the tests look at numbers alone."""
+    name = request.module.__name__
+    if name not in WHOLE_PICTURES:
+        request.getfixturevalue("each_picture_once")
     with pytest.MonkeyPatch.context() as patch:
-        if request.module.__name__ not in PAGE_SIZES:
-            patch.setattr(canvas, "DPI", 100)
-        name = request.module.__name__.removeprefix("test_")
-        if name in WITHOUT_PICTURES:
+        if name.removeprefix("test_") in WITHOUT_PICTURES:
             patch.setattr(Report, "figure", lambda *_, **__: None)
         yield
 

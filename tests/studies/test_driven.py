@@ -11,7 +11,6 @@ from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
 from deboom.cli import app
-from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_study import supplier_study
 from resolved_truth import scaled_bench
 
@@ -22,16 +21,9 @@ REPEAT = 0.01
 
 
 @pytest.fixture(scope="module")
-def front(tmp_path_factory):
-    out = tmp_path_factory.mktemp("results")
-    budget = {"generations": 2, "population": 8, "samples": 16}
-    return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
-
-
-@pytest.fixture(scope="module")
-def cars(front):
+def cars(front_run):
     """Return the study, and pressures by state (v, f) [Pa] of the bench with its mounts scaled."""
-    study = supplier_study(front, STUDIES, Pick.best_mean)
+    study = supplier_study(front_run, STUDIES, Pick.best_mean)
     lines = np.asarray(study.index.frequency)
     paths = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM") for axis in "xyz"] + ["Du x"]
     of_platform = {vehicle.name: vehicle for vehicle in study.platform.fleet.vehicles}
@@ -63,14 +55,14 @@ def drive(folder, cars, states, drives=DRIVES):
     return folder
 
 
-def driven(front, folder, out):
-    words = ["driven", front, folder, "--out", out, "--studies", STUDIES]
+def driven(front_run, folder, out):
+    words = ["driven", front_run, folder, "--out", out, "--studies", STUDIES]
     return CliRunner().invoke(app, [str(word) for word in words])
 
 
-def test_the_truth_of_the_bench_is_as_predicted(front, cars, tmp_path):
+def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"})
-    answer = driven(front, folder, tmp_path / "results")
+    answer = driven(front_run, folder, tmp_path / "results")
     assert answer.exit_code == 0, answer.output
     table = pd.read_csv(Path(answer.output.split()[-1]) / "driven.csv")
     assert set(table["vehicle"]) == set(cars[0].vehicles)
@@ -83,18 +75,18 @@ def test_the_truth_of_the_bench_is_as_predicted(front, cars, tmp_path):
     assert table["± predicted [dB]"].between(0.0, 1.0).all()
 
 
-def test_parts_that_change_nothing_are_not_as_predicted(front, cars, tmp_path):
+def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "today"})
-    answer = driven(front, folder, tmp_path / "results")
+    answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
     table = pd.read_csv(run / "driven.csv")
     assert (table["verdict"] == "not as predicted").all()
     assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
 
 
-def test_one_drive_each_leaves_the_measured_uncertainty_open(front, cars, tmp_path):
+def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
-    answer = driven(front, folder, tmp_path / "results")
+    answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
     assert pd.read_csv(run / "driven.csv")["± measured [dB]"].isna().all()
     assert "One drive each" in (run / "report.html").read_text(encoding="utf-8")
@@ -109,10 +101,10 @@ def test_one_drive_each_leaves_the_measured_uncertainty_open(front, cars, tmp_pa
         (lambda folder: _edit(folder, lambda t: t.rename(columns=_in_newton)), "give a pressure"),
     ],
 )
-def test_what_is_missing_is_named(front, cars, tmp_path, change, words):
+def test_what_is_missing_is_named(front_run, cars, tmp_path, change, words):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
     change(folder)
-    answer = driven(front, folder, tmp_path / "results")
+    answer = driven(front_run, folder, tmp_path / "results")
     assert answer.exit_code == 2
     assert words in answer.output
     assert not list((tmp_path / "results").rglob("driven.csv"))

@@ -16,8 +16,8 @@ LIMITS = STUDY.parent / "data" / "u06_limits.toml"
 BUDGET = {"seed": 1, "generations": 5, "population": 16, "samples": 16}
 
 
-def run(out, **changes):
-    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+def run(out, study=None, **changes):
+    return run_study(study or load_study(STUDY), out, {**BUDGET, **changes})
 
 
 def limits_of(tmp_path, text):
@@ -26,8 +26,8 @@ def limits_of(tmp_path, text):
     return path
 
 
-def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(tmp_path):
-    finished = run(tmp_path, limits=LIMITS, loss_factors=True)
+def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, tmp_path):
+    finished = run(tmp_path, quick_front, limits=LIMITS, loss_factors=True)
     summary = json.loads((finished / "summary.json").read_text())
     table = pd.read_csv(finished / "limits.csv")
     low, high = table["at least"].fillna(-np.inf), table["at most"].fillna(np.inf)

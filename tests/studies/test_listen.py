@@ -1,6 +1,7 @@
 """Run-ups of a tiny front as sound: what the files hold is what the model says."""
 
 import json
+import shutil
 from pathlib import Path
 
 import numpy as np
@@ -13,16 +14,14 @@ from typer.testing import CliRunner
 from deboom.choices import Pick
 from deboom.cli import app
 from deboom.study.rebuilt import compared_run
-from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    out = tmp_path_factory.mktemp("results")
-    budget = {"generations": 2, "population": 8, "samples": 16}
-    return run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
+def folder(front_run, tmp_path_factory):
+    copy = tmp_path_factory.mktemp("results") / front_run.parent.name / front_run.name
+    return shutil.copytree(front_run, copy)
 
 
 def listen(*words):

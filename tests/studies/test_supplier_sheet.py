@@ -69,14 +69,8 @@ def results(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def front(results):
-    budget = {"generations": 2, "population": 12, "samples": 16}
-    return run_study(load_study(STUDIES / "u06_robust_front.py"), results, budget)
-
-
-@pytest.fixture(scope="module")
-def study(front):
-    return supplier_study(front, STUDIES, Pick.best_mean)
+def study(front_run):
+    return supplier_study(front_run, STUDIES, Pick.best_mean)
 
 
 @pytest.fixture(scope="module")
@@ -153,8 +147,8 @@ def box_run(study, results):
 
 
 @pytest.fixture(scope="module")
-def tolerance_run(front, results):
-    record = hash_files([front / "run.json"], relative_to=front)
+def tolerance_run(front_run, results):
+    record = hash_files([front_run / "run.json"], relative_to=front_run)
     names = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
     table = pd.DataFrame({"variable": names, "cheapest ± [%]": np.linspace(8.0, 30.0, 12)})
     folder = results / "tolerance_allocation" / "done"
@@ -413,21 +407,21 @@ def test_the_workbook_has_units_and_number_formats(sheet, tmp_path):
 
 
 @pytest.fixture(scope="module")
-def anonymous(front, box_run, tmp_path_factory, few_draws):
+def anonymous(front_run, box_run, tmp_path_factory, few_draws):
     out = tmp_path_factory.mktemp("supplier")
-    result = report(front, "--mount", "TSM", "--anonymous", "--box", box_run, "--out", out)
+    result = report(front_run, "--mount", "TSM", "--anonymous", "--box", box_run, "--out", out)
     assert result.exit_code == 0, result.output
     return tuple(Path(line) for line in result.stdout.splitlines()[-2:])
 
 
-def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, front, study):
+def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, front_run, study):
     page, workbook = anonymous
     html = page.read_text(encoding="utf-8")
     fleet = study.platform.fleet.vehicles
     secrets = [
         *{vehicle.name for vehicle in fleet},
         *{vehicle.group for vehicle in fleet},
-        *("u06_f39_f45", "Compact platform,", "robust_front", str(front), str(STUDIES)),
+        *("u06_f39_f45", "Compact platform,", "robust_front", str(front_run), str(STUDIES)),
         *("54.4", "deboom report", "EnM", "GeM", "three cylinders"),
     ]
     read = "\n".join([html, workbook_text(workbook.read_bytes()), page.name, workbook.name])
@@ -586,7 +580,9 @@ def test_an_edited_box_of_a_finished_run_is_refused(anonymous, box_run, tmp_path
     assert "its checksum is not that of its entries" in result.stderr
 
 
-def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp_path, few_draws):
+def test_an_older_sheet_marks_what_moved(
+    front_run, box_run, anonymous, results, tmp_path, few_draws
+):
     other = read_solution_box(box_run)
     moved = tuple(
         v.model_copy(update={"upper": 0.80}) if v.name == "TSM x" else v for v in other.variables
@@ -594,7 +590,7 @@ def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp
     path = tmp_path / "box.json"
     write_solution_box(path, other.model_copy(update={"variables": moved}))
     words = ("--mount", "TSM", "--box", path, "--since", anonymous[1], "--out", tmp_path)
-    result = report(front, *words)
+    result = report(front_run, *words)
     assert result.exit_code == 0, result.output
     html = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
     assert html.count(' moved"') == 5  # nominal, upper end, ±, preload in mm, static rate
@@ -603,9 +599,9 @@ def test_an_older_sheet_marks_what_moved(front, box_run, anonymous, results, tmp
     fields = [row[1] for row in changes.iter_rows(values_only=True, min_row=2)]
     assert "accepted to [N/mm]" in fields
     assert "accepted from [N/mm]" not in fields
-    wrong = report(front, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path)
+    wrong = report(front_run, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path)
     assert "that sheet is of mount TSM" in wrong.stderr
-    assert "say --mount" in report(front, "--since", anonymous[1]).stderr
+    assert "say --mount" in report(front_run, "--since", anonymous[1]).stderr
 
 
 @pytest.mark.parametrize(
@@ -625,7 +621,7 @@ def test_a_programme_with_unknown_fields_is_one_sentence(tmp_path, text, sentenc
     assert read_programme(tmp_path, ("A",)) == Programme()
 
 
-def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, front, tmp_path):
+def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, front_run, tmp_path):
     def refused(sentence, wanted=study, **files):
         with pytest.raises(InputError, match=sentence):
             sheet_sources(wanted, SheetFiles(**files))
@@ -636,8 +632,8 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
     other = tuple(BoxResponse(name=n, limit=54.0, share=1.0) for n in ("F39-1", "F39-2"))
     write_solution_box(path, box.model_copy(update={"responses": other}))
     refused("its vehicles are F39-1, F39-2", box=path)
-    refused("holds no acceptance_box.json", box=front)
-    refused("has no allocation.csv", tolerances=front)
+    refused("holds no acceptance_box.json", box=front_run)
+    refused("has no allocation.csv", tolerances=front_run)
     refused("has no part_numbers.csv", sharing=tolerance_run)
     refused("another design: run", replace(study, pick=Pick.best_sigma), tolerances=tolerance_run)
     foreign = pd.DataFrame({"direction": [], "part number": []})
@@ -654,9 +650,11 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
         (lambda copy: (copy / "run.json").unlink(), "is no run folder"),
     ],
 )
-def test_a_folder_that_is_not_whole_is_refused_in_one_sentence(front, tmp_path, change, sentence):
-    copy = tmp_path / front.parent.name / front.name
-    shutil.copytree(front, copy)
+def test_a_folder_that_is_not_whole_is_refused_in_one_sentence(
+    front_run, tmp_path, change, sentence
+):
+    copy = tmp_path / front_run.parent.name / front_run.name
+    shutil.copytree(front_run, copy)
     change(copy)
     result = report(copy, "--out", tmp_path / "out")
     assert result.exit_code == 2
@@ -665,11 +663,11 @@ def test_a_folder_that_is_not_whole_is_refused_in_one_sentence(front, tmp_path, 
     assert not (tmp_path / "out").exists()
 
 
-def test_an_unknown_mount_and_a_missing_flag_are_refused(front, tmp_path):
-    unknown = report(front, "--mount", "TMS", "--out", tmp_path / "out")
+def test_an_unknown_mount_and_a_missing_flag_are_refused(front_run, tmp_path):
+    unknown = report(front_run, "--mount", "TMS", "--out", tmp_path / "out")
     assert "no mount 'TMS': use EnM, GeM, TSM, Du" in unknown.stderr
-    plain = CliRunner().invoke(app, ["report", str(front)])
+    plain = CliRunner().invoke(app, ["report", str(front_run)])
     assert "--supplier" in plain.stderr
-    result = CliRunner().invoke(app, ["report", str(front), "--interactive", "--box", "b.json"])
+    result = CliRunner().invoke(app, ["report", str(front_run), "--interactive", "--box", "b.json"])
     assert "belong to --supplier" in result.stderr
     assert not (tmp_path / "out").exists()

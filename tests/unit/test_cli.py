@@ -112,12 +112,11 @@ def test_bench_refuses_seed_0_and_a_folder_in_use(cli, tmp_path):
     assert (tmp_path / "mine.txt").read_text() == "keep"
 
 
-def test_bench_writes_a_platform_that_a_study_reads(cli, tmp_path):
+def test_bench_writes_a_platform_that_passes_its_check(cli, tmp_path):
     folder = tmp_path / "platform"
     written = cli("bench", "write", folder, "--seed", "2")
     assert written.exit_code == 0
     assert Path(written.stdout.splitlines()[-1]) == folder
-    options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path / "results")
-    done = cli("run", STUDY, *TINY, *options)
-    assert done.exit_code == 0, done.stderr
-    assert (Path(done.stdout.splitlines()[-1]) / "summary.json").is_file()
+    checked = cli("check", folder)
+    assert checked.exit_code == 0, checked.stderr
+    assert "5 in group U06" in checked.stdout

@@ -1,0 +1,52 @@
+"""What tests of every kind share: a finished run of the front study, and pictures drawn once."""
+
+from pathlib import Path
+
+import pytest
+
+from deboom.plot import style
+from deboom.report import Report
+from deboom.study.runner import load_study, run_study
+
+STUDIES = Path(__file__).parents[1] / "studies"
+
+
+@pytest.fixture(scope="session")
+def drawn_pictures():
+    """Pictures of reports by title, name and the code that draws them."""
+    return {}
+
+
+@pytest.fixture(scope="module")
+def each_picture_once(drawn_pictures):
+    """Draw a picture when it is shown first, in fewer dots, and show that one again later.
+
+    Pictures are two thirds of a small study's time. What they show, and that the same numbers give
+    the same bytes, is the business of the tests of `deboom.plot`.
+    """
+    figure = Report.figure
+
+    def shown(self, stem, drawing, caption, **options):
+        code = getattr(getattr(drawing, "func", drawing), "__code__", None)
+        key = (self.title, stem, code)
+        if stem is None or key not in drawn_pictures:
+            figure(self, stem, drawing, caption, **options)
+            drawn_pictures[key] = self.figures.get(stem)
+            return
+        if not callable(drawing) and not isinstance(drawing, bytes):
+            style.close(drawing.get_figure(root=True))
+        # a picture that failed fails again
+        figure(self, stem, drawn_pictures[key] or drawing, caption, **options)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(style, "DPI", 100)
+        patch.setattr(Report, "figure", shown)
+        yield
+
+
+@pytest.fixture(scope="session")
+def front_run(tmp_path_factory):
+    """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
+    budget = {"generations": 2, "population": 12, "samples": 16}
+    study = load_study(STUDIES / "u06_robust_front.py")
+    return run_study(study, tmp_path_factory.mktemp("results"), budget)

@@ -2,8 +2,8 @@
 
 Parts lie evenly in their box. The share of a box is then a volume over a volume, which linear and
 quadratic responses give in closed form or by quadrature, and its derivatives follow from the shares
-of the faces (Leibniz' rule). Nothing here is shared with the search of
-`deboom.explore.largest_box` but the box itself.
+of the faces (Leibniz' rule). Known boxes share nothing with the search of
+`deboom.explore.largest_box` but the box itself; `ratio_of` holds that search against them.
 """
 
 from __future__ import annotations
@@ -18,9 +18,10 @@ import numpy as np
 from scipy.optimize import brentq, minimize
 
 from deboom.arrays import RealArray
-from deboom.explore.box import Box
+from deboom.explore.box import Box, BoxQuestion
+from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.explore.space import Differentiable
-from known_truth import Quad2
+from known_truth import Quad2, quad2
 
 NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""
@@ -308,3 +309,53 @@ def largest_bowl_box(weight: RealArray, target: RealArray, limit: float, share: 
     quantile = brentq(lambda q: of_square(q) - share, 1e-9, 2.0, xtol=1e-13)
     half = np.sqrt(limit / (quantile * weight))
     return Box(("x1", "x2"), target - half, target + half)
+
+
+def plane(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
+    """Return problem, limit, bounds, exact box and share of an instance below a plane."""
+    slope = np.random.default_rng(seed).uniform(0.5, 2.0, n_variables)
+    problem = LinearProblem(slope[np.newaxis])
+    bounds = Box(problem.variable_names, np.zeros(n_variables), np.full(n_variables, 3.0))
+    return problem, np.ones(1), bounds, largest_linear_box(slope, 1.0, 0.95, bounds.lower), 0.95
+
+
+def bowl(seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
+    """Return an instance in a quadratic bowl of two variables."""
+    weight, target = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 1, 2))
+    problem = QuadraticProblem(weight, target)
+    bounds = Box(problem.variable_names, np.full(2, -1.0), np.full(2, 3.0))
+    return problem, np.array([0.05]), bounds, largest_bowl_box(*weight, *target, 0.05, 0.95), 0.95
+
+
+def two_vehicles(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, list[RealArray]]:
+    """Return problem, limit, bounds and a design below the limit of an instance of QUAD2."""
+    truth = quad2(n_variables, seed=seed)
+    problem = QuadraticProblem(truth.weights, truth.targets)
+    bounds = Box(problem.variable_names, np.full(n_variables, 0.4), np.full(n_variables, 1.6))
+    middle = truth.targets.mean(axis=0)
+    limit = np.full(2, float(problem(middle[np.newaxis]).max()) + 0.05)
+    return problem, limit, bounds, [middle]
+
+
+def ratio_of(
+    kind: str, n_variables: int, seed: int, effort: BoxEffort
+) -> tuple[float, bool, bool, float]:
+    """Return volume over the exact one, and what holds of an instance.
+
+    The true share is above its bound and the stated one; the bound is above the stated one; how far
+    the verified share is from the true one, in standard errors.
+    """
+    if kind == "plane":
+        problem, limit, bounds, exact, share = plane(n_variables, seed)
+    elif kind == "bowl":
+        problem, limit, bounds, exact, share = bowl(seed)
+    else:
+        share = 0.95
+        problem, limit, bounds, anchors = two_vehicles(n_variables, seed)
+        exact = exact_largest_box(problem, limit, share, bounds, anchors=anchors)
+    question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
+    found = largest_box(question, seed=seed, effort=effort)
+    true = exact_share(problem, limit, found.box)
+    ratio = float(np.prod(found.box.width / exact.width))
+    off = abs(found.verified.share - true) / found.verified.standard_error
+    return ratio, true >= max(found.verified.bound, share), found.confirmed, off

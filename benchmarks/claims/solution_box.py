@@ -26,21 +26,12 @@ from typing import Any
 import numpy as np
 
 from claims import Claim, draws
-from deboom.explore.box import Box, BoxQuestion
+from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box
 from deboom.explore.largest_box import volume_ratio as box_volume_ratio
 from deboom.study.platform_model import Motion, MotionOptions
 from deboom.study.runner import load_study
-from known_boxes import (
-    KnownShare,
-    LinearProblem,
-    QuadraticProblem,
-    exact_largest_box,
-    exact_share,
-    largest_bowl_box,
-    largest_linear_box,
-)
-from known_truth import quad2
+from known_boxes import exact_share, ratio_of, two_vehicles
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "solution_box.py").module
@@ -50,54 +41,12 @@ REPEATED = BoxEffort(starts=1, calibration=16384)
 REPETITIONS = draws(40)
 
 
-def plane(n_variables: int, seed: int) -> tuple[KnownShare, np.ndarray, Box, Box, float]:
-    """Return problem, limit, bounds, exact box and share of an instance below a plane."""
-    slope = np.random.default_rng(seed).uniform(0.5, 2.0, n_variables)
-    problem = LinearProblem(slope[np.newaxis])
-    bounds = Box(problem.variable_names, np.zeros(n_variables), np.full(n_variables, 3.0))
-    return problem, np.ones(1), bounds, largest_linear_box(slope, 1.0, 0.95, bounds.lower), 0.95
-
-
-def bowl(seed: int) -> tuple[KnownShare, np.ndarray, Box, Box, float]:
-    """Return an instance in a quadratic bowl of two variables."""
-    weight, target = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 1, 2))
-    problem = QuadraticProblem(weight, target)
-    bounds = Box(problem.variable_names, np.full(2, -1.0), np.full(2, 3.0))
-    return problem, np.array([0.05]), bounds, largest_bowl_box(*weight, *target, 0.05, 0.95), 0.95
-
-
-def two_vehicles(
-    n_variables: int, seed: int
-) -> tuple[KnownShare, np.ndarray, Box, list[np.ndarray]]:
-    """Return problem, limit, bounds and a design below the limit of an instance of QUAD2."""
-    truth = quad2(n_variables, seed=seed)
-    problem = QuadraticProblem(truth.weights, truth.targets)
-    bounds = Box(problem.variable_names, np.full(n_variables, 0.4), np.full(n_variables, 1.6))
-    middle = truth.targets.mean(axis=0)
-    limit = np.full(2, float(problem(middle[np.newaxis]).max()) + 0.05)
-    return problem, limit, bounds, [middle]
-
-
 def volume_ratio(task: tuple[str, int, int]) -> tuple[float, bool, bool]:
     """Return volume over the exact one, and what holds.
 
     The true share is above its bound and the stated one; the bound is above the stated one.
     """
-    kind, n_variables, seed = task
-    if kind == "plane":
-        problem, limit, bounds, exact, share = plane(n_variables, seed)
-    elif kind == "bowl":
-        problem, limit, bounds, exact, share = bowl(seed)
-    else:
-        share = 0.95
-        problem, limit, bounds, anchors = two_vehicles(n_variables, seed)
-        exact = exact_largest_box(problem, limit, share, bounds, anchors=anchors)
-    question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
-    effort = MOST if n_variables > 10 else EFFORT
-    found = largest_box(question, seed=seed, effort=effort)
-    true = exact_share(problem, limit, found.box)
-    ratio = float(np.prod(found.box.width / exact.width))
-    return ratio, true >= max(found.verified.bound, share), found.confirmed
+    return ratio_of(*task, MOST if task[1] > 10 else EFFORT)[:3]
 
 
 def repetition(seed: int) -> tuple[bool, bool, bool]:

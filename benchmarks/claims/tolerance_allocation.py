@@ -1,10 +1,9 @@
 """Tolerance allocation.
 
-Cheapest tolerances against the closed form of Lagrange on linear responses, with bounds and with
-axes of one hardness; exact derivatives against differences on the shipped platform; and
-`studies/tolerance_allocation.py` with its default budget, motion prescribed. Costs are 1 per
-direction at ±15 % and reciprocal, an assumption: a ratio to one tolerance everywhere holds for such
-prices.
+Exact derivatives against differences on the shipped platform, and `studies/tolerance_allocation.py`
+with its default budget, motion prescribed. Costs are 1 per direction at ±15 % and reciprocal, an
+assumption: a ratio to one tolerance everywhere holds for such prices. That the cheapest tolerances
+are those of Lagrange is held by `tests/unit/test_explore_tolerance_allocation.py`.
 """
 
 import json
@@ -17,16 +16,8 @@ from typing import Any
 import numpy as np
 
 from claims import Claim, draws
-from deboom.explore.moments import Estimator
-from deboom.explore.robust import RobustResponse
-from deboom.explore.scatter import ToleranceStructure, cut_normal_moments, sobol_sample
-from deboom.explore.space import stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
-    Allocator,
-    SigmaTarget,
-    ToleranceCost,
     ToleranceEffect,
-    reciprocal_curves,
 )
 from deboom.study.made_parts import ScatterOptions
 from deboom.study.platform_model import Motion, MotionOptions
@@ -36,101 +27,12 @@ from deboom.study.search import SearchOptions
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "tolerance_allocation.py")
 PARTS = STUDIES / "data" / "u06_parts.toml"
-LOWER, UPPER = 0.05, 0.30
-PROBLEMS = draws(20)
 SEEDS = draws(3)
 
 
 def claims() -> list[Claim]:
-    """Compare with closed forms, then allocate on the shipped fleet."""
-    return [*_closed_forms(), *_shipped(), _shares()]
-
-
-class _Linear:
-    response_names = ("level",)
-    response_unit = "dB"
-
-    def __init__(self, slope: np.ndarray) -> None:
-        self.slope = slope
-        self.variable_names = tuple(f"M x{k}" for k in range(slope.size))
-
-    def __call__(self, designs: np.ndarray) -> np.ndarray:
-        return np.asarray(designs @ self.slope)[:, np.newaxis]
-
-    def gradient(self, designs: np.ndarray) -> np.ndarray:
-        return np.tile(self.slope, (len(designs), 1, 1))
-
-
-def _allocator(
-    slope: np.ndarray, weight: np.ndarray, structure: ToleranceStructure | None = None
-) -> Allocator:
-    model = _Linear(slope)
-    n_draws = structure.n_draws if structure else slope.size
-    robust = RobustResponse(
-        model,
-        stiffness_factor_space(model.variable_names),
-        sobol_sample(n_draws, 64, seed=1),
-        estimator=Estimator(1),
-        structure=structure,
-    )
-    curves = reciprocal_curves(
-        model.variable_names, ToleranceCost(weight, np.full(slope.size, 0.15))
-    )
-    effect = ToleranceEffect(robust, np.ones(slope.size))
-    return Allocator(effect, curves, np.asarray(LOWER), np.asarray(UPPER))
-
-
-def _exact(slope: np.ndarray, weight: np.ndarray, sigma: float) -> float:
-    """Cost of t = (w r / (2 λ a²))^(1/3) between the bounds, λ by bisection."""
-    a = slope * np.sqrt(cut_normal_moments()[0]) / 3.0
-    low, high = 1e-12, 1e12
-    for _ in range(200):
-        middle = np.sqrt(low * high)
-        tolerance = np.clip(np.cbrt(weight * 0.15 / (2.0 * middle * a**2)), LOWER, UPPER)
-        over = np.sum((a * tolerance) ** 2) > sigma**2
-        low, high = (middle, high) if over else (low, middle)
-    return float((weight * 0.15 / tolerance).sum())
-
-
-def _closed_forms() -> list[Claim]:
-    rng = np.random.default_rng(7)
-    errors, ratios = [], []
-    for _ in range(PROBLEMS):
-        slope, weight = rng.uniform(0.1, 3.0, 12), rng.uniform(0.3, 3.0, 12)
-        allocator = _allocator(slope, weight)
-        target = SigmaTarget(allocator.at(allocator.today).sigma_sum)
-        found = allocator.cheapest(target)
-        errors.append(abs(found.total_cost / _exact(slope, weight, target.sigma_sum) - 1.0))
-        ratios.append(found.total_cost / allocator.uniform(target).total_cost)
-    hard = []
-    for _ in range(PROBLEMS):
-        slope, weight = rng.uniform(0.5, 1.5, 3), rng.uniform(0.5, 2.0, 3)
-        names = tuple(f"M x{k}" for k in range(3))
-        allocator = _allocator(
-            slope, weight, ToleranceStructure(names, np.ones((len(names), 1)), ("batch M",))
-        )
-        a = slope * np.sqrt(cut_normal_moments()[0]) / 3.0
-        sigma = 0.12 * a.sum()
-        exact = np.sqrt(weight / a) * sigma / (a * np.sqrt(weight / a)).sum()
-        if exact.min() > LOWER and exact.max() < UPPER:
-            found = allocator.cheapest(SigmaTarget(float(sigma)))
-            hard.append(abs(found.total_cost / (weight * 0.15 / exact).sum() - 1.0))
-    return [
-        Claim(
-            f"cost above Lagrange's closed form, {PROBLEMS} linear problems of 12 tolerances "
-            "between bounds, largest [1]",
-            "≤ 1e-6",
-            f"{max(errors):.1e} (cost over that of one tolerance everywhere: "
-            f"{min(ratios):.2f} to {max(ratios):.2f})",
-            max(errors) <= 1e-6,
-        ),
-        Claim(
-            f"the same where three axes share one hardness, {len(hard)} problems [1]",
-            "≤ 1e-6",
-            f"{max(hard):.1e}",
-            max(hard) <= 1e-6,
-        ),
-    ]
+    """Allocate on the shipped fleet."""
+    return [*_shipped(), _shares()]
 
 
 def _model(**asked: object) -> tuple[Any, Any]:

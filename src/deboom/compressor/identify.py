@@ -181,7 +181,8 @@ class Identification(Tabled):
         if self.calibrated.reduced_chi > ALARM:
             alarms.append(
                 f"The residuals are {self.calibrated.reduced_chi:.2f} times the noise (alarm at "
-                f"{ALARM:g}): a flexible receiver, hoses, or mounts that differ in their gain."
+                f"{ALARM:g}): a flexible receiver, hoses, or mounts that differ in their gain. The "
+                "stiffness is that of the mounts with what carries them."
             )
         for check in self.held_out:
             if check.reduced_chi > ALARM:

@@ -23,7 +23,6 @@ ACCENT = "#0B4F7D"
 
 FULL_WIDTH = 7.2
 """Width of a figure over the whole column [in]."""
-"""Width of a figure that shares its row with another [in]."""
 DPI = 200
 
 FIGURE_STYLE: Mapping[str, str | float | bool] = {

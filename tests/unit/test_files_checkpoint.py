@@ -5,7 +5,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files import run_folder
-from deboom.files.run_folder import CheckpointFolder, read_evaluations
+from deboom.files.run_folder import CheckpointFolder
 
 INPUTS = {"data/platform.toml": "a1", "data/mounts.csv": "b2"}
 
@@ -59,15 +59,10 @@ def test_an_interrupted_write_leaves_the_facts_before(tmp_path, monkeypatch):
     assert store.load() == {"n": 1}
 
 
-def test_evaluations_are_read_together(tmp_path):
+def test_evaluations_are_kept_by_generation(tmp_path):
     store = CheckpointFolder(tmp_path / "search", INPUTS)
-    with pytest.raises(InputError, match="no evaluations"):
-        read_evaluations(tmp_path / "search")
     for number, size in ((1, 3), (2, 2), (10, 1)):
         store.keep(number, {"designs": np.full((size, 4), float(number)), "failed": np.zeros(size)})
-    both = read_evaluations(tmp_path / "search")
-    np.testing.assert_array_equal(both["generation"], [1, 1, 1, 2, 2, 10])
-    np.testing.assert_array_equal(both["designs"][:, 0], both["generation"])
     np.testing.assert_array_equal(store.kept(2)["designs"], np.full((2, 4), 2.0))
 
 

@@ -525,25 +525,6 @@ class CheckpointFolder:
         replace_bytes(path, data)
 
 
-def read_evaluations(folder: Path) -> dict[str, AnyArray]:
-    """Return every evaluation of a search, in the order in which they were made.
-
-    - `folder`: of a `CheckpointFolder`, such as ``<run>/search``, whether its run is finished or
-      not.
-    - returns: ``generation``, shape (n,), from 1, and the columns that the search kept, such as
-      ``designs`` (n, k), ``mean`` and ``sigma`` (n, r).
-    - raises InputError: no evaluations, or a damaged file.
-    """
-    paths = sorted((folder / "evaluations").glob("[0-9]*.npz"))
-    if not paths:
-        raise InputError(f"{folder}: there are no evaluations in this folder")
-    chunks = [chunk for path in paths if (chunk := _read_npz(path)) is not None]
-    sizes = [len(next(iter(chunk.values()))) for chunk in chunks]
-    numbers = [int(path.stem) for path in paths]
-    columns = {name: np.concatenate([chunk[name] for chunk in chunks]) for name in chunks[0]}
-    return {"generation": np.repeat(numbers, sizes), **columns}
-
-
 def _read_npz(path: Path) -> dict[str, AnyArray] | None:
     try:
         # all at once: numpy leaves a damaged file open

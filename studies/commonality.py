@@ -47,7 +47,7 @@ from deboom.explore.space import DesignSpace, responses
 from deboom.files.tables import read_rows
 from deboom.plot.style import mount_of, signed
 from deboom.report import Report
-from deboom.study.options import Seed, factor_space
+from deboom.study.options import Seed, at_least, factor_space
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
@@ -57,8 +57,12 @@ FAMILY_DESIGNS = 100
 """Designs of the correlation study that the search begins with."""
 FAMILY_CUT = 0.9
 """Least correlation within a family [1]."""
-SEARCH_DRAWS, VERIFYING_DRAWS = 128, 8192
-"""Of the scatter: for the margin of the search, and for the check."""
+DRAWS = 8192
+"""Of the scatter: for the margin of the search, and others for the check."""
+SURE = 3.0
+"""Standard errors of that share by which the search asks for more than --share."""
+ROUNDS = 5
+"""Searches at most; each takes the margin that the sharing before it turned out to need."""
 PERCENT = 100.0
 
 
@@ -72,7 +76,9 @@ class Options:
     share: Annotated[float, Option(help="Of the cars that keep the limit [1].")] = 0.95
     together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
-    starts: Annotated[int, Option(help="Descents per vehicle for its own best.")] = 12
+    starts: Annotated[
+        int, Option(help="Descents per vehicle for its own best.", callback=at_least(1))
+    ] = 12
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     platform: PlatformOptions = PlatformOptions(group=None)
@@ -157,7 +163,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if short:
         report.warn(
             f"New draws find fewer than {options.share:.0%} of the cars within the limit: "
-            f"{', '.join(short)}. The margin for scatter is that of mounts of its own."
+            f"{', '.join(short)}: no search found a sharing that keeps it; ask for a lower --share "
+            "or a wider --allowed."
         )
     report.warn(*motion_report(model.index, shared.fewest.designs).warnings)
     report.summary |= {
@@ -296,33 +303,37 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     progress(0, 4, "mounts of its own for each vehicle")
     drawn = ScatteredLevel(model.index, space.nominal, space.relative_sigma)
     own = own_optima(drawn, searched, starts=options.starts, seed=seed)
-    draws = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=seed).values
-    made = [
-        np.quantile(_as_made(level, space, design, draws, vehicle), options.share)
-        for vehicle, design in enumerate(own.designs)
-    ]
-    margin = np.asarray(np.array(made) - own.levels)
-    limits = own.levels + options.allowed
+    draws = sobol_sample(space.n_variables, DRAWS, seed=seed).values
+    made = _as_made(level, space, own.designs, draws)
+    limits = np.quantile(made, options.share, axis=1) + options.allowed
     if model.limits is not None:
-        _refuse_missed(options, model.vehicles, model.limits, own.levels + margin)
-        limits = model.limits - margin
-    problem = SharingProblem(drawn, searched, model.parts, limits, model.rules)
+        limits = model.limits
+        _refuse_missed(options, model.vehicles, limits, np.quantile(made, options.share, axis=1))
+    # draws are finite: ask for more than the share, as far as mounts of its own still keep it
+    asked = options.share + SURE * np.sqrt(options.share * (1.0 - options.share) / DRAWS)
+    room = limits - own.levels
+    margin = np.minimum(np.quantile(made, min(asked, 1.0), axis=1) - own.levels, room)
     progress(1, 4, "families of the correlation study")
+    problem = SharingProblem(drawn, searched, model.parts, limits - margin, model.rules)
     guesses = _guesses(model.runs, problem, seed)
-    found = fewest_part_numbers(
-        problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
-    )
+    for _ in range(ROUNDS):
+        found = fewest_part_numbers(
+            problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
+        )
+        made = _as_made(level, space, found.fewest.designs, draws)
+        needed = np.quantile(made, min(asked, 1.0), axis=1) - found.fewest.levels
+        wider = np.clip(needed, margin, room)
+        if np.all(found.fewest.levels + wider <= limits):
+            break
+        margin = wider
+        problem = replace(problem, limits=limits - margin)
     progress(3, 4, "verification")
     by_group = None
     if "groups" in guesses:
         by_group = separate_sets(problem, own, guesses["groups"])
-    check = sobol_sample(
-        space.n_variables, VERIFYING_DRAWS, seed=seed, purpose="verification sample"
-    ).values
-    kept = [
-        np.mean(_as_made(level, space, design, check, vehicle) <= (limits + margin)[vehicle])
-        for vehicle, design in enumerate(found.fewest.designs)
-    ]
+    check = sobol_sample(space.n_variables, DRAWS, seed=seed, purpose="verification sample").values
+    made = _as_made(level, space, found.fewest.designs, check)
+    kept = np.mean(made <= limits[:, np.newaxis], axis=1)
     today = np.asarray(responses(problem.evaluate, problem.space.nominal[np.newaxis])[0])
     progress(4, 4, "done")
     return _Shared(
@@ -333,7 +344,7 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
         found.lower_bound,
         by_group,
         margin,
-        np.array(kept),
+        kept,
         silent,
         today,
     )
@@ -398,11 +409,11 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
 
 
 def _as_made(
-    level: MeanLevel, space: DesignSpace, design: RealArray, draws: RealArray, vehicle: int
+    level: MeanLevel, space: DesignSpace, designs: RealArray, draws: RealArray
 ) -> RealArray:
-    """Level of cars of one vehicle as they are made, shape (n,) [dB(A)]."""
-    made = design * (1.0 + space.relative_sigma * draws)
-    return responses(level, made)[:, vehicle]
+    """Level of cars of each vehicle as they are made with its own design, shape (v, n) [dB(A)]."""
+    scale = 1.0 + space.relative_sigma * draws
+    return np.array([responses(level, row * scale)[:, v] for v, row in enumerate(designs)])
 
 
 def _rule(option: str, texts: Sequence[str] | None) -> dict[str, list[list[str]]]:

@@ -59,7 +59,7 @@ from deboom.study.compressor_fleet import (
     virtual_fleet,
 )
 from deboom.study.front import PERCENT, Front
-from deboom.study.options import Seed, band_of
+from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import MountLimits, SearchOptions
@@ -73,6 +73,8 @@ RISE = 1.0
 """Rise of a peak from which the page warns [dB]."""
 TRIED = 11
 """Values of each stiffness that are tried for it."""
+TILES = 2
+"""Stiffnesses that the page begins with: those that matter most."""
 TIGHTER = 0.5
 """A tighter tolerance, over today's [1]."""
 N_PER_MM = 1e-3
@@ -117,9 +119,22 @@ class Options:
     batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5
     place_tolerance: Annotated[float, Option(help="Of coordinates, 3 sigma [mm].")] = 1.0
     search: SearchOptions = SearchOptions(generations=20, population=24)
-    samples: Annotated[int, Option(help="Draws per design; a power of two.")] = 32
-    checks: Annotated[int, Option(help="Draws of the verification.")] = 128
-    n: Annotated[int, Option(help="Base points of Sobol; a power of two.")] = 256
+    samples: Annotated[
+        int,
+        Option(help="Draws per design; a power of two.", callback=at_least(8, power_of_two=True)),
+    ] = 32
+    checks: Annotated[
+        int,
+        Option(
+            help="Of the verification; a power of two.", callback=at_least(8, power_of_two=True)
+        ),
+    ] = 128
+    n: Annotated[
+        int,
+        Option(
+            help="Base points of Sobol; a power of two.", callback=at_least(8, power_of_two=True)
+        ),
+    ] = 256
 
     def __post_init__(self) -> None:
         if not 0 < self.reach < 1:
@@ -385,10 +400,12 @@ def _tell(report: Report, front: MountFront) -> None:
         for name in (BEST, "best sigma")
     }
     mean, travel = float(front.change.mean()), front.travel(front.best)
+    today, best = (front.stiffness(design) for design in (front.robust.space.nominal, front.best))
+    for k in np.argsort(front.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
+        what = f"{front.names[k]}, |K| at {front.model.reference_line:g} Hz; today {today[k]:.1f}"
+        report.tile(f"{best[k]:.1f} N/mm", what)
     report.tile(f"{signed(mean, 1)} dB", "mean level, best mean against today")
     report.tile(f"{signed(sigma[BEST], 0)} %", "σ of the mean level over the tolerance")
-    report.tile(f"{travel:.2f}", "travel under 1 g over today's")
-    report.tile(front.leading, "stiffness that matters most")
     if changes:
         rise, peak, car = max(changes, key=lambda item: item[0])
         report.tile(f"{signed(rise, 1)} dB", f"at the peak that changes for the worst, {car}")

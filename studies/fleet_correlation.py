@@ -27,7 +27,7 @@ from typer import Option
 
 from deboom.report import Report
 from deboom.study.correlation import DoeRequest, Plan, correlation_report, correlation_study
-from deboom.study.options import Seed
+from deboom.study.options import Seed, at_least
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.result import RunContext
 
@@ -43,7 +43,9 @@ class Options:
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     draws: Annotated[int, Option(help="Draws of the scatter per design; a power of two.")] = 16
-    resamples: Annotated[int, Option(help="Resamples of the bootstrap.")] = 1000
+    resamples: Annotated[
+        int, Option(help="Resamples of the bootstrap.", callback=at_least(100))
+    ] = 1000
     cut: Annotated[float, Option(help="Least correlation within a family [1].")] = 0.9
     apart: Annotated[str | None, Option(help="Held against the others; else the oddest.")] = None
     platform: PlatformOptions = PlatformOptions(group=None)

@@ -66,7 +66,7 @@ from deboom.study.mount_characterisation import (
     uncertainty_table,
     usable_maps,
 )
-from deboom.study.options import Seed
+from deboom.study.options import Seed, at_least
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.second_engine import (
@@ -92,7 +92,7 @@ class Options:
     campaign: Annotated[Path | None, Option(help="Folder with campaign.toml.")] = None
     mount_set: Annotated[str, Option(help="Parts on the bench.")] = "M1"
     static_force: Annotated[bool, Option(help="As preload, not the wheel torque.")] = False
-    pieces: Annotated[int, Option(help="Cubics per surface.")] = 2
+    pieces: Annotated[int, Option(help="Cubics per surface.", callback=at_least(1))] = 2
     models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
@@ -224,8 +224,10 @@ def _headlines(
     truth: pd.DataFrame | None,
 ) -> None:
     """Show how many directions are identified, and how well."""
-    names = uncertainty.loc[uncertainty["identified"] == "identified", "direction"]
-    report.tile(f"{len(names)} of {len(uncertainty)}", "directions identified")
+    sure = uncertainty["identified"] == "identified"
+    names, others = uncertainty.loc[sure, "direction"], uncertainty.loc[~sure, "direction"]
+    rest = f"; not {', '.join(others)}" if len(others) else ""
+    report.tile(f"{len(names)} of {len(uncertainty)}", f"directions identified{rest}")
     if truth is not None and len(names):
         errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
         report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")

@@ -154,7 +154,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "part, and so does a line outside of the region that the part was measured in.",
         *motion_report(level, np.ones((1, len(level.variable_names)))).warnings,
     )
-    for mount, part in zip(catalogue.parts, catalogue.labels(best[:n_mounts]), strict=True):
+    parts_of_best = catalogue.labels(best[:n_mounts])
+    for mount, part in zip(catalogue.parts, parts_of_best, strict=True):
         report.summary[f"part_{mount}"] = part
     report.summary["change_db_per_line"] = float(change["best mean"])
     report.summary["sigma_change_percent_best_sigma"] = float(sigma["best sigma"])
@@ -166,7 +167,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             for wanted in set_front.objectives
         ]
         found = float(100.0 * np.mean(beaten))
-        report.tile(f"{signed(as_they_are, 2)} dB", "mean level, quietest parts as they are")
+        quietest = ", ".join(catalogue.labels(set_front.designs[0, :n_mounts]))
+        report.tile(f"{signed(as_they_are, 2)} dB", f"mean level, parts as they are: {quietest}")
         report.summary["change_parts_as_they_are_db_per_line"] = as_they_are
         report.summary["n_set_front"] = len(set_front)
         report.summary["set_front_found_percent"] = found
@@ -175,8 +177,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             f"{len(set_front)} are on their front, and the search found or beat "
             f"{found:.0f} % of these."
         )
-    retuned = f", parts re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else ""
-    report.tile(f"{signed(change['best mean'], 2)} dB", f"mean level, best mean{retuned}")
+    retuned = f" re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else ""
+    parts_named = f"mean level, parts{retuned}: {', '.join(parts_of_best)}"
+    report.tile(f"{signed(change['best mean'], 2)} dB", parts_named)
     report.summary |= {
         "n_sets": catalogue.n_sets,
         "n_front": len(search.front),

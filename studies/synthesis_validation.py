@@ -39,7 +39,7 @@ from deboom.report import Report
 from deboom.report.tables import split_label
 from deboom.study.campaigns import given_vehicles, virtual_vehicles
 from deboom.study.modal_report import append_modes
-from deboom.study.options import Seed
+from deboom.study.options import Seed, at_least
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
@@ -89,8 +89,12 @@ class Options:
     """Which vehicles, on which mounts, and where their sound is compared."""
 
     seed: Seed = 1
-    vehicles: Annotated[int, Option(help="Virtual vehicles of one drawing, 1 to 5.")] = 5
-    mount_sets: Annotated[int, Option(help="Virtual mount sets, at least 2; and a mix.")] = 5
+    vehicles: Annotated[
+        int, Option(help="Virtual vehicles of one drawing, 1 to 5.", callback=at_least(1))
+    ] = 5
+    mount_sets: Annotated[
+        int, Option(help="Virtual mount sets, at least 2; and a mix.", callback=at_least(2))
+    ] = 5
     load_case: Annotated[str, Option(help="Run of the vehicles; full load.")] = "g5_wot220"
     vehicle: Annotated[list[Path] | None, Option(help="Folder of a measured vehicle.")] = None
     campaign: Annotated[Path | None, Option(help="Bench campaign of its mounts.")] = None

@@ -38,6 +38,7 @@ from deboom.study.options import (
     Aim,
     Sampler,
     Seed,
+    at_least,
     factor_space,
     robust_response,
     tolerance_sample,
@@ -83,13 +84,24 @@ class Options:
     """What is tried, searched and ranked."""
 
     seed: Seed = 1
-    doe: Annotated[int, Option(help="Designs of the DOE; a power of two.")] = 256
+    doe: Annotated[
+        int,
+        Option(help="Designs of the DOE; a power of two.", callback=at_least(8, power_of_two=True)),
+    ] = 256
     draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
     from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
-    n: Annotated[int, Option(help="Base points of sensitivities; a power of two.")] = 1024
-    resamples: Annotated[int, Option(help="Bootstrap resamples of all intervals.")] = 200
+    n: Annotated[
+        int,
+        Option(
+            help="Base points of sensitivities; a power of two.",
+            callback=at_least(8, power_of_two=True),
+        ),
+    ] = 1024
+    resamples: Annotated[
+        int, Option(help="Bootstrap resamples of all intervals.", callback=at_least(100))
+    ] = 200
     bounds: Annotated[float, Option(help="Designs of the search lie within 1 ± this [1].")] = 0.20
     half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
@@ -162,7 +174,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         if part in parts:
             report.tiles += parts[part].tiles[:count]
     report.section(
-        "In short",
+        "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"
         "All steps ask one model: the same forces, motion, lines and kernel. Every vehicle of the "
         f"platform hears the DOE; front and sensitivities are those of group {group}. DOE "
@@ -170,6 +182,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"±{100 * options.bounds:g} %. {front.note}\n\n"
         "Files of this folder are those of all four studies; their own pages show more: "
         "fleet_correlation (with --group for one group), u06_robust_front, u06_sensitivity.",
+        folded=True,
     )
     if fleet is None:
         report.section("DOE and groups", NOTHING)

@@ -24,7 +24,7 @@ from typing import Annotated
 from typer import Option
 
 from deboom.report import Report
-from deboom.study.options import Seed
+from deboom.study.options import Seed, at_least
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
@@ -43,7 +43,9 @@ class Options:
 
     seed: Seed = 1
     n: Annotated[int, Option(help="Base points; a power of two.")] = 1024
-    resamples: Annotated[int, Option(help="Bootstrap resamples of the intervals.")] = 100
+    resamples: Annotated[
+        int, Option(help="Bootstrap resamples of the intervals.", callback=at_least(2))
+    ] = 100
     analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
     ranked: Annotated[Ranked, Option(help="What of the levels.")] = Ranked.decibels
     bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15

@@ -29,7 +29,7 @@ def test_part_numbers_of_one_group(finished):
     assert 4 < summary["part_numbers_lower_bound"] <= 6
     assert 0.0 <= summary["price_db"] <= summary["price_worst_db"] <= 0.3 + 1e-6
     assert summary["one_set_price_worst_db"] > 0.3
-    assert summary["share_verified_min"] >= 0.93
+    assert summary["share_verified_min"] >= 0.95
 
 
 def test_tables_agree_with_each_other(finished):

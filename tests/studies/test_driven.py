@@ -64,7 +64,9 @@ def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"})
     answer = driven(front_run, folder, tmp_path / "results")
     assert answer.exit_code == 0, answer.output
-    table = pd.read_csv(Path(answer.output.split()[-1]) / "driven.csv")
+    run = Path(answer.output.split()[-1])
+    assert "<span>--design</span> <span>best-mean</span>" in (run / "report.html").read_text()
+    table = pd.read_csv(run / "driven.csv")
     assert set(table["vehicle"]) == set(cars[0].vehicles)
     # both intervals are for 95 %: one of nine peaks may lie outside
     assert (table["verdict"] != "as predicted").sum() <= 1

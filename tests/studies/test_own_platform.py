@@ -44,6 +44,7 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, tmp_
     budget = ("--generations", "3", "--population", "12", "--samples", "16")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
     run = Path(deboom("run", "u06_robust_front", *options, *budget)[-1])
+    assert '"group": ""' in (run / "run.json").read_text()
     front = pd.read_csv(run / "front.csv")
     assert len(front) >= 1
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))

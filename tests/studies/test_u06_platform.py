@@ -110,7 +110,7 @@ def test_the_page_begins_with_what_to_build(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
     titles = re.findall(r'<h2 id="section-\d+">(.*?)</h2>', page)
     parts = [title.split(" · ")[0] for title in titles]
-    order = ["In short", "Front", "Sensitivity", "DOE and groups"]
+    order = ["What was asked, and with which data", "Front", "Sensitivity", "DOE and groups"]
     assert list(dict.fromkeys(parts)) == order
     assert page.count("carries a high-voltage battery") == 1  # the platform is described once
     for place in range(1, len(titles) + 1):

@@ -86,6 +86,22 @@ def test_bad_options_end_with_one_sentence_and_write_nothing(cli, tmp_path, opti
     assert not out.exists()
 
 
+@pytest.mark.parametrize(
+    ("study", "options", "words"),
+    [
+        ("u06_platform", ["--resamples", "20"], ["--resamples 20", "at least 100"]),
+        ("u06_platform", ["--n", "100"], ["--n 100", "64 or 128"]),
+        ("compressor_noise", ["--draws", "8"], ["--draws 8", "at least 20"]),
+        ("compressor_unbalance", ["--cases", "0"], ["--cases 0", "at least 1"]),
+    ],
+)
+def test_options_of_late_steps_are_refused_before_any_work(
+    cli, tmp_path, monkeypatch, study, options, words
+):
+    monkeypatch.setattr("deboom.study.runner.run_study", lambda *_: pytest.fail("work began"))
+    refused(cli("run", study, "--out", tmp_path, *options), *words)
+
+
 def test_missing_study_and_file_that_is_no_study(cli, tmp_path):
     refused(cli("run", "studies/nothing.py"), "studies/nothing.py", "deboom studies")
     script = tmp_path / "script.py"

@@ -592,5 +592,5 @@ def mount_state(
 
 def _percent(value: float, deviation: float) -> str:
     """Write a change and its 1 σ in percent; nothing has no sign."""
-    percent = round(100 * value, 1) + 0.0
-    return f"{percent:{'+' if percent else ''}.1f} % ± {100 * deviation:.1f} %"
+    percent = round(100 * value, 2) + 0.0
+    return f"{percent:{'+' if percent else ''}.2f} % ± {100 * deviation:.2f} %"

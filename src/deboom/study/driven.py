@@ -64,7 +64,7 @@ def driven_into_run(
         "question": QUESTION,
         "seed": seed,
         "command": f"deboom driven {run.as_posix()} {folder.as_posix()}",
-        "arguments": {"seed": seed, "pick": pick.value, "run": run.as_posix()},
+        "arguments": {"design": pick.value, "seed": seed},
     }
     return run_command(
         out, record, lambda: _report(study, measured, folder, seed), relative_to=Path.cwd()

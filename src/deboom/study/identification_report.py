@@ -82,7 +82,8 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     report.tile(f"{model.mass:.3f} kg", "mass")
     chi = found.calibrated.reduced_chi
     report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
-    report.tile(f"{1e3 * found.length:.0f} mm", "characteristic length")
+    place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
+    report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
     report.warn(*found.alarms)
     if found.test.weighed_mass is None:
         report.warn(

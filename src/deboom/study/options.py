@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
-from typer import Option
+from typer import CallbackParam, Option
 
 import deboom
 from deboom.errors import InputError
@@ -30,6 +30,22 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import refuse_active_mounts
 from deboom.vehicles.fleet import LOSS_SUFFIX, Band
 from deboom.vehicles.limits import MeanLevel, PeakLevel
+
+
+def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
+    """Return the callback of an option that refuses fewer before any work."""
+
+    def check(option: CallbackParam, value: int) -> int:
+        typed = f"--{str(option.name).replace('_', '-')} {value}"
+        if value < least:
+            raise InputError(f"{typed}: take at least {least}")
+        if power_of_two and value & (value - 1):
+            low = 1 << value.bit_length() - 1
+            raise InputError(f"{typed} is no power of two: take {low} or {2 * low}")
+        return value
+
+    return check
+
 
 Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
 """Option of every study."""

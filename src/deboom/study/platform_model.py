@@ -296,8 +296,9 @@ class PlatformOptions:
 
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None
     group: Annotated[
-        str | None, Option(help="Vehicles to serve; needless where there is one group.")
-    ] = DEMONSTRATED
+        str | None,
+        Option(help="Vehicles to serve.", show_default=f"{DEMONSTRATED}, or the only one"),
+    ] = ""
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
     band: Annotated[
         tuple[float, float] | None,
@@ -309,15 +310,16 @@ class PlatformOptions:
         """Read the platform and look up what was asked for; see `operation`."""
         platform = read_platform(self.platform)
         band = study_band(platform) if self.band is None else self.band
-        group = None if self.served(platform.fleet) is platform.fleet else self.group
+        served = self.served(platform.fleet)
+        group = None if served is platform.fleet else served.vehicles[0].group
         return operation(platform, self.load_case, self.mounts, group, band)
 
     def served(self, fleet: Fleet) -> Fleet:
         """Return the vehicles of the group; of a platform with one group all, by default."""
         single = len({vehicle.group for vehicle in fleet.vehicles}) == 1
-        if self.group is None or (single and self.group == DEMONSTRATED):
+        if self.group is None or (single and not self.group):
             return fleet
-        return fleet.group(self.group)
+        return fleet.group(self.group or DEMONSTRATED)
 
 
 def _library(path: Path) -> tuple[CharacterisedMount, ...]:

@@ -441,7 +441,7 @@ def command_of(record: Mapping[str, Any]) -> str:
     options = " ".join(
         _option(name.replace("_", "-"), item)
         for name, value in record["arguments"].items()
-        if value is not None
+        if value not in (None, "")
         for item in (value if isinstance(value, list) else [value])
     )
     command = record.get("command", f"deboom run studies/{record['study']}.py")

@@ -38,6 +38,7 @@ from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
+from deboom.study.options import at_least
 from deboom.study.platform_model import LIBRARY_FILE, Factor, Motion, Operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
@@ -340,9 +341,11 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
 class SearchOptions:
     """Options of a study: how long NSGA-II searches, and with how many processes."""
 
-    generations: Annotated[int, Option(help="Generations of NSGA-II.")] = 100
-    population: Annotated[int, Option(help="Designs per generation.")] = 100
-    workers: Annotated[int, Option(help="Processes; any number gives the same result.")] = 1
+    generations: Annotated[int, Option(help="Generations of NSGA-II.", callback=at_least(1))] = 100
+    population: Annotated[int, Option(help="Designs per generation.", callback=at_least(4))] = 100
+    workers: Annotated[
+        int, Option(help="Processes; any number gives the same result.", callback=at_least(1))
+    ] = 1
     scheduler: Annotated[
         str | None,
         Option(
@@ -394,7 +397,9 @@ SHOWN = 100
 class ThoroughSearchOptions(SearchOptions):
     """Options of a study that may search with several seeds, and improves its picks by gradient."""
 
-    searches: Annotated[int, Option(help="Seeds from seed upwards, into one front.")] = 1
+    searches: Annotated[
+        int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
+    ] = 1
     polish: Annotated[bool, Option(help="Picks go on by gradient.")] = True
 
     @property

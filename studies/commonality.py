@@ -73,7 +73,7 @@ class Options:
     seed: Seed = 1
     allowed: Annotated[float, Option(help="Above mounts of its own, per line [dB].")] = 0.5
     limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None
-    share: Annotated[float, Option(help="Of the cars that keep the limit [1].")] = 0.95
+    share: Annotated[float, Option(help="Share of cars within the limit [1].")] = 0.95
     together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     starts: Annotated[

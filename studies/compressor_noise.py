@@ -57,7 +57,7 @@ from deboom.study.compressor_noise import (
     sweep_errors,
     virtual_car,
 )
-from deboom.study.options import Seed, band_of
+from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
 
@@ -80,7 +80,7 @@ class Options:
     car: Annotated[Path | None, Option(help="Folder with car.toml.")] = None
     band: Annotated[str, Option(help="Lines that are looked at, such as 20-140 [Hz].")] = "20-140"
     hoses: Annotated[bool, Option(help="Identify and model standard hoses.")] = True
-    draws: Annotated[int, Option(help="For the bands.", callback=at_least(20))] = 64
+    draws: Annotated[int, Option(help="Draws behind the bands.", callback=at_least(20))] = 64
 
 
 def prepare(options: Options) -> NoisePlan:

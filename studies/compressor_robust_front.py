@@ -107,17 +107,21 @@ class Options:
     seed: Seed = 1
     cars: Annotated[list[Path] | None, Option(help="Folder with car.toml; repeatable.")] = None
     fleet: Annotated[int | None, Option(help="Seed of a drawn virtual fleet.")] = None
-    level: Annotated[CalibrationLevel, Option(help="Of the laboratory.")] = CalibrationLevel.C2
+    level: Annotated[CalibrationLevel, Option(help="Calibration of the laboratory.")] = (
+        CalibrationLevel.C2
+    )
     parts: Annotated[Parts, Option(help="One part for all mounts, or own ones.")] = Parts.identical
-    hoses: Annotated[Hoses, Option(help="Another path, which mounts do not change.")] = Hoses.none
+    hoses: Annotated[Hoses, Option(help="Hoses: a path that mounts do not change.")] = Hoses.none
     pressure: Annotated[list[str] | None, Option(help="BAR or BAR=WEIGHT; repeatable.")] = None
     band: Annotated[str, Option(help="Lines that count, LOW-HIGH [Hz].")] = "20-140"
     line_step: Annotated[float, Option(help="Between lines [Hz].")] = 2.0
     reach: Annotated[float, Option(help="Stiffness factors run within 1 ± reach [1].")] = 0.4
     travel: Annotated[float, Option(help="Largest travel under 1 g, over today's [1].")] = 1.2
-    tolerance: Annotated[float, Option(help="Of a piece's stiffness, 3 sigma [1].")] = 0.15
+    tolerance: Annotated[float, Option(help="Half width of a piece's stiffness, 3 sigma [1].")] = (
+        0.15
+    )
     batch: Annotated[float, Option(help="Share of the batch in its variance [1].")] = 0.5
-    place_tolerance: Annotated[float, Option(help="Of coordinates, 3 sigma [mm].")] = 1.0
+    place_tolerance: Annotated[float, Option(help="Half width of coordinates, 3 sigma [mm].")] = 1.0
     search: SearchOptions = SearchOptions(generations=20, population=24)
     samples: Annotated[
         int,
@@ -125,9 +129,7 @@ class Options:
     ] = 32
     checks: Annotated[
         int,
-        Option(
-            help="Of the verification; a power of two.", callback=at_least(8, power_of_two=True)
-        ),
+        Option(help="Draws that verify; a power of two.", callback=at_least(8, power_of_two=True)),
     ] = 128
     n: Annotated[
         int,

@@ -115,7 +115,7 @@ class Options:
     search: SearchOptions = SearchOptions(generations=40, population=60)
     scatter: ScatterOptions = ScatterOptions(samples=64)
     vehicle: Annotated[list[Path] | None, Option(help="Measured in two ways; repeatable.")] = None
-    ear: Annotated[str | None, Option(help="Of these vehicles; default the first.")] = None
+    ear: Annotated[str | None, Option(help="Ear of these vehicles; default the first.")] = None
     averaged: Annotated[bool, Option(help="The platform has means of both ways.")] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()

@@ -99,7 +99,9 @@ class Options:
     second_engine: Annotated[bool, Option(help="Another virtual engine on these mounts.")] = False
     second: Annotated[Path | None, Option(help="Campaign of another engine on them.")] = None
     library: Annotated[str | None, Option(help="Its mounts, instead of --campaign.")] = None
-    library_campaign: Annotated[str | None, Option(help="Whose mounts in the library.")] = None
+    library_campaign: Annotated[
+        str | None, Option(help="Campaign whose mounts the library has.")
+    ] = None
     balanced: Annotated[
         bool, Option(help="Balancer shafts: torque alone excites; else z and its moment, too.")
     ] = True

@@ -78,10 +78,10 @@ class Options:
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     retuning: Annotated[float, Option(help="Parts may change by ± this; 0: as they are.")] = 0.05
     catalogue: Annotated[Path | None, Option(help="Library: exported JSON or database.")] = None
-    mount: Annotated[list[str] | None, Option(help="Whose part may change; repeatable.")] = None
+    mount: Annotated[list[str] | None, Option(help="Mount that may change; repeatable.")] = None
     every_set_up_to: Annotated[int, Option(help="Evaluate all sets if no more.")] = 5000
     platform: PlatformOptions = PlatformOptions(mounts=MountSource.library_inside)
-    motion: Annotated[Motion, Option(help="Of the powertrain.")] = Motion.coupled
+    motion: Annotated[Motion, Option(help="Motion of the powertrain.")] = Motion.coupled
 
     def __post_init__(self) -> None:
         if self.platform.mounts is MountSource.spectra:

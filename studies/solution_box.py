@@ -83,6 +83,8 @@ DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 PERCENT = 100.0
 N_PER_MM = 1e-3
+TILES = 2
+"""Directions that the page begins with: the narrowest intervals that the limit sets."""
 
 
 class Law(Enum):
@@ -99,9 +101,9 @@ class Options:
     """What must be kept, by how many parts, about which design."""
 
     seed: Seed = 1
-    share: Annotated[float, Option(help="Of parts and vehicles that keep the limit [1].")] = 0.95
-    limit: Annotated[float | None, Option(help="For all vehicles [dB(A)].")] = None
-    below_today: Annotated[float | None, Option(help="Or: each quieter by this [dB].")] = None
+    share: Annotated[float, Option(help="Share of parts and vehicles within it [1].")] = 0.95
+    limit: Annotated[float | None, Option(help="Limit of all vehicles [dB(A)].")] = None
+    below_today: Annotated[float | None, Option(help="Limit: each quieter by this [dB].")] = None
     quantity: Annotated[Quantity, Option(help="What is limited.")] = Quantity.mean
     peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0
     peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0
@@ -111,7 +113,7 @@ class Options:
     front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
-    tolerance: Annotated[float, Option(help="Of the box that is compared with [1].")] = 0.15
+    tolerance: Annotated[float, Option(help="Half width of the box beside [1].")] = 0.15
     curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
@@ -156,11 +158,15 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"others, so that {_percent(asked.share, 1)} of {what} keep their limit?",
     )
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "Pareto front")
-    n_ends = 2 * study.over_plain.n_variables
-    report.tile(
-        f"{n_ends - study.on_bounds.sum()} of {n_ends}",
-        "ends of intervals are set by the limit; the others lie at the edge of the search",
-    )
+    limited = study.effective & ~study.on_bounds.all(axis=0)
+    tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
+    for k in tight[: min(TILES, limited.sum())]:
+        ends, today = (study.box.lower[k], study.box.upper[k]), study.reference_stiffness[k]
+        asked_for = f"{ends[0]:.2f} to {ends[1]:.2f} of today's"
+        if study.identified[k]:
+            asked_for = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends) + " N/mm"
+        stated = f"today {today * N_PER_MM:.0f}; " if study.identified[k] else ""
+        report.tile(asked_for, f"{study.variables[k]}; {stated}the limit sets an end")
     report.tile(_percent(check.share, 1), f"of {what} keep the limit")
     report.tile(
         _percent(float(study.missed.max()), 1),

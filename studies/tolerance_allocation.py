@@ -85,10 +85,10 @@ class Options:
     seed: Seed = 1
     from_run: Annotated[Path | None, Option(help="Finished front study, not a search.")] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
-    point: Annotated[int | None, Option(help="Or its number there, from 1.")] = None
+    point: Annotated[int | None, Option(help="Its number there, from 1.")] = None
     sigma: Annotated[float | None, Option(help="Target of the mean level [dB].")] = None
     limit: Annotated[list[str] | None, Option(help="dB(A), +dB, vehicle=dB(A).")] = None
-    share: Annotated[float, Option(help="Of parts x vehicles within limits [1].")] = 0.95
+    share: Annotated[float, Option(help="Share of parts within limits [1].")] = 0.95
     tightest: Annotated[float, Option(help="Smallest tolerance, half width [1].")] = 0.05
     widest: Annotated[float, Option(help="Largest tolerance, half width [1].")] = 0.30
     cost_table: Annotated[Path | None, Option(help="variable, weight, reference tolerance")] = None
@@ -230,6 +230,12 @@ def _allocated(model: Model, options: Options, design: RealArray) -> Report:
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance", "σ", "Pareto front")
     ratio = cheapest.total_cost / uniform.total_cost
     fair = cheapest.total_cost / uniform_of_effective.total_cost
+    tightest = int(np.argmin(cheapest.tolerance))
+    widest = int(np.isclose(cheapest.tolerance, allocator.upper).sum())
+    report.tile(
+        f"{allocator.names[tightest]} ±{PERCENT * cheapest.tolerance[tightest]:.0f} %",
+        f"the tightest; {widest} of {len(allocator.names)} directions may be as wide as allowed",
+    )
     report.tile(f"{PERCENT * ratio:.0f} %", "of the cost of one tolerance everywhere")
     report.tile(f"{PERCENT * fair:.0f} %", "of it, where only directions that matter are held")
     if by_sigma:

@@ -88,7 +88,7 @@ class Options:
         int,
         Option(help="Designs of the DOE; a power of two.", callback=at_least(8, power_of_two=True)),
     ] = 256
-    draws: Annotated[int, Option(help="Of each design's scatter; a power of two.")] = 16
+    draws: Annotated[int, Option(help="Draws of a design's scatter; a power of two.")] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
     from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
@@ -103,7 +103,7 @@ class Options:
         int, Option(help="Bootstrap resamples of all intervals.", callback=at_least(100))
     ] = 200
     bounds: Annotated[float, Option(help="Designs of the search lie within 1 ± this [1].")] = 0.20
-    half_width: Annotated[float, Option(help="Of DOE and sensitivities [1].")] = 0.15
+    half_width: Annotated[float, Option(help="DOE and sensitivities: within 1 ± this [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()

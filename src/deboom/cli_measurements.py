@@ -25,7 +25,7 @@ def identify(
         ),
     ] = None,
     lines: Annotated[
-        int, typer.Option(help="Of the fit at most; denser ones are thinned evenly.")
+        int, typer.Option(help="Most lines of the fit; denser ones are thinned evenly.")
     ] = 72,
     smallest_coherence: Annotated[
         float, typer.Option(help="Median below which nothing is identified.")
@@ -124,22 +124,22 @@ def unbalance(
     folder: Annotated[Path, typer.Argument(help="Folder with operation.toml.")],
     limits: Annotated[Path | None, typer.Option(help="TOML file of limits to judge by.")] = None,
     route: Annotated[
-        Literal["auto", "a", "b", "c", "d", "e"], typer.Option(help="Whose numbers count.")
+        Literal["auto", "a", "b", "c", "d", "e"], typer.Option(help="Route whose numbers count.")
     ] = "auto",
     identified: Annotated[
         Path | None, typer.Option(help="Run of `deboom identify`, whose bands are fitted again.")
     ] = None,
     hoses: Annotated[
-        Literal["soft", "standard"] | None, typer.Option(help="Of the sweeps; default: soft.")
+        Literal["soft", "standard"] | None, typer.Option(help="Hoses of the sweeps; default: soft.")
     ] = None,
     sense: Annotated[
         Literal["positive", "negative"] | None,
-        typer.Option(help="Of rotation about x, that sweeps must agree with; default: as they do."),
+        typer.Option(help="Rotation about x that sweeps must show; default: any."),
     ] = None,
     band: Annotated[
         str, typer.Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
     ] = "17-150",
-    confidence: Annotated[float, typer.Option(help="Of bands and intervals.")] = 0.95,
+    confidence: Annotated[float, typer.Option(help="Confidence of bands and intervals.")] = 0.95,
     truth: Annotated[
         bool,
         typer.Option(help="Compare with truth/ of a virtual test, else never opened."),
@@ -225,12 +225,16 @@ def unbalance(
 def orders(
     campaign: Annotated[Path, typer.Argument(help="Folder with campaign.toml.")],
     time_run: Annotated[str, typer.Argument(help="One of its [[time_runs]].")],
-    name: Annotated[str | None, typer.Option(help="Of the operating run; default: alike.")] = None,
+    name: Annotated[
+        str | None, typer.Option(help="Name of the operating run; default: alike.")
+    ] = None,
     method: Annotated[
         Literal["vold-kalman", "resampling"], typer.Option(help="How the order is tracked.")
     ] = "vold-kalman",
-    bandwidth: Annotated[float, typer.Option(help="Of the filter, half-power width [Hz].")] = 3.0,
-    revolutions: Annotated[float, typer.Option(help="Of resampling; a multiple of 4.")] = 12.0,
+    bandwidth: Annotated[float, typer.Option(help="Half-power width of the filter [Hz].")] = 3.0,
+    revolutions: Annotated[
+        float, typer.Option(help="Revolutions of the resampling; a multiple of 4.")
+    ] = 12.0,
     other_order: Annotated[
         list[float] | None, typer.Option(help="A strong order beside, for the filter; repeatable.")
     ] = None,
@@ -387,7 +391,7 @@ def characterise(
     library: Annotated[str, typer.Option(help="Where mounts go: a file, or a PostgreSQL URL.")],
     mount_set: Annotated[list[str] | None, typer.Option(help="Only this; repeatable.")] = None,
     gear: Annotated[list[int] | None, typer.Option(help="Repeatable; default 5 6 7.")] = None,
-    seed: Annotated[int, typer.Option(help="Of the error budget, from 1.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the error budget, from 1.")] = 1,
     replace: Annotated[
         bool, typer.Option("--replace", help="Exchange mounts that are there already.")
     ] = False,

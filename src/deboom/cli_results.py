@@ -46,7 +46,7 @@ def show(
 
 def compare(
     runs: Annotated[list[Path], typer.Argument(help="Folders of front studies, two or more.")],
-    seed: Annotated[int, typer.Option(help="Of the common draws, from 1.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the common draws, from 1.")] = 1,
     samples: Annotated[int, typer.Option(help="Common draws; a power of two from 1024.")] = 2048,
     studies: STUDIES = None,
     out: Annotated[Path, typer.Option(help="Folder that gets compare/<run>/.")] = Path("results"),
@@ -73,14 +73,14 @@ def report(
     beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
-    design: Annotated[Pick, typer.Option(help="Of the front, that is wanted.")] = Pick.best_mean,
+    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
     tolerances: Annotated[Path | None, typer.Option(help="Run of tolerance_allocation.")] = None,
     sharing: Annotated[Path | None, typer.Option(help="Run of commonality.")] = None,
     since: Annotated[Path | None, typer.Option(help="Older workbook: marks what moved.")] = None,
-    language: Annotated[Language, typer.Option(help="Of supplier's files.")] = Language.en,
+    language: Annotated[Language, typer.Option(help="Language of the files.")] = Language.en,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Default RUN, and RUN/supplier.")] = None,
 ) -> None:
@@ -137,8 +137,8 @@ def report(
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    design: Annotated[Pick, typer.Option(help="Of the front, beside today's.")] = Pick.best_mean,
-    seconds: Annotated[float, typer.Option(help="Of the whole run-up, 1 to 120.")] = 10.0,
+    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,
 ) -> None:
@@ -159,10 +159,10 @@ def listen(
 def driven(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],
-    design: Annotated[Pick, typer.Option(help="Of the front, that was built.")] = Pick.best_mean,
+    design: Annotated[Pick, typer.Option(help="Design that was built.")] = Pick.best_mean,
     studies: STUDIES = None,
     out: Annotated[Path, typer.Option(help="Folder that gets driven/<run>/.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="From 1. Of the prediction's uncertainty.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the draws, from 1.")] = 1,
 ) -> None:
     """Hold a driven prototype against its prediction, per vehicle and booming peak.
 
@@ -181,12 +181,15 @@ def accept(
     box: Annotated[Path, typer.Argument(help="Run of solution_box, its box, or a sheet as sent.")],
     parts: Annotated[Path, typer.Argument(help="Measured parts, or the sheet filled in.")],
     out: Annotated[Path, typer.Option(help="Folder that gets accept/<run>/.")] = Path("results"),
-    platform: Annotated[Path | None, typer.Option(help="Of the box; predicts levels.")] = None,
+    platform: Annotated[
+        Path | None, typer.Option(help="Platform of the box: predicts levels.")
+    ] = None,
     uncertainty: Annotated[
-        float | None, typer.Option(help="Of a stiffness, relative, 95 %; default: the sheet's.")
+        float | None,
+        typer.Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
     ] = None,
     over_today: Annotated[bool, typer.Option(help="Columns are ratios to today's part.")] = False,
-    seed: Annotated[int, typer.Option(help="From 1. Of the predicted cars.")] = 1,
+    seed: Annotated[int, typer.Option(help="Seed of the predicted cars, from 1.")] = 1,
 ) -> None:
     """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
 
@@ -226,10 +229,12 @@ def new(
     mount: Annotated[
         list[str] | None, typer.Option(help="NAME, or NAME=left,right; repeatable.")
     ] = None,
-    vehicle: Annotated[list[str] | None, typer.Option(help="Of a platform; repeatable.")] = None,
-    group: Annotated[str, typer.Option(help="Of these vehicles.")] = "cars",
-    load_case: Annotated[list[str] | None, typer.Option(help="Its run; repeatable.")] = None,
-    files: Annotated[FunctionFiles, typer.Option(help="Of spectra.")] = FunctionFiles.uff,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(help="Name of a vehicle; repeatable.")
+    ] = None,
+    group: Annotated[str, typer.Option(help="Group of the vehicles.")] = "cars",
+    load_case: Annotated[list[str] | None, typer.Option(help="Name of a run; repeatable.")] = None,
+    files: Annotated[FunctionFiles, typer.Option(help="Format of spectra.")] = FunctionFiles.uff,
 ) -> None:
     """Write a folder to fill in with measurements of your own.
 

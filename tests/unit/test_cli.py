@@ -92,7 +92,7 @@ def test_bad_options_end_with_one_sentence_and_write_nothing(cli, tmp_path, opti
         ("u06_platform", ["--resamples", "20"], ["--resamples 20", "at least 100"]),
         ("u06_platform", ["--n", "100"], ["--n 100", "64 or 128"]),
         ("compressor_noise", ["--draws", "8"], ["--draws 8", "at least 20"]),
-        ("compressor_unbalance", ["--cases", "0"], ["--cases 0", "at least 1"]),
+        ("mount_characterisation", ["--pieces", "0"], ["--pieces 0", "at least 1"]),
     ],
 )
 def test_options_of_late_steps_are_refused_before_any_work(

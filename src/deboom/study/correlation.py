@@ -301,8 +301,9 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "stiffnesses change, so that one group can stand for the others?",
     )
     _family_tile(report, study)
-    report.tile(f"{r_min:.3f}", "least correlation of two groups")
-    report.tile(f"{report.summary['r_vehicle_min']:.3f}", "least correlation of two vehicles")
+    stands = "Any group" if r_min >= study.cut else "No group"
+    pair = " and ".join(by_group.designs.names[place] for place in worst)
+    report.tile(stands, f"can stand for the others: {pair} are least alike, r = {r_min:.3f}")
     report.summary |= {
         "r_group_min": r_min,
         "r_group_min_from": float(by_group.designs.pearson_low[worst]),
@@ -350,16 +351,14 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
     )
     _family_tile(report, study)
     others: tuple[str, ...] = ()
-    if len(study.names) < 3:
-        least = f"{report.summary['r_vehicle_min']:.3f}"
-        report.tile(least, "least correlation of two vehicles")
-    else:
+    if len(study.names) > 2:
         apart = apart or study.least_alike()
         others = tuple(name for name in study.names if name != apart)
         alike = float(designs.among(others).min())
         mean = float(designs.between(apart, others).mean())
-        report.tile(f"{alike:.3f}", f"least correlation without {apart}")
-        report.tile(f"{mean:.2f}", f"{apart} with the others, mean")
+        report.tile(
+            apart, f"is least alike: r = {mean:.2f} with the others, which have {alike:.3f} or more"
+        )
         report.summary["apart"] = apart
         for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
             report.summary[f"r_{key_of(others)}_min{suffix}"] = float(of.among(others).min())

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -19,6 +19,12 @@ from deboom.explore.front import replicates
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
+from deboom.study.search import ThoroughSearchOptions
+
+BUDGET = {*SAME_RESULT, *(item.name for item in fields(ThoroughSearchOptions))}
+"""Options of a search, of which no model knows."""
+_PREPARED: dict[str, Any] = {}
+"""The last model by study, options and files: runs of one question share it."""
 
 
 def prepared_again(entry: RunEntry, study: Study) -> Any:
@@ -35,7 +41,12 @@ def prepared_again(entry: RunEntry, study: Study) -> Any:
                 "bring the file back as it was or run the study again"
             )
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
-    return study.model(arguments)
+    asked = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
+    key = json.dumps([study.path.read_text(encoding="utf-8"), asked, _inputs(entry)])
+    if key not in _PREPARED:
+        _PREPARED.clear()
+        _PREPARED[key] = study.model(arguments)
+    return _PREPARED[key]
 
 
 def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:

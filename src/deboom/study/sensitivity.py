@@ -533,8 +533,9 @@ def _headed(study: Sensitivity) -> Report:
     )
     for names, vehicles in _leaders(study):
         report.tile(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
-    report.tile(f"{found.interaction.max():.3f}", "largest interaction of any stiffness")
-    report.tile(f"{found.total_interval.max():.3f}", "widest 95 % interval (half width)")
+    if unheard := negligible(study):
+        count = f"{len(unheard)} of {len(study.variables)}"
+        report.tile(count, f"stiffnesses that no vehicle hears: {_listed(unheard)}")
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
     report.warn(*motion.warnings)
     report.section(

@@ -55,7 +55,7 @@ def test_tables_name_the_parts_to_order(finished):
 
 def test_the_run_folder_is_complete(finished):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
-    figures = {f"figures/{stem}.png" for stem in ("fronts", "parts", "convergence")}
+    figures = {f"figures/{stem}.png" for stem in ("fronts", "convergence")}
     assert figures | {"report.html", "picks.csv", "vehicles.csv"} <= names
     record = json.loads((finished / "run.json").read_text())
     assert any(path.endswith(CATALOGUE_FILE) for path in record["inputs_sha256"])

@@ -115,7 +115,7 @@ def test_the_page_begins_with_what_to_build(finished):
     assert page.count("carries a high-voltage battery") == 1  # the platform is described once
     for place in range(1, len(titles) + 1):
         assert f'href="#section-{place}"' in page
-    for stem in ("group_matrix", "matrix", "pareto_front", "sobol", "convergence"):
+    for stem in ("group_matrix", "pareto_front", "sobol", "convergence"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
 
 

@@ -8,13 +8,11 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore.sensitivity import (
     SensitivityInputs,
-    base_rows,
     design_inputs,
     fast_sobol_indices,
     first_and_total,
     morris_analysis,
     morris_designs,
-    pawn_analysis,
     sobol_designs,
     sobol_indices,
     tolerance_inputs,
@@ -81,10 +79,8 @@ def test_seed_zero_and_too_few_paths_are_refused():
 
 
 def test_the_global_state_and_the_inputs_stay_as_they_were():
-    few = base_rows(DESIGNS, 3, True)
     np.random.seed(4)  # noqa: NPY002
     before, layout, filters = np.random.get_state()[1], warnings.formatwarning, warnings.filters[:]  # noqa: NPY002
-    pawn_analysis(G.inputs, few, G(few), ["y"])
     sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=1, n_resamples=4)
     morris_analysis(G.inputs, PATHS, G(PATHS), ["y"], seed=1)
     assert np.array_equal(np.random.get_state()[1], before)  # noqa: NPY002
@@ -111,13 +107,11 @@ def test_first_and_total_need_fewer_designs():
     # scaled by the spread of fewer designs: the same up to that
     assert some.total[:, 0] == pytest.approx(every.total[:, 0], rel=1e-12)
     assert some.second.shape == (0, 1)
-    assert base_rows(DESIGNS, 3, True).shape == (32, 3)
-    assert np.array_equal(base_rows(DESIGNS, 3, True), base_rows(short, 3, False))
 
 
 def test_designs_belong_to_their_responses():
     with pytest.raises(InputError, match="bring the designs that gave the responses"):
-        pawn_analysis(G.inputs, DESIGNS[:, :2], VALUES, OUTPUTS)
+        morris_analysis(G.inputs, PATHS[:, :2], G(PATHS), ["y"], seed=1)
 
 
 def test_groups_are_factors_in_the_order_they_appear():
@@ -129,7 +123,6 @@ def test_groups_are_factors_in_the_order_they_appear():
     assert effects.factors == ("late", "early")
     assert np.isnan(effects.sigma[0, 0])
     assert np.isfinite(effects.sigma[1, 0])
-    assert pawn_analysis(inputs, DESIGNS, VALUES, OUTPUTS).index.shape == (2, 2)
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Sensitivity analyses: Sobol indices, elementary effects and PAWN; the only door to SALib.
+"""Sensitivity analyses: Sobol indices and elementary effects; the only door to SALib.
 
 SALib 1.6 gives zeros when one response is not finite, reads seed 0 as "no seed", changes the global
 random state, the format of warnings and the problem it is given, and takes a single group for none.
@@ -169,18 +169,6 @@ class MorrisEffects:
     sigma: RealArray
 
 
-@dataclass(frozen=True, eq=False)
-class PawnIndices:
-    """Effect of each factor on the whole distribution of each output, ``index`` (d, r), 0 to 1.
-
-    It is the median distance of cumulative distributions over ten slices of the factor.
-    """
-
-    factors: tuple[str, ...]
-    outputs: tuple[str, ...]
-    index: RealArray
-
-
 def sobol_designs(
     inputs: SensitivityInputs, n_base: int, *, seed: int, second_order: bool = True
 ) -> RealArray:
@@ -209,12 +197,6 @@ def first_and_total(values: RealArray, n_factors: int) -> RealArray:
     rows = values.reshape(-1, n_rows(n_factors, True), values.shape[1])
     keep = [*range(n_factors + 1), -1]
     return np.ascontiguousarray(rows[:, keep]).reshape(-1, values.shape[1])
-
-
-def base_rows(values: RealArray, n_factors: int, second_order: bool) -> RealArray:
-    """Return the values at the 2N independent points of the scheme, shape (2N, r)."""
-    rows = values.reshape(-1, n_rows(n_factors, second_order), values.shape[1])
-    return np.concatenate([rows[:, 0], rows[:, -1]])
 
 
 def sobol_indices(
@@ -396,29 +378,6 @@ def morris_analysis(
         return [np.asarray(np.ma.getdata(result[key]), dtype=float) for key in keys]
 
     return MorrisEffects(inputs.factors, names, *_by_output(analyse, array))
-
-
-def pawn_analysis(
-    inputs: SensitivityInputs, designs: RealArray, values: RealArray, outputs: Sequence[str]
-) -> PawnIndices:
-    """Return PAWN indices of independent designs (n, k), such as `base_rows` gives.
-
-    - raises InputError: a value that is not finite or an output that does not vary, by name;
-      another shape.
-
-    F. Pianosi and T. Wagener, Environmental Modelling & Software 67, 2015. Even a variable without
-    effect has an index above zero, about ``0.8 sqrt(10 / n)``.
-    """
-    from SALib.analyze import pawn
-
-    array, names = _checked(values, outputs, 1)
-    _check_designs(inputs, designs, array)
-
-    def analyse(column: RealArray) -> list[RealArray]:
-        result = pawn.analyze(salib_problem(inputs), designs, column)
-        return [np.asarray(result["median"], dtype=float)]
-
-    return PawnIndices(inputs.factors, names, *_by_output(analyse, array))
 
 
 def salib_problem(inputs: SensitivityInputs) -> dict[str, Any]:

@@ -380,37 +380,6 @@ Target: TypeAlias = SigmaTarget | ShareTarget
 
 
 @dataclass(frozen=True, eq=False)
-class MarginalValues:
-    """What a little more or less tolerance does, one value per variable with a cost curve.
-
-    - `names`, `tolerance` (k,): the variables and the half widths at which the values hold [1].
-    - `sigma_by_tolerance`, `cost_by_tolerance` (k,): sum of standard deviations [response unit] and
-      price [money] per unit of tolerance.
-    """
-
-    names: tuple[str, ...]
-    tolerance: RealArray
-    sigma_by_tolerance: RealArray
-    cost_by_tolerance: RealArray
-
-    @property
-    def sigma_per_percent(self) -> RealArray:
-        """Sum of standard deviations per per cent of tolerance, shape (k,) [response unit]."""
-        return self.sigma_by_tolerance / 100.0
-
-    @property
-    def sigma_per_cost(self) -> RealArray:
-        """Sigma that one unit of money takes away, shape (k,) [response unit per money].
-
-        Equal for all variables between their bounds when the tolerances are the cheapest; nan where
-        a tolerance is free.
-        """
-        spent = -self.cost_by_tolerance
-        nothing = np.full(spent.shape, np.nan)
-        return np.asarray(np.divide(self.sigma_by_tolerance, spent, out=nothing, where=spent > 0))
-
-
-@dataclass(frozen=True, eq=False)
 class Allocation(Tabled):
     """Tolerances of the variables with a cost curve, with their price and their effect.
 
@@ -495,13 +464,6 @@ class Allocator:
         whole[self._columns] = tolerance
         cost = self.curves.each(tolerance)
         return Allocation(self.names, frozen_copy(tolerance), cost, self.effect.at(whole))
-
-    def marginal_values(self, tolerance: RealArray) -> MarginalValues:
-        """Return what each tolerance is worth at given tolerances, shape (k,)."""
-        slope = self.at(tolerance).scattered.sigma_by_tolerance.sum(axis=0)
-        return MarginalValues(
-            self.names, frozen_copy(tolerance), slope[self._columns], self.curves.slope(tolerance)
-        )
 
     def cheapest(self, target: Target) -> Allocation:
         """Return the cheapest tolerances that reach a target.

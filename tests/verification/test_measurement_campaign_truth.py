@@ -158,14 +158,6 @@ def test_frequency_dependence_and_drift_have_their_sizes():
     assert np.max(drifting.frequency_dependence) < 1e-14
 
 
-def test_a_band_keeps_a_resonance_out():
-    cells, share = make_cells(2, 1), shares(2, 2)
-    runs = shaker_runs(cells, share, bend=0.5)
-    low = force_transfer_matrix(runs, cells, "EnM", band=(20.0, 30.0))
-    assert low.frequency.max() <= 30.0
-    assert low.residual < force_transfer_matrix(runs, cells, "EnM").residual / 3
-
-
 @pytest.fixture(scope="module")
 def campaigns(tmp_path_factory):
     plan = CampaignPlan(("M1",), (PlannedRun(5, 220.0, True),))

@@ -17,8 +17,6 @@ from deboom.measurement.virtual_point import (
 )
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 
-Band = tuple[float, float]
-
 
 @checked(
     frequency="f",
@@ -63,13 +61,11 @@ def force_transfer_matrix(
     cells: Sequence[Sensor],
     mount: str,
     piece: str = "",
-    *,
-    band: Band | None = None,
 ) -> ForceTransferMatrix:
     """Return the 3×3 force transfer matrix of one mount out of its shaker runs.
 
     Raises InputError: an axis without a run, a doubled repeat, runs on different lines, a cell that
-    a run lacks, no line in the band, or a matrix without an inverse.
+    a run lacks, or a matrix without an inverse.
 
     Parameters
     ----------
@@ -77,7 +73,6 @@ def force_transfer_matrix(
         Shaker runs, one or more repeats per axis; other mounts and pieces are not looked at.
     cells : sequence of Sensor — all force cells below the mount (piece)
     mount, piece : str — mount and piece
-    band : (float, float), optional — lines to average, from and to [Hz]; by default all
 
     Notes
     -----
@@ -106,33 +101,7 @@ def force_transfer_matrix(
         for axis in AXES
     ]
     frequency = _common_lines([run.response for run in chosen], name)
-    return _averaged(columns, frequency, cells, (mount, piece), band)
-
-
-def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
-    """Return the force ``<mount> [<piece>] <axis>`` at the virtual point, ``FTM⁻¹ F_cells`` [N].
-
-    A missing cell channel raises InputError.
-    """
-    load = load_at_point(transfer.cells, cell_force, np.zeros(3)).values[:, :3]
-    force = force_at_virtual_point(transfer.matrix, load)
-    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
-
-
-def _averaged(
-    columns: Sequence[Sequence[ComplexArray]],
-    frequency: RealArray,
-    cells: Sequence[Sensor],
-    place: tuple[str, str],
-    band: Band | None,
-) -> ForceTransferMatrix:
-    """Average the repeats (n_frequency, 3) of each force over lines and repeats, and judge them."""
-    name = _name(*place)
-    lower, upper = band or (-np.inf, np.inf)
-    used = (frequency >= lower) & (frequency <= upper)
-    if not np.any(used):
-        raise InputError(f"mount {name}: no line of its shaker runs lies in {lower}–{upper} Hz")
-    stacks = [np.stack(repeats)[:, used] for repeats in columns]
+    stacks = [np.stack(repeats) for repeats in columns]
     response = np.stack([stack.mean(axis=0) for stack in stacks], axis=2)
     matrix = response.mean(axis=0)
     singular = np.linalg.svd(matrix, compute_uv=False)
@@ -148,10 +117,10 @@ def _averaged(
         scatter.append(np.mean(np.sum(np.abs(deviation) ** 2, axis=2)))
         drift.append(np.abs(deviation.mean(axis=1)).max(axis=0))
     return ForceTransferMatrix(
-        mount=place[0],
-        piece=place[1],
+        mount=mount,
+        piece=piece,
         cells=tuple(cells),
-        frequency=frequency[used],
+        frequency=frequency,
         response=response,
         matrix=matrix,
         frequency_dependence=np.abs(response - matrix).max(axis=0) * relative,
@@ -160,6 +129,16 @@ def _averaged(
         residual=float(np.sqrt(np.mean(scatter))),
         condition_number=float(singular[0] / singular[-1]),
     )
+
+
+def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
+    """Return the force ``<mount> [<piece>] <axis>`` at the virtual point, ``FTM⁻¹ F_cells`` [N].
+
+    A missing cell channel raises InputError.
+    """
+    load = load_at_point(transfer.cells, cell_force, np.zeros(3)).values[:, :3]
+    force = force_at_virtual_point(transfer.matrix, load)
+    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
 
 
 def _cell_force(response: Frf, cells: Sequence[Sensor], name: str) -> ComplexArray:

@@ -28,7 +28,7 @@ TruthSeed = Annotated[
     typer.Option(
         help="From 1, which is what is shipped. Draws powertrain, three or four cylinders, laws of "
         "the mounts, torque and gears; of a compressor unbalance and sense, while its body, mounts "
-        "and hoses go by --seed. Best designs of 20 such platforms bring -4.3 to -2.7 dB per line "
+        "and hoses go by --seed. Best designs of 20 such platforms bring -4.3 to -2.6 dB per line "
         "(10 to 90 %), that of seed 1 -3.1."
     ),
 ]

@@ -39,6 +39,7 @@ class Options:
     seed: Seed = 1
     designs: Annotated[int, Option(help="Number of designs of a space-filling plan.")] = 300
     plan: Annotated[Plan, Option(help="How designs are laid out.")] = Plan.latin_hypercube
+    generators: Annotated[str | None, Option(help="Fraction, such as 'a b c abc'.")] = None
     table: Annotated[Path | None, Option(help="Own designs, CSV or xlsx.")] = None
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.15
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
@@ -73,7 +74,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     study = correlation_study(
         model.runs,
         model.index,
-        DoeRequest(asked.plan, asked.designs, asked.seed, asked.table),
+        DoeRequest(asked.plan, asked.designs, asked.seed, asked.generators, asked.table),
         half_width=asked.bounds,
         tolerance=asked.tolerance,
         draws=asked.draws,

@@ -16,6 +16,7 @@ from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 PLATFORM = STUDIES / "data" / "u06_f39_f45"
+WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
 GROUP = {"group": "U06"}
 
@@ -82,6 +83,10 @@ def test_other_options(tmp_path):
     [
         (DoeRequest(Plan.latin_hypercube, 30, 1), 30, "Latin hypercube (maximin), seed 1"),
         (DoeRequest(Plan.sobol, 32, 2), 32, "Sobol, seed 2"),
+        (DoeRequest(Plan.box_behnken, 0, 1), 265, "box behnken"),
+        (DoeRequest(Plan.full_factorial, 0, 1), 4096, "full factorial"),
+        (DoeRequest(Plan.fractional_factorial, 0, 1, WORDS), 16, f"fractional factorial {WORDS}"),
+        (DoeRequest(Plan.central_composite, 0, 1, WORDS), 41, f"central composite {WORDS}"),
     ],
 )
 def test_plans_of_twelve_variables(request_, n_designs, words):
@@ -97,6 +102,8 @@ def test_plans_of_twelve_variables(request_, n_designs, words):
     ("changes", "sentence"),
     [
         ({"plan": Plan.sobol, "designs": 300}, "300 Sobol points are not a power of two"),
+        ({"plan": Plan.fractional_factorial}, "needs --generators"),
+        ({"plan": Plan.fractional_factorial, "generators": "a b ab"}, "one column for each"),
         ({"designs": 8}, r"from 8 design\(s\) says nothing"),
         ({"apart": "F39-1", "designs": 10}, "--apart 'F39-1' is no vehicle of this study"),
     ],

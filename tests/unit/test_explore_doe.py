@@ -9,6 +9,10 @@ from deboom.errors import InputError
 from deboom.explore.doe import (
     Doe,
     Failure,
+    box_behnken,
+    central_composite,
+    fractional_factorial,
+    full_factorial,
     latin_hypercube,
     run_doe,
     sobol_designs,
@@ -132,3 +136,52 @@ def test_a_doe_that_contradicts_itself_is_refused(changes, sentence):
     }
     with pytest.raises(InputError, match=sentence):
         Doe(**{**given, **changes})
+
+
+def coded(plan, n_variables, *arguments):
+    """Return a plan as coded levels; the bounds lie at -1 and 1."""
+    names = tuple("abcdefghijklmnopqrst"[:n_variables])
+    ends = np.ones(n_variables)
+    return plan(
+        DesignSpace(names, ("1",) * len(names), 0 * ends, -ends, ends, 0 * ends), *arguments
+    )
+
+
+def test_plans_of_fixed_levels_are_those_of_the_textbooks():
+    corners = coded(full_factorial, 3)
+    assert np.unique(corners, axis=0).shape == (8, 3)
+    half = coded(fractional_factorial, 4, "a b c abc")
+    assert np.array_equal(half[:, 3], half[:, 0] * half[:, 1] * half[:, 2])
+    assert np.array_equal(half.T @ half, 8 * np.eye(4))
+    edges = coded(box_behnken, 3)
+    assert len(edges) == 13
+    assert np.array_equal(np.sort(np.count_nonzero(edges, axis=1)), [0] + [2] * 12)
+    rotatable = coded(central_composite, 3)
+    assert len(rotatable) == 8 + 6 + 1
+    distance = np.linalg.norm(rotatable, axis=1)
+    assert distance[:8] == pytest.approx(np.sqrt(3) / 8**0.25)
+    assert distance[8:] == pytest.approx([1.0] * 6 + [0.0])
+    assert coded(central_composite, 4, "a b c abc")[:8] * 8**0.25 == pytest.approx(half)
+
+
+@pytest.mark.parametrize(
+    ("plan", "arguments", "sentence"),
+    [
+        (full_factorial, (17,), "131,072 designs: take a fractional factorial"),
+        (box_behnken, (2,), "at least 3 variables"),
+        (fractional_factorial, (4, "a b ab -ab"), "not unique"),
+        (fractional_factorial, (3, "a b ?"), "make no plan"),
+        (fractional_factorial, (4, "a b ab"), "3 columns for 4 design variables"),
+    ],
+)
+def test_a_plan_that_cannot_be_is_refused(plan, arguments, sentence):
+    with pytest.raises(InputError, match=sentence):
+        coded(plan, *arguments)
+
+
+def test_levels_between_whole_numbers_are_refused():
+    ends = np.full(3, 2.0)
+    space = DesignSpace(("a", "b", "c"), ("1",) * 3, 0 * ends, -ends, ends, 0 * ends, ends > 0)
+    assert len(box_behnken(space)) == 13
+    with pytest.raises(InputError, match="'a' takes whole numbers"):
+        central_composite(space)

@@ -1,6 +1,7 @@
-"""Designs of experiments: space-filling plans, and every design with its responses or its failure.
+"""Designs of experiments: plans, and every design with its responses or its failure.
 
-Plans of fixed levels, made for fitting polynomials, come in as a table of designs.
+Plans of fixed levels are pyDOE's, made for fitting polynomials; for correlations and sensitivities
+the space-filling plans say more per design.
 """
 
 from __future__ import annotations
@@ -24,6 +25,8 @@ from deboom.explore.space import (
 
 SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
+MOST_CORNERS = 16
+"""Variables of the largest full factorial: a plan of more designs is a slip of the keyboard."""
 DRAWS = 50
 """Latin hypercubes that are drawn; the one with the largest smallest distance is improved."""
 
@@ -88,6 +91,77 @@ def _within(space: DesignSpace, points: RealArray) -> RealArray:
     width = space.upper - space.lower
     whole = np.floor(space.lower + points * (width + 1.0))
     return np.where(space.integer, whole, space.lower + points * width)
+
+
+def full_factorial(space: DesignSpace) -> RealArray:
+    """Return all corners of the bounds, (2**k, k), at most `MOST_CORNERS` variables."""
+    from pyDOE3 import ff2n
+
+    if space.n_variables > MOST_CORNERS:
+        raise InputError(
+            f"a full factorial of {space.n_variables} variables has {2**space.n_variables:,} "
+            "designs: take a fractional factorial or a space-filling plan"
+        )
+    return _levels(space, ff2n(space.n_variables))
+
+
+def fractional_factorial(space: DesignSpace, generators: str) -> RealArray:
+    """Return the corners of a regular fraction, (2**n_base, k).
+
+    - `generators`: one word per variable: a single letter is a base variable, a longer word the
+      product of base variables. ``"a b c abc"`` is the half fraction of four variables.
+    - raises InputError: words that make no plan, two equal columns, or another number of words.
+    """
+    from pyDOE3 import fracfact
+
+    try:
+        levels = fracfact(generators)
+    except (ValueError, IndexError) as error:
+        raise InputError(
+            f"generators '{generators}' make no plan ({error}): write one word of letters per "
+            "variable, such as 'a b c abc'"
+        ) from error
+    return _levels(space, levels)
+
+
+def box_behnken(space: DesignSpace) -> RealArray:
+    """Return the edges' middles of every pair of at least 3 variables, and one middle, (n, k)."""
+    from pyDOE3 import bbdesign
+
+    if space.n_variables < 3:
+        raise InputError(
+            f"a Box-Behnken design of {space.n_variables} variables: take at least 3 variables"
+        )
+    return _levels(space, bbdesign(space.n_variables, center=1))
+
+
+def central_composite(space: DesignSpace, generators: str | None = None) -> RealArray:
+    """Return corners (all, or those of a fraction), a rotatable star and the middle, (n, k).
+
+    The star lies on the bounds; the corners shrink.
+    """
+    part = fractional_factorial(space, generators) if generators else full_factorial(space)
+    corners = np.where(part == space.upper, 1.0, -1.0)
+    star = np.kron(np.eye(space.n_variables), [[-1.0], [1.0]]) * len(corners) ** 0.25
+    return _levels(space, np.concatenate([corners, star, np.zeros((1, space.n_variables))]))
+
+
+def _levels(space: DesignSpace, levels: RealArray) -> RealArray:
+    """Put the outermost of coded levels on the bounds; whole numbers have none between."""
+    if levels.shape[1] != space.n_variables:
+        raise InputError(
+            f"the plan has {levels.shape[1]} columns for {space.n_variables} design variables "
+            f"{list(space.names)}: it needs one column for each"
+        )
+    middle, half = (space.lower + space.upper) / 2.0, (space.upper - space.lower) / 2.0
+    designs = np.clip(middle + half * levels / np.abs(levels).max(), space.lower, space.upper)
+    broken = space.integer & np.any(np.mod(designs, 1.0) != 0.0, axis=0)
+    if broken.any():
+        raise InputError(
+            f"'{space.names[int(np.argmax(broken))]}' takes whole numbers, and the plan has levels "
+            "between them: take a space-filling plan"
+        )
+    return np.asarray(designs)
 
 
 class Failure(Enum):

@@ -25,6 +25,10 @@ from deboom.explore.correlation import (
 )
 from deboom.explore.doe import (
     Doe,
+    box_behnken,
+    central_composite,
+    fractional_factorial,
+    full_factorial,
     latin_hypercube,
     run_doe,
     sobol_designs,
@@ -49,18 +53,29 @@ class Plan(Enum):
     """Space-filling, maximin; any number of designs."""
     sobol = "sobol"
     """Space-filling, scrambled Sobol points; a power of two."""
+    full_factorial = "full-factorial"
+    """All corners."""
+    fractional_factorial = "fractional-factorial"
+    """The corners that ``--generators`` keep."""
+    box_behnken = "box-behnken"
+    """Edges and middle, no corner."""
+    central_composite = "central-composite"
+    """Corners (those of ``--generators``, if given), star and middle."""
 
 
 @dataclass(frozen=True)
 class DoeRequest:
     """What a study was asked to evaluate.
 
+    - `n_designs`: of a space-filling plan; those of fixed levels have their own number.
+    - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
     - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
     """
 
     plan: Plan
     n_designs: int
     seed: int
+    generators: str | None = None
     table: Path | None = None
 
     @property
@@ -74,7 +89,9 @@ class DoeRequest:
         if self.table is not None:
             return f"table {self.table.name}"
         kind = {Plan.latin_hypercube: "Latin hypercube (maximin)", Plan.sobol: "Sobol"}
-        return f"{kind[self.plan]}, seed {self.seed}"
+        if self.plan in kind:
+            return f"{kind[self.plan]}, seed {self.seed}"
+        return " ".join((str(self.plan.value).replace("-", " "), self.generators or "")).strip()
 
     def designs(self, space: DesignSpace) -> RealArray:
         """Return the asked designs, shape (n, k) [units of the space].
@@ -85,7 +102,20 @@ class DoeRequest:
             return read_designs(self.table, space)
         if self.plan is Plan.latin_hypercube:
             return latin_hypercube(space, self.n_designs, seed=self.seed)
-        return sobol_designs(space, self.n_designs, seed=self.seed)
+        if self.plan is Plan.sobol:
+            return sobol_designs(space, self.n_designs, seed=self.seed)
+        if self.plan is Plan.box_behnken:
+            return box_behnken(space)
+        if self.plan is Plan.full_factorial:
+            return full_factorial(space)
+        if self.plan is Plan.central_composite:
+            return central_composite(space, self.generators)
+        if self.generators is None:
+            raise InputError(
+                "a fractional factorial needs --generators: one word of letters per variable, such "
+                "as 'a b c abc'"
+            )
+        return fractional_factorial(space, self.generators)
 
 
 @dataclass(frozen=True, eq=False)

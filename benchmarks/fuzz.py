@@ -56,6 +56,10 @@ NUMBERS = (
 VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9" * 99_999)
 
 
+sys.path += [str(Path(__file__).parents[1] / "tests" / room) for room in ("unit", "studies")]
+"""Valid files of some kinds come from the tests."""
+
+
 def reader(name: str) -> Callable[[Path], object]:
     """Return a function of deboom, such as ``files.campaign:read_campaign``."""
     module, function = name.split(":")
@@ -216,6 +220,81 @@ def _library(folder: Path) -> None:
         library.add(campaigns, mounts[:1])
 
 
+def _time_data(folder: Path) -> None:
+    from test_files_time_data import SIGNALS, TIME, WRITERS
+
+    folder.mkdir()
+    for write, name, _ in WRITERS.values():
+        write(folder / name, SIGNALS, TIME)
+
+
+def _read_search(folder: Path) -> None:
+    from deboom.files.run_folder import CheckpointFolder, read_evaluations
+
+    CheckpointFolder(folder, {"a.toml": "0"}).load()
+    read_evaluations(folder)
+
+
+def _read_time_data(folder: Path) -> None:
+    from deboom.files.time_data import read_time_signals
+
+    for path in sorted(folder.glob("run.*")):
+        if path.suffix != ".csv":
+            read_time_signals(path, ["A1 x", "TSM z", "driver ear"])
+
+
+def _compressor_model(folder: Path) -> None:
+    from test_files_compressor_model import sample
+
+    from deboom.files.compressor_model import write_compressor_model
+
+    folder.mkdir()
+    write_compressor_model(folder / "a.json", sample())
+
+
+def _delivery(folder: Path) -> None:
+    from test_accept import box_of, table_of
+
+    from deboom.files.acceptance import write_solution_box
+
+    folder.mkdir()
+    write_solution_box(folder / "box.json", box_of())
+    table_of(folder, [0.85, 0.9, 0.95])
+
+
+def _programme(folder: Path) -> None:
+    from deboom.studies import __path__ as studies
+
+    folder.mkdir()
+    shutil.copy(Path(next(iter(studies))) / "data/u06_f39_f45/programme.toml", folder)
+
+
+def _designs(folder: Path) -> None:
+    folder.mkdir()
+    book = openpyxl.Workbook()
+    for row in (("EnM x [1]", "mass [kg]"), (0.9, 3.0), (1.1, 4.0)):
+        book.worksheets[0].append(row)
+    book.save(folder / "a.xlsx")
+
+
+def _read_designs(folder: Path) -> None:
+    from deboom.files.doe_table import read_designs
+
+    two = ("EnM x", "mass"), ("1", "kg")
+    read_designs(folder / "a.xlsx", deboom.DesignSpace(*two, [1, 3], [0.8, 2], [1.2, 5], [0, 0]))
+
+
+def _search(folder: Path) -> None:
+    import numpy as np
+
+    from deboom.files.run_folder import CheckpointFolder
+
+    store = CheckpointFolder(folder, {"a.toml": "0"})
+    store.save({"seed": 1})
+    for generation in (1, 2):
+        store.keep(generation, {"designs": np.ones((3, 2)), "failed": np.zeros(3)})
+
+
 KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "platform": (_platform, command("check", "@")),
     "platform of UFF": (_platform_uff, command("check", "@")),
@@ -245,8 +324,22 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "list of runs": (_results, command("list", "@", "--html")),
     "library": (_library, command("library", "show", "@/a.db")),
     "import": (_library, command("library", "import", "@/new.db", "@/a.json")),
+    "time data": (_time_data, _read_time_data),
+    "compressor model": (
+        _compressor_model,
+        lambda f: reader("files.compressor_model:read_compressor_model")(f / "a.json"),
+    ),
+    "delivery": (_delivery, command("accept", "@/box.json", "@/parts.csv", "--out", "@.out")),
+    "programme": (
+        _programme,
+        lambda f: importlib.import_module("deboom.files.acceptance").read_programme(
+            f, ("EnM", "GeM", "TSM", "Du")
+        ),
+    ),
+    "designs": (_designs, _read_designs),
+    "search": (_search, _read_search),
 }
-SELDOM = {"orders": 8, "electric car": 8, "MATLAB": 4, "operation": 4}
+SELDOM = {"orders": 8, "electric car": 8, "MATLAB": 4, "operation": 4, "delivery": 8}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 """Files that a command may write."""

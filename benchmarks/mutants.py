@@ -40,10 +40,12 @@ from deboom.files.run_folder import hash_sources
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
-TEST_S, TESTS_S = 5.0, 12.0
+TEST_S, TESTS_S = 15.0, 12.0
 """CPU time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
 PATIENCE_S = 15.0
-"""Wait for a mutant, beside thrice the recorded time of its tests [s]; one that hangs is caught."""
+"""CPU time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
+IDLE = 10.0
+"""Wait for a mutant, over its CPU time [1]: one that sleeps hangs, a busy machine does not."""
 
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -237,7 +239,7 @@ class Reach:
         return self.times[test].get("call", 0.0) + self.setups[test.split("::")[0]]
 
     def patience(self, tests: Sequence[str]) -> float:
-        """Return how long to wait for some tests [s]."""
+        """Return the CPU time that some tests may take [s]."""
         setups = sum(self.setups[file] for file in {test.split("::")[0] for test in tests})
         return PATIENCE_S + 3.0 * (setups + sum(self.times[t].get("call", 0.0) for t in tests))
 
@@ -328,11 +330,13 @@ class Court:
         """Return the first test that fails in a fork with the mutant, or ``hang``."""
         if not tests:
             return None
+        patience = self.reach.patience(tests)
         with tempfile.TemporaryDirectory() as folder:
             child = os.fork()
             if child == 0:
+                resource.setrlimit(resource.RLIMIT_CPU, (int(patience), int(patience)))
                 self._child(mutant, tests, folder)
-            end = time.monotonic() + self.reach.patience(tests)
+            end = time.monotonic() + IDLE * patience
             done = 0
             while not done and time.monotonic() < end:
                 done, _ = os.waitpid(child, os.WNOHANG)

@@ -23,6 +23,13 @@ from deboom.mounts.library import open_library
 from deboom.study.overview import refresh_overview
 from deboom.study.runner import load_study
 
+STUDY = """'What is it?'
+from dataclasses import dataclass
+@dataclass(frozen=True)
+class Options:
+    {}
+prepare = run = lambda *_: None
+"""
 MOUNTS = "mount,piece,x [m],y [m],z [m]\n"
 
 
@@ -99,6 +106,14 @@ CASES = [
     (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\na = 1\0', "is not Python (source code"),
     (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\n1 / 0', "a.py line 2 cannot be imported"),
     (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\n', "there is no Options"),
+    (lambda f: load_study(f / "a.py"), "a.py", STUDY.format("n: int = 1"), "Options has no seed"),
+    (lambda f: load_study(f / "a.py"), "a.py", STUDY.format("seed: int"), "option has a default"),
+    (
+        lambda f: load_study(f / "a.py").report({}),
+        "a.py",
+        STUDY.format("seed: int = 1"),
+        "returns no Report",
+    ),
 ]
 
 

@@ -153,15 +153,17 @@ class Study:
     def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
         """Run the study with these options; the others have their defaults."""
         options = filled(self.module.Options(), arguments)
-        report: Report = self.module.run(self.module.prepare(options), options, context)
+        report = self.module.run(self.module.prepare(options), options, context)
+        if not isinstance(report, Report):
+            raise InputError(f"{self.path}: run(model, options, context) returns no Report")
         return report
 
 
 def load_study(study: str | Path) -> Study:
     """Import a study by its path or name.
 
-    - raises InputError: the file is missing, has no docstring, or lacks ``Options``, ``prepare`` or
-      ``run``.
+    - raises InputError: the file is missing, has no docstring, lacks ``Options``, ``prepare`` or
+      ``run``, or has options without a default or without a seed.
     """
     path = find_study(study)
     question = question_of(path)
@@ -174,6 +176,12 @@ def load_study(study: str | Path) -> Study:
         )
     if not is_dataclass(module.Options):
         raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
+    try:
+        names = Study(path, question, module).parameters
+    except (TypeError, NameError) as error:
+        raise InputError(f"{path}: every option has a default and a type: {error}") from None
+    if "seed" not in names:
+        raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
     return Study(path, question, module)
 
 

@@ -229,10 +229,12 @@ def _time_data(folder: Path) -> None:
 
 
 def _read_search(folder: Path) -> None:
-    from deboom.files.run_folder import CheckpointFolder, read_evaluations
+    from deboom.files.run_folder import CheckpointFolder
 
-    CheckpointFolder(folder, {"a.toml": "0"}).load()
-    read_evaluations(folder)
+    store = CheckpointFolder(folder, {"a.toml": "0"})
+    store.load()
+    for generation in (1, 2):
+        store.kept(generation)
 
 
 def _read_time_data(folder: Path) -> None:

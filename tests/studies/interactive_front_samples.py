@@ -6,14 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from deboom.plot import convergence
+from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
 
 N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
 LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
-PNG = as_png(convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]"))
+PANEL = CurvePanel("", np.arange(1, 4), {"hypervolume": np.array([0.1, 0.2, 0.25])})
+PNG = as_png(curve_panels([PANEL], x_label="generation [1]", y_label="hypervolume [1]", columns=1))
 
 
 def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):

@@ -8,15 +8,17 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 import pytest
-from plot_samples import convergence
 
 from deboom.errors import InputError
+from deboom.plot import CurvePanel, curve_panels
+from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.report import Picture, Report, Table
 from deboom.report.sheet import Sheet
 from deboom.report.tables import split_label, text_columns
 
-PNG = convergence([1, 2, 3], [0.1, 0.2, 0.25], hypervolume_label="hypervolume [1]")
+PANEL = CurvePanel("", np.arange(1, 4), {"hypervolume": np.array([0.1, 0.2, 0.25])})
+PNG = as_png(curve_panels([PANEL], x_label="generation [1]", y_label="hypervolume [1]", columns=1))
 VOID = {"meta", "img", "br", "link", "input", "hr"}
 TABLE = pd.DataFrame({"vehicle": ["U06-1", "U06-2"], "change [dB]": [-2.849, 0.2], "n": [3, 4]})
 
@@ -128,7 +130,7 @@ def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
     encoded = attributes["src"].removeprefix("data:image/png;base64,")
     assert base64.b64decode(encoded) == PNG
     assert attributes["alt"] == "A rising curve."
-    assert (attributes["width"], attributes["height"]) == ("467", "333")
+    assert (attributes["width"], attributes["height"]) == ("960", "427")
     assert document.every("figcaption")[0][1] == "Figure 1. The search has settled."
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
-from deboom.plot.style import MUTED, TRACK, VEHICLE_PALETTE, finite, panel_grid
+from deboom.plot.style import ACCENT, INK, MUTED, TRACK, finite, panel_grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 _ROW = 0.21  # in, of one interval
 _SPREAD = 0.3
 _MARKS = ("o", "s", "D", "^")
+_COLOURS = (ACCENT, "#8996A5", INK, "#B7C0CA")  # of no vehicle and no mount
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ def interval_panels(
     from matplotlib.lines import Line2D
 
     names = list(dict.fromkeys(name for panel in panels for name in panel.groups))
-    colours = {name: VEHICLE_PALETTE[k % len(VEHICLE_PALETTE)] for k, name in enumerate(names)}
+    colours = {name: _COLOURS[k % len(_COLOURS)] for k, name in enumerate(names)}
     marks = {name: _MARKS[place % len(_MARKS)] for place, name in enumerate(names)}
     height = _ROW * len(rows) * max(len(names), 2) * 0.62
     count = columns or len(panels)

@@ -31,7 +31,7 @@ STUDY = load_study(Path(__file__).parents[2] / "studies" / "synthesis_validation
 MIX = "EnM1-GeM2-TSM1-Du2"
 PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9], shaker_repeats=1)
 CASE = LOAD_CASES[1]
-PICTURE = b"\x89PNG\r\n\x1a\n"
+PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 MODAL_FIGURES = ("stabilisation", "mode_shapes", "panel_contributions")
 
 

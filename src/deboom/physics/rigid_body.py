@@ -19,10 +19,12 @@ TOLERATED = 4.0
 
 def skew(vector: npt.ArrayLike) -> RealArray:
     """Return the matrix of the cross product, ``skew(r) @ b = r × b``, shape (..., 3, 3)."""
-    x, y, z = np.moveaxis(np.asarray(vector, dtype=float), -1, 0)
-    zero = np.zeros_like(x)
-    rows = [[zero, -z, y], [z, zero, -x], [-y, x, zero]]
-    return np.stack([np.stack(row, axis=-1) for row in rows], axis=-2)
+    values = np.asarray(vector, dtype=float)
+    matrix = np.zeros((*values.shape, 3))
+    for row, column, axis in ((2, 1, 0), (0, 2, 1), (1, 0, 2)):
+        matrix[..., row, column] = values[..., axis]
+        matrix[..., column, row] = -values[..., axis]
+    return matrix
 
 
 def rotation_matrix(angles: npt.ArrayLike) -> RealArray:

@@ -196,8 +196,7 @@ class Campaign:
 
     - `powertrain_mounts`: mounts that carry the powertrain. Each piece of every other mount carries
       a body of its own with its own sensor, and needs no virtual point of the powertrain.
-    - `shaker_runs`, `pushes`: shaker runs at the virtual points, three axes for each mount (piece)
-      that occurs, and beside them.
+    - `shaker_runs`: at the virtual points, three axes for each mount (piece) that occurs.
     - `mass_matrix` (6, 6): mass matrix of the powertrain at its centre of gravity, from the data
       sheet [kg, kg m²].
     - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of

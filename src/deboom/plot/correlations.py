@@ -11,6 +11,7 @@ import numpy.typing as npt
 from deboom.errors import InputError
 from deboom.plot.matrices import cell_number
 from deboom.plot.style import (
+    ACCENT,
     FIGURE_STYLE,
     FULL_WIDTH,
     INK,
@@ -224,10 +225,10 @@ def _cloud(x: pd.Series, y: pd.Series, **_: object) -> None:
     from matplotlib import pyplot as plt
 
     axes = plt.gca()
-    axes.plot(x, y, "o", markersize=1.8, alpha=0.45, color=VEHICLE_PALETTE[0], markeredgewidth=0)
+    axes.plot(x, y, "o", markersize=1.8, alpha=0.45, color=ACCENT, markeredgewidth=0)
     slope, offset = np.polyfit(x - x.mean(), y, 1)
     ends = np.array([x.min(), x.max()])
-    axes.plot(ends, offset + slope * (ends - x.mean()), color=VEHICLE_PALETTE[1], linewidth=1.0)
+    axes.plot(ends, offset + slope * (ends - x.mean()), color=INK, linewidth=1.0)
 
 
 def _coefficient(axes: Axes, value: float, low: float, high: float) -> None:

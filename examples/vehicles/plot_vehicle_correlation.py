@@ -11,19 +11,19 @@ import deboom
 platform = deboom.read_platform("u06")
 model = platform.model(band=(24, 40), motion="coupled")
 experiment = deboom.doe(model, model.design_space(), n=96, seed=1)
-found = deboom.correlation(experiment, resamples=200)
+correlated = deboom.correlation(experiment, resamples=200)
 
 # %%
 # Pearson's coefficient of each pair, and the interval of 95 %.
 
-coefficients = (found.pearson, found.pearson_low, found.pearson_high)
+coefficients = (correlated.pearson, correlated.pearson_low, correlated.pearson_high)
 figure = deboom.plot.scatter_matrix(
-    found.names, experiment.computed, coefficients, {}, value_label="SPLV [dB(A)]"
+    correlated.names, experiment.doe.computed, coefficients, {}, value_label="SPLV [dB(A)]"
 )
 
 # %%
 # A vehicle correlates with itself perfectly, and every coefficient lies inside of its interval.
 
-assert abs(found.pearson.diagonal() - 1.0).max() < 1e-12
-assert (found.pearson_low <= found.pearson + 1e-12).all()
-assert (found.pearson <= found.pearson_high + 1e-12).all()
+assert abs(correlated.pearson.diagonal() - 1.0).max() < 1e-12
+assert (correlated.pearson_low <= correlated.pearson + 1e-12).all()
+assert (correlated.pearson <= correlated.pearson_high + 1e-12).all()

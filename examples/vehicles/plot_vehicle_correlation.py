@@ -9,7 +9,7 @@ experiments over the mounts, and the correlation of all pairs of vehicles with i
 import deboom
 
 platform = deboom.read_platform("u06")
-model = platform.model(band=(24, 40), motion="coupled")
+model = platform.model(vehicles="U06", band=(24, 40), motion="coupled")
 experiment = deboom.doe(model, model.design_space(), n=96, seed=1)
 correlated = deboom.correlation(experiment, resamples=200)
 
@@ -18,7 +18,11 @@ correlated = deboom.correlation(experiment, resamples=200)
 
 coefficients = (correlated.pearson, correlated.pearson_low, correlated.pearson_high)
 figure = deboom.plot.scatter_matrix(
-    correlated.names, experiment.doe.computed, coefficients, {}, value_label="SPLV [dB(A)]"
+    correlated.names,
+    experiment.doe.computed / experiment.n_lines,
+    coefficients,
+    {},
+    value_label="mean level of the lines [dB(A)]",
 )
 
 # %%

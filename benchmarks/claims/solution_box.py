@@ -27,8 +27,7 @@ import numpy as np
 
 from claims import Claim, draws
 from deboom.explore.box import BoxQuestion
-from deboom.explore.largest_box import BoxEffort, bisection_box, largest_box
-from deboom.explore.largest_box import volume_ratio as box_volume_ratio
+from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.study.platform_model import Motion, MotionOptions
 from deboom.study.runner import load_study
 from known_boxes import exact_share, ratio_of, two_vehicles
@@ -73,8 +72,6 @@ def fleet_claims(lowered: float) -> list[Claim]:
     found, check = study.found, study.found.verified
     where = f"U06 at {study.question.limit[0]:.2f} dB(A)"
     plain = study.over_plain
-    bisection = bisection_box(study.question, study.point, seed=study.seed)
-    other = box_volume_ratio(study.box, bisection.box, study.effective)
     return [
         Claim(
             f"{where}: seconds to the verified box",
@@ -94,13 +91,6 @@ def fleet_claims(lowered: float) -> list[Claim]:
             f"{plain.width:.2f}; {plain.volume:.3g} ("
             f"{study.on_bounds.sum()} of {2 * plain.n_variables} ends lie on bounds)",
             plain.width > 1.0 or lowered > 0.0,
-        ),
-        Claim(
-            f"{where}: width against plain bisection; volume",
-            "> 1",
-            f"{other.width:.2f}; {other.volume:.3g} "
-            f"(bisection: ±{100 * bisection.tolerance:.1f} %)",
-            other.width > 1.0,
         ),
     ]
 

@@ -545,47 +545,6 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
     return offset
 
 
-@dataclass(frozen=True, eq=False)
-class BisectionBox:
-    """The largest box of one tolerance for all variables, about a design.
-
-    - `box`: intervals, cut at the bounds.
-    - `tolerance`, `share`: half width as a part of each variable's own value, and the share of the
-      sample that kept [1].
-    """
-
-    box: Box
-    tolerance: float
-    share: float
-
-
-def bisection_box(
-    question: BoxQuestion, design: npt.ArrayLike, *, seed: int, effort: BoxEffort | None = None
-) -> BisectionBox:
-    """Return the box of one tolerance about a design (k,) that plain bisection finds."""
-    point = question.checked(design)
-    effort = effort or BoxEffort()
-    unit = sobol_points(len(point), effort.calibration, seed=seed, purpose="size of a box")
-
-    def cut(tolerance: float) -> Box:
-        whole = tolerance_box(question.names, point, tolerance)
-        return Box(
-            question.names,
-            np.maximum(whole.lower, question.lower),
-            np.minimum(whole.upper, question.upper),
-        )
-
-    good, bad, share = 0.0, 1.0, question.share_of(cut(0.0), unit[:1])
-    for _ in range(14):
-        middle = 0.5 * (good + bad)
-        kept = question.share_of(cut(middle), unit)
-        if kept >= question.share:
-            good, share = middle, kept
-        else:
-            bad = middle
-    return BisectionBox(cut(good), good, share)
-
-
 @dataclass(frozen=True)
 class VolumeRatio:
     """One box over another.

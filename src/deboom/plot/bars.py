@@ -214,17 +214,17 @@ def box_intervals(
     from matplotlib.patches import Patch
 
     columns = {"variables": np.zeros(len(variables)), "point": point}
-    for one in (box, other, bounds):
-        columns |= {f"{one.label} lower": one.lower, f"{one.label} upper": one.upper}
+    for ends in (box, other, bounds):
+        columns |= {f"{ends.label} lower": ends.lower, f"{ends.label} upper": ends.upper}
     data = finite("box_intervals", columns)
     today = np.asarray(stiffness, dtype=float)
-    ends = [data[f"{box.label} {end}"] for end in ("lower", "upper")]
+    edges = [data[f"{box.label} {end}"] for end in ("lower", "upper")]
     texts = [
         (
             f"{known:.0f}" if np.isfinite(known) else "not measured",
             *(f"{known * f:.0f}" if np.isfinite(known) and not free else "–" for f in (low, high)),
         )
-        for known, low, high, free in zip(today, *ends, no_requirement, strict=True)
+        for known, low, high, free in zip(today, *edges, no_requirement, strict=True)
     ]
     with factor_rows(
         *(variables, data[f"{bounds.label} lower"], data[f"{bounds.label} upper"], no_requirement),
@@ -237,8 +237,8 @@ def box_intervals(
             if no_requirement[k]:
                 continue
             row, colour = rows[k], colours[mount_of(name)]
-            width = ends[1][k] - ends[0][k]
-            bars.barh(row - 0.1, width, left=ends[0][k], height=0.4, color=colour)
+            width = edges[1][k] - edges[0][k]
+            bars.barh(row - 0.1, width, left=edges[0][k], height=0.4, color=colour)
             span = [data[f"{other.label} {end}"][k] for end in ("lower", "upper")]
             bars.plot(span, [row + 0.2] * 2, color=INK, lw=1.3)
             bars.plot(data["point"][k], row - 0.1, "D", color="white", mec=INK, ms=4.5, zorder=4)

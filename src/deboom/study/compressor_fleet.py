@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from deboom.arrays import RealArray, checked
+from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import (
     PRESSURES,
     Operation,
@@ -46,7 +46,6 @@ from deboom.compressor.hoses import hose_matrices
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.sources import case_name, source_loads
 from deboom.errors import InputError
-from deboom.explore.space import DesignSpace, generator
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
 from deboom.physics.sound_level import spl
@@ -261,40 +260,6 @@ def mounted_fleet(
         variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix
     )
     return MountedFleet(fleet, identified, running, index, rigid, statics)
-
-
-@checked(designs="n k", predicted="n v f", exact="n v f")
-class Agreement:
-    """Predicted and exact levels of designs, the first one today's, in the first case [dB(A)]."""
-
-    designs: RealArray
-    predicted: RealArray
-    exact: RealArray
-
-    @property
-    def peak_errors(self) -> RealArray:
-        """Predicted minus exact level at the local maxima of the exact curves [dB]."""
-        middle = self.exact[..., 1:-1]
-        peaks = (middle > self.exact[..., :-2]) & (middle >= self.exact[..., 2:])
-        return np.asarray((self.predicted - self.exact)[..., 1:-1][peaks])
-
-    @property
-    def changes(self) -> tuple[RealArray, RealArray]:
-        """Change of the mean level against today, predicted and exact, each (n - 1, v) [dB]."""
-        both = (self.predicted, self.exact)
-        predicted, exact = (np.asarray((x[1:] - x[:1]).mean(axis=-1)) for x in both)
-        return predicted, exact
-
-
-def agreement(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> Agreement | None:
-    """Compare n designs within the bounds, drawn uniformly, with the exact coupled solution.
-
-    None for cars that were measured: their truth is not known. Mounts stand where they are drawn.
-    """
-    drawn = generator(seed, "agreement").uniform(space.lower, space.upper, (n, space.n_variables))
-    designs = np.vstack([space.nominal, drawn])
-    exact = exact_levels(model, designs, model.index.case_names[0])
-    return None if exact is None else Agreement(designs, model.index.levels(designs), exact)
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

@@ -135,7 +135,7 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
     """Measure, characterise, compare and report; then another engine on the same mounts."""
     del context  # nothing here is long enough to be resumed
     report: Report | None = None
-    over_force = replace(how, preload=Preload.STATIC_FORCE, folds=0)
+    over_force = replace(how, preload=Preload.STATIC_FORCE)
     engine: SecondEngine | None = None
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:

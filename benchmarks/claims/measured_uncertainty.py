@@ -22,7 +22,6 @@ from functools import cache
 import numpy as np
 
 from claims import Claim, draws
-from deboom.bench.campaign import CampaignErrors
 from deboom.bench.fleet import BodySpread, load_fleet, noise_transfer, scattered_body
 from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
 from deboom.bench.powertrain import DRAWING, load_bench
@@ -36,15 +35,15 @@ from deboom.bench.sensors import (
 from deboom.files.platform import Platform, read_platform
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import method_difference, pivotal_interval
-from deboom.mounts.characterise import CharacteriseOptions, characterise
+from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.study.mount_characterisation import characterise_virtual
 from deboom.study.uncertain_index import UncertainIndex
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.platform_uncertainty import force_sources, transfer_sources
 from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
-from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 
 REPLICATES = draws(60)
@@ -52,7 +51,6 @@ DRAWS = 59
 BENCHES = 3
 """Characterised for the library."""
 
-WOT = tuple(PlannedRun(gear, limit, True) for gear in (5, 6, 7) for limit in (120.0, 160.0, 220.0))
 GROUP = "U06"
 BAND = (20.0, 60.0)
 LINES = np.linspace(20.0, 80.0, 241)
@@ -198,8 +196,10 @@ def _measured_case(number: int) -> LoadCase:
 
 @cache
 def _parts(bench: int) -> tuple[CharacterisedMount, ...]:
-    campaign = virtual_campaign(FIRST_FLEET + bench, DRAWING, WOT, CampaignErrors())
-    return characterise(campaign, DRAWING, CharacteriseOptions(folds=0)).mounts
+    options = CharacteriseOptions()
+    return characterise_virtual(
+        FIRST_FLEET + bench, DRAWING, options, lambda *_: None
+    ).result.mounts
 
 
 def _held(

@@ -20,18 +20,17 @@ from pathlib import Path
 import numpy as np
 
 from claims import Claim
-from deboom.bench.campaign import TRAINING_RUNS, CampaignErrors
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform, read_platform
-from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
-from deboom.mounts.characterise import Characterisation, CharacteriseOptions, characterise
+from deboom.mounts.characterise import CharacteriseOptions, characterise
+from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.study.campaigns import write_platform_library
+from deboom.study.mount_characterisation import characterise_virtual
 from deboom.study.platform_model import LIBRARY_FILE, PEAKS, surface_check
-from virtual_campaign import virtual_campaign
 from write_library import PLATFORM
 
 OTHER = 2
@@ -40,7 +39,6 @@ OTHER = 2
 OWN = (1, 2, 3)
 """Seeds of benches whose own runs are looked at."""
 
-CASES = ("g5_wot120", "g5_wot220", "g6_wot120", "g6_wot160", "g6_wot220", "g7_wot220")
 BAND = (20, 60)
 
 
@@ -59,12 +57,15 @@ def _own_runs() -> list[Claim]:
     platform = read_platform(PLATFORM)
     known, held_out = [], []
     for seed in OWN:
-        campaign = virtual_campaign(seed, DRAWING, TRAINING_RUNS, CampaignErrors())
-        others = replace(campaign, runs=tuple(r for r in campaign.runs if r.name not in CASES))
-        options = CharacteriseOptions(folds=0)
-        result = characterise(campaign, DRAWING, options)
-        without = characterise(others, DRAWING, options, chains=result.chains)
-        cases = tuple(_own_case(result, run) for run in campaign.runs if run.name in CASES)
+        bench = characterise_virtual(seed, DRAWING, CharacteriseOptions(), lambda *_: None)
+        result, campaign = bench.result, bench.result.campaign
+        others = replace(
+            campaign, runs=tuple(run for run in campaign.runs if run not in bench.check_runs)
+        )
+        without = characterise(others, DRAWING, chains=result.chains)
+        cases = tuple(
+            bench_load_case(campaign, run, result.chains, run.name) for run in bench.check_runs
+        )
         for mounts, found in ((result.mounts, known), (without.mounts, held_out)):
             forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
             found.append(_at_peaks(platform, cases, forces).max())
@@ -78,38 +79,6 @@ def _own_runs() -> list[Claim]:
         )
         for words, found in (("", known), (", held out", held_out))
     ]
-
-
-def _own_case(result: Characterisation, run: OperatingRun) -> LoadCase:
-    """One run of a campaign at its virtual points, as the surfaces' own chain gives it."""
-    columns = {}
-    for one in result.directions.values():
-        measured = one.measured
-        for label in np.unique(measured.run):
-            name, _, piece = str(label).partition(" ")
-            if name == run.name:
-                channel = " ".join(filter(None, (measured.mount, piece, measured.axis)))
-                columns[channel] = measured.select(measured.run == label)
-    displacement, force = (
-        Spectrum(
-            run.frequency,
-            np.stack([getattr(one, what) for one in columns.values()], axis=1),
-            tuple(columns),
-            unit,
-        )
-        for what, unit in (("displacement", "m"), ("force", "N"))
-    )
-    return LoadCase(
-        name=run.name,
-        title=run.name,
-        gear=run.gear,
-        total_ratio=run.total_ratio,
-        torque_limit=run.torque_limit,
-        order=run.order,
-        displacement=displacement,
-        force=force,
-        engine_torque=run.engine_torque,
-    )
 
 
 def _claims(platform: Platform, whose: str) -> list[Claim]:

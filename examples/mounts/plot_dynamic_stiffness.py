@@ -14,7 +14,6 @@ import numpy as np
 
 import deboom
 from deboom.bench.campaign import training_plan
-from deboom.mounts.characterise import CharacteriseOptions
 
 # %%
 # 27 runs in gears 5 to 7 with one set of mounts, written and read as a laboratory's files.
@@ -27,7 +26,7 @@ campaign = deboom.read_campaign(folder)
 # Sensors become motion and force at the virtual points; their quotient is the stiffness. EnM y is
 # hardly loaded in operation: a direction that the sensors do not resolve is marked, not guessed.
 
-mounts = deboom.characterise(campaign, "M1", CharacteriseOptions(folds=0))
+mounts = deboom.characterise(campaign, "M1")
 table = mounts.table.set_index(["mount", "axis"])
 table[["identified", "half_width_95 [1]", "r2_force [1]"]]
 

@@ -14,7 +14,6 @@ import numpy as np
 
 import deboom
 from deboom.bench.campaign import training_plan
-from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.response_surface import gaussian_process
 
@@ -23,7 +22,7 @@ from deboom.mounts.response_surface import gaussian_process
 
 folder = Path(tempfile.mkdtemp()) / "campaign"
 deboom.bench.write_campaign(folder, seed=1, plan=training_plan("M1"))
-mounts = deboom.characterise(deboom.read_campaign(folder), "M1", CharacteriseOptions(folds=0))
+mounts = deboom.characterise(deboom.read_campaign(folder), "M1")
 samples = mounts.directions["TSM x"].measured.samples(Preload.WHEEL_TORQUE)
 _, number = np.unique(samples.run, return_inverse=True)
 training, check = samples.select(number % 3 != 1), samples.select(number % 3 == 1)

@@ -14,13 +14,12 @@ from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
-from deboom.mounts.surface_forces import MountState, main_axis, surface_over
 from deboom.study import second_engine
 from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
 
 STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
-OPTIONS = CharacteriseOptions(folds=0)
+OPTIONS = CharacteriseOptions()
 FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
 SECOND = replace(
     second_engine_plan("M1"),
@@ -67,26 +66,16 @@ def test_forces_of_the_second_engine_are_predicted(finished):
     assert 0 < summary["second_static_difference_n_TSM_x"] < 30
 
 
-def test_stiffness_across_follows_the_force_along_the_main_axis(finished, library):
-    preload = pd.read_csv(finished / "second_preload.csv").set_index("direction")
-    main, own, _, kinematic = preload.loc["TSM z"]
-    assert main < own / 2
-    assert kinematic < own / 2
-    strut = next(
-        one
-        for one in second_engine.mounts_of_library(str(library), "M1")
-        if one.mount.name == "TSM"
-    )
-    assert main_axis(strut) == "x"
-    units = [surface_over(strut, "z", state).preload_unit for state in MountState]
-    assert units == ["N", "N", "N m"]
+def test_stiffness_across_follows_the_force_along_the_main_axis(finished):
+    """Over the force across, as it was measured, the error is 12 %."""
+    forces = pd.read_csv(finished / "second_forces.csv").set_index("direction")
+    assert forces.loc["TSM z", "rms error of F [%]"] < 5.0
 
 
 def test_every_table_and_figure_is_there_and_every_file_is_named(finished, second, library):
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {
         "second_forces.csv",
-        "second_preload.csv",
         "second_directions.csv",
         "report.html",
         "figures/second_force.png",

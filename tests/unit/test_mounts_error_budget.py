@@ -16,7 +16,7 @@ TWO_SIDED = 1.96
 
 def characterised(draws=400, **tolerances):
     rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, **tolerances}))
-    options = CharacteriseOptions(gears=None, self_calibration=False, folds=0, draws=draws)
+    options = CharacteriseOptions(gears=None, self_calibration=False, draws=draws)
     return characterise(campaign_of(rig), "P1", options)
 
 
@@ -85,7 +85,7 @@ def test_noise_of_single_lines_shrinks_in_the_surface():
         tolerances=Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.02, "force_own": 0.02}),
         noise=0.02,
     )
-    options = CharacteriseOptions(gears=None, self_calibration=False, folds=0)
+    options = CharacteriseOptions(gears=None, self_calibration=False)
     one = characterise(campaign_of(rig), "P1", options).directions["W x"].budget
     # magnitude of a quotient of two; 492 lines for 40 coefficients
     assert one.repeatability == pytest.approx(TWO_SIDED * 0.02, rel=0.05)
@@ -113,9 +113,7 @@ def test_the_band_is_about_the_surface_at_its_points(gains):
 
 def test_static_force_as_preload():
     rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, "static_force": 20.0}))
-    options = CharacteriseOptions(
-        gears=None, preload=Preload.STATIC_FORCE, self_calibration=False, folds=0
-    )
+    options = CharacteriseOptions(gears=None, preload=Preload.STATIC_FORCE, self_calibration=False)
     budget = characterise(campaign_of(rig), "P1", options).directions["S x"].budget
     # 9e-4 per N m of wheel torque, 7 N per N m: 20 N are 0.26 %, less by the fit to many lines
     assert 1e-5 < budget.half_width_95 < 2.6e-3

@@ -18,12 +18,11 @@ from deboom.mounts.characterised_mount import (
 from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.mounts.surface_forces import (
-    MountState,
     Outside,
     main_axis,
     smooth_static_force,
     surface_forces,
-    surface_over,
+    surface_over_main_force,
 )
 
 FREQUENCY = np.arange(20.0, 60.5, 0.5)
@@ -64,21 +63,12 @@ def test_the_main_axis_is_that_of_the_widest_static_force():
     assert main_axis(mount()) == "x"
 
 
-@pytest.mark.parametrize(
-    ("state", "preload", "unit"),
-    [
-        (MountState.MAIN_FORCE, 1000.0, "N"),
-        (MountState.OWN_FORCE, 50.0 + 30 * np.sin(500.0), "N"),
-        (MountState.WHEEL_TORQUE, 500.0, "N m"),
-    ],
-)
-def test_a_surface_over_each_preload(state, preload, unit):
-    surface = surface_over(mount(), "z", state)
-    assert surface.preload_unit == unit
+def test_a_surface_over_the_force_along_the_main_axis():
+    surface = surface_over_main_force(mount(), "z")
+    assert surface.preload_unit == "N"
     assert surface.n_lines_ == len(TORQUES) * (FREQUENCY.size - 2)
-    if state is not MountState.OWN_FORCE:
-        found = surface.predict([preload, 1.6e-4, 40.0], extrapolate=True)
-        assert found == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
+    found = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
+    assert found == pytest.approx(1e5 + 50e3 + 4e3 + 2e3j, rel=1e-3)
 
 
 def test_noise_of_the_static_force_is_smoothed_run_by_run():
@@ -100,10 +90,10 @@ def test_noise_of_the_static_force_is_smoothed_run_by_run():
 def test_what_cannot_be_fitted_is_refused_in_words():
     masked = replace(points("z", 0.1), confidence=np.zeros(len(points("z", 0.1))))
     with pytest.raises(InputError, match="direction z: none of its 405 lines is above the noise"):
-        surface_over(mount(z=masked), "z", MountState.MAIN_FORCE)
+        surface_over_main_force(mount(z=masked), "z")
     other = replace(points("z", 0.1), run=["other"] * 405)
     with pytest.raises(InputError, match="the lines of z and x are not those of the same runs"):
-        surface_over(mount(z=other), "z", MountState.MAIN_FORCE)
+        surface_over_main_force(mount(z=other), "z")
     none = MapPoints.none()
     with pytest.raises(InputError, match="it has no measured line"):
         main_axis(mount(x=none, z=none))

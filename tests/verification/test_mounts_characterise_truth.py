@@ -16,7 +16,7 @@ from deboom.mounts.operating_map import Preload
 
 LINES = np.linspace(20.0, 80.0, 61)
 PLAN = CampaignPlan(mount_sets=("M1",), runs=TRAINING_RUNS, frequency=LINES)
-OPTIONS = CharacteriseOptions(folds=0)
+OPTIONS = CharacteriseOptions()
 
 
 def measured(folder, errors=None, lines=LINES):

@@ -43,13 +43,8 @@ from deboom.mounts.measuring_chain import (
 )
 from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
-from deboom.mounts.response_surface import (
-    Agreement,
-    DynamicStiffnessSurface,
-    StiffnessSamples,
-    agreement,
-)
+from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
 from deboom.tabled import Tabled
 
@@ -81,10 +76,9 @@ class CharacteriseOptions:
     - `excited`: loads ``fx`` … ``mz`` that excite the powertrain at this order; about the
       crankshaft along y alone by default. Four cylinders in line add ``fz`` and its moment ``mx``.
     - `excitation_deviation`: standard deviation of their direction, per axis [rad].
-    - `folds`: groups of load cases that are left out in turn to judge the surfaces; 0 for none.
     - `draws`: draws of the error budget.
     - `seed`: seed of the error budget, from 1.
-    - raises InputError: a single fold; pieces that make no sense.
+    - raises InputError: pieces that make no sense.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
@@ -93,14 +87,11 @@ class CharacteriseOptions:
     self_calibration: bool = True
     excited: tuple[str, ...] = ("my",)
     excitation_deviation: float = math.radians(0.2)
-    folds: int = 5
     draws: int = LEAST_DRAWS
     seed: int = 1
 
     def __post_init__(self) -> None:
         self.regressor.check_parameters()
-        if self.folds == 1 or self.folds < 0:
-            raise InputError(f"{self.folds} folds leave nothing to fit: take 0 or at least 2")
 
 
 DEFAULT_OPTIONS = CharacteriseOptions()
@@ -110,14 +101,12 @@ DEFAULT_OPTIONS = CharacteriseOptions()
 class DirectionResult:
     """Result for one direction.
 
-    `surface` over the lines that are not near the floor, agreement of like surfaces with load cases
-    they were not fitted to (`held_out`), and its uncertainty; where there is no surface,
-    `complaint` says why.
+    `surface` over the lines that are not near the floor and its uncertainty; where there is no
+    surface, `complaint` says why.
     """
 
     measured: OperatingMap
     surface: DynamicStiffnessSurface | None = None
-    held_out: Agreement | None = None
     budget: DirectionBudget | None = None
     complaint: str = ""
 
@@ -387,28 +376,4 @@ def _direction(measured: OperatingMap, options: CharacteriseOptions) -> Directio
         masked = int(np.count_nonzero(measured.near_floor))
         complaint = f"{measured.name}: {error} ({masked} of {len(measured)} lines near the floor)"
         return DirectionResult(measured, complaint=complaint)
-    return DirectionResult(
-        measured=measured,
-        surface=surface,
-        held_out=_held_out(samples, surface, options.folds),
-    )
-
-
-def _held_out(
-    samples: StiffnessSamples, surface: DynamicStiffnessSurface, folds: int
-) -> Agreement | None:
-    """Agreement with backed load cases that cubics of the same pieces were not fitted to."""
-    cases, case = np.unique(np.array(samples.run), return_inverse=True)
-    if not 0 < folds <= len(cases):
-        return None
-    points, stiffness = samples.points, samples.stiffness
-    modelled = np.empty(len(samples), dtype=complex)
-    inside = np.zeros(len(samples), dtype=bool)
-    for fold in range(folds):
-        out = case % folds == fold
-        try:
-            modelled[out] = surface.predict_refitted(points[~out], stiffness[~out], points[out])
-        except InputError:
-            continue
-        inside[out] = TrainingRegion.around(points[~out]).contains(points[out])
-    return agreement(samples.select(inside), modelled[inside]) if inside.any() else None
+    return DirectionResult(measured, surface)

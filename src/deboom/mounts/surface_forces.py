@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 
@@ -15,24 +15,11 @@ from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import AXES
-from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
 SMOOTH_WIDTH = 5.0
 """Width over which a run's static force is smoothed: the torque changes more slowly [Hz]."""
-
-
-class MountState(Enum):
-    """Preload variable of a response surface; the value says it in words.
-
-    Within one powertrain all three say the same. On another one the wheel torque means nothing, and
-    the static force across a mount's main axis little: stiffness across follows the force along.
-    """
-
-    MAIN_FORCE = "static force along the mount's main axis"
-    OWN_FORCE = "static force of the direction"
-    WHEEL_TORQUE = "wheel torque"
 
 
 class Outside(Enum):
@@ -197,13 +184,13 @@ def main_axis(mount: CharacterisedMount) -> str:
     return max(spans, key=lambda axis: spans[axis])
 
 
-def surface_over(
-    mount: CharacterisedMount,
-    axis: str,
-    state: MountState,
-    regressor: PiecewiseCubicRegressor | None = None,
+def surface_over_main_force(
+    mount: CharacterisedMount, axis: str, regressor: PiecewiseCubicRegressor | None = None
 ) -> DynamicStiffnessSurface:
-    """Fit a response surface to the lines that the library keeps, over the preload of choice.
+    """Fit a response surface to the lines that the library keeps, over the main static force.
+
+    That force carries over to another powertrain. There the wheel torque means nothing, and the
+    static force across the main axis little: stiffness across follows the force along.
 
     - `mount`: mount with its map points.
     - `axis`: direction.
@@ -211,49 +198,24 @@ def surface_over(
     - raises InputError: no such direction; lines of two directions that are not those of the same
       runs; too few lines, or none above the noise floor.
     """
-    points = mount.direction(axis).map_points
-    if state is MountState.WHEEL_TORQUE:
-        preload = points.wheel_torque
-    else:
-        of_axis = axis if state is MountState.OWN_FORCE else main_axis(mount)
-        loaded = mount.direction(of_axis).map_points
-        if not (
-            np.array_equal(loaded.run, points.run)
-            and np.array_equal(loaded.frequency, points.frequency)
-        ):
-            raise InputError(
-                f"{mount.identity}: the lines of {axis} and {of_axis} are not those of the "
-                "same runs: characterise the mount again"
-            )
-        preload = smooth_static_force(loaded.preload, loaded.frequency, loaded.run)
+    main = main_axis(mount)
+    points, loaded = mount.direction(axis).map_points, mount.direction(main).map_points
+    same_runs = np.array_equal(loaded.run, points.run)
+    if not (same_runs and np.array_equal(loaded.frequency, points.frequency)):
+        raise InputError(
+            f"{mount.identity}: the lines of {axis} and {main} are not those of the same runs: "
+            "characterise the mount again"
+        )
+    preload = smooth_static_force(loaded.preload, loaded.frequency, loaded.run)
     used = points.confidence > 0
     if not used.any():
         raise InputError(
             f"{mount.identity}, direction {axis}: none of its {len(points)} lines is above the "
             "noise floor"
         )
-    unit = "N m" if state is MountState.WHEEL_TORQUE else "N"
     X = operating_points(preload, points.amplitude, points.frequency)[used]
-    surface = DynamicStiffnessSurface(regressor, preload_unit=unit)
+    surface = DynamicStiffnessSurface(regressor, preload_unit="N")
     return surface.fit(X, points.dynamic_stiffness[used], groups=points.run[used])
-
-
-def state_at(
-    maps: Mapping[str, OperatingMap], mount: CharacterisedMount, axis: str, state: MountState
-) -> RealArray:
-    """Return the preload of choice at every line of newly measured maps, shape (n,) [N m or N].
-
-    `maps` are by ``<mount> <axis>``, such as those of another powertrain on the same mount; the
-    library's mount says which axis is the main one.
-
-    - raises InputError: the static force was not measured.
-    """
-    name = mount.mount.name
-    if state is MountState.WHEEL_TORQUE:
-        return maps[f"{name} {axis}"].wheel_torque
-    of_axis = axis if state is MountState.OWN_FORCE else main_axis(mount)
-    loaded = maps[f"{name} {of_axis}"]
-    return smooth_static_force(loaded.preload(Preload.STATIC_FORCE), loaded.frequency, loaded.run)
 
 
 def smooth_static_force(

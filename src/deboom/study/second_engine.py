@@ -31,13 +31,17 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.mount import Mount
-from deboom.mounts.operating_map import OperatingMap, operating_maps
+from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     operating_points,
     r_squared,
 )
-from deboom.mounts.surface_forces import MountState, main_axis, state_at, surface_over
+from deboom.mounts.surface_forces import (
+    main_axis,
+    smooth_static_force,
+    surface_over_main_force,
+)
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report
@@ -54,7 +58,6 @@ STEPS_PER_ENGINE = 4
 """Of `second_engines`, for progress."""
 DOT_SPACING = 6
 """Lines between the dots of a prediction, so that what was measured shows between them."""
-BY_KINEMATICS = "static force by the kinematic model"
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,26 +107,20 @@ class Prediction:
 class SecondEngine:
     """A second engine on mounts of the library.
 
-    ``maps``, what it measured, and ``static_force`` at their lines, that the kinematic model gives
-    from wheel torque and the suppliers' curves alone [N] (empty where a curve is missing), are by
-    ``<mount> <axis>``, and so are predictions over each preload variable, and ``by_kinematics``.
+    By ``<mount> <axis>``: ``maps``, what it measured; ``predictions``; and ``static_force`` at the
+    lines, that the kinematic model gives from wheel torque and the suppliers' curves alone [N]
+    (empty where a curve is missing).
     """
 
     title: str
     mounts: tuple[CharacterisedMount, ...]
     campaign: Campaign
     maps: dict[str, OperatingMap]
-    predictions: dict[MountState, dict[str, Prediction]]
+    predictions: dict[str, Prediction]
     static_force: dict[str, RealArray]
-    by_kinematics: dict[str, Prediction]
     truth: SetTruth | None
     seconds: float
     first_files: tuple[Path, ...] = ()
-
-    @property
-    def directions(self) -> tuple[str, ...]:
-        """``<mount> <axis>`` of all that is predicted."""
-        return tuple(self.predictions[MountState.MAIN_FORCE])
 
     def mount_of(self, name: str) -> CharacterisedMount:
         """Return the mount of a direction."""
@@ -249,29 +246,25 @@ def _second_engine(
         )
     runs = training_runs(campaign, mount_set, how)
     carried = tuple(one for one in mounts if one.mount.name in {m.name for m in campaign.mounts})
-    predictions: dict[MountState, dict[str, Prediction]] = {state: {} for state in MountState}
-    by_kinematics = {}
+    predictions: dict[str, Prediction] = {}
     chains = measuring_chains(campaign, how)
     bodies = [chain.alignment.body for chain in chains]
     records = [body_record(body, runs, campaign.tolerances) for body in bodies]
     maps = operating_maps(chains, records)
     static_force = _static_prediction(carried, campaign, maps)
     for mount in carried:
+        loaded = maps[f"{mount.mount.name} {main_axis(mount)}"]
+        measured = loaded.preload(Preload.STATIC_FORCE)
+        preload = smooth_static_force(measured, loaded.frequency, loaded.run)
         for axis in (one.axis for one in mount.directions if one.surface is not None):
             name = f"{mount.mount.name} {axis}"
             if name not in maps:
                 continue
-            for state in MountState:
-                surface = surface_over(mount, axis, state, how.regressor)
-                preload = state_at(maps, mount, axis, state)
-                predictions[state][name] = _predicted(surface, preload, maps[name])
-                if state is MountState.MAIN_FORCE and name in static_force:
-                    by_kinematics[name] = _predicted(surface, static_force[name], maps[name])
+            surface = surface_over_main_force(mount, axis, how.regressor)
+            predictions[name] = _predicted(surface, preload, maps[name])
     truth = read_set_truth(folder, mount_set)
     seconds = time.perf_counter() - begin
-    return SecondEngine(
-        *(title, carried, campaign, maps, predictions, static_force, by_kinematics, truth, seconds)
-    )
+    return SecondEngine(title, carried, campaign, maps, predictions, static_force, truth, seconds)
 
 
 def _static_prediction(
@@ -318,12 +311,12 @@ def _predicted(
 
 def engine_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
     """Return a row per bench and direction; ratios as such, errors [1], levels [dB], forces [N]."""
-    return pd.DataFrame([_row(one, name) for one in engines for name in one.directions])
+    return pd.DataFrame([_row(one, name) for one in engines for name in one.predictions])
 
 
 def _row(engine: SecondEngine, name: str) -> dict[str, object]:
     """Return the numbers of one direction."""
-    prediction = engine.predictions[MountState.MAIN_FORCE][name]
+    prediction = engine.predictions[name]
     mount, axis = engine.mount_of(name), name.rpartition(" ")[2]
     quality = mount.direction(axis).quality
     measured, force = prediction.measured, prediction.force
@@ -351,27 +344,8 @@ def _row(engine: SecondEngine, name: str) -> dict[str, object]:
     }
 
 
-def preload_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
-    """Return rms error of the force [1] per bench, direction and preload variable."""
-    rows = []
-    for engine in engines:
-        by_preload = {state.value: by_name for state, by_name in engine.predictions.items()}
-        for label, by_name in (*by_preload.items(), (BY_KINEMATICS, engine.by_kinematics)):
-            rows += [
-                {
-                    "bench": engine.title,
-                    "direction": name,
-                    "preload": label,
-                    "error": prediction.error,
-                    "inside": float(np.mean(prediction.inside)),
-                }
-                for name, prediction in by_name.items()
-            ]
-    return pd.DataFrame(rows)
-
-
 def append_second_engine(report: Report, first: SecondEngine) -> None:
-    """Report the forces of another engine, and over which preload mounts carry over."""
+    """Report the forces of another engine."""
     numbers = engine_numbers((first,))
     forces = _force_table(numbers)
     found = forces[forces["identified"] == "identified"]
@@ -395,28 +369,22 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
         "above, engine, motion and sensors are others. Lines outside of the region in which a "
         "mount was measured are counted, and not predicted.",
     )
-    main = [n for n in first.directions if n.endswith(f" {main_axis(first.mount_of(n))}")]
+    main = [n for n in first.predictions if n.endswith(f" {main_axis(first.mount_of(n))}")]
     report.figure(
         "second_force",
-        partial(_engine_forces, first, main or list(first.directions)),
+        partial(_engine_forces, first, main or list(first.predictions)),
         "Forces along the main axis of each mount, the highest torque of each gear: real parts "
         "above, imaginary parts below, as measured and as predicted.",
     )
     report.table(
         "second_forces",
         forces,
-        "Error: rms of the force error over the rms of the force; peak: "
-        "largest difference of the highest force of a run.",
+        "Error: rms of the force error over the rms of the force; peak: largest difference of the "
+        "highest force of a run. The preload is the static force along the main axis of the mount, "
+        "which the kinematic model gives as well, from wheel torque, places and the suppliers' "
+        "curves alone.",
         {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
     )
-    report.section(
-        "Which preload carries over",
-        "The wheel torque of another powertrain loads a mount differently. The static force along "
-        "the main axis of a mount carries over; across, the stiffness follows that force, too. The "
-        "kinematic model gives it from wheel torque, places and the suppliers' curves alone.",
-    )
-    preload = _preload_table(preload_numbers((first,)))
-    report.table("second_preload", preload, "Rms error of the predicted force by preload variable.")
     units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
     labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
     report.table("second_directions", numbers.rename(columns=labels))
@@ -459,21 +427,12 @@ def _force_table(numbers: pd.DataFrame) -> pd.DataFrame:
     return table.dropna(axis="columns", how="all")
 
 
-def _preload_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """List the rms error of the force by preload variable."""
-    wide = 100 * numbers.pivot(index="direction", columns="preload", values="error")
-    order = [*(state.value for state in MountState), BY_KINEMATICS]
-    rows = numbers["direction"].drop_duplicates()
-    table = wide.reindex(index=rows, columns=[name for name in order if name in wide])
-    return table.rename(columns=lambda name: f"{name} [%]").reset_index()
-
-
 def _engine_forces(engine: SecondEngine, names: list[str]) -> Drawing:
     """Run with the highest torque in each gear: real parts, then imaginary parts."""
     panels = []
     for part, of in (("Re", np.real), ("Im", np.imag)):
         for name in names:
-            prediction = engine.predictions[MountState.MAIN_FORCE][name]
+            prediction = engine.predictions[name]
             lines = prediction.lines
             shown = np.isin(lines.run, _shown_runs(engine, lines))
             rpm = rpm_of_frequency(lines.frequency, engine.campaign.order)

@@ -116,7 +116,7 @@ def bench_sets(
     predicted = {name: _run(campaign, name, gear, torque_limit) for name in campaign.mount_sets}
     left_out = [id(run) for run in predicted.values()]
     others = replace(campaign, runs=tuple(run for run in campaign.runs if id(run) not in left_out))
-    options = CharacteriseOptions(folds=0)
+    options = CharacteriseOptions()
     progress(0, len(predicted), "measuring chains")
     chains = measuring_chains(campaign, options)
     sets = {}

@@ -67,7 +67,6 @@ def test_forces_of_the_second_engine_are_predicted(finished):
 
 
 def test_stiffness_across_follows_the_force_along_the_main_axis(finished):
-    """Over the force across, as it was measured, the error is 12 %."""
     forces = pd.read_csv(finished / "second_forces.csv").set_index("direction")
     assert forces.loc["TSM z", "rms error of F [%]"] < 5.0
 

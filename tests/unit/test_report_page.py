@@ -1,6 +1,7 @@
 """The page: one self-contained, accessible file, and tables as a reader wants them."""
 
 import base64
+import json
 import re
 from html.parser import HTMLParser
 from typing import NamedTuple
@@ -256,6 +257,12 @@ def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
 
 def test_same_page_gives_the_same_file():
     assert render_page(page()) == render_page(page())
+
+
+def test_a_number_of_the_summary_that_is_not_known_is_null():
+    report = Report("Question?")
+    report.summary |= {"peak_db": np.float64("nan"), "n": 3}
+    assert json.loads(report.contents()["summary.json"]) == {"peak_db": None, "n": 3}
 
 
 def test_figures_and_tables_are_numbered_through_the_page():

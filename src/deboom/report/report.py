@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
 from itertools import groupby
+from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -272,13 +273,18 @@ class Report:
     def contents(self) -> dict[str, bytes]:
         """Return every file of the report but its page; name → bytes.
 
-        Tables are UTF-8 with Unix line ends and floats that read back exactly.
+        Tables are UTF-8 with Unix line ends and floats that read back exactly; a number of the
+        summary that is not known is null.
         """
         contents = {f"{stem}.csv": csv_text(frame).encode() for stem, frame in self.tables.items()}
         contents |= {f"figures/{stem}.png": png for stem, png in self.figures.items()}
         contents |= {f"{s}.json": _json(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
-        contents[SUMMARY] = _json(self.summary).encode()
+        known = {
+            key: None if isinstance(value, float | np.floating) and not isfinite(value) else value
+            for key, value in self.summary.items()
+        }
+        contents[SUMMARY] = _json(known).encode()
         return contents
 
     def write(self, folder: Path) -> Path:

@@ -28,6 +28,18 @@ if TYPE_CHECKING:
     from deboom.plot.style import Drawing
 
 PERCENT = 100.0
+PEAK_COLUMNS = (
+    "vehicle",
+    "frequency before [Hz]",
+    "speed before [rpm]",
+    "SPL before [dB(A)]",
+    "prominence before [dB]",
+    "frequency after [Hz]",
+    "speed after [rpm]",
+    "SPL after [dB(A)]",
+    "prominence after [dB]",
+    "change [dB]",
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -227,22 +239,18 @@ class Front(Tabled):
         rows = []
         for vehicle, changes in self.peak_changes(design).items():
             for change in changes:
-                before, after = change.before, change.after
-                rows.append(
-                    {
-                        "vehicle": vehicle,
-                        "frequency before [Hz]": before.frequency if before else np.nan,
-                        "speed before [rpm]": before.rpm if before else np.nan,
-                        "SPL before [dB(A)]": change.level_before,
-                        "prominence before [dB]": before.prominence if before else np.nan,
-                        "frequency after [Hz]": after.frequency if after else np.nan,
-                        "speed after [rpm]": after.rpm if after else np.nan,
-                        "SPL after [dB(A)]": change.level_after,
-                        "prominence after [dB]": after.prominence if after else np.nan,
-                        "change [dB]": change.level_after - change.level_before,
-                    }
-                )
-        return pd.DataFrame(rows)
+                states = [
+                    (peak.frequency, peak.rpm, level, peak.prominence)
+                    if peak
+                    else (np.nan, np.nan, level, np.nan)
+                    for peak, level in (
+                        (change.before, change.level_before),
+                        (change.after, change.level_after),
+                    )
+                ]
+                difference = change.level_after - change.level_before
+                rows.append((vehicle, *states[0], *states[1], difference))
+        return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
     def vehicle_table(self, name: str, change: RealArray) -> pd.DataFrame:
         """Tabulate level and σ of each vehicle today and in a pick, beside its change (v,) [dB]."""

@@ -67,6 +67,17 @@ DESIGN = "virtual design, "
 
 CORR_F, CORR_S = "corr_f complex [%]", "corr_s magnitude [%]"
 PEAK = "largest peak deviation [dB]"
+PEAK_COLUMNS = (
+    "comparison",
+    "vehicle",
+    "mount set",
+    "engine speed [rpm]",
+    "reference at [Hz]",
+    "compared at [Hz]",
+    "reference [dB(A)]",
+    "compared [dB(A)]",
+    "deviation [dB]",
+)
 
 _PART_OF_SET = re.compile(r"([A-Za-z]+)(\d+)")
 
@@ -622,20 +633,9 @@ def peak_table(result: Validation) -> pd.DataFrame:
                 [getattr(peak, name) if peak else np.nan for peak in pair]
                 for name in ("frequency", "level")
             )
-            rows.append(
-                {
-                    "comparison": what,
-                    "vehicle": vehicle,
-                    "mount set": mount_set,
-                    "engine speed [rpm]": next(peak.rpm for peak in pair if peak),
-                    "reference at [Hz]": frequency[0],
-                    "compared at [Hz]": frequency[1],
-                    "reference [dB(A)]": level[0],
-                    "compared [dB(A)]": level[1],
-                    "deviation [dB]": level[1] - level[0],
-                }
-            )
-    return pd.DataFrame(rows)
+            rpm = next(peak.rpm for peak in pair if peak)
+            rows.append((what, vehicle, mount_set, rpm, *frequency, *level, level[1] - level[0]))
+    return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
 
 def cause_table(result: Validation) -> pd.DataFrame:

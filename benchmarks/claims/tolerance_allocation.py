@@ -90,12 +90,6 @@ def _shipped() -> list[Claim]:
             f"{100 * verified:+.2f}",
             abs(verified) <= 0.02,
         ),
-        Claim(
-            "spread of the price of σ over the directions between their bounds [%]",
-            "≤ 0.1",
-            f"{summary['optimality_percent']:.4f}",
-            summary["optimality_percent"] <= 0.1,
-        ),
         Claim("time of the study with its defaults [s]", "≤ 60", f"{seconds:.0f}", seconds <= 60.0),
     ]
 

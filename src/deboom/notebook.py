@@ -47,7 +47,6 @@ from deboom.explore.tolerance_allocation import (
     SigmaTarget,
     ToleranceCost,
     ToleranceEffect,
-    reciprocal_curves,
 )
 from deboom.explore.workers import workers_for
 from deboom.files import platform as platform_files
@@ -427,10 +426,9 @@ def allocate_tolerances(
     'TSM x'
     """
     space = robust.space
-    cost = ToleranceCost(np.ones(space.n_variables), space.tolerance)
-    bounds = np.broadcast_to([[tightest], [widest]], (2, space.n_variables))
+    cost = ToleranceCost(space.names, np.ones(space.n_variables), space.tolerance)
     effect = ToleranceEffect(robust, np.asarray(design, dtype=float))
-    allocator = Allocator(effect, reciprocal_curves(space.names, cost), *bounds)
+    allocator = Allocator(effect, cost, np.asarray(tightest), np.asarray(widest))
     kept = allocator.at(allocator.today).sigma_sum if sigma is None else sigma
     return allocator.cheapest(SigmaTarget(kept))
 

@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from scipy.interpolate import PchipInterpolator
 from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
 
 from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse, RobustValues, joined
+from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import ToleranceSample
-from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
+from deboom.explore.space import SIGMAS_PER_TOLERANCE, check_gradient
 from deboom.tabled import Tabled
-
-SUFFIX = " tolerance"
-"""Ending of the name of a tolerance's variable."""
 
 _SOFTNESS = 0.2  # step with which parts within a limit are counted, in standard deviations
 _STEPS = 200  # of the search for tolerances
@@ -31,16 +27,17 @@ _MET = 1e-7  # excess of a target that counts as met
 
 @checked(weight="k", reference="k")
 class ToleranceCost:
-    """Price of tolerances, ``Σ_k w_k (reference_k / tolerance_k − 1)``.
+    """Price of tolerances, ``Σ_k w_k reference_k / tolerance_k``.
 
-    - `weight`, `reference` (k,): price of halving the reference tolerance of each variable, 0 or
-      more, and that tolerance, which costs nothing more than today, above 0 [1].
+    - `names`: variables whose tolerance has a price.
+    - `weight`, `reference` (k,): price of the reference tolerance of each variable, 0 or more, and
+      that tolerance, above 0 [1].
 
     The reciprocal law is the oldest of the customary ones (Chase and Greenwood, "Design issues in
-    mechanical tolerance analysis", Manufacturing Review 1, 1988). A tolerance wider than its
-    reference saves money, at most its weight.
+    mechanical tolerance analysis", Manufacturing Review 1, 1988).
     """
 
+    names: tuple[str, ...]
     weight: RealArray
     reference: RealArray
 
@@ -50,161 +47,17 @@ class ToleranceCost:
                 "a cost of tolerances needs weights of at least 0 and references above 0"
             )
 
-    def __call__(self, tolerances: RealArray) -> RealArray:
-        """Return the cost of tolerances, shape (..., k) → (...) [unit of the weights]."""
-        return np.asarray(((self.reference / tolerances - 1.0) * self.weight).sum(axis=-1))
+    def each(self, tolerance: RealArray) -> RealArray:
+        """Return the price of each tolerance, shape (k,) → (k,) [money]."""
+        return np.asarray(self.weight * self.reference / tolerance)
 
-
-@dataclass(frozen=True, eq=False)
-class ToleranceResponse:
-    """Mean, scatter and cost of designs that choose their tolerances; itself a `Robust`.
-
-    - `robust`: response whose space has the nominal tolerances.
-    - `lower`, `upper`: bounds of every tolerance around the nominal ones, half widths above 0 [1].
-    - `cost`: the last objective.
-    """
-
-    robust: RobustResponse
-    lower: float
-    upper: float
-    cost: ToleranceCost
-    limits = None
-
-    def __post_init__(self) -> None:
-        if not self.lower > 0.0:
-            raise InputError(f"a tolerance of {self.lower:g} cannot be made: give more than 0")
-        _check_continuous(self.robust.space)
-        self.space  # noqa: B018  refuses what does not fit
-
-    @property
-    def space(self) -> DesignSpace:
-        """Design variables, then their tolerances."""
-        inner = self.robust.space
-        k = inner.n_variables
-        return DesignSpace(
-            names=(*inner.names, *(f"{name}{SUFFIX}" for name in inner.names)),
-            units=(*inner.units, *("1",) * k),
-            nominal=np.concatenate([inner.nominal, inner.tolerance]),
-            lower=np.concatenate([inner.lower, np.full(k, self.lower)]),
-            upper=np.concatenate([inner.upper, np.full(k, self.upper)]),
-            tolerance=np.concatenate([inner.tolerance, np.zeros(k)]),
-        )
-
-    @property
-    def n_objectives(self) -> int:
-        """Objectives of the response, and the cost."""
-        return self.robust.n_objectives + 1
-
-    def split(self, designs: RealArray) -> tuple[RealArray, RealArray]:
-        """Return design variables and tolerances of designs (n, 2 k), each of shape (n, k)."""
-        k = self.robust.space.n_variables
-        return designs[:, :k], designs[:, k:]
-
-    def __call__(self, designs: RealArray) -> RobustValues:
-        """Return the values of the designs, shape (n, 2 k); the cost is their last objective."""
-        designs = self.space.checked(designs)
-        inner, tolerances = self.split(designs)
-        values = joined(
-            [
-                _with_tolerance(self.robust, tolerance)(design[np.newaxis, :])
-                for design, tolerance in zip(inner, tolerances, strict=True)
-            ]
-        )
-        cost = np.where(values.failed, np.nan, self.cost(tolerances))
-        objectives = np.column_stack([values.objectives, cost])
-        return replace(values, designs=designs, objectives=objectives)
+    def slope(self, tolerance: RealArray) -> RealArray:
+        """Return the derivative of each price by its tolerance, shape (k,) → (k,) [money]."""
+        return np.asarray(-self.weight * self.reference / tolerance**2)
 
 
 def _with_tolerance(robust: RobustResponse, tolerance: RealArray) -> RobustResponse:
     return replace(robust, space=replace(robust.space, tolerance=np.asarray(tolerance, float)))
-
-
-def _check_continuous(space: DesignSpace) -> None:
-    if space.integer.any():
-        raise InputError("whole-number variables have no tolerance that could be chosen")
-
-
-@dataclass(frozen=True, eq=False)
-class CostCurve:
-    """Price of one variable's tolerance, falling with the width.
-
-    - `name`: name of the variable.
-    - `lower`, `upper`: tightest and widest tolerance with a price, half widths [1].
-    - `cost`, `slope`: price of a tolerance, and its derivative, 0 or less [money].
-    """
-
-    name: str
-    lower: float
-    upper: float
-    cost: Callable[[float], float]
-    slope: Callable[[float], float]
-
-
-def tabulated_curve(name: str, tolerance: RealArray, costs: RealArray) -> CostCurve:
-    """Return a price known at two tolerances or more; between them monotone, beyond them nan.
-
-    - raises InputError: too few points, a tolerance twice or out of range, a price that rises with
-      the width.
-
-    Piecewise cubic over the logarithm of the tolerance that keeps the points' monotony (F. N.
-    Fritsch and J. Butland, SIAM Journal on Scientific and Statistical Computing 5, 1984).
-    """
-    tolerance, costs = np.asarray(tolerance, dtype=float), np.asarray(costs, dtype=float)
-    if tolerance.ndim != 1 or tolerance.shape != costs.shape or tolerance.size < 2:
-        raise InputError(f"the cost of '{name}' needs at least two tolerances with prices")
-    order = np.argsort(tolerance)
-    tolerance, costs = tolerance[order], costs[order]
-    finite = np.isfinite(tolerance).all() and np.isfinite(costs).all()
-    if not (finite and tolerance[0] > 0.0 and costs.min() >= 0.0):
-        raise InputError(f"the cost of '{name}' needs tolerances above 0 and prices of at least 0")
-    if np.any(np.diff(tolerance) == 0.0):
-        raise InputError(f"the cost of '{name}' names a tolerance twice: keep one")
-    rising = np.flatnonzero(np.diff(costs) > 0.0)
-    if rising.size:
-        at = rising[0]
-        raise InputError(
-            f"the cost of '{name}' rises from {costs[at]:g} at ±{tolerance[at]:g} to "
-            f"{costs[at + 1]:g} at ±{tolerance[at + 1]:g}: a wider tolerance never costs more, "
-            "correct the table"
-        )
-    curve = PchipInterpolator(np.log(tolerance), costs, extrapolate=False)
-    return CostCurve(
-        name,
-        float(tolerance[0]),
-        float(tolerance[-1]),
-        cost=lambda width: float(curve(np.log(width))),
-        slope=lambda width: float(curve(np.log(width), 1)) / width,
-    )
-
-
-@dataclass(frozen=True)
-class CostCurves:
-    """The price of all tolerances that can be chosen: the sum of their curves, one per variable."""
-
-    curves: tuple[CostCurve, ...]
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Variables, k of them."""
-        return tuple(curve.name for curve in self.curves)
-
-    def each(self, tolerance: RealArray) -> RealArray:
-        """Return the price of each tolerance, shape (k,) → (k,) [money]."""
-        return np.array([c.cost(float(t)) for c, t in zip(self.curves, tolerance, strict=True)])
-
-    def slope(self, tolerance: RealArray) -> RealArray:
-        """Return the derivative of each price by its tolerance, shape (k,) → (k,) [money]."""
-        return np.array([c.slope(float(t)) for c, t in zip(self.curves, tolerance, strict=True)])
-
-
-def reciprocal_curves(names: Sequence[str], cost: ToleranceCost) -> CostCurves:
-    """Return prices ``weight · reference / tolerance``: a `ToleranceCost` but for a constant."""
-
-    def curve(name: str, price: float) -> CostCurve:
-        return CostCurve(name, 0.0, 1.0, lambda width: price / width, lambda w: -price / w**2)
-
-    prices = (cost.weight * cost.reference).tolist()
-    return CostCurves(tuple(map(curve, names, prices)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -263,7 +116,8 @@ class ToleranceEffect:
         check_gradient(self.robust.evaluate, "tolerances can be chosen only with one")
         if not isinstance(self.robust.sample, ToleranceSample):
             raise InputError("tolerances are chosen with draws that they share: take sobol_sample")
-        _check_continuous(self.robust.space)
+        if self.robust.space.integer.any():
+            raise InputError("whole-number variables have no tolerance that could be chosen")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -381,7 +235,7 @@ Target: TypeAlias = SigmaTarget | ShareTarget
 
 @dataclass(frozen=True, eq=False)
 class Allocation(Tabled):
-    """Tolerances of the variables with a cost curve, with their price and their effect.
+    """Tolerances of the variables that have a price, with that price and their effect.
 
     - `names`, `tolerance`, `cost` (k,): the variables, their half widths [1] and the price of each
       [money].
@@ -419,31 +273,29 @@ class Allocation(Tabled):
 class Allocator:
     """A design, the price of its tolerances, and how far they may go.
 
-    - `effect`, `curves`: the design and the prices. Variables without a cost curve keep their
-      tolerance.
+    - `effect`, `price`: the design and the prices. Variables without a price keep their tolerance.
     - `lower`, `upper` (k,): bounds of the tolerances that have a price, half widths above 0 and
-      below 1 [1]; a curve that ends before narrows them.
+      below 1 [1].
     """
 
     effect: ToleranceEffect
-    curves: CostCurves
+    price: ToleranceCost
     lower: RealArray
     upper: RealArray
 
     def __post_init__(self) -> None:
-        unknown = [name for name in self.curves.names if name not in self.effect.names]
+        unknown = [name for name in self.names if name not in self.effect.names]
         if unknown:
             raise InputError(
                 f"there is a cost of {unknown}, and the design has {list(self.effect.names)}"
             )
-        ends = np.array([[curve.lower, curve.upper] for curve in self.curves.curves])
-        lower = np.maximum(np.asarray(self.lower, dtype=float), ends[:, 0])
-        upper = np.minimum(np.asarray(self.upper, dtype=float), ends[:, 1])
-        for name, low, high in zip(self.curves.names, lower, upper, strict=True):
+        shape = (len(self.names),)
+        lower, upper = (np.broadcast_to(end, shape) for end in (self.lower, self.upper))
+        for name, low, high in zip(self.names, lower, upper, strict=True):
             if not 0.0 < low <= high < 1.0:
                 raise InputError(
                     f"the tolerance of '{name}' could only be chosen from {low:g} to {high:g}: "
-                    "give bounds above 0 and below 1 within its cost curve"
+                    "give bounds above 0 and below 1"
                 )
         object.__setattr__(self, "lower", frozen_copy(lower))
         object.__setattr__(self, "upper", frozen_copy(upper))
@@ -451,7 +303,7 @@ class Allocator:
     @property
     def names(self) -> tuple[str, ...]:
         """Variables whose tolerance can be chosen, k of them."""
-        return self.curves.names
+        return self.price.names
 
     @property
     def today(self) -> RealArray:
@@ -462,7 +314,7 @@ class Allocator:
         """Return what given tolerances cost and do, shape (k,)."""
         whole = self.effect.today.copy()
         whole[self._columns] = tolerance
-        cost = self.curves.each(tolerance)
+        cost = self.price.each(tolerance)
         return Allocation(self.names, frozen_copy(tolerance), cost, self.effect.at(whole))
 
     def cheapest(self, target: Target) -> Allocation:
@@ -489,8 +341,8 @@ class Allocator:
 
         def cost(place: RealArray) -> tuple[float, RealArray]:
             tolerance = self._within(np.exp(place))
-            slope = self.curves.slope(tolerance) * tolerance
-            return float(self.curves.each(tolerance).sum()) / scale, slope / scale
+            slope = self.price.slope(tolerance) * tolerance
+            return float(self.price.each(tolerance).sum()) / scale, slope / scale
 
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             cost,
@@ -508,21 +360,6 @@ class Allocator:
         best = self.at(self._within(np.exp(end.x)))
         missed = target.excess(best.scattered)[0] > _MET
         return start if missed or best.total_cost > start.total_cost else best
-
-    def price_spread(self, chosen: Allocation, target: Target) -> float:
-        """Return how far tolerances are from the cheapest for a target: 0 at the optimum [1].
-
-        Largest minus smallest price of the target, ``-C_k' / (∂e/∂t_k)`` with its excess ``e``,
-        over the tolerances between their bounds, by its mean; 0 of fewer than two.
-        """
-        by_tolerance = target.excess(chosen.scattered)[1][self._columns]
-        tolerance = chosen.tolerance
-        inside = (tolerance > 1.0001 * self.lower) & (tolerance < 0.9999 * self.upper)
-        inside &= by_tolerance > 0.0
-        if inside.sum() < 2:
-            return 0.0
-        price = -self.curves.slope(tolerance)[inside] / by_tolerance[inside]
-        return float(np.ptp(price) / price.mean())
 
     def uniform(self, target: Target) -> Allocation:
         """Return the widest one tolerance everywhere, within the bounds, that reaches a target."""

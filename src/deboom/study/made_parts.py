@@ -25,14 +25,10 @@ from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, Evaluate
 from deboom.explore.tolerance_allocation import (
     Allocation,
     Allocator,
-    CostCurve,
-    CostCurves,
     ShareTarget,
     SigmaTarget,
     Target,
     ToleranceCost,
-    reciprocal_curves,
-    tabulated_curve,
 )
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
@@ -263,7 +259,7 @@ def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost
     """
     if path is None:
         one = np.ones(len(variables))
-        return ToleranceCost(one, REFERENCE * one)
+        return ToleranceCost(tuple(variables), one, REFERENCE * one)
     rows = {}
     for row in read_rows(path, ("variable", "weight", "reference tolerance"), {}):
         name = row.filled("variable")
@@ -274,7 +270,7 @@ def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost
     if missing:
         raise InputError(f"{path}: there is no row for {missing}: give every variable one")
     weight, reference = np.array([rows[name] for name in variables]).T
-    return ToleranceCost(weight, reference)
+    return ToleranceCost(tuple(variables), weight, reference)
 
 
 def target_limits(
@@ -312,39 +308,6 @@ def target_limits(
     return np.array([limits[vehicle] for vehicle in vehicles])
 
 
-def cost_curves(
-    table: Path | None, points: Path | None, variables: Sequence[str]
-) -> tuple[CostCurves, tuple[Path, ...]]:
-    """Return the prices of tolerances, and the files they were read from.
-
-    - `table` or None: as for `tolerance_cost`: a reciprocal law per
-      variable.
-    - `points` or None: table with the columns ``variable, tolerance, cost``, at least two rows for
-      each of some variables, whose law these points replace.
-    - `variables`: all that scatter.
-    - raises InputError: a table that cannot be read, an unknown variable, a price that rises with
-      the width.
-    """
-    curves: dict[str, CostCurve] = {
-        curve.name: curve
-        for curve in reciprocal_curves(variables, tolerance_cost(table, variables)).curves
-    }
-    known: dict[str, list[tuple[float, float]]] = {}
-    if points is not None:
-        for row in read_rows(points, ("variable", "tolerance", "cost"), {}):
-            name = row.filled("variable")
-            if name not in curves:
-                raise row.error(f"'{name}' is none of {list(variables)}")
-            known.setdefault(name, []).append((row.number("tolerance"), row.number("cost")))
-    for name, pairs in known.items():
-        try:
-            curves[name] = tabulated_curve(name, *np.array(pairs).T)
-        except InputError as error:
-            raise InputError(f"{points}: {error}") from None
-    files = tuple(path for path in (table, points) if path is not None)
-    return CostCurves(tuple(curves.values())), files
-
-
 @dataclass(frozen=True, eq=False)
 class Verified:
     """σ of the mean level [dB], share within the limits and its lower 95 % bound, nan without."""
@@ -376,8 +339,8 @@ class ToleranceTask:
         index: Any = self.robust.evaluate
         return float(1.0 / (index.n_lines * len(index.response_names)))
 
-    def reached(self, find: Callable[[Target], Allocation]) -> tuple[Target, Allocation]:
-        """Return a target and what is found for it.
+    def reached(self, find: Callable[[Target], Allocation]) -> Allocation:
+        """Return what is found for the target.
 
         A share is asked for a little higher, or lower, until new draws show the wanted share with
         95 % confidence and hardly more: what is chosen by few draws suits these draws best.
@@ -385,9 +348,8 @@ class ToleranceTask:
         if self.limits is None:
             wanted = self.sigma
             today = self.allocator.at(self.allocator.today).sigma_sum
-            target = self._sigma(today if wanted is None else wanted / self.per_line)
-            return target, find(target)
-        tried: list[tuple[float, ShareTarget, Allocation]] = []
+            return find(self._sigma(today if wanted is None else wanted / self.per_line))
+        tried: list[tuple[float, Allocation]] = []
         share = self._share(self.share)
         for _ in range(ROUNDS):
             try:
@@ -398,14 +360,14 @@ class ToleranceTask:
                 break
             lower = self.verified(found.tolerance, "allocation check").share_lower
             over = lower - self.share
-            tried.append((over, share, found))
+            tried.append((over, found))
             if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
                 break
             share = replace(share, share=share.share - over + 0.5 * CLOSE)
         confirmed = [row for row in tried if row[0] >= 0.0]
         if confirmed:
-            return min(confirmed, key=lambda row: row[2].total_cost)[1:]
-        return max(tried, key=lambda row: row[0])[1:]
+            return min(confirmed, key=lambda row: row[1].total_cost)[1]
+        return max(tried, key=lambda row: row[0])[1]
 
     def verified(self, tolerance: RealArray, purpose: str) -> Verified:
         """Evaluate tolerances, shape (k,), with draws that nothing was chosen by."""

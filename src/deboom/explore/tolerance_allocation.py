@@ -138,26 +138,25 @@ class ToleranceEffect:
         """Return the same design with the draws of another response of the same model."""
         return replace(self, robust=replace(self.robust, sample=robust.sample))
 
-    def values(self, tolerance: RealArray) -> RealArray:
-        """Return the responses, shape (n_samples, r), at tolerances (k,)."""
-        return _with_tolerance(self.robust, tolerance).made_responses(self.design)[1]
-
-    def at(self, tolerance: RealArray) -> Scattered:
+    def at(self, tolerance: RealArray, *, slopes: bool = True) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
 
         A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that
         ``∂y/∂t = ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule
-        through its estimator and are exact for these draws.
+        through its estimator and are exact for these draws. Without `slopes` they are nan.
         """
         robust = _with_tolerance(self.robust, tolerance)
         model: Any = robust.evaluate
         made, values = robust.made_responses(self.design)
-        made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
-        by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
         estimator = self.robust.prepared(self.design)
         sigma = estimator.moments(values).sigma
-        weights = estimator.derivatives(values, sigma)[1]
-        slope = np.einsum("tr,trk->rk", weights, by_tolerance)
+        by_tolerance = np.full((*values.shape, len(self.names)), np.nan)
+        slope = np.full((values.shape[1], len(self.names)), np.nan)
+        if slopes:
+            made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
+            by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
+            weights = estimator.derivatives(values, sigma)[1]
+            slope = np.einsum("tr,trk->rk", weights, by_tolerance)
         return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
 
 
@@ -310,12 +309,14 @@ class Allocator:
         """Tolerances of the design space, shape (k,) [1]."""
         return self.effect.today[self._columns]
 
-    def at(self, tolerance: RealArray) -> Allocation:
-        """Return what given tolerances cost and do, shape (k,)."""
+    def at(self, tolerance: RealArray, *, slopes: bool = True) -> Allocation:
+        """Return what given tolerances, shape (k,), cost and do, see `ToleranceEffect.at`."""
         whole = self.effect.today.copy()
         whole[self._columns] = tolerance
         cost = self.price.each(tolerance)
-        return Allocation(self.names, frozen_copy(tolerance), cost, self.effect.at(whole))
+        return Allocation(
+            self.names, frozen_copy(tolerance), cost, self.effect.at(whole, slopes=slopes)
+        )
 
     def cheapest(self, target: Target) -> Allocation:
         """Return the cheapest tolerances that reach a target.
@@ -368,7 +369,7 @@ class Allocator:
             return self._within(np.full(len(self.names), np.exp(place)))
 
         def excess(place: float) -> float:
-            return self._excess(target, everywhere(place))[0]
+            return target.excess(self.at(everywhere(place), slopes=False).scattered)[0]
 
         low, high = np.log(self.lower.min()), np.log(self.upper.max())
         if excess(high) <= 0.0:

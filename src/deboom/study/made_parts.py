@@ -375,7 +375,7 @@ class ToleranceTask:
         effect = self.allocator.effect.with_draws(robust)
         whole = effect.today.copy()
         whole[[effect.names.index(name) for name in self.allocator.names]] = tolerance
-        values = effect.values(whole)
+        values = effect.at(whole, slopes=False).values
         sigma = float(values.std(axis=0, ddof=1).sum() * self.per_line)
         if self.limits is None:
             return Verified(sigma, np.nan, np.nan)

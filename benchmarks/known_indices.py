@@ -18,13 +18,10 @@ class ExactIndices:
     ----------
     first, total : array, shape (k,)
         [1].
-    second : array, shape (k, k)
-        Of each pair above the diagonal, zero elsewhere [1].
     """
 
     first: RealArray
     total: RealArray
-    second: RealArray
 
 
 @dataclass(frozen=True)
@@ -60,9 +57,7 @@ class Ishigami:
         both = 8.0 / 225.0 * self.b**2 * np.pi**8
         first = np.array(alone) / (sum(alone) + both)
         interaction = both / (sum(alone) + both)
-        second = np.zeros((3, 3))
-        second[0, 2] = interaction
-        return ExactIndices(first, first + interaction * np.array([1.0, 0.0, 1.0]), second)
+        return ExactIndices(first, first + interaction * np.array([1.0, 0.0, 1.0]))
 
     def __call__(self, designs: RealArray) -> RealArray:
         """Return its value, shape (n, 1)."""
@@ -83,8 +78,8 @@ class SobolG:
     Notes
     -----
     A. Saltelli and I. M. Sobol', Matematicheskoe Modelirovanie 7, 1995. With ``V_j = 1/(3 (1 +
-    a_j)²)`` the variance is ``V = Π (1 + V_j) - 1``, the first index ``V_j/V``, that of a pair
-    ``V_j V_k/V`` and the total one ``V_j Π_{k≠j} (1 + V_k)/V``.
+    a_j)²)`` the variance is ``V = Π (1 + V_j) - 1``, the first index ``V_j/V`` and the total
+    one ``V_j Π_{k≠j} (1 + V_k)/V``.
     """
 
     a: tuple[float, ...] = (0.0, 1.0, 4.5, 9.0, 99.0, 99.0, 99.0, 99.0)
@@ -102,8 +97,7 @@ class SobolG:
         alone = 1.0 / (3.0 * (1.0 + np.array(self.a)) ** 2)
         product = np.prod(1.0 + alone)
         variance = product - 1.0
-        second = np.triu(np.outer(alone, alone), 1) / variance
-        return ExactIndices(alone / variance, alone * product / (1.0 + alone) / variance, second)
+        return ExactIndices(alone / variance, alone * product / (1.0 + alone) / variance)
 
     def __call__(self, designs: RealArray) -> RealArray:
         """Return its value, shape (n, 1)."""

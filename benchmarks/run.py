@@ -14,12 +14,10 @@ import numpy as np
 
 import end_to_end
 import kernels
-import sobol_indices
 
 TABLES: tuple[ModuleType, ...] = (
     kernels,
     end_to_end,
-    sobol_indices,
 )
 
 

@@ -348,11 +348,11 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     columns = np.flatnonzero(space.upper > space.lower)
     names = tuple(space.names[column] for column in columns)
     inputs = SensitivityInputs(names, space.lower[columns], space.upper[columns])
-    chosen = sobol_designs(inputs, n, seed=seed, second_order=False)
+    chosen = sobol_designs(inputs, n, seed=seed)
     designs = np.tile(space.nominal, (len(chosen), 1))
     designs[:, columns] = chosen
     outputs = model.index.response_names
-    return fast_sobol_indices(model.index(designs), names, outputs, seed=seed, second_order=False)
+    return fast_sobol_indices(model.index(designs), names, outputs, seed=seed)
 
 
 def front_report(front: MountFront, options: Options, limits: MountLimits) -> Report:

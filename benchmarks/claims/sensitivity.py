@@ -103,10 +103,8 @@ def _other_seeds() -> Claim:
     inputs = design_inputs(stiffness_factor_space(index.variable_names, 0.15))
     kept, totals = 0, []
     for seed in SEEDS:
-        values = index(sobol_designs(inputs, 1024, seed=seed, second_order=False))
-        found = fast_sobol_indices(
-            values, inputs.names, index.response_names, seed=seed, second_order=False
-        )
+        values = index(sobol_designs(inputs, 1024, seed=seed))
+        found = fast_sobol_indices(values, inputs.names, index.response_names, seed=seed)
         order = np.array(inputs.names)[np.argsort(-found.total, axis=0)[:2]]
         wanted = [["TSM x", "Du x"]] * len(LOUD) + [["GeM x", "TSM x"]]
         kept += order.T.tolist() == wanted
@@ -127,7 +125,7 @@ def _prior() -> list[Claim]:
     cabin, ears = load_fleet(1).cabin, (*LOUD, BATTERY)
     inputs = design_inputs(stiffness_factor_space(paths, 0.15))
     inputs = inputs.grouped([mount_of(name) for name in inputs.names])
-    designs = sobol_designs(inputs, PRIOR_POINTS, seed=1, second_order=False)
+    designs = sobol_designs(inputs, PRIOR_POINTS, seed=1)
     top, first, both = [], [], []
     for seed in FLEETS:
         bodies = draw_fleet(seed)
@@ -140,7 +138,7 @@ def _prior() -> list[Claim]:
                 for ear in ears
             ]
         )
-        found = fast_sobol_indices(values, inputs.factors, ears, seed=1, second_order=False)
+        found = fast_sobol_indices(values, inputs.factors, ears, seed=1)
         two = {ear: names[:2] for ear, names in ranking(found).items()}
         top.append(all(set(two[ear]) == {"TSM", "Du"} for ear in LOUD))
         first.append(two[BATTERY][0] == "GeM")

@@ -607,12 +607,10 @@ def sobol(
     """
     _fitting(model, space)
     inputs = design_inputs(space)
-    designs = sobol_designs(inputs, n, seed=seed, second_order=False)
+    designs = sobol_designs(inputs, n, seed=seed)
     values = responses(model, designs)
     names, outputs = space.names, model.response_names
-    indices = sobol_indices(
-        values, names, outputs, seed=seed, second_order=False, n_resamples=resamples
-    )
+    indices = sobol_indices(values, names, outputs, seed=seed, n_resamples=resamples)
     lines = getattr(model, "n_lines", 1)
     return Sensitivities(salib_problem(inputs), indices, model.response_unit, lines)
 

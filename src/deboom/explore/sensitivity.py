@@ -12,7 +12,6 @@ import warnings
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from itertools import combinations
 from typing import Any
 
 import numpy as np
@@ -115,39 +114,29 @@ class SobolIndices:
     """Shares of the variance of each output, with half widths of their intervals; all [1].
 
     - `factors`, `outputs`: variables or groups, and outputs, d and r of them.
-    - `pairs`: places of the factors of each pair; empty without second order.
     - `n_base`, `n_resamples`: base points N of the scheme, and bootstrap resamples behind the
       intervals.
     - `first`, `total`, `interaction` (d, r): share of a factor alone, with all that it does
       together with others, and their difference.
-    - `second`: share of a pair beyond what both do alone.
-    - `first_interval`, `total_interval`, `interaction_interval`, `second_interval`: half widths at
-      the confidence `CONFIDENCE`.
+    - `first_interval`, `total_interval`, `interaction_interval` (d, r): half widths at the
+      confidence `CONFIDENCE`.
     """
 
     factors: tuple[str, ...]
     outputs: tuple[str, ...]
-    pairs: tuple[tuple[int, int], ...]
     n_base: int
     n_resamples: int
     first: RealArray
     total: RealArray
     interaction: RealArray
-    second: RealArray
     first_interval: RealArray
     total_interval: RealArray
     interaction_interval: RealArray
-    second_interval: RealArray
 
     @property
     def zero(self) -> BoolArray:
         """Whether a total index is not above its own interval, shape (d, r)."""
         return np.less_equal(self.total, self.total_interval)
-
-    @property
-    def pair_names(self) -> tuple[tuple[str, str], ...]:
-        """Factors of each pair by name."""
-        return tuple((self.factors[j], self.factors[k]) for j, k in self.pairs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,34 +158,20 @@ class MorrisEffects:
     sigma: RealArray
 
 
-def sobol_designs(
-    inputs: SensitivityInputs, n_base: int, *, seed: int, second_order: bool = True
-) -> RealArray:
+def sobol_designs(inputs: SensitivityInputs, n_base: int, *, seed: int) -> RealArray:
     """Return the designs of Saltelli's scheme on scrambled Sobol points.
 
-    For N base points, a power of two, and d factors there are ``N (2d + 2)`` designs, without
-    second order ``N (d + 2)``. The first points of more points are the same ones.
+    For N base points, a power of two, and d factors there are ``N (d + 2)`` designs. The first
+    points of more points are the same ones.
     """
     from SALib.sample import sobol
 
     _check_base(n_base)
     with _nothing_global():
         designs = sobol.sample(
-            salib_problem(inputs), n_base, calc_second_order=second_order, seed=checked_seed(seed)
+            salib_problem(inputs), n_base, calc_second_order=False, seed=checked_seed(seed)
         )
     return np.asarray(designs)
-
-
-def n_rows(n_factors: int, second_order: bool) -> int:
-    """Return how many designs belong to one base point."""
-    return (2 * n_factors if second_order else n_factors) + 2
-
-
-def first_and_total(values: RealArray, n_factors: int) -> RealArray:
-    """Return of second-order values, shape (n, r), those that first and total indices need."""
-    rows = values.reshape(-1, n_rows(n_factors, True), values.shape[1])
-    keep = [*range(n_factors + 1), -1]
-    return np.ascontiguousarray(rows[:, keep]).reshape(-1, values.shape[1])
 
 
 def sobol_indices(
@@ -205,7 +180,6 @@ def sobol_indices(
     outputs: Sequence[str],
     *,
     seed: int,
-    second_order: bool = True,
     n_resamples: int = 100,
 ) -> SobolIndices:
     """Return SALib's Sobol indices of all outputs, with bootstrap intervals.
@@ -218,8 +192,6 @@ def sobol_indices(
         Variables, or groups of them, and names of the responses, d and r of them.
     seed, n_resamples : int
         Seed from 1 upwards and number of the resamples, at least 2, which all outputs share.
-    second_order : bool
-        Whether the designs are those for second order.
 
     Raises
     ------
@@ -228,41 +200,35 @@ def sobol_indices(
 
     Notes
     -----
-    With ``f_A``, ``f_B``, ``f_AB,j``, ``f_BA,j`` the output at the base points A and B and with
-    factor j taken from the other, ``V`` the variance of ``f_A`` and ``f_B`` together and all values
+    With ``f_A``, ``f_B``, ``f_AB,j`` the output at the base points A and B and at A with factor j
+    taken from B, ``V`` the variance of ``f_A`` and ``f_B`` together and all values
     centred: ``S_j = mean(f_B (f_AB,j - f_A)) / V`` and ``ST_j = mean((f_A - f_AB,j)²) / 2V``
-    (Saltelli et al., Computer Physics Communications 181, 2010),
-    ``S_jk = mean(f_BA,j f_AB,k - f_A f_B) / V - S_j - S_k`` (Saltelli, ibid. 145, 2002). An
-    interval is the standard deviation over the resamples times the gaussian quantile. SALib takes
-    one output at a time; `fast_sobol_indices` gives the same numbers for hundreds of them.
+    (Saltelli et al., Computer Physics Communications 181, 2010). An interval is the standard
+    deviation over the resamples times the gaussian quantile. SALib takes one output at a time;
+    `fast_sobol_indices` gives the same numbers for hundreds of them.
     """
     from SALib.analyze import sobol
 
     d = len(factors)
-    array, names, n_base = _checked_sobol(values, outputs, d, second_order, n_resamples)
-    pairs = tuple(combinations(range(d), 2)) if second_order else ()
+    array, names, n_base = _checked_sobol(values, outputs, d, n_resamples)
     problem = {"num_vars": d, "names": [f"x{place}" for place in range(d)]}
 
     def analyse(column: RealArray) -> list[RealArray]:
         result = sobol.analyze(
             dict(problem),
             column,
-            calc_second_order=second_order,
+            calc_second_order=False,
             num_resamples=n_resamples,
             conf_level=CONFIDENCE,
             keep_resamples=True,
             seed=checked_seed(seed),
         )
-        second, second_interval = (
-            np.array([result[key][pair] for pair in pairs], dtype=float)
-            for key in ("S2", "S2_conf")
-        )
         interaction = _interval_of(result["ST_conf_all"] - result["S1_conf_all"])
-        indices = [result["S1"], result["ST"], result["ST"] - result["S1"], second]
-        return [*indices, result["S1_conf"], result["ST_conf"], interaction, second_interval]
+        indices = [result["S1"], result["ST"], result["ST"] - result["S1"]]
+        return [*indices, result["S1_conf"], result["ST_conf"], interaction]
 
     columns = _by_output(analyse, array)
-    return SobolIndices(tuple(factors), names, pairs, n_base, n_resamples, *columns)
+    return SobolIndices(tuple(factors), names, n_base, n_resamples, *columns)
 
 
 def fast_sobol_indices(
@@ -271,7 +237,6 @@ def fast_sobol_indices(
     outputs: Sequence[str],
     *,
     seed: int,
-    second_order: bool = True,
     n_resamples: int = 100,
 ) -> SobolIndices:
     """Return the same as `sobol_indices`, with one matrix product for all resamples of an output.
@@ -279,40 +244,28 @@ def fast_sobol_indices(
     Estimators and resamples are SALib's, so that the numbers agree up to rounding; for the level of
     every line of a fleet it is about a hundred times as fast.
     """
-    d, step = len(factors), n_rows(len(factors), second_order)
-    array, names, n_base = _checked_sobol(values, outputs, d, second_order, n_resamples)
+    d = len(factors)
+    array, names, n_base = _checked_sobol(values, outputs, d, n_resamples)
     drawn = np.random.default_rng(checked_seed(seed)).integers(n_base, size=(n_base, n_resamples))
     counts = np.stack([np.bincount(column, minlength=n_base) for column in drawn.T])
     weights = np.vstack([np.ones(n_base), counts])
-    pairs = tuple(combinations(range(d), 2)) if second_order else ()
     with threadpool_limits(1, user_api="blas"):  # threads may change the last bit
-        rows = [np.ascontiguousarray(column.reshape(n_base, step).T) for column in array.T]
-        tables = [_one_output(output, weights, d, pairs) for output in rows]
-    columns = [
-        part for table in np.stack(tables, axis=2) for part in np.split(table, (d, 2 * d, 3 * d))
-    ]
-    return SobolIndices(tuple(factors), names, pairs, n_base, n_resamples, *columns)
+        rows = [np.ascontiguousarray(column.reshape(n_base, d + 2).T) for column in array.T]
+        tables = [_one_output(output, weights, d) for output in rows]
+    columns = [part for table in np.stack(tables, axis=2) for part in np.split(table, 3)]
+    return SobolIndices(tuple(factors), names, n_base, n_resamples, *columns)
 
 
-def _one_output(
-    rows: RealArray, weights: RealArray, d: int, pairs: tuple[tuple[int, int], ...]
-) -> RealArray:
-    """First, total, interaction and second indices of an output, then their intervals, (2, …)."""
+def _one_output(rows: RealArray, weights: RealArray, d: int) -> RealArray:
+    """First, total and interaction indices of an output, then their intervals, (2, 3 d)."""
     scaled = (rows - rows.mean()) / rows.std()
-    a, b = scaled[0], scaled[-1]
-    ab, ba = scaled[1 : d + 1], scaled[d + 1 : 2 * d + 1]
-    terms = [b * (ab - a), 0.5 * (ab - a) ** 2]
-    if pairs:
-        j, k = np.array(pairs).T
-        terms.append(ba[j] * ab[k] - a * b)
-    terms += [0.5 * (a + b)[np.newaxis], 0.5 * (a * a + b * b)[np.newaxis]]
-    means = weights @ np.concatenate(terms).T / rows.shape[1]
+    a, ab, b = scaled[0], scaled[1:-1], scaled[-1]
+    halves = 0.5 * np.stack([a + b, a * a + b * b])
+    terms = np.concatenate([b * (ab - a), 0.5 * (ab - a) ** 2, halves])
+    means = weights @ terms.T / rows.shape[1]
     variance = means[:, -1] - means[:, -2] ** 2
     shares = means[:, :-2] / variance[:, np.newaxis]
-    first, total, both = shares[:, :d], shares[:, d : 2 * d], shares[:, 2 * d :]
-    if pairs:
-        both = both - first[:, j] - first[:, k]
-    every = np.hstack([first, total, total - first, both])
+    every = np.hstack([shares, shares[:, d:] - shares[:, :d]])
     return np.stack([every[0], _interval_of(every[1:])])
 
 
@@ -425,11 +378,11 @@ def _checked(
 
 
 def _checked_sobol(
-    values: RealArray, outputs: Sequence[str], d: int, second_order: bool, n_resamples: int
+    values: RealArray, outputs: Sequence[str], d: int, n_resamples: int
 ) -> tuple[RealArray, tuple[str, ...], int]:
     """Responses, names of the outputs and number of base points of a Sobol analysis."""
-    array, names = _checked(values, outputs, n_rows(d, second_order))
-    n_base = _check_base(len(array) // n_rows(d, second_order))
+    array, names = _checked(values, outputs, d + 2)
+    n_base = _check_base(len(array) // (d + 2))
     if n_resamples < 2:
         raise InputError(
             f"{n_resamples} resamples cannot give an interval: take at least 2, better 100"

@@ -18,8 +18,6 @@ from deboom.explore.sensitivity import (
     SobolIndices,
     design_inputs,
     fast_sobol_indices,
-    first_and_total,
-    n_rows,
     sobol_designs,
     sobol_indices,
     tolerance_inputs,
@@ -230,16 +228,16 @@ def sensitivity(
     - raises InputError: a range, count or seed that cannot be used; a design without finite levels.
     """
     (label, inputs), *others = plan.inputs(index.variable_names).items()
-    d, names = inputs.n_variables, index.response_names
+    names = index.response_names
     ranked, outputs = ranked_output(index, plan.ranked), LevelOutputs(index)
     grouped = _by_mount(inputs, platform.mounts)
     saltelli = partial(sobol_designs, n_base=plan.n_base, seed=plan.seed)
     designs = saltelli(inputs)
-    few = designs[: min(LINE_POINTS, plan.n_base) * n_rows(d, True)]
+    few = designs[: min(LINE_POINTS, plan.n_base) * (inputs.n_variables + 2)]
     jobs: Jobs = {
         label: (ranked, designs),
-        LINES: (outputs, first_and_total(few, d)),
-        **{other: (ranked, saltelli(theirs, second_order=False)) for other, theirs in others},
+        LINES: (outputs, few),
+        **{other: (ranked, saltelli(theirs)) for other, theirs in others},
     }
     if grouped is not None:
         jobs[MOUNTS] = (ranked, saltelli(grouped))
@@ -249,11 +247,7 @@ def sensitivity(
     found = analyse(values[label], inputs.factors)
     by_mount = analyse(values[MOUNTS], grouped.factors) if grouped is not None else None
     indices = partial(
-        fast_sobol_indices,
-        factors=inputs.factors,
-        seed=plan.seed,
-        second_order=False,
-        n_resamples=plan.n_resamples,
+        fast_sobol_indices, factors=inputs.factors, seed=plan.seed, n_resamples=plan.n_resamples
     )
     of_lines, of_other = outputs.split(values[LINES], plan.ranked)
     beside = {other: indices(values[other], outputs=names) for other, _ in others}
@@ -334,23 +328,6 @@ def _zeros(found: SobolIndices) -> list[str]:
         ", ".join(name for name, flag in zip(kinds, flags, strict=True) if flag)
         for flags in zip(*kinds.values(), strict=True)
     ]
-
-
-def pair_table(found: SobolIndices) -> pd.DataFrame:
-    """One row per vehicle and pair of variables: what both do only together."""
-    names = found.pair_names
-    vehicles = np.repeat(found.outputs, len(names))
-    zero = _long(np.abs(found.second) <= found.second_interval)
-    return pd.DataFrame(
-        {
-            "vehicle": vehicles,
-            "variable": [name for name, _ in names] * len(found.outputs),
-            "and": [name for _, name in names] * len(found.outputs),
-            "second order [1]": _long(found.second),
-            "interval ± [1]": _long(found.second_interval),
-            "zero": np.where(zero, "second order", ""),
-        }
-    )
 
 
 def beside_table(study: Sensitivity) -> pd.DataFrame:
@@ -463,10 +440,8 @@ def sensitivity_report(study: Sensitivity) -> Report:
         study,
         "sobol",
         index_table(study.indices, "variable"),
-        f"Stiffnesses with a total index of {MATTERS:g} and more in some vehicle; sobol.csv has "
-        "all, sobol_pairs.csv every pair.",
+        f"Stiffnesses of a total index of {MATTERS:g} and more in some vehicle; sobol.csv has all.",
     )
-    report.table("sobol_pairs", pair_table(study.indices))
     if by_mount is not None:
         report.section(
             "Mount by mount",

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from deboom.mounts.response_surface import StiffnessModel, _count_parameters
+from deboom.mounts.response_surface import StiffnessModel
 
 
 class HystereticModel(StiffnessModel):
@@ -16,11 +16,6 @@ class HystereticModel(StiffnessModel):
         self.loss_factor_ = np.sum(lines.weight * spring * stiffness.imag) / np.sum(
             lines.weight * spring**2
         )
-
-    @property
-    def n_parameters(self):
-        """Coefficients of the spring, and the loss factor."""
-        return _count_parameters(self.spring_) + 1
 
     def _values(self, points):
         return self.spring_.predict(points[:, :1]) * (1 + 1j * self.loss_factor_)

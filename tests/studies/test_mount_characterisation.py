@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.bench.campaign import CampaignPlan
+from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
@@ -60,11 +60,15 @@ def finished(campaign, tmp_path_factory):
     )
 
 
-def test_the_torque_strut_is_found_within_a_few_percent_of_the_truth(finished):
+def test_mounts_are_found_within_a_few_percent_of_the_truth(finished):
+    """One bench: 90 % bounds; medians over many benches stand in the validation page."""
     summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-    assert 0.0 < summary["truth_error_percent_TSM_x"] < 4.0
+    numbers = pd.read_csv(finished / "directions.csv").set_index("direction")
+    for name in numbers.index.difference(["EnM y", "GeM y", "TSM y"]):
+        assert 0 < numbers.loc[name, "error [1]"] < (0.03 if name[-1] == "x" else 0.10), name
+        key = f"truth_error_percent_{name.replace(' ', '_')}"
+        assert summary[key] == pytest.approx(100 * numbers.loc[name, "error [1]"])
     assert summary["r2_real_TSM_x"] > 99.5
-    assert summary["n_identified"] >= 6
 
 
 def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
@@ -83,8 +87,10 @@ def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(fini
 
 def test_what_lies_within_its_stated_band_is_said_per_direction(finished):
     uncertainty = pd.read_csv(finished / "uncertainty.csv").set_index("direction")
-    assert uncertainty.loc["EnM y", "identified"] == "not identified"
-    assert uncertainty.loc["GeM x", "identified"] == "identified"
+    unknown = uncertainty.index[uncertainty["identified"] == "not identified"]
+    assert list(unknown) == ["EnM y", "GeM y", "TSM y"]
+    # one bench is one draw of its alignment
+    assert uncertainty["truth inside the band [%]"].drop(unknown).mean() > 80
     r2 = pd.read_csv(finished / "r2.csv")
     assert list(r2.columns[:2]) == ["direction", "part"]
     assert len(r2) == 2 * len(uncertainty) == 20
@@ -149,16 +155,11 @@ def test_bad_requests_are_refused_in_words(campaign, tmp_path, changes, message)
         run_study(STUDY, tmp_path, {"campaign": campaign, **changes})
 
 
-def test_a_bench_without_errors_is_right_within_one_percent_in_all_nine_directions(
-    tmp_path, monkeypatch
-):
-    monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS)
-    chosen = {"noise_free": True}
-    folder = run_study(STUDY, tmp_path, chosen)
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    for mount in ("EnM", "GeM", "TSM"):
-        for axis in "xyz":
-            assert summary[f"truth_error_percent_{mount}_{axis}"] <= 1.0, (mount, axis)
+def test_without_errors_nothing_but_the_model_form_is_left(tmp_path):
+    plan = CampaignPlan(("M1",), RUNS, 1, frequency=LINES[::2])
+    folder = write_campaign(tmp_path / "exact", 1, plan, NO_ERRORS)
+    exact = characterise_given(folder, "M1", CharacteriseOptions(), lambda *_: None)
+    assert direction_numbers(exact)["error"].max() < 0.0105
 
 
 def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
@@ -168,14 +169,10 @@ def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_pa
             run_study(study, tmp_path, {"campaign": campaign, **option})
 
 
-def test_other_models_are_compared_on_the_check_runs(campaign, tmp_path, monkeypatch):
-    chosen = {name: standard_models()[name] for name in ("two cubics, least squares", "splines")}
+def test_other_models_are_compared_on_the_check_runs(blind, monkeypatch):
+    chosen = {name: standard_models()[name] for name in ("one cubic", "two cubics")}
     monkeypatch.setattr(characterisation, "standard_models", lambda: chosen)
-    options = {"campaign": campaign, "models": True}
-    folder = run_study(STUDY, tmp_path, options)
-    table = pd.read_csv(folder / "models.csv")
-    assert (
-        table.groupby("direction").model.apply(list).map(lambda names: names == list(chosen)).all()
-    )
+    table = characterisation.model_table(blind)
+    assert len(set(table["direction"])) > 5
+    assert table["model"].tolist() == list(chosen) * len(set(table["direction"]))
     assert table["lines compared [1]"].min() >= 2
-    assert np.isfinite(table["rms error against truth [%]"]).all()

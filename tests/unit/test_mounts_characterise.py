@@ -207,6 +207,7 @@ GOOD_2 = Tolerances(
         "force_norm": 1e-4,
     }
 )
+NOISY = replace(GOOD, acceleration_own=0.02, force_own=0.02)
 FREE = FreeBody(MASS_MATRIX, 0.6, 0.01, 0.001, ("my",), 0.003)
 
 
@@ -322,6 +323,22 @@ def test_newtons_law_ties_the_cells_to_the_sensors():
     assert deviation < 0.8 * 0.01
     assert 0.006 < found.mean[place] < 0.02
     assert abs(found.mean[place] - 0.02) < 3 * deviation
+
+
+@pytest.mark.parametrize("free_body", [None, FREE])
+def test_errors_are_as_large_as_the_covariance_says(free_body):
+    """Drawn gains and noise of the stated sizes: χ² of the errors is their number."""
+    names = [channel for sensor in ACCELEROMETERS for channel in sensor.channels]
+    squares = []
+    for seed in range(1, 13):
+        gains = 0.01 * np.random.default_rng(seed).standard_normal(len(names))
+        wrong = dict(zip(names, 1 + gains, strict=True))
+        chain, records = chain_of(Rig(NOISY, channel_gain=wrong, noise=0.02, seed=seed))
+        found = self_calibrated(chain, records, free_body)
+        places = [chain.names.index(f"sensor gain of channel {name}") for name in names]
+        error = found.mean[places] - gains
+        squares.append(error @ np.linalg.solve(found.covariance[np.ix_(places, places)], error))
+    assert 0.7 < np.mean(squares) / len(names) < 1.5
 
 
 def test_exact_channels_stay_as_they_are():

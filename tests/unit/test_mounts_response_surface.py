@@ -23,7 +23,6 @@ from deboom.mounts.response_surface import (
     gaussian_process,
     operating_points,
     r_squared,
-    spline_surface,
     standard_models,
 )
 
@@ -65,7 +64,6 @@ def test_given_split_points_are_taken():
 
 def test_too_few_rows_for_two_pieces_give_one():
     assert PiecewiseCubicRegressor().fit(X[:39], Y[:39]).split_points_.size == 0
-    assert PiecewiseCubicRegressor(min_rows=10).fit(X[:39], Y[:39]).split_points_.size == 1
 
 
 def test_a_constant_column_is_harmless_and_guarded():
@@ -92,14 +90,11 @@ def test_rows_of_weight_zero_are_left_out():
         ({"pieces": 0}, 'pieces is a whole number of at least 1 or "cv"'),
         ({"pieces": 2.5}, "pieces is a whole number"),
         ({"pieces": "many"}, "pieces is a whole number"),
-        ({"split": "best"}, "split is"),
         ({"split": [0.5, 0.1]}, "must increase within the range"),
         ({"split": [3.0]}, "must increase within the range"),
-        ({"threshold": 0.0}, "threshold is a relative error above 0"),
         ({"overlap": 1.0}, "overlap is a fraction"),
         ({"overlap": -0.1}, "overlap is a fraction"),
         ({"max_pieces": 0}, "max_pieces is a whole number"),
-        ({"min_rows": 0}, "min_rows is a whole number"),
     ],
 )
 def test_options_without_sense_are_refused(options, words):
@@ -198,7 +193,6 @@ def test_it_states_its_units_ranges_and_size():
     assert SURFACE.units == expected
     assert SURFACE.ranges["preload"] == (PRELOAD.min(), PRELOAD.max())
     assert SURFACE.ranges["frequency"] == (FREQUENCY.min(), FREQUENCY.max())
-    assert SURFACE.n_parameters == 2 * 2 * 20
     assert SURFACE.n_lines_ == N
     assert DynamicStiffnessSurface(preload_unit="N m").units["preload"] == "N m"
 
@@ -349,18 +343,8 @@ def test_points_without_sense_are_refused():
         SURFACE.predict([-700.0, 1e-4])
 
 
-def test_weights_count():
-    weights = np.where(np.arange(N) % 2, 1.0, 1e-9)
-    spoilt = STIFFNESS * np.where(np.arange(N) % 2, 1.0, 1.3)
-    weighted = DynamicStiffnessSurface().fit(LINES, spoilt, weights)
-    half = DynamicStiffnessSurface().fit(LINES[1::2], STIFFNESS[1::2])
-    fits = [model.predict(POINTS, extrapolate=True) for model in (weighted, half)]
-    np.testing.assert_allclose(*fits, rtol=1e-3)
-
-
 def test_runs_choose_the_number_of_pieces():
-    by_runs = DynamicStiffnessSurface(PiecewiseCubicRegressor(pieces="cv", max_pieces=3))
-    assert 2 <= len(by_runs.fit(LINES, STIFFNESS, groups=RUN).real_.coefficients_) <= 3
+    by_runs = DynamicStiffnessSurface(PiecewiseCubicRegressor(pieces="cv"))
     with pytest.raises(InputError, match="name each line's run"):
         by_runs.fit(LINES, STIFFNESS)
 
@@ -374,7 +358,6 @@ def test_runs_choose_the_number_of_pieces():
         KelvinVoigtModel(),
         BergModel(),
         DynamicStiffnessSurface(gaussian_process(), max_lines=80),
-        DynamicStiffnessSurface(spline_surface()),
     ],
 )
 def test_other_models_share_the_interface(model):
@@ -387,7 +370,6 @@ def test_other_models_share_the_interface(model):
         fitted.predict([2000.0, 2e-4, 40.0])
     if isinstance(model, DynamicStiffnessSurface):
         np.testing.assert_allclose(stiffness, law(POINTS), rtol=0.05)
-        assert fitted.n_parameters > 80
 
 
 @pytest.mark.parametrize(
@@ -404,8 +386,6 @@ def test_what_only_cubics_have_is_refused_by_name(ask, what):
     other = DynamicStiffnessSurface(KNeighborsRegressor()).fit(LINES, STIFFNESS)
     with pytest.raises(InputError, match=f"surface of KNeighborsRegressor has no {what}"):
         ask(other)
-    with pytest.raises(InputError, match="KNeighborsRegressor does not tell its number"):
-        _ = other.n_parameters
     with pytest.raises(InputError, match="GaussianProcessRegressor fits all lines alike"):
         DynamicStiffnessSurface(GaussianProcessRegressor()).fit(LINES, STIFFNESS, np.arange(1, 901))
 
@@ -414,7 +394,7 @@ def test_parameters_without_sense_are_refused():
     with pytest.raises(InputError, match="at least 0"):
         friction_stiffness(-0.1)
     with pytest.raises(InputError, match="max_lines is at least 2"):
-        DynamicStiffnessSurface(spline_surface(), max_lines=1).fit(LINES, STIFFNESS)
+        DynamicStiffnessSurface(gaussian_process(), max_lines=1).fit(LINES, STIFFNESS)
 
 
 def test_comparison_is_one_table_over_common_lines():
@@ -426,12 +406,11 @@ def test_comparison_is_one_table_over_common_lines():
         np.append(few.stiffness, 1e5),
     )
     models = standard_models()
-    fits = {name: models[name] for name in ("one cubic", "two cubics, least squares", "Berg")}
+    fits = {name: models[name] for name in ("one cubic", "two cubics", "Kelvin-Voigt")}
     table = compare_models(fits, samples(), beyond, truth=beyond.stiffness)
     assert table["model"].tolist() == list(fits)
     assert (table["lines compared [1]"] == 50).all()
     np.testing.assert_allclose(table["share of lines [%]"], 100 * 50 / 51)
-    assert table["parameters [1]"].tolist() == [40, 80, 12]
     np.testing.assert_allclose(table["rms error [%]"], table["rms error against truth [%]"])
     assert "rms error against truth [%]" not in compare_models(fits, samples(), beyond)
     with pytest.raises(InputError, match="no models"):

@@ -56,7 +56,7 @@ def test_the_split_is_the_best_of_all():
     generator = np.random.default_rng(3)
     x = np.sort(generator.uniform(0, 1, 90))
     y = np.sin(9 * x**2) + generator.normal(0, 0.05, 90)
-    least = 8
+    least = 8  # twice the terms of a cubic
 
     def squares(low, high):
         polynomial = np.polynomial.Polynomial.fit(x[low:high], y[low:high], 3)
@@ -70,34 +70,9 @@ def test_the_split_is_the_best_of_all():
         ]
         sums = [sum(squares(*pair) for pair in itertools.pairwise(cut)) for cut in cuts]
         best = np.array(cuts[int(np.argmin(sums))][1:-1])
-        model = PiecewiseCubicRegressor(pieces=n_pieces, overlap=0.0, min_rows=least)
+        model = PiecewiseCubicRegressor(pieces=n_pieces, overlap=0.0)
         model.fit(x[:, np.newaxis], y)
         np.testing.assert_allclose(model.split_points_, (x[best - 1] + x[best]) / 2)
-
-
-def test_the_threshold_split_is_the_farthest_that_keeps_the_error():
-    x = np.linspace(0, 1, 300)
-    y = 1 + np.exp(-(((x - 0.8) / 0.1) ** 2))
-
-    def error(count):
-        polynomial = np.polynomial.Polynomial.fit(x[:count], y[:count], 3)
-        rms = np.sqrt(np.mean((y[:count] - polynomial(x[:count])) ** 2))
-        return rms / np.mean(np.abs(y[:count]))
-
-    good = [count for count in range(8, 293) if error(count) <= 0.03]
-    assert error(300) > 0.03
-    model = PiecewiseCubicRegressor(split="threshold").fit(x[:, np.newaxis], y)
-    np.testing.assert_allclose(model.split_points_, [(x[max(good) - 1] + x[max(good)]) / 2])
-    # a looser threshold needs no split, and one that nothing meets falls back on least squares
-    loose = PiecewiseCubicRegressor(split="threshold", threshold=0.5).fit(x[:, np.newaxis], y)
-    assert loose.split_points_.size == 0
-    noisy = y + np.random.default_rng(4).normal(0, 0.3, 300)
-    strict = PiecewiseCubicRegressor(split="threshold", threshold=1e-3)
-    best = PiecewiseCubicRegressor()
-    np.testing.assert_array_equal(
-        strict.fit(x[:, np.newaxis], noisy).split_points_,
-        best.fit(x[:, np.newaxis], noisy).split_points_,
-    )
 
 
 def test_the_blend_is_continuous_and_hands_over_linearly():

@@ -114,14 +114,11 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
     - `pieces`: number of pieces, fewer if the rows or the threshold do not call for them; "cv"
       chooses between 1 and `max_pieces` by cross-validation.
-    - `split`: the best split points in the sense of least squares; or where the error of a growing
-      piece passes `threshold` (thesis, 3.5; least squares if even the shortest piece does); or the
-      split points themselves (then `pieces` has no say).
-    - `threshold`: rms error over mean absolute value that a piece may have [1].
+    - `split`, optional: the split points (then `pieces` has no say); by default the best ones in
+      the sense of least squares.
     - `overlap`: fraction of the range of the first variable over which neighbours share rows and
       are blended linearly [1].
     - `max_pieces`: most pieces of the cross-validation.
-    - `min_rows`: distinct rows that a piece holds at least; None is twice the number of terms.
     - `logarithmic`: columns after the first that enter as their logarithm, as a frequency over
       several decades should; above 0.
     - `split_points_` (n_pieces - 1,): split points in the unit of the first variable, increasing.
@@ -131,7 +128,8 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
       ``PolynomialFeatures(3)`` in scaled variables.
     - `region_`: region in which rows were fitted.
 
-    Thesis, eq. 32, with all 20 terms for three variables (it prints 19). `predict` follows the
+    A piece that is looked for holds at least twice as many distinct rows as it has terms. Thesis,
+    eq. 32, with all 20 terms for three variables (it prints 19). `predict` follows the
     polynomials everywhere, as scikit-learn expects; `supported` says where that is extrapolation.
     Several outputs share their split points.
 
@@ -168,19 +166,15 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         self,
         *,
         pieces: int | Literal["cv"] = 2,
-        split: Literal["least-squares", "threshold"] | npt.ArrayLike = "least-squares",
-        threshold: float = 0.03,
+        split: npt.ArrayLike | None = None,
         overlap: float = 0.02,
         max_pieces: int = 5,
-        min_rows: int | None = None,
         logarithmic: tuple[int, ...] = (),
     ) -> None:
         self.pieces = pieces
         self.split = split
-        self.threshold = threshold
         self.overlap = overlap
         self.max_pieces = max_pieces
-        self.min_rows = min_rows
         self.logarithmic = logarithmic
 
     def check_parameters(self) -> None:
@@ -188,21 +182,14 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
 
         - raises InputError: the parameter, and what it may be.
         """
-        for name in ("max_pieces", "pieces", "min_rows"):
-            value = getattr(self, name)
-            if (value == "cv" and name == "pieces") or (value is None and name == "min_rows"):
+        for name in ("max_pieces", "pieces"):
+            value, others = getattr(self, name), ' or "cv"' if name == "pieces" else ""
+            if value == "cv" and others:
                 continue
             if not isinstance(value, Integral) or value < 1:
-                others = ' or "cv"' if name == "pieces" else ""
                 raise InputError(f"{name} is a whole number of at least 1{others}, not {value!r}")
-        if not self.threshold > 0:
-            raise InputError(f"threshold is a relative error above 0, not {self.threshold!r}")
         if not 0 <= self.overlap < 1:
             raise InputError(f"overlap is a fraction of at least 0 and below 1: {self.overlap!r}")
-        if isinstance(self.split, str) and self.split not in ("least-squares", "threshold"):
-            raise InputError(
-                f'split is "least-squares", "threshold" or split points, not {self.split!r}'
-            )
 
     def fit(
         self,
@@ -377,9 +364,9 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     ) -> RealArray:
         """Return the split points that the parameters ask for, shape (n_pieces - 1,)."""
         position = X[:, 0]
-        if not isinstance(self.split, str):
+        if self.split is not None:
             return _given_points(self.split, position)
-        segments = self._segments(X, y, weight)
+        segments = _Segments(self._entered(X), y, weight)
         if self.pieces == "cv":
             if groups is not None:
                 fold = np.unique(groups, return_inverse=True)[1] % FOLDS
@@ -387,15 +374,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
                 fold = np.empty(len(position), dtype=int)
                 fold[np.argsort(position, kind="stable")] = np.arange(len(position)) % FOLDS
             return self._cross_validated_splits(X, y, weight, fold, segments)
-        if self.split == "threshold":
-            split_points = _threshold_splits(segments, int(self.pieces), self.threshold)
-            if split_points is not None:
-                return split_points
         return _least_squares_splits(segments, int(self.pieces))[-1]
-
-    def _segments(self, X: RealArray, y: RealArray, weight: RealArray) -> _Segments:
-        min_rows = self.min_rows or 2 * comb(X.shape[1] + 3, 3)
-        return _Segments(self._entered(X), y, weight, min_rows)
 
     def _cross_validated_splits(
         self, X: RealArray, y: RealArray, weight: RealArray, fold: IntArray, segments: _Segments
@@ -415,9 +394,10 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             left_out &= TrainingRegion.around(rows[0]).contains(X)
             if not left_out.any():
                 continue
+            segments = _Segments(self._entered(X[kept]), *rows[1:])
             fits = [
                 clone(self).set_params(split=split_points).fit(*rows)
-                for split_points in _least_squares_splits(self._segments(*rows), len(candidates))
+                for split_points in _least_squares_splits(segments, len(candidates))
             ]
             left_out &= np.all([pieces.leverage_ratio(X) <= 1 for pieces in fits], axis=0)
             if not left_out.any():
@@ -622,28 +602,25 @@ def _leverage(
 class _Segments:
     """Rows sorted along the first variable. A cut is the index of the first row behind it."""
 
-    def __init__(self, X: RealArray, y: RealArray, weight: RealArray, min_rows: int) -> None:
+    def __init__(self, X: RealArray, y: RealArray, weight: RealArray) -> None:
         order = np.argsort(X[:, 0], kind="stable")
         self._position = X[order, 0]
-        self._min_rows = min_rows
+        self._min_rows = 2 * comb(X.shape[1] + 3, 3)
         self._n_outputs = y.shape[1]
         centre, half_range = _scaling(X)
         spread = y.std(axis=0)
-        self._output_scale = np.where(spread > 0, spread, 1.0)
+        outputs = y[order] / np.where(spread > 0, spread, 1.0)
         terms = _cubic_terms((X[order] - centre) / half_range)
         root = np.sqrt(weight[order])[:, np.newaxis]
-        self.total = float(np.sum((root * y[order] / self._output_scale) ** 2))
-        self._rows = root * np.hstack([terms, y[order] / self._output_scale])
+        self.total = float(np.sum((root * outputs) ** 2))
+        self._rows = root * np.hstack([terms, outputs])
         # equal rows count once, so that a repeated row and a doubled weight mean the same
         is_new = np.zeros(len(order), dtype=int)
         is_new[np.unique(X[order], axis=0, return_index=True)[1]] = 1
         self._distinct_before = np.concatenate([[0], np.cumsum(is_new)])
-        self._weight_before = np.concatenate([[0.0], np.cumsum(weight[order])])
-        sizes = np.cumsum(weight[order, np.newaxis] * np.abs(y[order]), axis=0)
-        self._size_before = np.vstack([np.zeros(self._n_outputs), sizes])
         inner = np.flatnonzero(np.diff(self._position)) + 1
         self.cuts = np.concatenate([[0], inner, [len(order)]])
-        self.divisible = int(self._distinct_before[-1]) >= 2 * min_rows
+        self.divisible = int(self._distinct_before[-1]) >= 2 * self._min_rows
 
     def split_points(self, cuts: IntArray) -> RealArray:
         """Values of the first variable half way between the rows on both sides of each cut."""
@@ -681,17 +658,6 @@ class _Segments:
         edges = np.concatenate([self.cuts[:1], cuts, self.cuts[-1:]])
         squares = self.squares(edges)
         return float(sum(squares[k, k + 1].sum() for k in range(len(edges) - 1)))
-
-    def relative_error(self, edges: IntArray, squares: RealArray) -> RealArray:
-        """Rms error over mean absolute value between two edges, the worst of the outputs [1]."""
-        weights = np.subtract.outer(self._weight_before[edges], self._weight_before[edges]).T
-        size = self._size_before[edges]
-        sizes = size[np.newaxis, :] - size[:, np.newaxis]
-        with np.errstate(invalid="ignore", divide="ignore"):
-            rms = np.sqrt(squares * self._output_scale**2 / weights[:, :, np.newaxis])
-            mean = sizes / weights[:, :, np.newaxis]
-            error = rms / np.maximum(mean, np.finfo(float).tiny)
-        return np.asarray(np.where(np.isfinite(squares), error, np.inf).max(axis=2))
 
     def refined(self, edges: IntArray, chosen: IntArray, choose: _Chooser) -> IntArray:
         """Repeat a choice between ever closer cuts about the chosen ones, down to single rows."""
@@ -749,32 +715,6 @@ def _best_cuts(edges: IntArray, squares: RealArray, n_pieces: int) -> IntArray |
         cuts.append(int(step[cuts[-1]]))
     inner: IntArray = edges[np.array(cuts[:0:-1])]
     return inner
-
-
-def _threshold_splits(segments: _Segments, max_pieces: int, threshold: float) -> RealArray | None:
-    """Split where a growing cubic's error passes the threshold (thesis, 3.5); None: no split."""
-
-    def choose(edges: IntArray, squares: RealArray) -> IntArray | None:
-        error = segments.relative_error(edges, squares)
-        room_behind = np.isfinite(squares[:, -1, 0])
-        begin = 0
-        chosen: list[int] = []
-        while len(chosen) < max_pieces - 1 and not error[begin, -1] <= threshold:
-            reached = np.flatnonzero((error[begin] <= threshold) & room_behind)
-            if not reached.size:
-                break
-            begin = int(reached[-1])
-            chosen.append(begin)
-        good = bool(chosen) or bool(error[0, -1] <= threshold) or max_pieces == 1
-        return edges[np.array(chosen, dtype=int)] if good else None
-
-    if not segments.divisible:
-        return np.empty(0)
-    edges = segments.coarse_edges()
-    chosen = choose(edges, segments.squares(edges))
-    if chosen is None:
-        return None
-    return segments.split_points(segments.refined(edges, chosen, choose))
 
 
 def _given_points(split: npt.ArrayLike, position: RealArray) -> RealArray:

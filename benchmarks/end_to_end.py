@@ -34,7 +34,7 @@ from deboom.vehicles.kernels import level_sum
 
 POPULATION, GENERATIONS, EVERY = 100, 100, 25
 """Budget of the search, and generations of it between two of the rival."""
-PRESCRIBED_NUMPY, PRESCRIBED, COUPLED = "prescribed, numpy", "prescribed, numba", "coupled, numba"
+PRESCRIBED, COUPLED = "prescribed, numba", "coupled, numba"
 
 Sums = Callable[[RealArray], RealArray]
 
@@ -109,20 +109,19 @@ def measure() -> pd.DataFrame:
     """Run every search beside its rival; one row each."""
     shape = kernels.SHAPES[0]
     prescribed, coupled = kernels.prescribed_problem(shape), kernels.coupled_problem(shape)
-    rivals: dict[str, tuple[kernels.Case, bool, int]] = {
-        PRESCRIBED_NUMPY: (prescribed, False, 16),
-        PRESCRIBED: (prescribed, True, 16),
-        COUPLED: (coupled, True, 64),
+    rivals: dict[str, tuple[kernels.Case, int]] = {
+        PRESCRIBED: (prescribed, 16),
+        COUPLED: (coupled, 64),
     }
     rows = {}
     with threadpool_limits(1, user_api="blas"):
-        for name, (case, compiled, n_pieces) in rivals.items():
-            rows[name] = _side_by_side(case, compiled, n_pieces)
+        for name, (case, n_pieces) in rivals.items():
+            rows[name] = _side_by_side(case, n_pieces)
     return pd.DataFrame(rows).T
 
 
-def _side_by_side(case: kernels.Case, compiled: bool, n_pieces: int) -> dict[str, float]:
-    sums, names = level_sum(case, compiled=compiled), case.variable_names
+def _side_by_side(case: kernels.Case, n_pieces: int) -> dict[str, float]:
+    sums, names = level_sum(case, compiled=True), case.variable_names
     n_variables = len(names)
     space = stiffness_factor_space(names)
     sample = sobol_sample(n_variables, 128, seed=1)

@@ -18,7 +18,7 @@ the static force across does.
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
 check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth;
-with _held_out on held-out runs, with _stated without self-calibration); half_width_95_percent_<dir>
+with _held_out on held-out runs); half_width_95_percent_<dir>
 (error budget); coverage_95_percent_<dir> (lines whose truth is inside the stated band);
 n_identified (directions); seconds (one mount set, with its error budget). Of a second engine:
 second_r2_force_real_<dir>, second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms
@@ -73,7 +73,7 @@ from deboom.study.second_engine import (
     SecondEngine,
     append_second_engine,
     given_engine,
-    second_engines,
+    virtual_engine,
 )
 
 N_PER_MM = 1e-3
@@ -147,7 +147,7 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             )
             report = reported(bench, options)
             if options.second_engine:
-                (engine,) = second_engines((options.seed,), options.mount_set, over_force, progress)
+                engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
             excited = ("my",) if options.balanced else ("fz", "mx", "my")
             engine = given_engine(
@@ -333,7 +333,6 @@ def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, floa
         "r2_imag_held_out": percent(numbers, "check_r2_imag"),
         "truth_error_percent": percent(numbers, "error"),
         "truth_error_percent_held_out": percent(numbers, "check_error"),
-        "truth_error_percent_stated": percent(numbers, "error_stated"),
         "half_width_95_percent": percent(numbers, "half_width"),
         "coverage_95_percent": percent(numbers, "coverage"),
     }

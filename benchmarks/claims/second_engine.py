@@ -27,7 +27,7 @@ from threadpoolctl import threadpool_limits
 from claims import Claim, draws
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.study.second_engine import engine_numbers, second_engines
+from deboom.study.second_engine import engine_numbers, virtual_engine
 
 SEEDS = range(1, 1 + draws(2))
 SETS = ("M1", "M2", "M3", "M4", "M5")
@@ -45,7 +45,7 @@ def claims() -> list[Claim]:
 def _bench(seed: int) -> pd.DataFrame:
     with threadpool_limits(1):
         options = CharacteriseOptions(preload=Preload.STATIC_FORCE)
-        done = second_engines((seed,), SETS[seed % len(SETS)], options, lambda *_: None)
+        done = virtual_engine(seed, SETS[seed % len(SETS)], options, lambda *_: None)
         return engine_numbers(done)
 
 

@@ -107,7 +107,7 @@ def blind(campaign, tmp_path_factory):
 def test_without_truth_the_same_numbers_and_no_comparison(blind, finished):
     assert blind.truth is None
     numbers = direction_numbers(blind)
-    assert not {"error", "error_stated", "check_error", "coverage"} & set(numbers.columns)
+    assert not {"error", "check_error", "coverage"} & set(numbers.columns)
     known = pd.read_csv(finished / "directions.csv")
     for name in ("r2_real", "r2_imag", "half_width"):
         assert known[f"{name} [1]"].to_numpy() == pytest.approx(numbers[name].to_numpy())
@@ -128,13 +128,13 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
 def test_a_virtual_bench_has_a_campaign_that_is_gone_afterwards(monkeypatch):
     seen = []
 
-    def characterise_folder(folder, mount_set, options, title, progress):
+    def characterise_folder(folder, mount_set, options, progress, title):
         seen.append((folder, read_campaign(folder, (mount_set,)).name))
-        progress(STEPS_PER_BENCH, title)
+        progress(STEPS_PER_BENCH, STEPS_PER_BENCH, title)
         return title
 
     monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS[:1])
-    monkeypatch.setattr(characterisation, "characterise_folder", characterise_folder)
+    monkeypatch.setattr(characterisation, "characterise_given", characterise_folder)
     said = []
     done = characterise_virtual(3, "M1", CharacteriseOptions(), lambda *s: said.append(s))
     assert done == "bench 3"

@@ -88,14 +88,12 @@ def test_every_table_and_figure_is_there_and_every_file_is_named(finished, secon
 def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     plans = (replace(FIRST, runs=FIRST.runs[::5]), replace(SECOND, runs=SECOND.runs[:1]))
     said = []
-    (done,) = second_engine.second_engines((2,), "M1", OPTIONS, lambda *s: said.append(s), plans)
+    done = second_engine.virtual_engine(2, "M1", OPTIONS, lambda *s: said.append(s), plans)
     assert (done.title, done.campaign.name) == ("bench 2", "virtual_bench_502")
     assert done.campaign.order == 2.0
     assert not any(path.exists() for path in done.input_files)
     steps = second_engine.STEPS_PER_ENGINE
     assert said[-1][:2] == (steps, steps)
-    with pytest.raises(InputError, match="no bench to measure on"):
-        second_engine.second_engines((), "M1", OPTIONS, lambda *_: None)
 
 
 @pytest.mark.parametrize(

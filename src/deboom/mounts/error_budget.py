@@ -47,8 +47,7 @@ class DirectionBudget:
     surface, relative to it; `imag_half_width` (n,) half the band of Im K relative to |Im K|;
     `misfit` the rms part of the residuals that noise does not explain, which is in the band;
     `repeatability` half the band of one line of one run by noise alone; `sources` half the band by
-    each stated tolerance alone, `stated_half_width` by all of them without self-calibration,
-    medians over lines [1].
+    each stated tolerance alone, without self-calibration, medians over lines [1].
     """
 
     name: str
@@ -59,7 +58,6 @@ class DirectionBudget:
     misfit: float
     repeatability: float
     sources: Mapping[ErrorSource, float]
-    stated_half_width: float
 
     @property
     def half_width_95(self) -> float:
@@ -112,13 +110,13 @@ def error_budget(
     thinned = [_thinned(record.mean_over_repeats(), LINES) for record in records]
     maps = operating_maps(chains, thinned)
     drawn: list[_DrawnChain] = []
-    by_source: dict[ErrorSource | None, list[_DrawnChain]] = {}
+    by_source: dict[ErrorSource, list[_DrawnChain]] = {}
     for chain, record in zip(chains, thinned, strict=True):
         alignment, few_lines = chain.alignment, _thinned(record, LINES_PER_SOURCE)
         drawn.append(_DrawnChain.of(alignment, record, chain.draw(n_draws, generator)))
         stated = stated_alignment(alignment).draw(n_draws, generator)
-        for source in (None, *dict.fromkeys(alignment.sources)):
-            acting = [source in (None, name) for name in alignment.sources]
+        for source in dict.fromkeys(alignment.sources):
+            acting = [source is name for name in alignment.sources]
             alone = _DrawnChain.of(alignment, few_lines, stated * acting)
             by_source.setdefault(source, []).append(alone)
     budgets = {}
@@ -191,7 +189,7 @@ def _direction_budget(
     measured: OperatingMap,
     surface: DynamicStiffnessSurface,
     drawn: ComplexArray,
-    widths: Mapping[ErrorSource | None, float],
+    widths: Mapping[ErrorSource, float],
     variable: Preload,
     preload_noise: RealArray,
     generator: np.random.Generator,
@@ -226,8 +224,7 @@ def _direction_budget(
         imag_half_width=np.hypot(_half_width(refitted.imag) / of_imag, TWO_SIDED * imag_misfit),
         misfit=misfit,
         repeatability=TWO_SIDED * float(np.median(np.sqrt(magnitude_noise))),
-        sources={source: width for source, width in widths.items() if source is not None},
-        stated_half_width=widths[None],
+        sources=widths,
     )
 
 

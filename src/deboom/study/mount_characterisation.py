@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -42,11 +42,8 @@ from deboom.mounts.measuring_chain import (
     AlignmentEstimate,
     ErrorSource,
     MountPoint,
-    body_record,
-    stated_alignment,
 )
-from deboom.mounts.operating_map import OperatingMap, operating_maps
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
+from deboom.mounts.operating_map import OperatingMap
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     StiffnessModel,
@@ -160,75 +157,45 @@ class CharacterisedBench:
         names = {run.name for run in self.check_runs}
         return np.array([str(label).partition(" ")[0] in names for label in measured.run])
 
-    @cached_property
-    def stated_maps(self) -> dict[str, OperatingMap]:
-        """Maps with all chains as their position sheet states them, without self-calibration."""
-        stated = [stated_alignment(chain.alignment) for chain in self.result.chains]
-        return self._maps(stated, self.result.runs)
-
-    def _maps(
-        self, chains: Sequence[AlignmentEstimate], runs: Sequence[OperatingRun]
-    ) -> dict[str, OperatingMap]:
-        tolerances = self.result.campaign.tolerances
-        records = [body_record(chain.alignment.body, runs, tolerances) for chain in chains]
-        return operating_maps(chains, records)
-
     def modelled(self, surface: DynamicStiffnessSurface, measured: OperatingMap) -> ComplexArray:
         """Stiffness of a surface at every line of a map, shape (n,) [N/m]."""
         points = measured.points(self.result.options.preload)
         return surface.predict(points, extrapolate=True)
 
-    def fitted_to(
-        self, measured: OperatingMap, regressor: PiecewiseCubicRegressor | None = None
-    ) -> DynamicStiffnessSurface:
-        """Fit a surface to a map, in pieces as the campaign's unless stated otherwise."""
+    def fitted_to(self, measured: OperatingMap) -> DynamicStiffnessSurface:
+        """Fit a surface to a map, in pieces as the campaign's."""
         options = self.result.options
         samples = measured.samples(options.preload)
-        surface = DynamicStiffnessSurface(
-            regressor or options.regressor, preload_unit=options.preload.unit
-        )
+        surface = DynamicStiffnessSurface(options.regressor, preload_unit=options.preload.unit)
         return surface.fit(samples.points, samples.stiffness, groups=samples.run)
 
 
-def characterise_folder(
+def characterise_given(
     folder: Path,
     mount_set: str,
     options: CharacteriseOptions,
-    title: str,
-    progress: Callable[[int, str], None],
+    progress: Progress,
+    title: str | None = None,
 ) -> CharacterisedBench:
     """Characterise one mount set of a campaign and find the truth, if there is any.
 
     - `folder`: of the campaign.
     - `mount_set`: parts on the bench.
     - `options`: how.
-    - `title`: of the bench.
+    - `title`, optional: of the bench; by default the name of the folder.
     - raises InputError: a campaign that cannot be read or characterised.
     """
-    progress(1, f"{title}: reading")
+    title = title or Path(folder).name
+    progress(1, STEPS_PER_BENCH, f"{title}: reading")
     campaign = read_campaign(folder, (mount_set,))
 
     def step(done: int, _total: int, text: str) -> None:
-        progress(2 + done, f"{title}: {text}")
+        progress(2 + done, STEPS_PER_BENCH, f"{title}: {text}")
 
     begin = time.perf_counter()
     result = characterise(campaign, mount_set, options, step)
     seconds = time.perf_counter() - begin
     return CharacterisedBench(title, result, read_set_truth(folder, mount_set), seconds)
-
-
-def characterise_given(
-    folder: Path, mount_set: str, options: CharacteriseOptions, progress: Progress
-) -> CharacterisedBench:
-    """Characterise one mount set of a campaign that is there, under its own name.
-
-    - raises InputError: as `characterise_folder`.
-    """
-
-    def step(done: int, text: str) -> None:
-        progress(done, STEPS_PER_BENCH, text)
-
-    return characterise_folder(folder, mount_set, options, Path(folder).name, step)
 
 
 def characterise_virtual(
@@ -245,17 +212,13 @@ def characterise_virtual(
       method.
     - raises InputError: a seed below 1, or an unknown mount set.
     """
-
-    def step(done: int, text: str) -> None:
-        progress(done, STEPS_PER_BENCH, text)
-
     title = f"bench {seed}"
-    step(0, f"{title}: measuring")
+    progress(0, STEPS_PER_BENCH, f"{title}: measuring")
     plan = CampaignPlan((mount_set,), TRAINING_RUNS)
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary) / "campaign"
         write_campaign(folder, seed, plan, NO_ERRORS if noise_free else CampaignErrors())
-        return characterise_folder(folder, mount_set, options, title, step)
+        return characterise_given(folder, mount_set, options, progress, title)
 
 
 def shown_run(bench: CharacterisedBench) -> OperatingRun:
@@ -346,10 +309,6 @@ def _row(bench: CharacterisedBench, name: str) -> dict[str, object]:
     row |= _budget(bench, name)
     if bench.truth is not None:
         row |= _errors(bench, surface, usable)
-        stated = bench.stated_maps[name]
-        row["error_stated"] = _errors(
-            bench, bench.fitted_to(stated), stated.select(~stated.near_floor)
-        )["error"]
     check = bench.in_check_runs(usable)
     if check.any() and not check.all():
         without = bench.fitted_to(usable.select(~check))
@@ -398,7 +357,6 @@ def _budget(bench: CharacterisedBench, name: str) -> dict[str, object]:
     row: dict[str, object] = {
         "half_width": budget.half_width_95,
         "half_width_imag": budget.imag_half_width_95,
-        "half_width_stated": budget.stated_half_width,
         "misfit": budget.misfit,
         "repeatability": budget.repeatability,
         **{source.value: width for source, width in budget.sources.items()},
@@ -481,7 +439,6 @@ def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
         "error of |K| [%]": percent(numbers, "error"),
         "error of Im K [%]": percent(numbers, "error_imag"),
         "held-out error of |K| [%]": percent(numbers, "check_error"),
-        "without self-calibration [%]": percent(numbers, "error_stated"),
     }
     return by_direction(columns)
 
@@ -491,7 +448,6 @@ def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
     columns = {
         "95 % half width of |K| [%]": percent(numbers, "half_width"),
         "95 % half width of Im K [%]": percent(numbers, "half_width_imag"),
-        "without self-calibration [%]": percent(numbers, "half_width_stated"),
         "misfit of the surface [%]": percent(numbers, "misfit"),
         "repeatability of a line [%]": percent(numbers, "repeatability"),
         "truth inside the band [%]": percent(numbers, "coverage"),

@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 SECOND_BENCH = 500
 """Added to a seed for the second engine: another day, other sensors, the same mounts."""
 STEPS_PER_ENGINE = 4
-"""Of `second_engines`, for progress."""
+"""Of `virtual_engine`, for progress."""
 DOT_SPACING = 6
 """Lines between the dots of a prediction, so that what was measured shows between them."""
 
@@ -133,39 +133,31 @@ class SecondEngine:
         return (*self.first_files, *self.campaign.input_files, *truth)
 
 
-def second_engines(
-    seeds: Sequence[int],
+def virtual_engine(
+    seed: int,
     mount_set: str,
     how: CharacteriseOptions,
     progress: Progress,
     plans: tuple[CampaignPlan, CampaignPlan] | None = None,
-) -> list[SecondEngine]:
-    """Measure both engines on virtual benches, one per seed, and keep no files.
+) -> SecondEngine:
+    """Measure both engines on virtual benches and keep no files.
 
     ``plans`` are those of the first and of the second engine; by default everything.
     """
-    if not seeds:
-        raise InputError("there is no bench to measure on: ask for at least one")
     first_plan, second_plan = plans or (training_plan(mount_set), second_engine_plan(mount_set))
-    engines = []
-    for place, seed in enumerate(seeds):
-        title = f"bench {seed}"
-
-        def step(k: int, text: str, before: int = place * STEPS_PER_ENGINE) -> None:
-            progress(before + k, len(seeds) * STEPS_PER_ENGINE, text)
-
-        with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
-            first, second = Path(temporary) / "first", Path(temporary) / "second"
-            step(0, f"{title}: measuring the first engine")
-            write_campaign(first, seed, first_plan)
-            step(1, f"{title}: characterising its mounts")
-            mounts, _ = _mounts_of_campaign(first, mount_set, how)
-            step(2, f"{title}: measuring the second engine")
-            write_campaign(second, seed + SECOND_BENCH, second_plan, bench=load_second_engine())
-            step(3, f"{title}: predicting its forces")
-            engines.append(_second_engine(title, mounts, second, mount_set, how))
-            step(4, title)
-    return engines
+    title = f"bench {seed}"
+    with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
+        first, second = Path(temporary) / "first", Path(temporary) / "second"
+        progress(0, STEPS_PER_ENGINE, f"{title}: measuring the first engine")
+        write_campaign(first, seed, first_plan)
+        progress(1, STEPS_PER_ENGINE, f"{title}: characterising its mounts")
+        mounts, _ = _mounts_of_campaign(first, mount_set, how)
+        progress(2, STEPS_PER_ENGINE, f"{title}: measuring the second engine")
+        write_campaign(second, seed + SECOND_BENCH, second_plan, bench=load_second_engine())
+        progress(3, STEPS_PER_ENGINE, f"{title}: predicting its forces")
+        engine = _second_engine(title, mounts, second, mount_set, how)
+        progress(STEPS_PER_ENGINE, STEPS_PER_ENGINE, title)
+    return engine
 
 
 def given_engine(
@@ -309,9 +301,9 @@ def _predicted(
     return Prediction(measured.select(used), stiffness, surface.supported(points))
 
 
-def engine_numbers(engines: Sequence[SecondEngine]) -> pd.DataFrame:
-    """Return a row per bench and direction; ratios as such, errors [1], levels [dB], forces [N]."""
-    return pd.DataFrame([_row(one, name) for one in engines for name in one.predictions])
+def engine_numbers(engine: SecondEngine) -> pd.DataFrame:
+    """Return a row per direction; ratios as such, errors [1], levels [dB], forces [N]."""
+    return pd.DataFrame([_row(engine, name) for name in engine.predictions])
 
 
 def _row(engine: SecondEngine, name: str) -> dict[str, object]:
@@ -346,7 +338,7 @@ def _row(engine: SecondEngine, name: str) -> dict[str, object]:
 
 def append_second_engine(report: Report, first: SecondEngine) -> None:
     """Report the forces of another engine."""
-    numbers = engine_numbers((first,))
+    numbers = engine_numbers(first)
     forces = _force_table(numbers)
     found = forces[forces["identified"] == "identified"]
     report.summary |= _second_summary(first, numbers)

@@ -94,21 +94,3 @@ def test_gradient_agrees_with_differences_of_fourth_order():
         far_back, back, ahead, far_ahead = index(moved)
         difference = (8 * (ahead - back) - (far_ahead - far_back)) / (12 * step)
         np.testing.assert_allclose(found[:, k], difference, rtol=1e-8, atol=1e-6)
-
-
-def test_null_factors_have_no_effect_at_all():
-    case = _case(7)
-    values = case.values.copy()
-    values[:, :, [3, 10, 11]] = 0.0
-    null = PathContributions("g5", case.frequency, values, case.vehicle_names, case.variable_names)
-    index = BoomingModel((null,), (1.0,))
-    designs = np.random.default_rng(8).uniform(0.8, 1.2, (200, 12))
-    other = designs.copy()
-    other[:, [3, 10, 11]] = np.random.default_rng(9).uniform(-5.0, 5.0, (200, 3))
-    np.testing.assert_array_equal(index(designs), index(other))
-    assert not index.gradient(designs)[:, :, [3, 10, 11]].any()
-    # without rounding: a reduced model of the nine others is the same function
-    kept = [k for k in range(12) if k not in (3, 10, 11)]
-    names = tuple(case.variable_names[k] for k in kept)
-    few = PathContributions("g5", case.frequency, values[:, :, kept], case.vehicle_names, names)
-    np.testing.assert_array_equal(BoomingModel((few,), (1.0,))(designs[:, kept]), index(designs))

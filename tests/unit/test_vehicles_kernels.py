@@ -81,6 +81,15 @@ def test_tiers_agree(motion):
 
 
 @COMPILED
+def test_tiers_agree_where_each_spring_has_an_elastic_and_a_lossy_part():
+    shape = bench.Shape("one mount", 4, 3, 41, 1, 1, 2)
+    case, designs = bench.coupled_problem(shape).with_loss_factors(), bench.designs(shape)
+    both = np.hstack([designs, designs * designs[::-1]])
+    plain, compiled = (level_sum(case, compiled=tier)(both) for tier in (False, True))
+    np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
+
+
+@COMPILED
 @MOTIONS
 def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
     plain, compiled = (level_sum(CASES[motion], compiled=tier) for tier in (False, True))

@@ -4,8 +4,8 @@ Every vehicle has a best set of mounts of its own; a platform wants few part num
 finds the fewest distinct part numbers (of all mounts together) with which every vehicle keeps its
 limit: --allowed dB per line above what mounts of its own would give it, or a table of limits.
 Levels count the energy that scatter adds to each line: a notch that no made part has is no gain.
-Families of the correlation study and the platform's groups are tried first; an integer program
-chooses numbers, gradients move their values.
+The platform's groups are tried first; an integer program chooses numbers, gradients move their
+values.
 
 Keys of summary.json: part_numbers_min, part_numbers_lower_bound (fewer are impossible),
 part_numbers_own (nothing shared); price_db, price_worst_db, price_worst_vehicle (level above
@@ -31,8 +31,6 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
-from deboom.explore.correlation import correlations, families
-from deboom.explore.doe import latin_hypercube
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import variables_without_effect
 from deboom.explore.sharing import (
@@ -53,10 +51,6 @@ from deboom.study.progress import Progress, progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 
-FAMILY_DESIGNS = 100
-"""Designs of the correlation study that the search begins with."""
-FAMILY_CUT = 0.9
-"""Least correlation within a family [1]."""
 DRAWS = 8192
 """Of the scatter: for the margin of the search, and others for the check."""
 SURE = 3.0
@@ -300,7 +294,7 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
         lower=np.where(fixed, space.nominal, space.lower),
         upper=np.where(fixed, space.nominal, space.upper),
     )
-    progress(0, 4, "mounts of its own for each vehicle")
+    progress(0, 3, "mounts of its own for each vehicle")
     drawn = ScatteredLevel(model.index, space.nominal, space.relative_sigma)
     own = own_optima(drawn, searched, starts=options.starts, seed=seed)
     draws = sobol_sample(space.n_variables, DRAWS, seed=seed).values
@@ -313,12 +307,12 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     asked = options.share + SURE * np.sqrt(options.share * (1.0 - options.share) / DRAWS)
     room = limits - own.levels
     margin = np.minimum(np.quantile(made, min(asked, 1.0), axis=1) - own.levels, room)
-    progress(1, 4, "families of the correlation study")
     problem = SharingProblem(drawn, searched, model.parts, limits - margin, model.rules)
-    guesses = _guesses(model.runs, problem, seed)
+    groups = _group_sets(model.runs, problem)
+    guesses = [] if groups is None else [groups]
     for _ in range(ROUNDS):
         found = fewest_part_numbers(
-            problem, own, list(guesses.values()), lambda _done, _all, text: progress(2, 4, text)
+            problem, own, guesses, lambda _done, _all, text: progress(1, 3, text)
         )
         made = _as_made(level, space, found.fewest.designs, draws)
         needed = np.quantile(made, min(asked, 1.0), axis=1) - found.fewest.levels
@@ -327,15 +321,13 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
             break
         margin = wider
         problem = replace(problem, limits=limits - margin)
-    progress(3, 4, "verification")
-    by_group = None
-    if "groups" in guesses:
-        by_group = separate_sets(problem, own, guesses["groups"])
+    progress(2, 3, "verification")
+    by_group = None if groups is None else separate_sets(problem, own, groups)
     check = sobol_sample(space.n_variables, DRAWS, seed=seed, purpose="verification sample").values
     made = _as_made(level, space, found.fewest.designs, check)
     kept = np.mean(made <= limits[:, np.newaxis], axis=1)
     today = np.asarray(responses(problem.evaluate, problem.space.nominal[np.newaxis])[0])
-    progress(4, 4, "done")
+    progress(3, 3, "done")
     return _Shared(
         problem,
         own,
@@ -459,23 +451,15 @@ def _refuse_missed(
         )
 
 
-def _guesses(runs: Operation, problem: SharingProblem, seed: int) -> dict[str, Sharing]:
-    """Sharings by the families of a correlation study and by the platform's groups."""
-    designs = latin_hypercube(problem.space, FAMILY_DESIGNS, seed=seed)
-    levels = responses(problem.evaluate, designs)
-    found = correlations(levels, problem.vehicles, seed=seed, resamples=100)
-    members = families(problem.vehicles, found.pearson, FAMILY_CUT).members
-    family = {name: place for place, names in enumerate(members) for name in names}
+def _group_sets(runs: Operation, problem: SharingProblem) -> Sharing | None:
+    """Sharing of one set per group of the platform; None if there is one group."""
     group_of = {vehicle.name: vehicle.group for vehicle in runs.fleet.vehicles}
     groups = list(dict.fromkeys(group_of.values()))
-    guesses = {"families": [family[name] for name in problem.vehicles]}
-    if len(groups) > 1:
-        guesses["groups"] = [groups.index(group_of[name]) for name in problem.vehicles]
-    rows = len(problem.part_names)
-    return {
-        name: Sharing(problem.part_names, problem.vehicles, np.tile(numbers, (rows, 1)))
-        for name, numbers in guesses.items()
-    }
+    if len(groups) < 2:
+        return None
+    numbers = [groups.index(group_of[name]) for name in problem.vehicles]
+    sets = np.tile(numbers, (len(problem.part_names), 1))
+    return Sharing(problem.part_names, problem.vehicles, sets)
 
 
 def letters(place: int) -> str:

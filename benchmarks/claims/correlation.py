@@ -108,23 +108,19 @@ def _fleets() -> list[Claim]:
 def _coverage() -> list[Claim]:
     rows = []
     for r in (0.5, 0.97):
-        spearman = 6.0 / np.pi * np.arcsin(r / 2.0)
-        random, hits = np.random.default_rng(7), np.zeros(2)
+        random, hits = np.random.default_rng(7), 0
         for number in range(DATA_SETS):
             x = random.normal(size=(300, 2))
             values = np.column_stack([x[:, 0], r * x[:, 0] + np.sqrt(1.0 - r**2) * x[:, 1]])
             found = correlations(values, ("a", "b"), seed=number + 1, resamples=400)
-            hits += (
-                found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1],
-                found.spearman_low[0, 1] <= spearman <= found.spearman_high[0, 1],
-            )
-        share = hits / DATA_SETS
+            hits += found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1]
+        share = float(hits / DATA_SETS)
         rows.append(
             Claim(
-                f"95 % intervals that cover r = {r:g}: Pearson, Spearman; {DATA_SETS} sets of 300",
+                f"95 % intervals of Pearson's that cover r = {r:g}; {DATA_SETS} sets of 300",
                 "0.91 to 0.98",
-                f"{share[0]:.3f}, {share[1]:.3f}",
-                bool(np.all((share >= 0.91) & (share <= 0.98))),
+                f"{share:.3f}",
+                0.91 <= share <= 0.98,
             )
         )
     return rows

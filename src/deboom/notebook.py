@@ -508,7 +508,7 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
     Returns
     -------
     Correlations
-        Pearson's and Spearman's coefficients with their 95 % intervals, shape (r, r) [1].
+        Pearson's coefficients with 95 % intervals, and Spearman's, shape (r, r) [1].
 
     Raises
     ------

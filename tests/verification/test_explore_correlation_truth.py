@@ -22,32 +22,14 @@ def test_coefficients_are_those_of_numpy_and_scipy_also_with_ties():
     assert found.spearman == pytest.approx(spearmanr(values).statistic, abs=1e-13)
 
 
-def test_ranks_within_a_resample_are_those_of_the_resampled_rows():
-    random = np.random.default_rng(2)
-    values = np.round(random.normal(size=(40, 2)), 1)
-    found = correlations(values, "ab", seed=3, resamples=400)
-    rows = np.random.default_rng(3).integers(0, 40, (4000, 40))
-    direct = [spearmanr(values[one]).statistic for one in rows[:1500]]
-    expected = np.quantile(direct, [0.025, 0.975])
-    assert [found.spearman_low[0, 1], found.spearman_high[0, 1]] == pytest.approx(
-        expected, abs=0.06
-    )
-
-
 def test_intervals_cover_the_truth_as_often_as_they_say():
     random, r = np.random.default_rng(4), 0.6
-    spearman = 6.0 / np.pi * np.arcsin(r / 2.0)  # of a binormal population
-    hits = np.zeros(2)
-    n_sets = 150
+    hits, n_sets = 0, 150
     for number in range(n_sets):
         found = correlations(binormal(random, 150, r), "ab", seed=number + 1, resamples=200)
-        hits += (
-            found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1],
-            found.spearman_low[0, 1] <= spearman <= found.spearman_high[0, 1],
-        )
+        hits += found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1]
     # 95 % asked; 150 sets of data leave ±5.4 % at three standard errors
-    assert np.all(hits / n_sets > 0.88)
-    assert np.all(hits / n_sets < 1.0)
+    assert 0.88 < hits / n_sets < 1.0
 
 
 def test_values_of_one_design_are_resampled_together():

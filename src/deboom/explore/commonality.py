@@ -24,9 +24,6 @@ from deboom.explore.space import Progress, responses
 
 _BESIDE = 3  # counts above the first within the limits that are worked out as well
 _WIDTH = 3  # sharings of each count whose numbers are merged in pairs
-_EXCHANGES = 3  # times that values of the library are put in after a descent
-_SMALLEST_GAIN = 0.005  # of the worst excess, below which a sharing is left as it is [unit]
-_SHARPNESS = 8.0  # with which the worst vehicles lead in an exchange of values [1/unit]
 _MOST_PARTS = 8  # whose subsets are gone through one by one: 256 of them
 _ROOM = 1e3  # added to the limit of a vehicle that is not asked about [unit]
 _STARTS = 4  # local optima of all vehicles that a relaxation begins with
@@ -63,7 +60,7 @@ def fewest_part_numbers(
     """Find the fewest distinct part numbers with which every vehicle keeps its limit.
 
     - `problem`, `own`: fleet with limits and rules, and the result of `own_optima` for it.
-    - `guesses`: sharings that are tried as well, such as the families of a correlation study.
+    - `guesses`: sharings that are tried as well, such as one set per group.
     - `step`, optional: called after each step.
     - raises InputError: a limit that a vehicle misses even with parts of its own: says by how much,
       and which vehicle binds. Rules that leave no sharing within the limits.
@@ -71,7 +68,7 @@ def fewest_part_numbers(
     Two steps in turn. Numbers: of a library of part values, the local optima of every vehicle,
     choose a stated count and give every vehicle one of each part, so that the worst vehicle is as
     good as can be: an exact integer program. Values: move the values of these numbers by gradients
-    (`shared_design`), then put other values of the library in wherever vehicles gain.
+    (`shared_design`). Then pairs of numbers of the best sharings are merged, one after the other.
 
     The lower bound is a relaxation: parts outside of a subset are shared by all vehicles, those
     inside, and those of which rules keep vehicles apart, are free for each vehicle. All optima of
@@ -90,7 +87,7 @@ def fewest_part_numbers(
         len(np.unique(problem.rules.units(part, problem.vehicles))) for part in problem.part_names
     )
     library = _library(problem, own)
-    known = _Known(problem, library)
+    known = _Known(problem)
     begin = _starts(problem, own)
     for guess in [least, *guesses]:
         if problem.rules.kept_by(guess):
@@ -166,22 +163,13 @@ def _starts(problem: SharingProblem, own: OwnOptima) -> list[RealArray]:
 class _Known:
     """The best design found so far for every sharing that was worked out."""
 
-    def __init__(self, problem: SharingProblem, library: _Library) -> None:
+    def __init__(self, problem: SharingProblem) -> None:
         self.problem = problem
-        self.library = library
         self.designs: dict[bytes, SharedDesign] = {}
 
     def work_out(self, sharing: Sharing, starts: Sequence[RealArray]) -> None:
-        """Find values for a sharing by gradients and by exchanges with the library in turn."""
+        """Find values for a sharing by gradients."""
         design = shared_design(self.problem, sharing, starts)
-        for _ in range(_EXCHANGES):
-            exchanged = _exchanged(self.problem, self.library, design)
-            if exchanged is None:
-                break
-            better = shared_design(self.problem, sharing, [exchanged])
-            if better.worst > design.worst - _SMALLEST_GAIN:
-                break
-            design = better
         known = self.designs.get(sharing.key)
         if known is None or design.worst < known.worst:
             self.designs[sharing.key] = design
@@ -206,35 +194,6 @@ class _Known:
             if not best or design.worst < best[-1].worst:
                 best.append(design)
         return tuple(best)
-
-
-def _exchanged(
-    problem: SharingProblem, library: _Library, design: SharedDesign
-) -> RealArray | None:
-    """Try other values of the library in one number after the other; None without gain."""
-    designs, gained = design.designs.copy(), False
-    score = _eagerness(design.excess)
-    for _ in range(_EXCHANGES):
-        before = score
-        for part, columns in enumerate(problem.columns):
-            values = library[part]
-            for number in range(design.sharing.counts[part]):
-                users = np.flatnonzero(design.sharing.numbers[part] == number)
-                tried = np.repeat(designs[np.newaxis], len(values), axis=0)
-                everywhere = np.ix_(np.arange(len(values)), users, np.array(columns))
-                tried[everywhere] = values[:, np.newaxis]
-                scores = _eagerness(problem.own(tried) - problem.limits)
-                if scores.min() < score:
-                    designs, score = tried[np.argmin(scores)], scores.min()
-                    gained = True
-        if score >= before:
-            break
-    return designs if gained else None
-
-
-def _eagerness(excess: RealArray) -> RealArray:
-    """Measure that the worst vehicles lead, (…, v) → (…)."""
-    return np.asarray(np.log(np.mean(np.exp(_SHARPNESS * excess), axis=-1)) / _SHARPNESS)
 
 
 def _merged(

@@ -5,12 +5,13 @@ Correlation coefficients with bootstrap intervals, and families of responses tha
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import pandas as pd
 from scipy.cluster.hierarchy import fcluster, linkage
 from scipy.spatial.distance import squareform
+from scipy.stats import rankdata
 
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
@@ -24,25 +25,15 @@ CONFIDENCE = 0.95
 """Share of cases in which an interval is to hold the true coefficient [1]."""
 _CHUNK = 2**19  # numbers in memory at a time
 
-_Transform = Callable[[RealArray], RealArray]
-# from weights (n_samples, n) to what is correlated, shape (n_samples or 1, r, n)
 
-
-@checked(
-    pearson="r r",
-    pearson_low="r r",
-    pearson_high="r r",
-    spearman="r r",
-    spearman_low="r r",
-    spearman_high="r r",
-)
+@checked(pearson="r r", pearson_low="r r", pearson_high="r r", spearman="r r")
 class Correlations(Tabled):
     """Correlation matrices with their intervals.
 
     - `names`: names of rows and columns.
     - `pearson`, `pearson_low`, `pearson_high` (r, r): coefficients of the values, with the ends of
       the interval [1].
-    - `spearman`, `spearman_low`, `spearman_high` (r, r): coefficients of their ranks [1].
+    - `spearman` (r, r): coefficients of their ranks [1].
     - `n_designs`, `n_draws`: number of rows that were resampled, and of values per row.
     """
 
@@ -51,8 +42,6 @@ class Correlations(Tabled):
     pearson_low: RealArray
     pearson_high: RealArray
     spearman: RealArray
-    spearman_low: RealArray
-    spearman_high: RealArray
     n_designs: int
     n_draws: int
 
@@ -64,15 +53,17 @@ class Correlations(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """Pearson's and Spearman's coefficient of each pair, with the ends of their intervals."""
+        """Pearson's coefficient of each pair with the ends of its interval, and Spearman's."""
         rows, columns = np.triu_indices(len(self.names), 1)
         coefficients = {
-            f"{kind}{end} [1]": getattr(self, f"{kind}{place}")[rows, columns]
-            for kind in ("pearson", "spearman")
-            for end, place in (("", ""), (" from", "_low"), (" to", "_high"))
+            "pearson [1]": self.pearson,
+            "pearson from [1]": self.pearson_low,
+            "pearson to [1]": self.pearson_high,
+            "spearman [1]": self.spearman,
         }
         pair = {"first": np.take(self.names, rows), "second": np.take(self.names, columns)}
-        return pd.DataFrame(pair | coefficients)
+        numbers = {name: values[rows, columns] for name, values in coefficients.items()}
+        return pd.DataFrame(pair | numbers)
 
     def among(self, names: Sequence[str]) -> RealArray:
         """Return Pearson's coefficients of all pairs of some names, shape (n_pairs,) [1]."""
@@ -93,7 +84,7 @@ def correlations(
     seed: int,
     resamples: int = 1000,
 ) -> Correlations:
-    """Return Pearson's and Spearman's correlation of all pairs of responses.
+    """Return Pearson's correlation of all pairs of responses with intervals, and Spearman's.
 
     - `values` (n, r): responses in one row per design, or m values of each design, which stay
       together when designs are resampled.
@@ -104,7 +95,7 @@ def correlations(
 
     Percentile bootstrap over the designs: Efron and Tibshirani, "An Introduction to the Bootstrap",
     ch. 13. It takes the designs for independent draws; those of a space-filling plan cover the
-    space more evenly, so their interval is rather too wide. Ranks are found anew in each resample.
+    space more evenly, so their interval is rather too wide.
     """
     rows = _checked(values, names, resamples)
     n, m, _ = rows.shape
@@ -112,20 +103,17 @@ def correlations(
     counts = random.multinomial(n, np.full(n, 1.0 / n), size=resamples).astype(float)
     flat = np.ascontiguousarray(rows.reshape(n * m, -1).T)
     ends = [(1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0]
-    matrices: dict[str, RealArray] = {}
-    for kind, transform in (("pearson", _values(flat)), ("spearman", _mid_ranks(flat))):
-        matrices[kind] = _weighted(transform, np.ones((1, n * m)))[0]
-        chunk = max(_CHUNK // flat.size, 1)
-        drawn = np.concatenate(
-            [
-                _weighted(transform, np.repeat(counts[start : start + chunk], m, axis=1))
-                for start in range(0, resamples, chunk)
-            ]
-        )
-        # a resample of one design over and over has no correlation
-        low, high = np.nanquantile(drawn, ends, axis=0)
-        matrices[f"{kind}_low"], matrices[f"{kind}_high"] = low, high
-    return Correlations(names=tuple(names), n_designs=n, n_draws=m, **matrices)
+    chunk = max(_CHUNK // flat.size, 1)
+    drawn = np.concatenate(
+        [
+            _weighted(flat, np.repeat(counts[start : start + chunk], m, axis=1))
+            for start in range(0, resamples, chunk)
+        ]
+    )
+    # a resample of one design over and over has no correlation
+    low, high = np.nanquantile(drawn, ends, axis=0)
+    pearson, spearman = (np.asarray(np.corrcoef(of)) for of in (flat, rankdata(flat, axis=1)))
+    return Correlations(tuple(names), pearson, low, high, spearman, n, m)
 
 
 def _checked(values: RealArray, names: Sequence[str], resamples: int) -> RealArray:
@@ -160,36 +148,12 @@ def _checked(values: RealArray, names: Sequence[str], resamples: int) -> RealArr
     return rows
 
 
-def _values(values: RealArray) -> _Transform:
-    centred = (values - values.mean(axis=1, keepdims=True))[np.newaxis]
-    return lambda _: centred
-
-
-def _mid_ranks(values: RealArray) -> _Transform:
-    """Sort once; ranks within a weighted sample then follow from sums of weights."""
-    orders = np.argsort(values, axis=1, kind="stable")
-    ascending = np.take_along_axis(values, orders, axis=1)
-    new = np.insert(np.diff(ascending, axis=1) != 0.0, 0, True, axis=1)
-    places = np.empty(values.shape, dtype=np.intp)
-    np.put_along_axis(places, orders, np.cumsum(new, axis=1) - 1, axis=1)
-
-    def ranks(weights: RealArray) -> RealArray:
-        result = np.empty((len(weights), *values.shape))
-        for row, (order, first, place) in enumerate(zip(orders, new, places, strict=True)):
-            ties = np.add.reduceat(weights[:, order], np.flatnonzero(first), axis=1)
-            middle = np.cumsum(ties, axis=1) - (ties - 1.0) / 2.0
-            result[:, row] = middle[:, place]
-        return np.asarray(result - (weights.sum(axis=1)[:, np.newaxis, np.newaxis] + 1.0) / 2.0)
-
-    return ranks
-
-
-def _weighted(transform: _Transform, weights: RealArray) -> RealArray:
-    """Correlation of the rows in each weighted sample, shape (n_samples, r, r); NaN: no spread."""
-    moved = transform(weights)
+def _weighted(values: RealArray, weights: RealArray) -> RealArray:
+    """Correlate (r, n) in weighted samples (n_samples, n): (n_samples, r, r); NaN: no spread."""
+    centred = values - values.mean(axis=1, keepdims=True)
     total = weights.sum(axis=1)[:, np.newaxis]
-    mean = (moved @ weights[:, :, np.newaxis])[:, :, 0] / total
-    product = (moved * weights[:, np.newaxis, :]) @ np.swapaxes(moved, 1, 2)
+    mean = weights @ centred.T / total
+    product = (centred * weights[:, np.newaxis, :]) @ centred.T
     covariance = product / total[:, :, np.newaxis] - mean[:, :, np.newaxis] * mean[:, np.newaxis]
     variance = np.maximum(np.diagonal(covariance, axis1=1, axis2=2), 0.0)
     with np.errstate(divide="ignore", invalid="ignore"):

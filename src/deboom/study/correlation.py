@@ -557,17 +557,9 @@ def _matrix_table(of: Correlations) -> pd.DataFrame:
 
 
 def _pair_table(sets: CorrelationSet) -> pd.DataFrame:
-    """One row per pair and kind: both coefficients with their intervals."""
+    """One row per pair and kind: Pearson's coefficient with its interval, and Spearman's."""
     parts = []
     for kind, of in sets.kinds.items():
-        rows, columns = (np.array(side) for side in zip(*of.pairs, strict=True))
-        table: dict[str, object] = {
-            "correlated": kind,
-            "first": [of.names[row] for row in rows],
-            "second": [of.names[column] for column in columns],
-        }
-        for name in ("pearson", "spearman"):
-            for end, words in (("", ""), ("_low", " from"), ("_high", " to")):
-                table[f"{name}{words} [1]"] = getattr(of, name + end)[rows, columns]
-        parts.append(pd.DataFrame(table))
+        parts.append(of.table)
+        parts[-1].insert(0, "correlated", kind)
     return pd.concat(parts, ignore_index=True)

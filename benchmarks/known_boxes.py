@@ -1,15 +1,12 @@
 """Problems whose largest acceptance boxes are known, found without a sample and without smoothing.
 
 Parts lie evenly in their box. The share of a box is then a volume over a volume, which linear and
-quadratic responses give in closed form or by quadrature, and its derivatives follow from the shares
-of the faces (Leibniz' rule). Known boxes share nothing with the search of
-`deboom.explore.largest_box` but the box itself; `ratio_of` holds that search against them.
+quadratic responses give in closed form or by quadrature. Known boxes share nothing with the search
+of `deboom.explore.largest_box` but the box itself; `ratio_of` holds that search against them.
 """
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Sequence
 from dataclasses import dataclass
 from math import factorial
 from typing import Protocol
@@ -25,10 +22,6 @@ from known_truth import Quad2, quad2
 
 NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""
-
-
-LEAST = 1e-2
-"""Least width of an interval in the search, in widths of its first box [1]."""
 
 
 class KnownShare(Differentiable, Protocol):
@@ -148,126 +141,28 @@ def exact_share(problem: KnownShare, limit: RealArray, box: Box) -> float:
 
 
 def exact_largest_box(
-    problem: KnownShare,
-    limit: RealArray,
-    share: float,
-    bounds: Box,
-    weight: RealArray | None = None,
-    anchors: Sequence[RealArray] = (),
-) -> Box:
-    """Return the largest box by its true share, from several starts.
-
-    Parameters
-    ----------
-    problem : KnownShare
-    limit : array, shape (r,)
-    share : float
-        Of parts and responses that keep their limits [1].
-    bounds : Box
-        All variables free.
-    weight : array, shape (k,), optional
-        Of the logarithms of the widths; default is 1 [1].
-    anchors : sequence of array, shape (k,)
-        Designs about which a small box keeps the limit; the middle and two corners of the bounds
-        are tried as well.
-    """
-    price = np.ones(len(bounds.names)) if weight is None else weight
-    found = []
-    for anchor in (*anchors, bounds.lower, bounds.centre, bounds.upper):
-        first = _begin(problem, limit, share, bounds, anchor)
-        if first is not None:
-            box = _ascend(problem, limit, share, bounds, price, first)
-            found.append(_kept(problem, limit, share, box))
-    return max(found, key=lambda box: float(price @ np.log(box.width)))
-
-
-def _ascend(
-    problem: KnownShare,
-    limit: RealArray,
-    share: float,
-    bounds: Box,
-    price: RealArray,
-    first: Box,
-) -> Box:
-    """Maximise the volume within the true share; the ends count in widths of the first box."""
-    size, scale = len(bounds.names), first.width
-    allowed = float(np.log(1.0 - share))
-
-    def missed(place: RealArray) -> float:
-        lower, upper = first.lower + place.reshape(2, size) * scale
-        whole = float(problem.shares(limit, np.minimum(lower, upper), upper).mean())
-        return float(np.log(max(1.0 - whole, 1e-12)))
-
-    def missed_slope(place: RealArray) -> RealArray:
-        ends = first.lower + place.reshape(2, size) * scale
-        whole = float(problem.shares(limit, *ends).mean())
-        slope = np.empty((2, size))
-        for k, end in itertools.product(range(size), (0, 1)):
-            face = ends.copy()
-            face[1 - end, k] = face[end, k]
-            differs = float(problem.shares(limit, *face).mean()) - whole
-            slope[end, k] = (differs if end else -differs) / (ends[1, k] - ends[0, k])
-        return np.asarray(-(slope * scale).ravel() / max(1.0 - whole, 1e-12))
-
-    def widths(place: RealArray) -> RealArray:
-        return np.maximum(place[size:] - place[:size], LEAST)
-
-    low, high = (bounds.lower - first.lower) / scale, (bounds.upper - first.lower) / scale
-    found = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
-        lambda place: -price @ np.log(widths(place)) / price.sum(),
-        np.repeat([0.0, 1.0], size),
-        jac=lambda place: (
-            np.tile(price / widths(place), 2) * np.repeat([1.0, -1.0], size) / price.sum()
-        ),
-        method="SLSQP",
-        bounds=list(zip(np.tile(low, 2), np.tile(high, 2), strict=True)),
-        constraints=[
-            {
-                "type": "ineq",
-                "fun": lambda place: allowed - missed(place),
-                "jac": lambda place: -missed_slope(place),
-            },
-            {
-                "type": "ineq",
-                "fun": lambda place: place[size:] - place[:size] - LEAST,
-                "jac": lambda _place: np.hstack([-np.eye(size), np.eye(size)]),
-            },
-        ],
-        options={"maxiter": 100, "ftol": 1e-8},
-    )
-    lower, upper = first.lower + found.x.reshape(2, size) * scale
-    return Box(bounds.names, lower, np.maximum(upper, lower + LEAST * scale))
-
-
-def _kept(problem: KnownShare, limit: RealArray, share: float, box: Box) -> Box:
-    """Return a box, shrunk about its middle as little as the true share asks for."""
-
-    def shrunk(part: float) -> Box:
-        half = 0.5 * part * box.width
-        return Box(box.names, box.centre - half, box.centre + half)
-
-    bad, good = 1.0, 0.0
-    if exact_share(problem, limit, box) >= share:
-        return box
-    for _ in range(40):
-        middle = 0.5 * (good + bad)
-        if exact_share(problem, limit, shrunk(middle)) >= share:
-            good = middle
-        else:
-            bad = middle
-    return shrunk(good)
-
-
-def _begin(
     problem: KnownShare, limit: RealArray, share: float, bounds: Box, anchor: RealArray
-) -> Box | None:
-    """Return the first box, shrunk about an anchor, with nearly the share."""
-    for size in 0.85 ** np.arange(60):
-        lower = anchor - size * (anchor - bounds.lower)
-        upper = anchor + size * (bounds.upper - anchor)
-        if float(problem.shares(limit, lower, upper).mean()) >= 0.8 * share:
-            return Box(bounds.names, lower, upper)
-    return None
+) -> Box:
+    """Return the largest box by its true share, from a small one about a design that keeps it."""
+    size, span = len(bounds.names), bounds.width
+
+    def box(place: RealArray) -> Box:
+        lower, upper = np.sort(bounds.lower + place.reshape(2, size) * span, axis=0)
+        return Box(bounds.names, lower, upper)
+
+    at = (anchor - bounds.lower) / span
+    found = minimize(
+        lambda place: -float(np.log(np.maximum(place[size:] - place[:size], 1e-3)).sum()),
+        np.clip(np.concatenate([at - 0.05, at + 0.05]), 0.0, 1.0),
+        method="SLSQP",
+        bounds=[(0.0, 1.0)] * (2 * size),
+        constraints={
+            "type": "ineq",
+            "fun": lambda place: exact_share(problem, limit, box(place)) - share,
+        },
+        options={"maxiter": 200, "ftol": 1e-10},
+    )
+    return box(found.x)
 
 
 def largest_linear_box(slope: RealArray, limit: float, share: float, lower: RealArray) -> Box:
@@ -327,14 +222,14 @@ def bowl(seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
     return problem, np.array([0.05]), bounds, largest_bowl_box(*weight, *target, 0.05, 0.95), 0.95
 
 
-def two_vehicles(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, list[RealArray]]:
+def two_vehicles(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, RealArray]:
     """Return problem, limit, bounds and a design below the limit of an instance of QUAD2."""
     truth = quad2(n_variables, seed=seed)
     problem = QuadraticProblem(truth.weights, truth.targets)
     bounds = Box(problem.variable_names, np.full(n_variables, 0.4), np.full(n_variables, 1.6))
     middle = truth.targets.mean(axis=0)
     limit = np.full(2, float(problem(middle[np.newaxis]).max()) + 0.05)
-    return problem, limit, bounds, [middle]
+    return problem, limit, bounds, middle
 
 
 def ratio_of(
@@ -351,8 +246,8 @@ def ratio_of(
         problem, limit, bounds, exact, share = bowl(seed)
     else:
         share = 0.95
-        problem, limit, bounds, anchors = two_vehicles(n_variables, seed)
-        exact = exact_largest_box(problem, limit, share, bounds, anchors=anchors)
+        problem, limit, bounds, middle = two_vehicles(n_variables, seed)
+        exact = exact_largest_box(problem, limit, share, bounds, middle)
     question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
     found = largest_box(question, seed=seed, effort=effort)
     true = exact_share(problem, limit, found.box)

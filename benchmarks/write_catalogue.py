@@ -4,11 +4,13 @@
 
 The virtual bench of the platform's seed measures the mount sets M1 to M5 in one campaign: parts of
 the same drawings that differ from unit to unit as bought parts do. Each gets a part number, and all
-go to ``catalogue.library.json`` beside the platform's own mounts, without map points.
+go to ``catalogue.library.json`` beside the platform's own mounts, without map points and with as
+many digits as the study of these parts can tell apart.
 """
 
 from __future__ import annotations
 
+import json
 import tempfile
 from dataclasses import replace
 from pathlib import Path
@@ -26,20 +28,11 @@ from deboom.study.progress import progress_bar
 from write_library import PLATFORM, SEED
 
 MOUNT_SETS = ("M1", "M2", "M3", "M4", "M5")
+DIGITS = 9
 
 
 def write_catalogue(path: Path, seed: int, mount_sets: tuple[str, ...] = MOUNT_SETS) -> None:
-    """Measure and characterise the parts of several mount sets, and export them.
-
-    Parameters
-    ----------
-    path : Path
-        JSON; replaced if it is there.
-    seed : int
-        Of the bench, from 1.
-    mount_sets : tuple of str
-        One part of every mount each.
-    """
+    """Measure and characterise one part of every mount of each set, and export them."""
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary) / "campaign"
         write_campaign(folder, seed, training_plan(*mount_sets))
@@ -52,6 +45,10 @@ def write_catalogue(path: Path, seed: int, mount_sets: tuple[str, ...] = MOUNT_S
             parts += [_numbered(without_map(mount)) for mount in result.mounts]
         record = result.record(hash_files(campaign.input_files, relative_to=folder))
     write_library_json(path, [record], parts)
+    rounded = json.loads(
+        path.read_text(), parse_float=lambda text: float(f"{float(text):.{DIGITS}g}")
+    )
+    path.write_text(json.dumps(rounded, ensure_ascii=False) + "\n")
 
 
 def _numbered(part: CharacterisedMount) -> CharacterisedMount:

@@ -2,9 +2,9 @@
 
 The errors of noise transfer functions, stiffnesses, motions and forces are drawn (shared by all
 designs and vehicles), the model is built again from every draw: 90 % intervals of levels, of
-changes against today's, of scatter and front, probabilities, and what one more measurement would
-narrow. Sizes come from the mount library's error budget, from vehicles that
-were measured in two ways (--vehicle), or are stated priors; a table names the origin of each.
+changes against today's and of scatter, and what one more measurement would narrow. Sizes come from
+the mount library's error budget, from vehicles that were measured in two ways (--vehicle), or are
+stated priors; a table names the origin of each.
 
 On the virtual platform the mean level is known to 0.5 dB and a change to 0.08 dB: calibrations
 cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one more brings most.
@@ -12,9 +12,8 @@ cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one m
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
 change_lower_db, change_upper_db, change_half_width_db,
 change_half_width_db_<vehicle> (best mean against today's);
-probability_quieter; front_half_width_db (median); front_kept_share (points not dominated, mean over
-draws); next_measurement, next_narrower_percent, and with _series for any vehicle and load case;
-surface_difference_at_peaks_db.
+probability_quieter (than today's); next_measurement, next_narrower_percent, and with _series for
+any vehicle and load case; surface_difference_at_peaks_db.
 """
 
 from __future__ import annotations
@@ -31,7 +30,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import pareto_rank, verify
+from deboom.explore.front import verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
@@ -82,8 +81,6 @@ from deboom.vehicles.uncertain_data import (
 )
 
 TODAY = "today's"
-MOST_POINTS = 60
-"""Of a front, evenly over it, that are drawn again."""
 VERIFICATION = 1024
 """Draws per design with which a search's front is verified before designs are picked."""
 
@@ -160,8 +157,8 @@ def prepare(options: Options) -> Model:
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Choose designs, draw the measurements again and report."""
-    designs, front = _front_designs(model, options, context)
-    repeated = _measure_again(model, designs, front, options)
+    designs = _designs(model, options, context)
+    repeated = _measure_again(model, designs, options)
     design = next(name for name in designs if name != TODAY)
     place = list(designs).index(design)
     level, change = repeated.mean_level, repeated.mean_change
@@ -172,9 +169,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     report = Report(
         "How surely we know what the mounts bring",
-        "With the errors of all measurements: how sure are levels, changes, the front and the "
-        f"order of its designs in {', '.join(repeated.vehicles)}, and what should be measured "
-        "next?",
+        "With the errors of all measurements: how sure are levels and changes in "
+        f"{', '.join(repeated.vehicles)}, and what should be measured next?",
     )
     report.explain(
         *("booming noise", "SPL", "SPLV", "noise transfer function", "dynamic stiffness", "σ")
@@ -186,7 +182,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"change of the mean level, {design}",
     )
     report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
-    report.tile(f"{100 * repeated.quieter[place, 0]:.0f} %", f"{design} is quieter than today's")
+    report.tile(f"{100 * repeated.quieter[place]:.0f} %", f"{design} is quieter than today's")
     report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
     priors = sources.loc[sources["from"] == PRIOR, "source"]
     report.warn(
@@ -203,9 +199,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "change_lower_db": float(change.lower[place]),
         "change_upper_db": float(change.upper[place]),
         "change_half_width_db": float(change.half_width[place]),
-        "probability_quieter": float(repeated.quieter[place, 0]),
-        "front_half_width_db": float(np.median(repeated.front_change.half_width)),
-        "front_kept_share": float(repeated.front_kept.mean()),
+        "probability_quieter": float(repeated.quieter[place]),
         "next_measurement": nearest,
         "next_narrower_percent": gain,
         "next_measurement_series": nearest_of_series,
@@ -221,7 +215,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"Each source alone; the change is that of {design}, mean of the vehicles.",
     )
     report.table("sources", sources, "Sources, independent of each other.")
-    _front(report, repeated)
     _next(report, following)
     model.runs.append_to(report)
     return report
@@ -256,10 +249,8 @@ def _inside(transfer: Frf, band: Band) -> Frf:
     return replace(transfer, frequency=transfer.frequency[lines], values=transfer.values[lines])
 
 
-def _front_designs(
-    model: Model, options: Options, context: RunContext | None
-) -> tuple[dict[str, RealArray], RealArray]:
-    """Return today's design and the picks by name, (k,), and points of the front, (n, k)."""
+def _designs(model: Model, options: Options, context: RunContext | None) -> dict[str, RealArray]:
+    """Return today's design and the picks by name, shape (k,) each."""
     robust = model.robust
     if options.front is not None:
         designs, picks = _of_run(options.front, robust)
@@ -268,10 +259,8 @@ def _front_designs(
         designs = np.asarray(search.front.designs)
         verified = verify(search.front, robust, n_samples=VERIFICATION, seed=options.seed)
         picks = pick(verified.values)
-    few = np.linspace(0, len(designs) - 1, min(MOST_POINTS, len(designs))).astype(int)
-    kept = sorted({*few.tolist(), *picks.values()})
     named = {name: designs[row] for name, row in picks.items()}
-    return {TODAY: np.asarray(robust.space.nominal), **named}, designs[kept]
+    return {TODAY: np.asarray(robust.space.nominal), **named}
 
 
 def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, int]]:
@@ -301,14 +290,12 @@ def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, 
 class Drawn:
     """What one index says of the designs; levels are means over the lines.
 
-    Arrays ``level`` and ``loudest`` (line of the first load case), shape (..., n_design, n_vehicle)
-    [dB(A)]; ``mean`` and ``sigma`` over the scatter of parts, (..., n_design + n_front, n_vehicle)
-    [dB(A)], [dB].
+    All of shape (..., n_design, n_vehicle): ``level``, ``loudest`` (line of the first load case)
+    [dB(A)], and ``sigma`` over the scatter of parts [dB].
     """
 
     level: RealArray
     loudest: RealArray
-    mean: RealArray
     sigma: RealArray
 
 
@@ -322,7 +309,6 @@ class Repeated:
 
     model: Model
     designs: Mapping[str, RealArray]
-    front: RealArray
     measured: Drawn
     again: Drawn
     alone: Mapping[str, RealArray]
@@ -357,36 +343,10 @@ class Repeated:
         return self.interval(lambda drawn: _change(drawn.level).mean(-1))
 
     @property
-    def front_change(self) -> Interval:
-        """First objective of the front against today's, shape (n_front,) [dB]."""
-        n = len(self.designs)
-
-        def change(drawn: Drawn) -> RealArray:
-            of_vehicles = drawn.mean.mean(-1)
-            return np.asarray(of_vehicles[..., n:] - of_vehicles[..., :1])
-
-        return self.interval(change)
-
-    @property
-    def front_sigma(self) -> Interval:
-        """Second objective of the front, shape (n_front,) [dB]."""
-        return self.interval(lambda drawn: drawn.sigma[..., len(self.designs) :, :].mean(-1))
-
-    @property
-    def front_kept(self) -> RealArray:
-        """Share of draws in which a point of the front is not dominated, (n_front,) [1]."""
-        n = len(self.designs)
-        objectives = [values[:, n:].mean(-1) for values in (self.again.mean, self.again.sigma)]
-        kept = [pareto_rank(values) == 0 for values in np.stack(objectives, axis=-1)]
-        return np.asarray(np.mean(kept, axis=0))
-
-    @property
     def quieter(self) -> RealArray:
-        """Probability that design A is quieter than B, mean of the vehicles, (A, B) [1]."""
+        """Probability that a design is quieter than today's, mean of the vehicles, (n_design,)."""
         mean, again = self.measured.level.mean(-1), self.again.level.mean(-1)
-        return probability_below(
-            mean[:, np.newaxis] - mean, again[:, :, np.newaxis] - again[:, np.newaxis]
-        )
+        return probability_below(mean - mean[0], again - again[:, :1])
 
     def variances(self, design: str | None) -> dict[str, RealArray]:
         """Variance by each source alone, of every vehicle and last of their mean [dB²].
@@ -403,9 +363,7 @@ class Repeated:
         return variances
 
 
-def _measure_again(
-    model: Model, designs: Mapping[str, RealArray], front: RealArray, options: Options
-) -> Repeated:
+def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Options) -> Repeated:
     """Draw all measurements, and those of each source alone."""
     uncertain, draws, seed = model.uncertain, options.draws, options.seed
     rows = np.stack(list(designs.values()))
@@ -415,7 +373,7 @@ def _measure_again(
     with progress_bar("measuring again") as progress:
         for done, index in enumerate(uncertain.draws(draws, seed)):
             progress(done, total, "all errors")
-            every.append(_drawn(model, index, rows, front))
+            every.append(_drawn(model, index, rows))
         for place, name in enumerate(names, 1):
             levels = []
             for done, index in enumerate(uncertain.draws(draws, seed, [name])):
@@ -424,20 +382,19 @@ def _measure_again(
             alone[name] = np.stack(levels)
         progress(total, total, "done")
     fields = {name: np.stack([getattr(one, name) for one in every]) for name in vars(every[0])}
-    measured = _drawn(model, uncertain.index, rows, front)
-    return Repeated(model, designs, front, measured, Drawn(**fields), alone)
+    measured = _drawn(model, uncertain.index, rows)
+    return Repeated(model, designs, measured, Drawn(**fields), alone)
 
 
-def _drawn(model: Model, index: Any, rows: RealArray, front: RealArray) -> Drawn:
+def _drawn(model: Model, index: Any, rows: RealArray) -> Drawn:
     """Ask one index for all designs."""
     n_lines = index.n_lines
-    scattered = replace(model.robust, evaluate=index)(np.concatenate([rows, front]))
+    scattered = replace(model.robust, evaluate=index)(rows)
     if scattered.failed.any():
         raise InputError("a design could not be computed from data that were measured again")
     return Drawn(
         level=index(rows) / n_lines,
         loudest=index.levels(rows).max(axis=2),
-        mean=scattered.mean / n_lines,
         sigma=scattered.sigma / n_lines,
     )
 
@@ -471,14 +428,13 @@ def _levels(report: Report, repeated: Repeated) -> None:
         plot.interval_panels(repeated.vehicles, panels),
         "Measured values and 90 % intervals.",
     )
-    n = len(repeated.designs)
     picks = pd.DataFrame(
         {
             "design": list(repeated.designs),
             **_columns("mean level", "dB(A)", repeated.mean_level),
             **_columns("change", "dB", repeated.mean_change),
-            **_columns("sigma", "dB", repeated.interval(lambda d: d.sigma[..., :n, :].mean(-1))),
-            "quieter than today's [%]": PERCENT * repeated.quieter[:, 0],
+            **_columns("sigma", "dB", repeated.interval(lambda drawn: drawn.sigma.mean(-1))),
+            "quieter than today's [%]": PERCENT * repeated.quieter,
         }
     )
     caption = "Mean of the vehicles; σ is the scatter of parts within their tolerance."
@@ -500,59 +456,6 @@ def _levels(report: Report, repeated: Repeated) -> None:
         ignore_index=True,
     )
     report.table("vehicles", vehicles)
-
-
-def _front(report: Report, repeated: Repeated) -> None:
-    """Show how sure the front and the order of designs are."""
-    report.section(
-        "The front and the order of designs",
-        "The intervals of neighbours move together: the share of draws in which a point "
-        "stays on the front, and the probability that one design is quieter than another, "
-        "count with that.",
-    )
-    change, sigma, n = repeated.front_change, repeated.front_sigma, len(repeated.designs)
-    # noise may put a measured value beyond an end of its interval: no bar on that side
-    reach = [
-        np.clip(np.column_stack([of.value - of.lower, of.upper - of.value]), 0.0, None)
-        for of in (change, sigma)
-    ]
-    picks = {
-        name: (float(change.value[row]), float(sigma.value[row]))
-        for row, point in enumerate(repeated.front)
-        if (name := next((k for k, d in repeated.designs.items() if np.array_equal(d, point)), ""))
-    }
-    report.figure(
-        "front",
-        plot.pareto_front(
-            change.value,
-            sigma.value,
-            reach[0],
-            reach[1],
-            (0.0, float(repeated.measured.sigma[0].mean())),
-            picks,
-            label="front, with 90 % intervals",
-            mean_label="change of the mean level over vehicles and parts [dB]",
-            sigma_label="σ of the mean level [dB]",
-        ),
-        "The front against today's design.",
-    )
-    columns = {
-        f"than {name} [%]": PERCENT * column
-        for name, column in zip(repeated.designs, repeated.quieter.T, strict=True)
-    }
-    quieter = pd.DataFrame({"quieter": list(repeated.designs), **columns})
-    report.table("quieter", quieter, "Probability that the row is quieter, mean level.")
-    level = repeated.interval(lambda drawn: drawn.mean[..., n:, :].mean(-1))
-    table = pd.DataFrame(
-        {
-            "point": np.arange(1, len(repeated.front) + 1),
-            **_columns("mean level", "dB(A)", level),
-            **_columns("change", "dB", change),
-            **_columns("sigma", "dB", sigma),
-            "on the front in [% of draws]": PERCENT * repeated.front_kept,
-        }
-    )
-    report.table("front", table)
 
 
 def _next(report: Report, following: pd.DataFrame) -> None:

@@ -1,9 +1,9 @@
 """What does one platform tell, from a first look at its designs to the mounts to build?
 
 A DOE (Sobol) in all vehicles, the correlation of groups and of the vehicles of one group in it,
-the robust front of that group (NSGA-II, on request from the best designs of the DOE) and its Sobol
-sensitivities (SALib), all of one model, in one run folder and on one page. Each step is a study of
-its own, too: fleet_correlation, u06_robust_front (with prescribed motion beside), u06_sensitivity.
+the robust front of that group (NSGA-II) and its Sobol sensitivities (SALib), all of one model, in
+one run folder and on one page. Each step is a study of its own, too: fleet_correlation,
+u06_robust_front (with prescribed motion beside), u06_sensitivity.
 
 Keys of summary.json: those of the four studies, such as splv_change_db_per_line_U06-1,
 r_group_min, r_u06_1_4_min, r_u06_5_mean and st_TSM_x_U06-1. Where two have the same key the front's
@@ -17,13 +17,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any
 
-import numpy as np
 from typer import Option
 
-from deboom.arrays import RealArray
-from deboom.errors import InputError
-from deboom.explore.correlation import tolerance_scatter
-from deboom.explore.front import pareto_rank
 from deboom.explore.robust import RobustResponse
 from deboom.report import Report
 from deboom.study.correlation import (
@@ -60,10 +55,6 @@ VERIFIED = 1024
 """Draws behind the verified front."""
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
-FROM_DOE = (
-    "Its first population were the best designs of the DOE, by non-dominated fronts of mean and "
-    "sigma over the DOE's tolerance draws."
-)
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
 PARTS = {
     "Front": (4, ("What to build", "The picks", "What the supplier")),
@@ -90,7 +81,6 @@ class Options:
     ] = 256
     draws: Annotated[int, Option(help="Draws of a design's scatter; a power of two.")] = 16
     search: ThoroughSearchOptions = ThoroughSearchOptions(generations=30)
-    from_doe: Annotated[bool, Option(help="NSGA-II begins with the DOE's best.")] = False
     samples: Annotated[int, Option(help="Tolerance draws per design; a power of two.")] = 128
     n: Annotated[
         int,
@@ -136,13 +126,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     index: Any = model.robust.evaluate
     fleet = fleet_doe(model, options)
     vehicles = within_group(fleet, runs, index)
-    first = best_of_doe(model, options) if options.from_doe else None
     found = options.search.verified(
-        *(model.robust, options.seed, context, platform.input_files), begin=first, draws=VERIFIED
+        model.robust, options.seed, context, platform.input_files, draws=VERIFIED
     )
     front = RobustFront(
         *(found.robust, found.search, found.verification),
-        note=f"{found.note} {FROM_DOE if options.from_doe else ''}".strip(),
+        note=found.note,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),
     )
@@ -252,28 +241,3 @@ def within_group(
         names, heard.designs[:, columns], heard.means[:, columns], heard.scatter[..., columns]
     )
     return replace(study, runs=runs, index=index, vehicles=levels)
-
-
-def best_of_doe(model: Model, options: Options) -> RealArray:
-    """Return the designs of the DOE that the search begins with, shape (population, k) [1].
-
-    Raises
-    ------
-    InputError
-        Fewer designs than a population that could be computed.
-    """
-    index, population = model.robust.evaluate, options.search.population
-    space = factor_space(index.variable_names, options.half_width, options.tolerance)
-    designs = DoeRequest(Plan.sobol, options.doe, options.seed).designs(space)
-    mean, scatter = tolerance_scatter(
-        index, space, designs, n_draws=options.draws, seed=options.seed
-    )
-    objectives = np.column_stack([mean.sum(axis=1), scatter.std(axis=1, ddof=1).sum(axis=1)])
-    computed = np.isfinite(objectives).all(axis=1)
-    if computed.sum() < population:
-        raise InputError(
-            f"the DOE has {computed.sum()} designs that could be computed, too few for a first "
-            f"population of {population}: take a larger DOE or a smaller population"
-        )
-    order = np.argsort(pareto_rank(objectives[computed]), kind="stable")
-    return np.asarray(designs[computed][order[:population]])

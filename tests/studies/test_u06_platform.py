@@ -9,7 +9,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deboom.errors import InputError
 from deboom.files.run_folder import read_run
 from deboom.study import correlation
 from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
@@ -48,12 +47,11 @@ def runs():
     return PlatformOptions(group=None, mounts=MountSource.spectra).operation()
 
 
-def options(group=None, from_doe=False):
+def options(group=None):
     return STUDY.module.Options(
         doe=32,
         draws=4,
         search=ThoroughSearchOptions(3, 8),
-        from_doe=from_doe,
         samples=8,
         n=8,
         resamples=100,
@@ -117,24 +115,6 @@ def test_the_page_begins_with_what_to_build(finished):
         assert f'href="#section-{place}"' in page
     for stem in ("group_matrix", "pareto_front", "sobol", "convergence"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
-
-
-def test_the_doe_may_be_the_first_population(finished, tmp_path):
-    seeded = run(tmp_path, **REST, from_doe=True)
-    least = [
-        pd.read_csv(folder / "front.csv")["SPLV mean sum in search [dB(A)]"].min()
-        for folder in (finished, seeded)
-    ]
-    assert least[1] < least[0]
-    said = [
-        "best designs of the DOE" in (f / "report.html").read_text() for f in (finished, seeded)
-    ]
-    assert said == [False, True]
-
-
-def test_a_first_population_larger_than_the_doe_is_refused(tmp_path):
-    with pytest.raises(InputError, match=r"32 designs .* too few for a first population of 40"):
-        run(tmp_path, **{**REST, "population": 40, "from_doe": True})
 
 
 def test_where_there_is_nothing_to_compare_the_page_says_so(runs):

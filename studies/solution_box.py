@@ -6,18 +6,16 @@ With seed 1 on the virtual platform only TSM x and Du x need an end: the limit s
 others lie at the edge of the search, so that widths are those of the search. U06-3 binds.
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
-share_measured_from, share_measured_to (90 %, with all measurements drawn again); volume_ratio_pm15
-and width_ratio_pm15 (geometric mean; box over ±15 % about the Pareto point, axes with an effect);
-share_pm15; n_axes; n_ends_on_bounds;
-limit_db_first_vehicle; limit_could_be_lowered_db (to a point); binding_vehicle; n_parts_verified;
-seconds (of the box); surface_difference_at_peaks_db (library against spectra).
+share_measured_from, share_measured_to (90 %, with all measurements drawn again); width_ratio_pm15
+(geometric mean; box over ±15 % about the Pareto point, axes with an effect), share_pm15; n_axes;
+n_ends_on_bounds; limit_db_first_vehicle; limit_could_be_lowered_db (to a point); binding_vehicle;
+n_parts_verified; seconds (of the box); surface_difference_at_peaks_db (library against spectra).
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import cached_property
 from pathlib import Path
 from typing import Annotated, Any
@@ -32,17 +30,15 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.explore.box import Box, BoxQuestion, PartLaw, VerifiedShare, face_shares, verified_share
+from deboom.explore.box import Box, BoxQuestion, VerifiedShare, face_shares, verified_share
 from deboom.explore.largest_box import (
     BoxEffort,
     FoundBox,
     UnreachableLimit,
-    VolumeRatio,
     kept_offset,
     largest_box,
     tolerance_box,
     trade_off,
-    volume_ratio,
 )
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
@@ -83,17 +79,10 @@ DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 PERCENT = 100.0
 N_PER_MM = 1e-3
+LAW = "uniform in the box"
+"""How parts lie between the ends of their intervals: what an acceptance test promises."""
 TILES = 2
 """Directions that the page begins with: the narrowest intervals that the limit sets."""
-
-
-class Law(Enum):
-    """How parts lie in their interval."""
-
-    uniform = "uniform"
-    """Evenly: all that an acceptance test promises."""
-    normal = "normal"
-    """Normal, with the ends three standard deviations off the middle."""
 
 
 @dataclass(frozen=True)
@@ -108,7 +97,6 @@ class Options:
     peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0
     peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0
     worst_vehicle: Annotated[bool, Option(help="A part must keep the limit in all.")] = False
-    law: Annotated[Law, Option(help="How parts lie in their interval.")] = Law.uniform
     cost_table: Annotated[Path | None, Option(help="variable, weight, reference.")] = None
     front: Annotated[Path | None, Option(help="Run of a front study; default: search.")] = None
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
@@ -189,9 +177,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_stated": asked.share,
         "share_verified": check.share,
         "share_bound": check.bound,
-        "volume_ratio_pm15": study.over_plain.volume,
-        "width_ratio_pm15": study.over_plain.width,
-        "n_axes": study.over_plain.n_variables,
+        "width_ratio_pm15": study.width_over_plain,
+        "share_pm15": study.verified(study.plain, asked).share,
+        "n_axes": int(study.effective.sum()),
         "n_ends_on_bounds": int(study.on_bounds.sum()),
         "limit_db_first_vehicle": float(asked.limit[0]),
         "limit_could_be_lowered_db": study.found.room,
@@ -201,7 +189,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_measured_from": float(certainty.lower),
         "share_measured_to": float(certainty.upper),
     }
-    report.facts |= {"kernel": study.index.kernel, "law": asked.law.value}
+    report.facts |= {"kernel": study.index.kernel, "law": LAW}
     report.inputs += model.runs.platform.input_files
     if options.cost_table is not None:
         report.inputs.append(options.cost_table)
@@ -209,7 +197,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     _box(report, study)
     _levels(report, study, certainty, what)
-    _other_boxes(report, study)
     _curve(report, study)
     model.runs.append_to(report)
     return report
@@ -252,7 +239,6 @@ def question(model: Model, options: Options, point: RealArray) -> BoxQuestion:
         upper=space.upper * (1.0 + space.tolerance),
         weight=tolerance_cost(options.cost_table, space.names).weight,
         together=options.worst_vehicle,
-        law=PartLaw[options.law.name.upper()],
     )
     if options.limit is None and options.below_today is None:
         about = tolerance_box(space.names, point, float(space.tolerance.max()))
@@ -331,14 +317,14 @@ class BoxStudy:
         return np.array([name not in free for name in self.variables])
 
     @cached_property
-    def over_plain(self) -> VolumeRatio:
-        """The largest box over that of one tolerance."""
-        return volume_ratio(self.box, self.plain, self.effective)
+    def width_over_plain(self) -> float:
+        """Geometric mean width of the intervals with an effect over those of one tolerance [1]."""
+        return float(gmean(self.box.width[self.effective] / self.plain.width[self.effective]))
 
     @cached_property
     def shown_excess(self) -> RealArray:
         """Levels of some parts of the box, above their limits, (SHOWN_PARTS, n_vehicle) [dB]."""
-        return self.question.excess(self.question.parts(self.box, self._unit))
+        return self.question.excess(self.box.at(self._unit))
 
     @cached_property
     def faces(self) -> RealArray:
@@ -448,7 +434,7 @@ def share_measured_again(study: BoxStudy) -> Interval:
     places = sobol_points(
         len(study.variables), PARTS, seed=study.seed, purpose="parts of a box measured again"
     )
-    parts = question.parts(study.box, places)
+    parts = study.box.at(places)
 
     def share(response: MeanLevel | PeakLevel) -> float:
         within = np.asarray(response(parts)) <= question.limit
@@ -476,8 +462,10 @@ def _box(report: Report, study: BoxStudy) -> None:
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "
         f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "
-        f"{study.condition}. {study.on_bounds.sum()} of the {2 * study.over_plain.n_variables} "
-        "ends lie on the bounds that were searched: there the limit asks for nothing.\n\n"
+        f"{study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} ends lie "
+        "on the bounds that were searched: there the limit asks for nothing. In the geometric mean "
+        f"the intervals are {study.width_over_plain:.1f} times as wide as those of "
+        f"±{PERCENT * study.tolerance:g} % about the Pareto point.\n\n"
         "The last two columns say what the ends are worth: of parts exactly at that end, so many "
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
         "weight; an end well above the share lies on its bound.",
@@ -533,7 +521,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     check, asked = study.found.verified, study.question
     report.section(
         "Levels inside the box",
-        f"{check.n_parts} parts, {asked.law.value}, that the search has not seen: "
+        f"{check.n_parts} parts, {LAW}, that the search has not seen: "
         f"{_percent(check.share, 2)} of {what} keep the limit, at least "
         f"{_percent(check.bound, 2)} with {_percent(check.confidence, 0)} confidence (the "
         "vehicles of one part are not independent, so each part counts once).\n\nThat is the "
@@ -573,35 +561,6 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         "parts that miss the limit [%]": PERCENT * study.missed,
     }
     report.table("vehicles", pd.DataFrame(table), f"{study.response.quantity}: limits, levels.")
-
-
-def _other_boxes(report: Report, study: BoxStudy) -> None:
-    """Compare with one tolerance about the Pareto point."""
-    report.section(
-        "Against one tolerance",
-        f"Over the {study.over_plain.n_variables} directions that a vehicle depends on, the "
-        f"intervals are {study.over_plain.width:.1f} times as wide (geometric mean) as those "
-        f"of ±{PERCENT * study.tolerance:g} % about the Pareto point, since "
-        f"{study.on_bounds.sum()} of their ends lie on the bounds of the search.",
-    )
-    plain = f"±{PERCENT * study.tolerance:g} % about the Pareto point"
-    boxes = {
-        "largest box": (study.box, study.found.verified),
-        plain: (study.plain, study.verified(study.plain, study.question)),
-    }
-    report.summary["share_pm15"] = boxes[plain][1].share
-    rows = [
-        {
-            "box": name,
-            "share that keeps the limit [%]": PERCENT * check.share,
-            "at least, with confidence [%]": PERCENT * check.bound,
-            "geometric mean half width [%]": PERCENT * gmean(study.half_widths(box)),
-            "narrowest half width [%]": PERCENT * float(study.half_widths(box).min()),
-        }
-        for name, (box, check) in boxes.items()
-    ]
-    fine = {"share that keeps the limit [%]": 2, "at least, with confidence [%]": 2}
-    report.table("boxes", pd.DataFrame(rows), "Shares are of the same independent parts.", fine)
 
 
 def _curve(report: Report, study: BoxStudy) -> None:
@@ -720,7 +679,7 @@ def acceptance_box(study: BoxStudy, certainty: Interval) -> AcceptanceBox:
         share_measured_again=(float(certainty.lower), float(certainty.upper)),
         confidence=check.confidence,
         n_parts=check.n_parts,
-        law=study.question.law.value,
+        law=LAW,
         seed=study.seed,
     )
 

@@ -1,14 +1,14 @@
 """A specification as a box of independent intervals, and the share of its parts that keep a limit.
 
 A part that lies in its box is accepted, whatever the other variables of the same part are; that is
-what a drawing can say. The share counts parts and responses, or whole parts, that keep the limit;
-one below 1 leaves out the corners of the box that parts hardly ever reach.
+what a drawing can say. Parts lie evenly, the worst that an acceptance test allows. The share counts
+parts and responses, or whole parts, that keep the limit; one below 1 leaves out the corners of the
+box that parts hardly ever reach.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
-from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
@@ -16,7 +16,6 @@ from scipy.special import ndtr
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
 from deboom.errors import InputError
-from deboom.explore.scatter import TRUNCATION, truncated_normal
 from deboom.explore.space import Differentiable, check_gradient, checked_seed, generator, responses
 
 CONFIDENCE = 0.95
@@ -27,21 +26,6 @@ VERIFICATION = 131072
 _CHUNK = 4096  # parts evaluated at a time: what is in memory
 _GRADIENTS = 512  # parts whose gradients are in memory at a time
 _FAR = 5.0  # distance from the limit, in softnesses, beyond which a part has no slope
-
-
-class PartLaw(Enum):
-    """How parts lie between the two ends of their intervals; variables are independent."""
-
-    UNIFORM = "uniform in the box"
-    """Evenly: what an acceptance test allows at its worst."""
-    NORMAL = "normal, ends of the box at ±3 σ"
-    """Normal about the middle, whose ends lie three standard deviations off."""
-
-    def places(self, unit: RealArray) -> RealArray:
-        """Return places from 0 (lower end) to 1 (upper end) of uniform draws, both (n, k) [1]."""
-        if self is PartLaw.UNIFORM:
-            return unit
-        return 0.5 + truncated_normal(unit) / (2.0 * TRUNCATION)
 
 
 @checked(lower="k", upper="k")
@@ -101,8 +85,6 @@ class BoxQuestion:
         Cost of a per cent of tolerance, above 0; only ratios count. Default is 1 [1].
     together : bool
         Whether a part counts as a whole and must keep all its limits (worst vehicle).
-    law : PartLaw
-        Distribution of the parts in the box.
 
     Raises
     ------
@@ -126,7 +108,6 @@ class BoxQuestion:
     upper: RealArray
     weight: RealArray = field(default_factory=lambda: np.empty(0))
     together: bool = False
-    law: PartLaw = PartLaw.UNIFORM
 
     def __post_init__(self) -> None:
         check_gradient(self.response, "a box is found with one only")
@@ -177,10 +158,6 @@ class BoxQuestion:
         """Return the same question with all limits lowered by a step [response_unit]."""
         return replace(self, limit=self.limit - step)
 
-    def parts(self, box: Box, unit: RealArray) -> RealArray:
-        """Return the parts of a box that uniform draws, shape (n, k), stand for, shape (n, k)."""
-        return box.at(self.law.places(unit))
-
     def excess(self, designs: RealArray) -> RealArray:
         """Return how far designs, (n, k), are above each limit, (n, r) [response_unit]."""
         excess = np.empty((len(designs), self.limit.size))
@@ -199,7 +176,7 @@ class BoxQuestion:
 
     def share_of(self, box: Box, unit: RealArray) -> float:
         """Return the share over the parts that uniform draws, shape (n, k), stand for [1]."""
-        return float(self.part_shares(self.excess(self.parts(box, unit))).mean())
+        return float(self.part_shares(self.excess(box.at(unit))).mean())
 
     def log_volume(self, box: Box) -> float:
         """Return ``Σ weight log width`` over the free variables."""
@@ -239,8 +216,7 @@ def smooth_share(
     A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
     ``∂x/∂u = t``: the model's gradient of parts near the limit is all that is needed.
     """
-    places = question.law.places(unit)
-    designs = ends[0] + places * (ends[1] - ends[0])
+    designs = ends[0] + unit * (ends[1] - ends[0])
     excess = question.excess(designs)
     counted = np.ones(excess.shape, dtype=bool)
     if question.together:
@@ -255,24 +231,23 @@ def smooth_share(
         rows = matters[start : start + _GRADIENTS]
         gradient = np.nan_to_num(question.response.gradient(designs[rows]), posinf=0.0, neginf=0.0)
         by_part = np.einsum("nr,nrk->nk", slope[rows], gradient)
-        by_end[0] += np.einsum("nk,nk->k", by_part, 1.0 - places[rows])
-        by_end[1] += np.einsum("nk,nk->k", by_part, places[rows])
+        by_end[0] += np.einsum("nk,nk->k", by_part, 1.0 - unit[rows])
+        by_end[1] += np.einsum("nk,nk->k", by_part, unit[rows])
     return float(kept.sum() / counted.sum()), by_end
 
 
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
     """Return the share of the parts exactly at each lower and each upper end, shape (2, k) [1].
 
-    Where parts, ``unit`` of shape (n, k), lie evenly,
+    Parts lie evenly, at ``unit`` of shape (n, k):
     ``∂share/∂u_k = (share of the upper face - share) / (u_k - l_k)``, by Leibniz' rule, without any
     smoothing. In the largest box each face that is no bound has a share that is lower than that of
     the box by the same multiple of the weight: the check of an optimum that needs no gradient of
     the model.
     """
     shares = np.empty((2, len(question.names)))
-    places = question.law.places(unit)
     for end, column in np.ndindex(*shares.shape):
-        moved = places.copy()
+        moved = unit.copy()
         moved[:, column] = end
         shares[end, column] = question.part_shares(question.excess(box.at(moved))).mean()
     return shares
@@ -316,7 +291,7 @@ def verified_share(
     for start in range(0, n_parts, _CHUNK):
         rows = slice(start, min(start + _CHUNK, n_parts))
         unit = draws.random((rows.stop - rows.start, len(question.names)))
-        excess = question.excess(question.parts(box, unit))
+        excess = question.excess(box.at(unit))
         shares[rows] = question.part_shares(excess)
         kept += (excess <= 0.0).sum(axis=0)
     return VerifiedShare(

@@ -18,7 +18,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import minimize
 
-from deboom.arrays import BoolArray, RealArray
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.box import (
     CONFIDENCE,
@@ -407,7 +407,7 @@ def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, ta
 
 def _typical_spread(question: BoxQuestion, box: Box, unit: RealArray) -> float:
     """Root mean square over the responses of their standard deviation over the parts of a box."""
-    excess = question.excess(question.parts(box, unit))
+    excess = question.excess(box.at(unit))
     known = excess[np.isfinite(excess).all(axis=1)]
     spread = float(np.sqrt(known.var(axis=0).mean())) if len(known) > 1 else 0.0
     return spread if spread > 0.0 else 1.0
@@ -469,7 +469,7 @@ def _calibrated(
 
 def _wanted(question: BoxQuestion, effort: BoxEffort, box: Box, sample: RealArray) -> float:
     """Return the share that the larger sample must keep for the bound to reach the stated one."""
-    shares = question.part_shares(question.excess(question.parts(box, sample)))
+    shares = question.part_shares(question.excess(box.at(sample)))
     variance = float(shares.var(ddof=1))
     sobol = _QUIETER**2 * variance / effort.calibration
     both = np.sqrt(variance / effort.verification + sobol)
@@ -537,31 +537,9 @@ def kept_offset(question: BoxQuestion, box: Box, *, seed: int, n_parts: int = 65
     - raises InputError: too many parts that could not be computed.
     """
     unit = sobol_points(len(question.names), n_parts, seed=seed, purpose="kept limit")
-    excess = question.excess(question.parts(box, unit))
+    excess = question.excess(box.at(unit))
     pooled = excess.max(axis=1) if question.together else excess.ravel()
     offset = float(np.quantile(pooled, question.share, method="higher"))
     if not np.isfinite(offset):
         raise InputError("too many parts of the box could not be computed: no limit is kept")
     return offset
-
-
-@dataclass(frozen=True)
-class VolumeRatio:
-    """One box over another.
-
-    - `volume`, `width`: ratio of the products of the widths, and geometric mean of the ratios of
-      the widths [1].
-    - `n_variables`: number of variables that were counted.
-    """
-
-    volume: float
-    width: float
-    n_variables: int
-
-
-def volume_ratio(box: Box, other: Box, counted: BoolArray) -> VolumeRatio:
-    """Compare two boxes over the variables that count; infinite where the other has no volume."""
-    if np.any(other.width[counted] <= 0.0):
-        return VolumeRatio(float("inf"), float("inf"), int(counted.sum()))
-    ratio = np.log(box.width[counted]) - np.log(other.width[counted])
-    return VolumeRatio(float(np.exp(ratio.sum())), float(np.exp(ratio.mean())), int(counted.sum()))

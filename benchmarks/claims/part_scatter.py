@@ -149,7 +149,7 @@ def _truth(parts: list[CharacterisedMount], bench: VirtualBench) -> RealArray:
     """Mean of ln |K| of the bench's own x curves at the points where the parts were measured."""
     surface = parts[0].direction("x").surface
     assert surface is not None
-    points = surface.response_surface().region_.points
+    points = surface.region_.points
     deflection = np.linspace(-0.05, 0.05, 20_001)
     levels = []
     for part in parts:

@@ -26,7 +26,6 @@ from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
     DirectionQuality,
-    FittedSurface,
     MapPoints,
     MountIdentity,
 )
@@ -233,7 +232,7 @@ def _parts(variant, factor):
                     axis,
                     MapPoints.none(),
                     DirectionQuality(True, 0.02, 0.99, 0.99, 0.99),
-                    FittedSurface.of(surface, {}),
+                    surface,
                 )
             )
         mount = Mount(name, "", tuple(places), tuple(places.values()), axes_of(name))

@@ -253,7 +253,7 @@ def test_one_nominal_and_one_band_at_the_state_of_the_test(sheet):
 
 def test_a_state_is_backed_by_measurements_and_has_a_usual_amplitude(sheet):
     state = sheet.states["TSM x"]
-    surface = state.direction.characterised.surface.response_surface()
+    surface = state.direction.characterised.surface
     point = [state.wheel_torque, state.amplitude, state.frequency]
     assert surface.supported(np.array([point]))[0]
     assert state.laboratory == (state.amplitude in LABORATORY)

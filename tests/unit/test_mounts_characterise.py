@@ -26,6 +26,7 @@ from deboom.mounts.characterise import (
     characterise,
     training_runs,
 )
+from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.measuring_chain import (
     ErrorSource,
     alignment,
@@ -35,7 +36,6 @@ from deboom.mounts.measuring_chain import (
 )
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -78,23 +78,14 @@ def test_what_the_library_keeps(result):
     one = result.directions["S x"]
     assert along_x.quality.half_width_95 == one.budget.half_width_95
     assert along_x.quality.identified
+    assert along_x.surface is one.surface
+    # 7 N of static force per N m, see the samples
+    assert along_x.settings[FORCE_PER_TORQUE] == pytest.approx(7.0)
     assert along_x.quality.r2_real == one.surface.r2_real_
     assert along_x.map_points.preload == pytest.approx(one.measured.static_force)
     assert along_x.map_points.wheel_torque == pytest.approx(one.measured.wheel_torque)
     assert along_x.map_points.dynamic_stiffness == pytest.approx(one.measured.stiffness)
     assert len(mounts["W"].direction("x").map_points) == 2 * len(along_x.map_points)
-
-
-def test_a_kept_surface_is_the_surface(result):
-    surface = result.directions["S x"].surface
-    kept = result.mounts[2].direction("x").surface
-    assert kept.model == "DynamicStiffnessSurface"
-    assert kept.variables == ("wheel_torque", "amplitude", "frequency")
-    assert kept.units == ("N m", "m", "Hz")
-    again = DynamicStiffnessSurface.from_arrays(kept.arrays)
-    points = result.directions["S x"].budget.points
-    expected = surface.predict(points, extrapolate=True)
-    assert again.predict(points, extrapolate=True).tolist() == expected.tolist()
 
 
 def test_record_states_tolerances_with_units(result):

@@ -17,10 +17,7 @@ import pytest
 from mounts_library_samples import (
     assert_same,
     campaign,
-    every_kind_of_array,
-    map_points,
     mount,
-    surface,
     wishbone,
 )
 from sqlalchemy import NullPool, create_engine, text
@@ -31,7 +28,6 @@ from deboom.mounts.characterised_mount import (
     CampaignRecord,
     CharacterisedDirection,
     DirectionQuality,
-    FittedSurface,
     MountIdentity,
 )
 from deboom.mounts.library import open_library
@@ -41,16 +37,6 @@ from deboom.mounts.response_surface import operating_points
 LABEL = {"campaign": "spring", "mount": "TSM", "variant": "M3"}
 VALUE = mount()
 X = VALUE.direction("x")
-KEPT = FittedSurface.of(surface(), {"pieces": np.int64(2)})
-
-
-def test_a_surface_states_variables_units_and_ranges():
-    assert KEPT.variables == ("preload", "amplitude", "frequency")
-    assert KEPT.units == ("N", "m", "Hz")
-    assert KEPT.settings == {"pieces": 2}
-    assert type(KEPT.settings["pieces"]) is int
-    points = map_points(3)
-    assert KEPT.lower.tolist() == [points.preload.min(), points.amplitude.min(), 20.0]
 
 
 @pytest.mark.parametrize(
@@ -64,12 +50,6 @@ def test_a_surface_states_variables_units_and_ranges():
         (lambda: replace(X.map_points, run=["a"]), "1 runs for 150 points"),
         (lambda: replace(X.map_points, preload=np.full(150, np.nan)), "preload: a number is not"),
         (lambda: replace(X.map_points, confidence=np.full(150, 1.1)), "lies between 0 and 1"),
-        (lambda: replace(KEPT, units=("N", "m")), "3 variables need as many units .*, it has 2"),
-        (lambda: replace(KEPT, arrays={"bad": np.array([None])}), "array bad is of object, not of"),
-        (lambda: replace(KEPT, settings={"split": [1.0]}), "setting split is of list, not plain"),
-        (lambda: replace(KEPT, settings={"threshold": np.inf}), "threshold is inf"),
-        (lambda: replace(KEPT, model="Spline").response_surface(), "model Spline cannot be built"),
-        (lambda: replace(KEPT, arrays=every_kind_of_array()).response_surface(), "lacks the array"),
         (lambda: replace(X, axis="rx"), "unknown axis 'rx', use x, y, z"),
         (lambda: replace(X, surface=None), "direction x is identified, but it has no surface"),
         (lambda: DirectionQuality(False, r2_real=float("nan")), "r2_real is nan; leave out what"),
@@ -382,7 +362,7 @@ def test_a_surface_from_the_library_predicts_as_the_one_that_was_fitted(database
     stored = database.load(database.find(mount="TSM")).direction("x").surface
     fitted, points = samples.surface(), samples.map_points(3)
     place = operating_points(points.preload, points.amplitude, points.frequency)
-    assert_same(stored.response_surface().predict(place), fitted.predict(place))
+    assert_same(stored.predict(place), fitted.predict(place))
 
 
 def test_replacing_exchanges_a_mount_and_leaves_the_others(where, database):

@@ -11,7 +11,6 @@ from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
     DirectionQuality,
-    FittedSurface,
     MapPoints,
     MountIdentity,
 )
@@ -145,7 +144,7 @@ def surface(factor=1.0):
 
 def part(factors, serial, *, name="TSM", half_width=0.004, **identity):
     quality = DirectionQuality(True, half_width, 0.99, 0.99, 0.99)
-    surfaces = [FittedSurface.of(surface(float(factor)), {}) for factor in factors]
+    surfaces = [surface(float(factor)) for factor in factors]
     directions = tuple(
         CharacterisedDirection(axis, MapPoints.none(), quality, fitted)
         for axis, fitted in zip("xz", surfaces, strict=True)
@@ -212,7 +211,7 @@ def test_parts_that_cannot_be_compared_are_refused():
     points = far.region_.points
     moved_away = points + np.array([1e5, 0, 0])
     shifted = DynamicStiffnessSurface().fit(moved_away, far.predict(points, True))
-    moved = replace(parts[1].directions[0], surface=FittedSurface.of(shifted, {}))
+    moved = replace(parts[1].directions[0], surface=shifted)
     parts[1] = replace(parts[1], directions=(moved, parts[1].directions[1]))
     with pytest.raises(InputError, match="TSM x: its 2 parts were measured at only 0 common"):
         library_scatter(parts)

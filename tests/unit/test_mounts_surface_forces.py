@@ -11,7 +11,6 @@ from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
     DirectionQuality,
-    FittedSurface,
     MapPoints,
     MountIdentity,
 )
@@ -123,7 +122,7 @@ def fitted(preload_unit="N m", highest=1.05):
     return DynamicStiffnessSurface(preload_unit=preload_unit).fit(lines, values)
 
 
-SURFACE = FittedSurface.of(fitted(), {})
+SURFACE = fitted()
 KNOWN = DirectionQuality(identified=True)
 UNKNOWN = DirectionQuality(identified=False)
 
@@ -205,13 +204,13 @@ def test_a_direction_without_a_surface_says_so():
 
 
 def test_lines_outside_of_the_measured_region_are_refused_by_name():
-    low = FittedSurface.of(fitted(highest=0.5), {})
+    low = fitted(highest=0.5)
     tsm = characterised("TSM", ("",), [("x", KNOWN, low)])
     case = load_case()
     with pytest.raises(InputError) as refusal:
         surface_forces(case, [tsm, DU])
     sentence = str(refusal.value)
-    outside = np.flatnonzero(1.02 * low.upper[0] < RATIO * TORQUE)
+    outside = np.flatnonzero(1.02 * low.ranges["preload"][1] < RATIO * TORQUE)
     assert f"{outside.size} of 41 lines, from {LINES[outside[0]]:g} to 60 Hz" in sentence
     for word in ("load case g5", "'TSM x'", "TSM M0 of campaign spring", "keep the measured force"):
         assert word in sentence
@@ -227,7 +226,7 @@ def test_lines_outside_of_the_measured_region_are_refused_by_name():
 
 
 ELSEWHERE = characterised("EnM", ("",), [("x", KNOWN, SURFACE)])
-STATIC = characterised("TSM", ("",), [("x", KNOWN, FittedSurface.of(fitted("N"), {}))])
+STATIC = characterised("TSM", ("",), [("x", KNOWN, fitted("N"))])
 
 
 @pytest.mark.parametrize(

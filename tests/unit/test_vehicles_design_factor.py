@@ -60,7 +60,7 @@ def test_surfaces_of_the_library_are_those_that_were_identified():
     with pytest.raises(InputError, match="two characterised mounts are EnM: keep one"):
         identified_surfaces([*parts, parts[0]])
     direction = parts[0].directions[0]
-    stored = dict(direction.surface.arrays) | {"preload_unit": np.asarray("N")}
-    static = replace(direction, surface=replace(direction.surface, arrays=stored))
+    stored = direction.surface.to_arrays() | {"preload_unit": np.asarray("N")}
+    static = replace(direction, surface=DynamicStiffnessSurface.from_arrays(stored))
     with pytest.raises(InputError, match="direction x: its surface is over static force"):
         identified_surfaces([replace(parts[0], directions=(static,))])

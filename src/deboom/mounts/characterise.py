@@ -27,7 +27,6 @@ from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
     DirectionQuality,
-    FittedSurface,
     MapPoints,
     MountIdentity,
 )
@@ -180,7 +179,7 @@ class Characterisation(Tabled):
             for curve in self.campaign.static_curves
             if (curve.mount_set, curve.mount, curve.axis) == (self.mount_set, mount, axis)
         ]
-        quality, fitted = DirectionQuality(identified=False), None
+        quality, settings = DirectionQuality(identified=False), {}
         if surface is not None:
             quality = DirectionQuality(
                 identified=budget is not None and budget.identified,
@@ -197,7 +196,6 @@ class Characterisation(Tabled):
                 "self-calibration": options.self_calibration,
                 FORCE_PER_TORQUE: _force_per_torque(measured),
             }
-            fitted = FittedSurface.of(surface, settings, options.preload.value)
         return CharacterisedDirection(
             axis=axis,
             map_points=MapPoints(
@@ -210,7 +208,8 @@ class Characterisation(Tabled):
                 run=measured.run,
             ),
             quality=quality,
-            surface=fitted,
+            surface=surface,
+            settings=settings,
             static_curve=curves[0] if curves else None,
         )
 

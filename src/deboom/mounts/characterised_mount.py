@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 import numpy.typing as npt
@@ -67,77 +66,6 @@ class MapPoints:
         return cls(empty, empty, empty, empty, empty.astype(complex), empty, empty.astype(str))
 
 
-@checked(lower="k", upper="k")
-class FittedSurface:
-    """Response surface K(preload, amplitude, frequency) as named arrays.
-
-    - `model`: type that builds itself from the arrays, such as ``DynamicStiffnessSurface``.
-    - `variables`, `units`: variables in their order with their SI units. Values are in N/m.
-    - `lower`, `upper` (n_variables,): range of each variable over the training points, in its unit.
-    - `arrays`: everything that the model needs, its training region included.
-    - `settings`: settings of the fit.
-    - raises InputError: counts that disagree, ranges that are not finite, an array of Python
-      objects, a setting that is not plain.
-    """
-
-    model: str
-    variables: tuple[str, ...]
-    units: tuple[str, ...]
-    lower: RealArray
-    upper: RealArray
-    arrays: Mapping[str, npt.NDArray[Any]]
-    settings: Mapping[str, Setting]
-
-    def __post_init__(self) -> None:
-        _check_text("model of a surface", self.model, needed=True)
-        if not self.model.isidentifier():
-            raise InputError(f"a surface has the model {self.model!r}, which is no name of a class")
-        owner = f"surface {self.model}"
-        if not len(self.units) == len(self.variables) == self.lower.size:
-            raise InputError(
-                f"{owner}: {len(self.variables)} variables need as many units and bounds, it has "
-                f"{len(self.units)} and {self.lower.size}"
-            )
-        arrays = {name: np.array(array) for name, array in self.arrays.items()}
-        for name, array in arrays.items():
-            if array.dtype.kind not in "biufcU":
-                raise InputError(f"{owner}: array {name} is of {array.dtype}, not of numbers")
-            array.setflags(write=False)
-        settings = {name: _plain(owner, name, value) for name, value in self.settings.items()}
-        object.__setattr__(self, "arrays", arrays)
-        object.__setattr__(self, "settings", settings)
-
-    @classmethod
-    def of(
-        cls,
-        surface: DynamicStiffnessSurface,
-        settings: Mapping[str, Setting],
-        preload: str = "preload",
-    ) -> FittedSurface:
-        """Take apart a fitted surface, which `response_surface` gives back."""
-        return cls(
-            model=type(surface).__name__,
-            variables=(preload, *list(surface.ranges)[1:]),
-            units=tuple(surface.units[name] for name in surface.ranges),
-            lower=surface.region_.lower,
-            upper=surface.region_.upper,
-            arrays=surface.to_arrays(),
-            settings=settings,
-        )
-
-    def response_surface(self) -> DynamicStiffnessSurface:
-        """Build the surface, bit for bit as it was.
-
-        - raises InputError: another model or version, or incomplete arrays.
-        """
-        if self.model != DynamicStiffnessSurface.__name__:
-            raise InputError(
-                f"a surface of model {self.model} cannot be built, only "
-                f"{DynamicStiffnessSurface.__name__}: characterise the mount again"
-            )
-        return DynamicStiffnessSurface.from_arrays(self.arrays)
-
-
 @dataclass(frozen=True)
 class DirectionQuality:
     """How far the stiffness of one direction may be believed; None is not known.
@@ -155,10 +83,10 @@ class DirectionQuality:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "identified", bool(self.identified))
-        for field in fields(self)[1:]:
-            value = getattr(self, field.name)
+        for name in (item.name for item in fields(self)[1:]):
+            value = getattr(self, name)
             if value is not None:
-                object.__setattr__(self, field.name, _finite("quality", field.name, value))
+                object.__setattr__(self, name, _finite("quality", name, value))
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,7 +94,7 @@ class CharacterisedDirection:
     """One direction of a characterised mount.
 
     Without map points where the mount was never loaded along it, without a surface where none could
-    be fitted; the static curve is the supplier's.
+    be fitted; the static curve is the supplier's, `settings` are those of the fit.
 
     - raises InputError: an unknown axis; identified, and yet without a surface.
     """
@@ -174,8 +102,9 @@ class CharacterisedDirection:
     axis: str
     map_points: MapPoints
     quality: DirectionQuality
-    surface: FittedSurface | None = None
+    surface: DynamicStiffnessSurface | None = None
     static_curve: StaticCurve | None = None
+    settings: Mapping[str, Setting] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.axis not in AXES:
@@ -228,9 +157,9 @@ class MountIdentity:
     serial: str = ""
 
     def __post_init__(self) -> None:
-        for field in fields(self):
-            needed = field.name in ("campaign", "mount", "variant")
-            _check_text(field.name, getattr(self, field.name), needed)
+        for name in (item.name for item in fields(self)):
+            needed = name in ("campaign", "mount", "variant")
+            _check_text(name, getattr(self, name), needed)
 
     def __str__(self) -> str:
         known = {"part number": self.part_number, "supplier": self.supplier, "serial": self.serial}
@@ -306,14 +235,6 @@ def _finite(owner: str, name: str, value: float) -> float:
     if not math.isfinite(number):
         raise InputError(f"{owner}: {name} is {number}; leave out what is not known")
     return number
-
-
-def _plain(owner: str, name: str, value: object) -> Setting:
-    """Return a setting as the plain value that text files and databases keep."""
-    plain = value.item() if isinstance(value, np.generic) else value
-    if not (plain is None or isinstance(plain, str | int | float)):
-        raise InputError(f"{owner}: setting {name} is of {type(value).__name__}, not plain")
-    return _finite(owner, name, plain) if isinstance(plain, float) else plain
 
 
 def _with_units(owner: str, numbers: Mapping[str, float]) -> dict[str, float]:

@@ -22,11 +22,11 @@ from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
     DirectionQuality,
-    FittedSurface,
     MapPoints,
     MountIdentity,
 )
 from deboom.mounts.mount import Mount
+from deboom.mounts.response_surface import VARIABLES, DynamicStiffnessSurface
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -128,16 +128,45 @@ def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
 
 def _direction(direction: CharacterisedDirection) -> dict[str, Any]:
     """Entry of one direction."""
-    surface, curve = direction.surface, direction.static_curve
-    if surface is not None:
-        ends = {"lower": surface.lower.tolist(), "upper": surface.upper.tolist()}
+    curve = direction.static_curve
     return {
         "axis": direction.axis,
         "quality": entry(direction.quality),
         "map_points": entry(direction.map_points),
-        "surface": None if surface is None else entry(surface) | ends,
+        "surface": None if direction.surface is None else _surface(direction),
         "static_curve": None if curve is None else entry(curve, "mount", "axis"),
     }
+
+
+def _surface(direction: CharacterisedDirection) -> dict[str, Any]:
+    """Entry of a response surface: what it is a function of, and everything that it needs."""
+    surface = direction.surface
+    assert surface is not None
+    names, units = _axes(surface)
+    return {
+        "model": type(surface).__name__,
+        "variables": names,
+        "units": units,
+        "lower": surface.region_.lower.tolist(),
+        "upper": surface.region_.upper.tolist(),
+        "arrays": _plain(surface.to_arrays()),
+        "settings": dict(direction.settings),
+    }
+
+
+def _axes(surface: DynamicStiffnessSurface) -> tuple[list[str], list[str]]:
+    """Names and SI units of a surface's variables."""
+    preload = "wheel_torque" if surface.preload_unit == "N m" else "preload"
+    return [preload, *VARIABLES[1:]], [surface.units[name] for name in VARIABLES]
+
+
+def _surface_of(entry: Mapping[str, Any]) -> DynamicStiffnessSurface:
+    if entry["model"] != DynamicStiffnessSurface.__name__:
+        raise InputError(
+            f"a surface of model {entry['model']} cannot be built, only "
+            f"{DynamicStiffnessSurface.__name__}: characterise the mount again"
+        )
+    return DynamicStiffnessSurface.from_arrays(_value(entry["arrays"]))
 
 
 @_refused_by_name()
@@ -164,7 +193,8 @@ def _direction_of(mount: str, entry: Mapping[str, Any]) -> CharacterisedDirectio
         axis=axis,
         map_points=_built(MapPoints, entry["map_points"]),
         quality=_built(DirectionQuality, entry["quality"]),
-        surface=None if surface is None else _built(FittedSurface, surface),
+        surface=None if surface is None else _surface_of(surface),
+        settings={} if surface is None else surface["settings"],
         static_curve=None if curve is None else _built(StaticCurve, curve, mount=mount, axis=axis),
     )
 
@@ -213,7 +243,10 @@ Row = dict[str, Any]
 def export_tables(
     campaigns: Sequence[CampaignRecord], mounts: Sequence[CharacterisedMount]
 ) -> dict[str, pd.DataFrame]:
-    """Return all that is kept as tables by their names; headers and names end with SI units."""
+    """Return what is kept as tables by their names; headers and names end with SI units.
+
+    Response surfaces are not: nobody reads their coefficients.
+    """
     import pandas as pd
 
     tables = {
@@ -251,9 +284,9 @@ def export_tables(
     }
     frames = {name: pd.DataFrame(rows) for name, rows in tables.items()}
     frames["directions"] = direction_table(mounts)
-    parts: dict[str, list[Row]] = {"map_points": [], "static_curves": [], "surfaces": []}
+    parts: dict[str, list[Row]] = {"map_points": [], "static_curves": []}
     for start, direction in _directions(mounts):
-        points, curve, surface = direction.map_points, direction.static_curve, direction.surface
+        points, curve = direction.map_points, direction.static_curve
         if len(points):
             columns: Row = {"run": points.run}
             for name in ("preload", "wheel_torque", "amplitude", "frequency"):
@@ -267,26 +300,10 @@ def export_tables(
             for name in ("force_uncertainty", "deflection", "force"):
                 columns[_KEYS[name]] = getattr(curve, name)
             parts["static_curves"].append(start | columns)
-        if surface is not None:
-            parts["surfaces"] += [start | columns for columns in _numbers(surface)]
     for name, rows in parts.items():
         filled = [pd.DataFrame(row) for row in rows]
         frames[name] = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()
     return frames
-
-
-def _numbers(surface: FittedSurface) -> Iterator[Row]:
-    """Columns of each setting, and of each array with the index of its numbers."""
-    for name, value in surface.settings.items():
-        setting = {"kind": "setting", "name": name, "index": [""], "value": [value]}
-        yield {"surface": surface.model, **setting}
-    for name, array in surface.arrays.items():
-        index = [" ".join(map(str, place)) for place in np.ndindex(array.shape)]
-        columns = {"kind": "array", "name": name, "index": index, "value": array.real.ravel()}
-        if array.dtype.kind == "c":
-            columns["imag"] = array.imag.ravel()
-        if array.size:
-            yield {"surface": surface.model, **columns}
 
 
 def direction_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
@@ -302,11 +319,11 @@ def direction_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:
             for name, value in asdict(direction.quality).items()
         }
         row["static_curve_points"] = 0 if curve is None else curve.deflection.size
-        row["surface"] = "" if surface is None else surface.model
+        row["surface"] = "" if surface is None else type(surface).__name__
         if surface is not None:
-            for i, (name, unit) in enumerate(zip(surface.variables, surface.units, strict=True)):
-                row[f"{name}_lower [{unit}]"] = float(surface.lower[i])
-                row[f"{name}_upper [{unit}]"] = float(surface.upper[i])
+            for *axis, ends in zip(*_axes(surface), surface.ranges.values(), strict=True):
+                for side, end in zip(("lower", "upper"), ends, strict=True):
+                    row[f"{axis[0]}_{side} [{axis[1]}]"] = end
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -380,15 +380,14 @@ def _is_identified(part: CharacterisedMount, axis: str) -> bool:
 
 def _log_stiffness(name: str, directions: Sequence[CharacterisedDirection]) -> RealArray:
     """Mean of ln |K| over the points that all surfaces were measured at, one value each."""
-    stored = [direction.surface for direction in directions if direction.surface is not None]
-    if len({surface.variables for surface in stored}) > 1:
+    surfaces = [direction.surface for direction in directions if direction.surface is not None]
+    if len({surface.preload_unit for surface in surfaces}) > 1:
         raise InputError(f"{name}: its parts are characterised over different variables")
-    surfaces = [surface.response_surface() for surface in stored]
     points = surfaces[0].region_.points
     common = np.all([surface.supported(points) for surface in surfaces], axis=0)
     if common.sum() < FEWEST_POINTS:
         raise InputError(
-            f"{name}: its {len(stored)} parts were measured at only {int(common.sum())} common "
+            f"{name}: its {len(surfaces)} parts were measured at only {int(common.sum())} common "
             f"points, {FEWEST_POINTS} are needed: measure them in the same runs"
         )
     stiffness = [surface.predict(points[common], extrapolate=True) for surface in surfaces]

@@ -95,8 +95,7 @@ def surface_forces(
         elif not direction.quality.identified:
             reason = "not identified"
         else:
-            surface = direction.surface.response_surface()
-            force, n_measured = _force(load_case, column, surface, mount, axis, outside)
+            force, n_measured = _force(load_case, column, direction.surface, mount, axis, outside)
         columns.append(force)
         sources.append(ForceSource(channel, reason, n_measured, force.size))
     spectrum = load_case.force

@@ -391,7 +391,7 @@ def _mean_stiffness(case: LoadCase, channels: Sequence[str]) -> ComplexArray:
 def _surface(direction: Direction) -> DynamicStiffnessSurface | None:
     """Return the surface of a direction where it is over wheel torque."""
     part = direction.characterised
-    surface = part.surface.response_surface() if part is not None and part.surface else None
+    surface = part.surface if part is not None else None
     return surface if surface is not None and surface.preload_unit == "N m" else None
 
 
@@ -433,7 +433,7 @@ def _torque_forces(
         places = [state.names.index(channel) for channel in channels]
         return state.force[:, places].mean(axis=1), state.deflection[:, places].mean(axis=1)
     part = direction.characterised
-    ratio = part.surface.settings.get(FORCE_PER_TORQUE) if part and part.surface else None
+    ratio = part.settings.get(FORCE_PER_TORQUE) if part is not None else None
     if known.force_per_wheel_torque is not None:
         ratio = known.force_per_wheel_torque[AXES.index(direction.axis)]
     if not isinstance(ratio, float):

@@ -289,7 +289,7 @@ def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, Dynami
             if direction.surface is None or not direction.quality.identified:
                 continue
             name = f"{part.mount.name} {direction.axis}"
-            surface = direction.surface.response_surface()
+            surface = direction.surface
             if surface.preload_unit != "N m":
                 raise InputError(
                     f"{part.identity}, direction {direction.axis}: its surface is over static "

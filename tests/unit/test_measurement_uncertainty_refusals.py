@@ -18,12 +18,8 @@ from deboom.measurement.uncertainty import (
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.platform_uncertainty import transfer_sources
 from deboom.vehicles.uncertain_data import (
-    SHAKER,
     UncertainData,
-    force_cells,
     run_noise,
-    stiffness_error,
-    transfer_calibration,
     transfer_paths,
 )
 
@@ -70,16 +66,10 @@ def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
         (lambda: data(transfers=(frf(), frf(("M x", "M y")))), "vehicle V-2: its noise transfer"),
         (lambda: data(band=(200.0, 300.0)).measured, "no line between 200 and 300 Hz"),
         (lambda: UncertainData(Fleet((Vehicle("V", "V", frf()),)), (), (), (20, 60)), "load case"),
-        (lambda: transfer_calibration("", -0.5), "standard deviation of -0.5"),
         (
             lambda: data((transfer_paths("", 0.05, 0.0),)).drawn(0, 1),
             "correlation length of 0",
         ),
-        (
-            lambda: stiffness_error(SHAKER, "", {"M x": np.nan}, {}),
-            "M x: a standard deviation",
-        ),
-        (lambda: force_cells("", {"M": 0.01}, {"M": -1.0}, ()), "angle of M: a standard deviation"),
         (lambda: pivotal_interval(1.0, np.ones(39)), "39 draws do not give an interval"),
         (lambda: pivotal_interval([1.0, 2.0], np.ones((50, 3))), "one row per draw"),
         (lambda: pivotal_interval(1.0, np.full(50, -np.inf)), "finite values"),

@@ -16,6 +16,8 @@ from deboom.mounts.mount import AXES
 
 ENOUGH = 20
 """Parts from which on the measured scatter stands alone."""
+TAIL = 0.025
+"""Probability on either side of an interval: 95 % are inside [1]."""
 DOMINATES = 0.5
 """Share of the observed variance from which on measuring is said to dominate [1]."""
 
@@ -101,7 +103,6 @@ def direction_scatter(
     uncertainty: RealArray | None = None,
     batches: Sequence[str] | None = None,
     prior: ScatterPrior = DEFAULT_PRIOR,
-    confidence: float = 0.95,
     *,
     has_common: bool = False,
 ) -> DirectionScatter:
@@ -112,13 +113,11 @@ def direction_scatter(
     - `uncertainty` (n,), optional: standard uncertainty of each value; default is none [1].
     - `batches`, optional: batch of each part; default is that nobody knows.
     - `prior`: counts below `ENOUGH` parts.
-    - `confidence`: coverage of the interval [1].
     - `has_common`: whether the uncertainty holds errors that all parts have in common, as the
       budget of one campaign does. They scatter no part; the upper bound then removes nothing.
-    - raises InputError: counts that differ, values that are not finite, a confidence outside 0 to
-      1.
+    - raises InputError: counts that differ, values that are not finite.
 
-    ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
+    The interval is one of 95 %: ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
     several batches the variance is that between plus that within them, with the degrees of freedom
     of Satterthwaite (Biometrics Bulletin 2, 1946). With a known uncertainty and without batches the
     interval is exact for normal scatter; with the prior it is a credible one of the observed
@@ -131,15 +130,12 @@ def direction_scatter(
         raise InputError(f"{name}: give one value, uncertainty and batch per part")
     if not (np.isfinite(values).all() and np.isfinite(error).all() and (error >= 0.0).all()):
         raise InputError(f"{name}: values and uncertainties of parts must be finite")
-    if not 0.0 < confidence < 1.0:
-        raise InputError(f"a confidence of {confidence:g}: take one between 0 and 1")
     measuring = float((error**2).mean()) if error.size else 0.0
     observed, degrees = _variance(values, labels)
     weight = prior.weight if values.size < ENOUGH else 0.0
     total = weight + degrees
     variance = (weight * (prior.sigma**2 + measuring) + degrees * observed) / total
-    tail = 0.5 * (1.0 - confidence)
-    low, high = (total * variance / chi2.ppf(p, total) for p in (1.0 - tail, tail))
+    low, high = (total * variance / chi2.ppf(p, total) for p in (1.0 - TAIL, TAIL))
     return DirectionScatter(
         name=name,
         n_parts=values.size,
@@ -153,9 +149,7 @@ def direction_scatter(
     )
 
 
-def hardness_share(
-    values: Sequence[RealArray], reliability: float = 1.0, confidence: float = 0.95
-) -> ShareEstimate | None:
+def hardness_share(values: Sequence[RealArray], reliability: float = 1.0) -> ShareEstimate | None:
     """Estimate how much of the variance all axes of a part have in common.
 
     `values` has one array (n, a) per part number, logarithms of the stiffness of n parts along a
@@ -182,14 +176,11 @@ def hardness_share(
         axes += a * (n - 1)
     if degrees == 0.0:
         return None
-    return _intraclass(
-        between / degrees, within / inner, degrees, inner, axes / degrees, confidence, reliability
-    )
+    squares = between / degrees, within / inner
+    return _intraclass(*squares, degrees, inner, axes / degrees, reliability)
 
 
-def batch_share(
-    values: RealArray, batches: Sequence[str], confidence: float = 0.95
-) -> ShareEstimate | None:
+def batch_share(values: RealArray, batches: Sequence[str]) -> ShareEstimate | None:
     """Estimate how much of the variance all parts of a batch have in common.
 
     Intraclass correlation of the mean over the axes of `values` (n, a), logarithms of stiffness,
@@ -204,7 +195,7 @@ def batch_share(
     if outer < 1 or inner < 1:
         return None
     between, within = _mean_squares(mean, place, count)
-    return _intraclass(between, within, outer, inner, _size(count), confidence, 1.0)
+    return _intraclass(between, within, outer, inner, _size(count), 1.0)
 
 
 def _variance(values: RealArray, labels: np.ndarray) -> tuple[float, float]:
@@ -243,15 +234,13 @@ def _intraclass(
     outer: float,
     inner: float,
     size: float,
-    confidence: float,
     reliability: float,
 ) -> ShareEstimate:
-    tail = 0.5 * (1.0 - confidence)
     ratio = between / within if within > 0.0 else np.inf
     ratios = (
         ratio,
-        ratio / f.ppf(1.0 - tail, outer, inner),
-        ratio * f.ppf(1.0 - tail, inner, outer),
+        ratio / f.ppf(1.0 - TAIL, outer, inner),
+        ratio * f.ppf(1.0 - TAIL, inner, outer),
     )
     shares = [1.0 if np.isinf(r) else (r - 1.0) / (r + size - 1.0) / reliability for r in ratios]
     value, lower, upper = (float(np.clip(share, 0.0, 1.0)) for share in shares)
@@ -285,9 +274,7 @@ class LibraryScatter:
 
 
 def library_scatter(
-    parts: Sequence[CharacterisedMount],
-    prior: ScatterPrior = DEFAULT_PRIOR,
-    confidence: float = 0.95,
+    parts: Sequence[CharacterisedMount], prior: ScatterPrior = DEFAULT_PRIOR
 ) -> LibraryScatter:
     """Estimate the scatter of every mount and axis from a library's parts.
 
@@ -295,7 +282,6 @@ def library_scatter(
       it was characterised in several campaigns, the mean counts. A serial such as ``B7/012`` names
       the batch before its slash.
     - `prior`: counts below 20 parts.
-    - `confidence`: coverage of the intervals [1].
     - raises InputError: no part, parts of several numbers at one mount, or parts whose measured
       regions have too little in common.
 
@@ -307,18 +293,18 @@ def library_scatter(
         raise InputError("there is no part to learn the scatter from")
     names = tuple(dict.fromkeys(part.mount.name for part in parts))
     mounts = [_part_values([p for p in parts if p.mount.name == name]) for name in names]
-    directions = tuple(mount.scatter(axis, prior, confidence) for mount in mounts for axis in AXES)
+    directions = tuple(mount.scatter(axis, prior) for mount in mounts for axis in AXES)
     measured = [d for d in directions if np.isfinite(d.observed) and d.observed > 0.0]
     trust = [1.0 - (d.measurement / d.observed) ** 2 for d in measured]
     reliability = float(np.mean(trust)) if trust else 0.0
     hardness = None
     if reliability > 0.0:
-        hardness = hardness_share([mount.values for mount in mounts], reliability, confidence)
+        hardness = hardness_share([mount.values for mount in mounts], reliability)
     shares = {
         mount.name: share
         for mount in mounts
         if mount.batches is not None
-        and (share := batch_share(mount.values, mount.batches, confidence)) is not None
+        and (share := batch_share(mount.values, mount.batches)) is not None
     }
     return LibraryScatter(directions, hardness, shares)
 
@@ -333,16 +319,14 @@ class _PartValues:
     values: RealArray
     uncertainty: RealArray
 
-    def scatter(self, axis: str, prior: ScatterPrior, confidence: float) -> DirectionScatter:
+    def scatter(self, axis: str, prior: ScatterPrior) -> DirectionScatter:
         """Scatter of one axis; the prior alone where it is not identified."""
         name = f"{self.name} {axis}"
         if axis not in self.axes:
-            return direction_scatter(name, np.empty(0), prior=prior, confidence=confidence)
+            return direction_scatter(name, np.empty(0), prior=prior)
         column = self.axes.index(axis)
         values, uncertainty = self.values[:, column], self.uncertainty[:, column]
-        return direction_scatter(
-            name, values, uncertainty, self.batches, prior, confidence, has_common=True
-        )
+        return direction_scatter(name, values, uncertainty, self.batches, prior, has_common=True)
 
 
 def _part_values(parts: Sequence[CharacterisedMount]) -> _PartValues:

@@ -39,10 +39,7 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
 from deboom.report import Report
 from deboom.study.options import shipped_studies, weighted_load_cases
-from deboom.vehicles.amplitude_motion import (
-    AmplitudeMotion,
-    compare_starts,
-)
+from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, compare_starts
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.booming_model import Motion as Motion
 from deboom.vehicles.booming_peaks import compare_peaks
@@ -465,9 +462,21 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
             f"{100 * clipped.amplitude:.1f} % have an amplitude beyond what the response surfaces "
             "are backed for; there the stiffness keeps its value at the bound."
         )
-        comparisons = [compare_starts(case, designs) for case in by_surface]
-        texts += [f"Uniqueness: {one.text}." for one in comparisons if one.unique]
-        alarms += [f"{one.text}." for one in comparisons if not one.unique]
+        for case in by_surface:
+            several = ~(compare_starts(case, designs) <= SAME).all(axis=0)
+            lines = case.frequency[several]
+            if not several.any():
+                texts.append(
+                    f"Uniqueness: load case {case.load_case}: starts from {STARTS[0]:g} to "
+                    f"{STARTS[-1]:g} m and from the line before give one solution."
+                )
+                continue
+            alarms.append(
+                f"load case {case.load_case}: starts from {STARTS[0]:g} to {STARTS[-1]:g} m and "
+                f"from the line before do not give one solution at {lines.size} lines from "
+                f"{lines[0]:g} to {lines[-1]:g} Hz: results there belong to the branch of the line "
+                "before."
+            )
     if factor == Factor.part.value:
         texts.append(
             f"{100 * clipped.preload:.1f} % have a static force beyond what the surfaces are "

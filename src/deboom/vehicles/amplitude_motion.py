@@ -370,45 +370,13 @@ def _relative_cubic(
     return np.asarray(powers / powers.sum(axis=1, keepdims=True))
 
 
-@dataclass(frozen=True, eq=False)
-class StartComparison:
-    """Solutions of the same lines from the starts `STARTS`, and from the line before.
+def compare_starts(motion: AmplitudeMotion, designs: RealArray) -> RealArray:
+    """Solve designs (n, k) from the amplitudes `STARTS` as well as from the line before.
 
-    - `load_case`: name of the load case.
-    - `frequency` (f,) [Hz].
-    - `difference` (n, f): largest difference of the logarithm of an amplitude between two of the
-      solutions; NaN where a start did not come to rest [1].
+    - returns (n, f): largest difference of the logarithm of an amplitude between two of the
+      solutions [1]; above `SAME` a line has several of them. NaN where a start did not come to
+      rest.
     """
-
-    load_case: str
-    frequency: RealArray
-    difference: RealArray
-
-    @property
-    def unique(self) -> bool:
-        """Whether all starts of all lines and designs ended at the same solution."""
-        return bool((self.difference <= SAME).all())
-
-    @property
-    def text(self) -> str:
-        """The outcome in a sentence."""
-        spread = f"{len(STARTS)} starts from {STARTS[0]:g} to {STARTS[-1]:g} m"
-        place = f"load case {self.load_case}: {spread} and the start from the line before"
-        if self.unique:
-            return f"{place} give one solution, amplitudes within {self.difference.max():.0e}"
-        where = ~(self.difference <= SAME)
-        lines = self.frequency[where.any(axis=0)]
-        return (
-            f"{place} do not give one solution: {np.count_nonzero(where.any(axis=1))} of "
-            f"{len(where)} designs differ by up to {np.nanmax(self.difference):.2g} in the "
-            f"logarithm of an amplitude, or do not come to rest, at {lines.size} lines from "
-            f"{lines[0]:g} to {lines[-1]:g} Hz: results there belong to the branch of the line "
-            "before"
-        )
-
-
-def compare_starts(motion: AmplitudeMotion, designs: RealArray) -> StartComparison:
-    """Solve designs (n, k) of stiffness factors from several amplitudes; compare the solutions."""
     motion = replace(motion, tolerance=STARTS_TOLERANCE)
     springs, lines = motion.nominal_springs(designs), np.arange(motion.frequency.size)
     solutions = [solve_along_lines(motion, designs)]
@@ -418,7 +386,7 @@ def compare_starts(motion: AmplitudeMotion, designs: RealArray) -> StartComparis
     logarithms = np.log([solution.ratio[..., motion.follows] for solution in solutions])
     difference = np.ptp(logarithms, axis=0).max(axis=-1, initial=0.0)
     solved = np.logical_and.reduce([solution.solved for solution in solutions])
-    return StartComparison(motion.load_case, motion.frequency, np.where(solved, difference, np.nan))
+    return np.where(solved, difference, np.nan)
 
 
 @dataclass(frozen=True, eq=False)

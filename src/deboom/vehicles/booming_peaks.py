@@ -176,10 +176,8 @@ class PressureComparison:
     - `reference`, `compared` (n_frequency,): complex peak, such as measured and synthesised [Pa].
     - raises InputError: arrays of different lengths, a pressure of exactly 0.
 
-    The criteria of the thesis (eq. 33, 34) are on pressures, complex and as magnitudes, never on dB
-    curves. The scale factor is the one that the compared curve still needs to meet the reference,
-    ``MSF = pᴴ p_ref / (pᴴ p)``; the inverse direction has a property of its own, as the thesis does
-    not say which it means. Levels are compared at peaks alone, never line by line: in a notch the
+    The criteria of the thesis (eq. 33, 34) are on pressures, shape complex and scale by magnitudes,
+    never on dB curves. Levels are compared at peaks alone, never line by line: in a notch the
     largest difference of the lines says nothing about booming.
     """
 
@@ -194,17 +192,7 @@ class PressureComparison:
         return float(corr_f(self.compared, self.reference))
 
     @property
-    def corr_f_magnitude(self) -> float:
-        """Difference in shape of the magnitudes [1]."""
-        return float(corr_f(np.abs(self.compared), np.abs(self.reference)))
-
-    @property
     def corr_s(self) -> float:
-        """Difference in scale, and in a common phase, of the complex pressures [1]."""
-        return float(corr_s(self.compared, self.reference))
-
-    @property
-    def corr_s_magnitude(self) -> float:
         """Difference in scale of the magnitudes [1]."""
         return float(corr_s(np.abs(self.compared), np.abs(self.reference)))
 
@@ -212,12 +200,6 @@ class PressureComparison:
     def levels(self) -> tuple[RealArray, RealArray]:
         """SPL of the reference and of the compared pressure, shapes (n_frequency,) [dB(A)]."""
         return spl(self.reference, self.frequency), spl(self.compared, self.frequency)
-
-    @property
-    def rms_difference(self) -> float:
-        """Of the levels over all lines; notches rule it [dB]."""
-        first, second = self.levels
-        return float(np.sqrt(np.mean((second - first) ** 2)))
 
     @property
     def peaks(self) -> MatchedPeaks:

@@ -609,13 +609,10 @@ def comparison_table(result: Validation) -> pd.DataFrame:
             "vehicle": vehicle,
             "mount set": mount_set,
             CORR_F: 100 * one.corr_f,
-            "corr_f magnitude [%]": 100 * one.corr_f_magnitude,
-            CORR_S: 100 * one.corr_s_magnitude,
-            "corr_s complex [%]": 100 * one.corr_s,
+            CORR_S: 100 * one.corr_s,
             PEAK: one.peak_deviation,
             "paired peaks": len(one.peaks.pairs),
             "unpaired peaks": len(one.peaks.only_reference) + len(one.peaks.only_compared),
-            "rms over all lines [dB]": one.rms_difference,
         }
         for what, vehicle, mount_set, one in result.comparisons
     )
@@ -646,7 +643,7 @@ def cause_table(result: Validation) -> pd.DataFrame:
             "vehicle": road.synthesis.driven.vehicle.name,
             "mount set": road.synthesis.driven.mount_set,
             CORR_F: 100 * one.corr_f,
-            CORR_S: 100 * one.corr_s_magnitude,
+            CORR_S: 100 * one.corr_s,
             PEAK: one.peak_deviation,
         }
         for road in result.roads

@@ -93,7 +93,6 @@ def transfer_calibration(
     - `degrees_of_freedom`: degrees of freedom of the standard deviation; infinite where it is
       stated.
     """
-    _refuse_negative(CALIBRATION, {"level": decibels})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         normals = generator.standard_normal((len(data.transfer), 1, 1))
@@ -113,7 +112,6 @@ def transfer_paths(
     - `length`: correlation length over frequency [Hz].
     - `degrees_of_freedom`: degrees of freedom of the root mean square; infinite where it is stated.
     """
-    _refuse_negative(PATHS, {"error": relative})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
@@ -133,7 +131,6 @@ def transfer_body(origin: str, relative: float, length: float) -> UncertaintySou
     - `relative`: root mean square of the complex error [1].
     - `length`: correlation length over frequency, about the width of a resonance [Hz].
     """
-    _refuse_negative(DAY, {"error": relative})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         basis = _kept_basis(data.frequency.tobytes(), length)
@@ -145,7 +142,6 @@ def transfer_body(origin: str, relative: float, length: float) -> UncertaintySou
 
 def transfer_floor(origin: str, floor: float) -> UncertaintySource:
     """Noise of transfer functions, line by line: deviation of real and imaginary part [Pa/N]."""
-    _refuse_negative(FLOOR, {"part": floor})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         noise = np.sqrt(2.0) * floor * complex_normals(data.transfer.shape, generator)
@@ -166,7 +162,6 @@ def stiffness_error(
     - `magnitude`: direction ``<mount> <axis>`` → standard deviation of ln |K| [1].
     - `channels`: direction → channels of its pieces.
     """
-    _refuse_negative(name, magnitude)
     turn = 1j * np.sqrt(2.0) * LOSS_FACTOR
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
@@ -189,8 +184,6 @@ def force_cells(
     - `angle`: point → angle of the shaker that calibrates its cell, per pair of axes [rad].
     - `channels`: channels that err; the others only leak.
     """
-    _refuse_negative(f"{CELLS}, gain", gain)
-    _refuse_negative(f"{CELLS}, angle", angle)
     largest = np.rad2deg(max(angle.values(), default=0.0))
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
@@ -213,8 +206,6 @@ def motion_error(
       what each other axis leaks into it [1].
     - `surface_channels`: channels whose force is stiffness times motion; measured forces stay.
     """
-    _refuse_negative(f"{MOTION}, gain", gain)
-    _refuse_negative(f"{MOTION}, leakage", leakage)
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         mixing = _mixing(data.channels, data.channels, gain, leakage, generator)
@@ -233,7 +224,6 @@ def run_noise(origin: str, relative: float) -> UncertaintySource:
 
     - `relative`: root mean square of the complex error [1].
     """
-    _refuse_negative(NOISE, {"force": relative})
 
     def again(data: MeasuredArrays, generator: np.random.Generator) -> MeasuredArrays:
         noise = relative * complex_normals(data.force.shape, generator)
@@ -418,15 +408,6 @@ def _mixing(
                 deviation = (gain if row == column else leakage).get(points[row], 0.0)
                 matrix[row, column] = deviation * normals[row, AXES.index(other[-1])]
     return matrix
-
-
-def _refuse_negative(source: str, deviations: Mapping[str, float]) -> None:
-    """Raise `InputError` where a standard deviation is negative or not finite."""
-    for what, deviation in deviations.items():
-        if not (np.isfinite(deviation) and deviation >= 0):
-            raise InputError(
-                f"{source} of {what}: a standard deviation of {deviation}: give a number from 0"
-            )
 
 
 def _smooth(relative: float, length: float) -> str:

@@ -117,11 +117,11 @@ def direction_scatter(
       budget of one campaign does. They scatter no part; the upper bound then removes nothing.
     - raises InputError: counts that differ, values that are not finite.
 
-    The interval is one of 95 %: ``ν s²/χ²`` bounds the observed variance; the mean variance of measuring is taken off. Of
-    several batches the variance is that between plus that within them, with the degrees of freedom
-    of Satterthwaite (Biometrics Bulletin 2, 1946). With a known uncertainty and without batches the
-    interval is exact for normal scatter; with the prior it is a credible one of the observed
-    variance.
+    The interval is one of 95 %: ``ν s²/χ²`` bounds the observed variance; the mean variance of
+    measuring is taken off. Of several batches the variance is that between plus that within them,
+    with the degrees of freedom of Satterthwaite (Biometrics Bulletin 2, 1946). With a known
+    uncertainty and without batches it is exact for normal scatter; with the prior it is a credible
+    interval of the observed variance.
     """
     values = np.asarray(values, dtype=float)
     error = np.zeros(values.size) if uncertainty is None else np.asarray(uncertainty, dtype=float)

@@ -44,7 +44,7 @@ def test_show_says_how_far_each_direction_may_be_believed(path):
     assert lines["r2_real [1]"] == ["0.9991", "-", "-"]
     assert lines["half_width_95 [1]"] == ["0.013", "-", "0.4"]
     assert lines["map_points"] == ["150", "150", "0"]
-    assert lines["frequency_upper [Hz]"] == ["57.25", "80", "-"]
+    assert lines["frequency_upper [Hz]"] == ["57.25", "57.25", "-"]
     unknown = call("show", path, "--mount", "Du").output
     assert "right at x 0.1, y 0.3, z -0.2 m" in unknown
     assert "None" not in unknown

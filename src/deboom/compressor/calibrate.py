@@ -264,27 +264,27 @@ def self_calibrate(
     problem = _Problem(parametrisation, raw, test, prior)
     first = np.concatenate([start, np.zeros(problem.errors_deviation.size)])
     residuals_at, jacobian_at = evaluated_together(problem.compressed)
-    scale = np.concatenate([problem.parameter_scale(first), problem.errors_deviation])
+    n = start.size
+    # the step at which each parameter alone changes the cost by one
+    steps = 1 / np.linalg.norm(jacobian_at(first)[:, :n], axis=0)
     result = least_squares(
         residuals_at,
         first,
         jac=jacobian_at,
         method="trf",
-        x_scale=scale,
+        x_scale=np.concatenate([steps, problem.errors_deviation]),
         max_nfev=LARGEST_EVALUATIONS,
         xtol=1e-9,
         ftol=1e-9,
         gtol=1e-6,
     )
-    n = start.size
     residuals = problem.residuals(result.x)
-    covariance = _inverse(problem.normal_equations(result.x)[0])
     return SelfCalibration(
         parametrisation,
         result.x[:n],
         problem.placement,
         result.x[n:],
-        covariance,
+        _inverse(result.jac.T @ result.jac),
         float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
         int(result.nfev),
         bool(result.status > 0),
@@ -405,11 +405,6 @@ class _Problem:
             squares += float(deviations @ deviations)
         return normal, gradient, squares
 
-    def parameter_scale(self, unknowns: RealArray) -> RealArray:
-        """Step at which each parameter alone changes the cost by one."""
-        normal, _, _ = self.normal_equations(unknowns)
-        return np.asarray(1 / np.sqrt(np.diag(normal)[: self.n]))
-
     def _state(self, unknowns: RealArray) -> tuple[RealArray, ComplexArray, RealArray, RealArray]:
         """Parameters; inertance, response and excitation matrices that the unknowns stand for."""
         values, errors = np.split(unknowns, [self.n])
@@ -437,8 +432,9 @@ class _Problem:
     def _white(self, deviation: ComplexArray) -> ComplexArray:
         """Divide by the noise, shape (..., n_frequency, n_channel, n_impact)."""
         scaled = deviation / self.raw.deviation
-        along = np.sum(self.common.conj() * scaled, axis=-2, keepdims=True)
-        return np.asarray(scaled - self.shrink * self.common * along)
+        along = np.einsum("fci,...fci->...fi", self.common.conj(), scaled)
+        scaled -= self.shrink * self.common * along[..., np.newaxis, :]
+        return np.asarray(scaled)
 
     def priors(self, unknowns: RealArray) -> list[tuple[RealArray, RealArray]]:
         """Deviations from what was known, and their derivatives, both in units of 1 σ."""

@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
@@ -28,7 +27,7 @@ from deboom.measurement.compressor_test import (
     OperatingSweep,
     OperatingTest,
 )
-from deboom.physics.rigid_body import forward_matrix
+from deboom.physics.rigid_body import forward_matrices, forward_matrix
 from deboom.physics.viscoelastic_beam import (
     ViscoelasticBeam,
     beam_congruence,
@@ -46,6 +45,9 @@ BEAM_UNITS = ("N", "N m²", "N m²", "kg/m", "1")
 """Of `BEAM_NUMBERS`."""
 PLACE_NUMBERS = ("x", "y", "z", "tilt 1", "tilt 2", "ln length")
 """What may be wrong with the drawing of each hose: port, direction, length [m, rad, 1]."""
+_BEAM = [*range(len(BEAM_NUMBERS)), -1]
+"""Which numbers make the beam: `BEAM_NUMBERS` and the length."""
+_PLACES = slice(len(BEAM_NUMBERS), -1)
 STEP = 5e-4
 """Of differences by `BEAM_NUMBERS` and `PLACE_NUMBERS` [1, m, rad]."""
 RANK_TOLERANCE = 1e-9
@@ -167,16 +169,41 @@ def point_derivatives(
     [Hz]. Returns (n, 11, n_frequency, 6, 6).
     """
 
-    def point(hose: HoseDrawing, rows: RealArray) -> ComplexArray:
-        changed = [changed_hose(hose, row) for row in rows]
-        return np.stack([hose_matrices([each], frequency).point for each in changed])
+    lines = np.asarray(frequency, dtype=float)
+    slopes = [
+        _point_derivatives(hose, row, lines)
+        for hose, row in zip(hoses, np.asarray(numbers, dtype=float), strict=True)
+    ]
+    return np.stack(slopes)
 
-    return np.stack(
-        [
-            derivatives(partial(point, hose), row, STEP)
-            for hose, row in zip(hoses, np.asarray(numbers, dtype=float), strict=True)
+
+def _point_derivatives(hose: HoseDrawing, numbers: RealArray, lines: RealArray) -> ComplexArray:
+    """Differentiate one hose: its beam where it lies, and its place with the beam as it is."""
+
+    def stiffness(rows: RealArray) -> ComplexArray:
+        ratios = np.exp(rows).T[..., np.newaxis]
+        values = np.array([getattr(hose, name) for name in (*BEAM_NUMBERS, "length")])
+        *beam, length = values[:, np.newaxis, np.newaxis] * ratios
+        return beam_stiffness(ViscoelasticBeam(length, *beam, hose.torsion_radius), lines)[
+            ..., :6, :6
         ]
-    )
+
+    drawn = frame_along(hose.direction)
+
+    def congruence(rows: RealArray) -> RealArray:
+        frame = frame_along(drawn[:, 0] + rows[:, 3:] @ drawn[:, 1:].T)
+        port = (hose.position + rows[:, :3])[:, np.newaxis]
+        moved = forward_matrices(port, frame[:, np.newaxis])
+        turned = forward_matrices(np.zeros_like(port), frame[:, np.newaxis])
+        return np.concatenate([moved, np.roll(turned, 3, axis=-1)], axis=1)
+
+    of_beam, of_place = numbers[_BEAM], numbers[_PLACES]
+    turn, now = congruence(of_place[np.newaxis])[0], stiffness(of_beam[np.newaxis])[0]
+    by_beam = turn.T @ derivatives(stiffness, of_beam, STEP) @ turn
+    turned = derivatives(congruence, of_place, STEP)[:, np.newaxis]
+    half = np.swapaxes(turned, -1, -2) @ (now @ turn)
+    by_place = half + np.swapaxes(half, -1, -2)
+    return np.concatenate([by_beam[:-1], by_place, by_beam[-1:]])
 
 
 def _congruence(hose: HoseDrawing) -> RealArray:

@@ -142,29 +142,28 @@ def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fau
         )
 
 
-def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
-    """Build the gain factor whose real part is 1 at the reference line.
+def gain_numbers(values: npt.ArrayLike, reference: float) -> RealArray:
+    """Compute the six numbers of the gain factor whose real part is 1 at the reference line.
 
-    - `values` (5,): numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
+    - `values` (..., 5): numbers in the order of `GAIN_SHAPE_NAMES` [1, ln Hz⁻¹, 1, 1, ln Hz⁻¹].
     - `reference`: line at which the real part is 1 [Hz].
+    - returns: shape (..., 6), in the order of `GAIN_PARAMETERS`.
 
     ``v' = 1 − A/(b f + 1) + A/(b f_ref + 1)``, ``v'' = c − A''/(b'' f + 1)`` with A, b, A'', b''
     positive for any values: `HyperbolicGain` written in numbers that no optimiser can make invalid.
     """
-    numbers = np.asarray(values, dtype=float)
+    rise, slope, limit, loss_rise, loss_slope = np.moveaxis(np.asarray(values, dtype=float), -1, 0)
     # a search that goes astray must find back: e^±200 is neither zero nor infinite
-    rise, slope, loss_rise, loss_slope = np.clip(numbers[[0, 1, 3, 4]], -200.0, 200.0).tolist()
+    rise, slope, loss_rise, loss_slope = np.clip((rise, slope, loss_rise, loss_slope), -200, 200)
     at_reference = np.exp(slope) * reference + 1
-    return GainFactor(
-        HyperbolicGain(
-            float(1 + np.exp(rise) / at_reference),
-            float(np.exp(slope - rise)),
-            float(np.exp(-rise)),
-        ),
-        HyperbolicGain(
-            float(numbers[2]), float(np.exp(loss_slope - loss_rise)), float(np.exp(-loss_rise))
-        ),
-    )
+    real = (1 + np.exp(rise) / at_reference, np.exp(slope - rise), np.exp(-rise))
+    imaginary = (limit, np.exp(loss_slope - loss_rise), np.exp(-loss_rise))
+    return np.stack([*real, *imaginary], axis=-1)
+
+
+def gain_from_parameters(values: npt.ArrayLike, reference: float) -> GainFactor:
+    """Build the gain factor of `gain_numbers`."""
+    return GainFactor.of(gain_numbers(values, reference))
 
 
 def gain_parameters(gain: GainFactor, reference: float) -> RealArray:

@@ -10,18 +10,23 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 from scipy.stats import chi2
 
-from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.arrays import ComplexArray, RealArray, checked, derivatives
 from deboom.compressor.identify import Identification
-from deboom.compressor.model import mounts_at_virtual_point
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.rigid_body import forward_matrices
+from deboom.physics.rigid_body import (
+    forward_matrices,
+    mount_stiffness_matrix,
+    rotation_matrix,
+)
 
 STIFFNESS_NUMBERS = slice(N_MASS, N_MASS + N_STIFFNESS)
 """Places of K_VP among the numbers of `MinimalParameters`."""
 PER_MOUNT = 9
 """Shift, turn and logarithm of stiffness, three each."""
+STEP = 1e-3
+"""Of differences by standard normal numbers."""
 EXACT = 1e-8
 """Variance over the largest one below which a combination of numbers counts as exact [1]."""
 SMALLEST_PROBABILITY = 1e-3
@@ -208,11 +213,26 @@ def _agreeing(
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
     wanted = found.calibrated.values[STIFFNESS_NUMBERS]
 
-    def residuals(z: RealArray) -> RealArray:
-        stiffness = mounts_at_virtual_point(_moved_mounts(drawn, numbers @ z))
-        return np.concatenate([whiten @ (stiffness.reshape(-1) @ to_numbers - wanted), z])
+    position, rotation, stiffness = (
+        np.array([getattr(mount, name) for mount in drawn])
+        for name in ("position", "rotation", "stiffness")
+    )
 
-    solved = least_squares(residuals, np.zeros(numbers.shape[1]), jac="3-point")
+    def residuals(z: RealArray) -> RealArray:
+        values = z @ numbers.T
+        rows = values[..., :-1].reshape(*z.shape[:-1], len(drawn), PER_MOUNT)
+        whole = mount_stiffness_matrix(
+            position + rows[..., :3],
+            stiffness * np.exp(rows[..., 6:] + values[..., -1:, np.newaxis]),
+            rotation_matrix(rotation + rows[..., 3:6]),
+        )
+        off = whole.reshape(*z.shape[:-1], -1) @ to_numbers - wanted
+        return np.concatenate([off @ whiten.T, z], axis=-1)
+
+    def jacobian(z: RealArray) -> RealArray:
+        return derivatives(residuals, z, STEP).T
+
+    solved = least_squares(residuals, np.zeros(numbers.shape[1]), jac=jacobian)
     return _Best(
         drawn,
         numbers,

@@ -14,16 +14,17 @@ from deboom.compressor.model import (
     GAIN_SHAPE_NAMES,
     CompressorModel,
     GainFactor,
-    HyperbolicGain,
-    gain_from_parameters,
+    gain_numbers,
     gain_parameters,
-    mounts_at_virtual_point,
 )
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import (
     RigidBody,
     mass_matrix,
     mass_properties,
+    mount_stiffness_matrix,
+    rotation_matrix,
+    skew,
 )
 
 MASS_PARAMETER_NAMES = (
@@ -64,29 +65,34 @@ class Parametrisation(ABC):
         """Name of each parameter."""
 
     @abstractmethod
-    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
-        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] and gain."""
+    def parts(self, values: RealArray) -> tuple[RealArray, RealArray, RealArray]:
+        """Return mass matrix and K_VP (..., 6, 6), and gain (..., 6) as `GainFactor.values`."""
 
     def model(self, values: RealArray) -> CompressorModel:
         """Build the compressor that the numbers stand for; InputError where they stand for none."""
-        body, stiffness, gain = self.state(values)
-        return CompressorModel(body.mass, body.centre, body.inertia, stiffness, gain)
+        mass, stiffness, gain = self.parts(values)
+        body = mass_properties(mass)
+        return CompressorModel(
+            body.mass, body.centre, body.inertia, stiffness, GainFactor.of(gain)
+        )
 
     def sensitivities(self, values: RealArray, frequency: RealArray) -> ComplexArray:
         """Differentiate the apparent mass, shape (n_parameters, n_frequency, 6, 6)."""
 
         def apparent_mass(rows: RealArray) -> ComplexArray:
-            return np.stack([self.model(row).apparent_mass(frequency) for row in rows])
+            mass, stiffness, gain = self.parts(rows)
+            limit, slope, offset = np.moveaxis(gain.reshape(-1, 2, 3, 1), 2, 0)
+            real, imaginary = np.moveaxis(limit - 1 / (slope * frequency + offset), 1, 0)
+            factor = (real + 1j * imaginary) / (2 * np.pi * frequency) ** 2
+            return np.asarray(
+                mass[:, np.newaxis] - factor[..., np.newaxis, np.newaxis] * stiffness[:, np.newaxis]
+            )
 
         return derivatives(apparent_mass, values, self.steps(values))
 
     def mass_slope(self, values: RealArray) -> RealArray:
         """Differentiate the mass, shape (n_parameters,) [kg over the parameter's unit]."""
-
-        def mass(rows: RealArray) -> RealArray:
-            return np.array([self.model(row).mass for row in rows])
-
-        return derivatives(mass, values, self.steps(values))
+        return derivatives(lambda rows: self.parts(rows)[0][:, 0, 0], values, self.steps(values))
 
     def steps(self, values: RealArray) -> RealArray:
         """Return steps of differences, each in the unit of its parameter."""
@@ -128,13 +134,15 @@ class MinimalParameters(Parametrisation):
                 basis[number, 2, 5] = basis[number, 5, 2] = -entry
         return basis
 
-    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
-        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] at the reference line, and gain."""
-        of_mass, of_stiffness, of_gain = np.split(values, [N_MASS, N_MASS + N_STIFFNESS])
-        body = mass_properties(mass_matrix_from_parameters(of_mass, self.length))
+    def parts(self, values: RealArray) -> tuple[RealArray, RealArray, RealArray]:
+        """Return mass matrix and K_VP at the reference line (..., 6, 6), and gain (..., 6)."""
+        of_mass, of_stiffness, of_gain = np.split(values, [N_MASS, N_MASS + N_STIFFNESS], axis=-1)
         stiffness = np.tensordot(of_stiffness, self.stiffness_basis, axes=1)
-        gain = gain_from_parameters(of_gain, self.reference_frequency)
-        return body, np.asarray(stiffness), gain
+        return (
+            mass_matrix_from_parameters(of_mass, self.length),
+            np.asarray(stiffness),
+            gain_numbers(of_gain, self.reference_frequency),
+        )
 
     def values_of(self, model: CompressorModel) -> RealArray:
         """Find the parameters of a compressor, the inverse of `model`.
@@ -193,33 +201,28 @@ class ThesisParameters(Parametrisation):
             "1",
         )
 
-    def mounts(self, values: RealArray) -> tuple[CompressorMount, ...]:
-        """Return the mounts that the first numbers stand for."""
-        n_mounts = len(self.mount_names)
-        position, rotation, stiffness = values[: 9 * n_mounts].reshape(3, n_mounts, 3)
-        return tuple(
-            CompressorMount(name, position[i], rotation[i], stiffness[i])
-            for i, name in enumerate(self.mount_names)
+    def parts(self, values: RealArray) -> tuple[RealArray, RealArray, RealArray]:
+        """Return mass matrix and K_VP (..., 6, 6), and gain (..., 6), v_rel multiplied in."""
+        rows = values.shape[:-1]
+        n_numbers = 9 * len(self.mount_names)
+        position, rotation, stiffness = np.moveaxis(
+            values[..., :n_numbers].reshape(*rows, 3, -1, 3), -3, 0
         )
-
-    def state(self, values: RealArray) -> tuple[RigidBody, RealArray, GainFactor]:
-        """Return body, K_VP (6, 6) [N/m, N/rad, N m/rad] and gain, v_rel multiplied in."""
-        numbers, scale = values[-7:-1].reshape(2, 3), values[-1]
-        gain = GainFactor(
-            *(
-                HyperbolicGain(float(limit * scale), float(slope / scale), float(offset / scale))
-                for limit, slope, offset in numbers
-            )
-        )
-        return self._body(values), mounts_at_virtual_point(self.mounts(values)), gain
-
-    def _body(self, values: RealArray) -> RigidBody:
-        """Mass, centre and inertia."""
-        numbers = values[9 * len(self.mount_names) : -7]
-        inertia = np.empty((3, 3))
-        for number, (row, column) in enumerate(INERTIA_ENTRIES):
-            inertia[row, column] = inertia[column, row] = numbers[number]
-        return RigidBody(float(numbers[9]), numbers[6:9], inertia)
+        of_mounts = mount_stiffness_matrix(position, stiffness, rotation_matrix(rotation))
+        entries = np.moveaxis(values[..., n_numbers:], -1, 0)
+        inertia = np.empty((*rows, 3, 3))
+        for entry, (row, column) in zip(entries, INERTIA_ENTRIES, strict=False):
+            inertia[..., row, column] = inertia[..., column, row] = entry
+        lever = skew(values[..., n_numbers + 6 : n_numbers + 9])
+        heavy = entries[9][..., np.newaxis, np.newaxis]
+        mass = np.zeros((*rows, 6, 6))
+        mass[..., :3, :3] = heavy * np.eye(3)
+        mass[..., 3:, :3], mass[..., :3, 3:] = heavy * lever, -heavy * lever
+        mass[..., 3:, 3:] = inertia - heavy * lever @ lever
+        scale = values[..., -1:]
+        limit, slope, offset = np.moveaxis(values[..., -7:-1].reshape(*rows, 2, 3), -1, 0)
+        gain = np.stack([limit * scale, slope / scale, offset / scale], axis=-1)
+        return mass, np.asarray(of_mounts, dtype=float), gain.reshape(*rows, 6)
 
     def values_of(self, model: CompressorModel, mounts: Sequence[CompressorMount]) -> RealArray:
         """Find the 44 numbers of a compressor on known mounts, with v_rel = 1.
@@ -258,16 +261,23 @@ def mass_matrix_of_pseudo_inertia(pseudo: RealArray) -> RealArray:
 def mass_matrix_from_parameters(values: RealArray, length: float) -> RealArray:
     """Compute the 6×6 mass matrix at the virtual point.
 
-    `values` (10,): numbers in the order of `MASS_PARAMETER_NAMES` [1]; `length`: characteristic
-    length of the body, such as its radius of gyration [m]. Returns (6, 6) positive definite [kg, kg
-    m, kg m²].
+    `values` (..., 10): numbers in the order of `MASS_PARAMETER_NAMES` [1]; `length`: characteristic
+    length of the body, such as its radius of gyration [m]. Returns (..., 6, 6) positive definite
+    [kg, kg m, kg m²].
 
     Pseudo-inertia ``J = ∫ [r; 1] [r; 1]ᵀ dm = U Uᵀ`` with U upper triangular and a positive
     diagonal: the log-Cholesky parameters of Rucker and Wensing (2022). Every distribution of mass
     has one such U, and every such U has a distribution of mass.
     """
-    factor = _pseudo_factor(values, length)
-    return mass_matrix_of_pseudo_inertia(factor @ factor.T)
+    mass, cx, cy, cz, szz, syz, syy, sxz, sxy, sxx = np.moveaxis(values, -1, 0)
+    factor = np.zeros((*mass.shape, 4, 4))
+    for row, entries in enumerate(
+        [(np.exp(sxx), sxy, sxz, cx), (np.exp(syy), syz, cy), (np.exp(szz), cz)]
+    ):
+        factor[..., row, row:] = length * np.stack(entries, axis=-1)
+    factor[..., _LAST, _LAST] = 1
+    factor *= np.exp(mass)[..., np.newaxis, np.newaxis]
+    return mass_matrix_of_pseudo_inertia(factor @ np.swapaxes(factor, -1, -2))
 
 
 def mass_parameters(body: RigidBody, length: float) -> RealArray:
@@ -299,17 +309,3 @@ def parameters_of_pseudo_inertia(pseudo: RealArray, length: float) -> RealArray:
         ]
     )
 
-
-def _pseudo_factor(values: RealArray, length: float) -> RealArray:
-    """Upper triangular U of the pseudo-inertia ``J = U Uᵀ``."""
-    (mass, cx, cy, cz, szz, syz, syy, sxz, sxy, sxx) = values
-    root = np.exp(mass)
-    scale = root * length
-    return np.array(
-        [
-            [scale * np.exp(sxx), scale * sxy, scale * sxz, scale * cx],
-            [0.0, scale * np.exp(syy), scale * syz, scale * cy],
-            [0.0, 0.0, scale * np.exp(szz), scale * cz],
-            [0.0, 0.0, 0.0, root],
-        ]
-    )

@@ -118,9 +118,10 @@ class HammerNoise:
         """
         first, second = load @ self.inverse, other @ self.inverse
         product = first * second.conj()
-        spread = np.einsum("fci,fi->fc", self.deviation**2, product)
-        of_channels = np.einsum("fac,fc,fbc->fab", self.seen, spread, self.seen.conj())
-        of_force = np.einsum("fai,fi,fbi->fab", self.columns, product, self.columns.conj())
+        spread = applied(self.deviation**2, product)[:, np.newaxis]
+        of_channels = (self.seen * spread) @ np.swapaxes(self.seen, 1, 2).conj()
+        weighted = self.columns * product[:, np.newaxis]
+        of_force = weighted @ np.swapaxes(self.columns, 1, 2).conj()
         return np.asarray(of_channels + self.force_deviation**2 * of_force)
 
 

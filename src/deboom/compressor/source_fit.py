@@ -184,8 +184,9 @@ class _Group:
     """Lines that the same sweeps have, at which the hammer's noise is one and the same.
 
     `changes` (per sweep, since mounts may go by their motion) and `errors` hold what each unknown
-    of mounts and route takes off the apparent mass; `columns` (per sweep) the load per unknown of
-    rotor and gas, shape (n, 6, n_source).
+    of mounts and route takes off the apparent mass; `rest` (per sweep, (n, 6 n_rest, 6)) is both
+    line by line; `columns` (per sweep) the load per unknown of rotor and gas, shape
+    (n, 6, n_source).
     """
 
     members: tuple[int, ...]
@@ -194,6 +195,7 @@ class _Group:
     apparent_mass: ComplexArray
     changes: tuple[ComplexArray, ...]
     errors: ComplexArray
+    rest: tuple[ComplexArray, ...]
     columns: tuple[ComplexArray, ...]
 
 
@@ -227,17 +229,19 @@ class _SourceProblem:
         for members, picks in _shared_lines(self.loads, inside):
             parts = tuple(self.loads[m].select(p) for m, p in zip(members, picks, strict=True))
             lines = parts[0].lines
+            changes = tuple(
+                change.matrices(part.frequency, model.mounts[lines], part.motion) for part in parts
+            )
+            errors = np.ascontiguousarray(model.by_error[:, lines])
             self.groups.append(
                 _Group(
                     members,
                     picks,
                     parts,
                     model.apparent_mass[lines],
-                    tuple(
-                        change.matrices(part.frequency, model.mounts[lines], part.motion)
-                        for part in parts
-                    ),
-                    np.ascontiguousarray(model.by_error[:, lines]),
+                    changes,
+                    errors,
+                    tuple(_by_line(np.concatenate([part, errors])) for part in changes),
                     tuple(
                         self._source_columns(parts[0].frequency, sense, int(which[member]))
                         for member in members
@@ -253,15 +257,18 @@ class _SourceProblem:
         cost may therefore still fall a little, towards that bias.
         """
         for _ in range(LARGEST_STEPS):
-            normal, gradient, parts = self._normal_equations(values, mismatch)
+            normal, gradient, cost, parts = self._normal_equations(values, mismatch)
             whiteners = [whitener for whitener, _ in parts]
             covariance = _inverse(normal)
             step = -covariance @ gradient
             # the size of the step in the metric of the posterior, whatever its direction
             if np.sqrt(abs(step @ normal @ step)) < TOLERANCE:
                 return values + step, covariance, True
-            limit, share = WORST_STEP * self._cost(values, whiteners), 1.0
-            while share > SHORTEST_STEP and self._cost(values + share * step, whiteners) > limit:
+            share = 1.0
+            while (
+                share > SHORTEST_STEP
+                and self._cost(values + share * step, whiteners) > WORST_STEP * cost
+            ):
                 share /= 2
             values = values + share * step
         return values, covariance, False
@@ -274,7 +281,7 @@ class _SourceProblem:
         others = np.r_[0 : change.start, change.stop : values.size]
         values = values.copy()
         for _ in range(LARGEST_STEPS):
-            normal, gradient, parts = self._normal_equations(values, 0.0)
+            normal, gradient, _, parts = self._normal_equations(values, 0.0)
             inverse = _inverse(normal[change, change])
             step = -inverse @ gradient[change]
             values[change] += step
@@ -294,19 +301,23 @@ class _SourceProblem:
 
     def _normal_equations(
         self, values: RealArray, mismatch: float
-    ) -> tuple[RealArray, RealArray, list[tuple[ComplexArray, ComplexArray]]]:
-        """``Jᵀ J`` and ``Jᵀ r`` with the priors; whitener and whitened slopes of each group."""
+    ) -> tuple[RealArray, RealArray, float, list[tuple[ComplexArray, ComplexArray]]]:
+        """``Jᵀ J``, ``Jᵀ r`` and ``rᵀ r`` with the priors; whitener, whitened slopes by group."""
         normal, gradient = np.diag(self.prior), self.prior * values
+        cost = float(gradient @ values)
         parts = []
         for group in self.groups:
-            right, rows = self._equations(group, values)
-            whitener = self._whitener(group, values, mismatch)
+            masses = self._apparent_masses(group, values)
+            right, rows = self._equations(group, values, masses)
+            whitener = self._whitener(group, masses, mismatch)
             white = whitener @ rows
             flat = _real_rows(white.reshape(-1, values.size))
+            left = _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
             normal += flat.T @ flat
-            gradient += flat.T @ _real_rows((whitener @ right[..., np.newaxis]).reshape(-1))
+            gradient += flat.T @ left
+            cost += float(left @ left)
             parts.append((whitener, white))
-        return normal, gradient, parts
+        return normal, gradient, cost, parts
 
     def reduced_chi(self, values: RealArray) -> float:
         """Rms of the whitened residuals."""
@@ -343,7 +354,8 @@ class _SourceProblem:
         white = tuple(np.full(load.load.shape, np.nan, dtype=complex) for load in self.loads)
         for group in self.groups:
             right = self._misfit(group, values)
-            mixed = self._whitener(group, values, mismatch) @ right[..., np.newaxis]
+            whitener = self._whitener(group, self._apparent_masses(group, values), mismatch)
+            mixed = whitener @ right[..., np.newaxis]
             for number, (member, pick) in enumerate(zip(group.members, group.picks, strict=True)):
                 rows = slice(6 * number, 6 * number + 6)
                 plain[member][pick] = -right[:, rows]
@@ -377,21 +389,19 @@ class _SourceProblem:
         ]
         return np.concatenate(right, axis=1)
 
-    def _equations(self, group: _Group, values: RealArray) -> tuple[ComplexArray, ComplexArray]:
+    def _equations(
+        self, group: _Group, values: RealArray, masses: Sequence[ComplexArray]
+    ) -> tuple[ComplexArray, ComplexArray]:
         """Misfit, and its Jacobian of shape (n, 6 n_sweep, n_unknown)."""
         right, rows = [], []
-        for part, columns, change, mass in zip(
-            group.parts,
-            group.columns,
-            group.changes,
-            self._apparent_masses(group, values),
-            strict=True,
+        for part, columns, rest, mass in zip(
+            group.parts, group.columns, group.rest, masses, strict=True
         ):
             source = columns @ values[: self.n_source]
             motion = np.asarray(np.linalg.solve(mass, source[..., np.newaxis])[..., 0], complex)
-            by_rest = [np.moveaxis(applied(by, motion), 0, -1) for by in (change, group.errors)]
+            by_rest = (rest @ motion[..., np.newaxis]).reshape(len(rest), 6, -1)
             right.append(source - applied(mass, part.motion))
-            rows.append(np.concatenate([columns, *by_rest], axis=-1))
+            rows.append(np.concatenate([columns, by_rest], axis=-1))
         return np.concatenate(right, axis=1), np.concatenate(rows, axis=1)
 
     def _cost(self, values: RealArray, whiteners: Sequence[ComplexArray]) -> float:
@@ -402,10 +412,11 @@ class _SourceProblem:
             cost += float(np.sum(np.abs(white) ** 2))
         return cost
 
-    def _whitener(self, group: _Group, values: RealArray, mismatch: float) -> ComplexArray:
+    def _whitener(
+        self, group: _Group, masses: Sequence[ComplexArray], mismatch: float
+    ) -> ComplexArray:
         """Inverse of the Cholesky factor of the noise, shape (n, 6 n_sweep, 6 n_sweep)."""
-        now = self._apparent_masses(group, values)
-        covariance = noise_covariance(self.model, group.parts, now)
+        covariance = noise_covariance(self.model, group.parts, masses)
         if mismatch > 0:
             covariance += mismatch**2 * mount_covariance(self.model, group.parts)
         return np.asarray(np.linalg.inv(np.linalg.cholesky(covariance)))
@@ -415,6 +426,12 @@ def _combined(values: RealArray, matrices: ComplexArray) -> ComplexArray:
     """Sum of matrices, shape (k, ...), each times a real number: half the work of a complex one."""
     flat = matrices.reshape(len(matrices), -1).view(float)
     return np.asarray((values @ flat).view(complex).reshape(matrices.shape[1:]))
+
+
+def _by_line(matrices: ComplexArray) -> ComplexArray:
+    """Put matrices (k, n, 6, 6) below each other at each line, rows first, (n, 6 k, 6)."""
+    k, n, *_ = matrices.shape
+    return np.ascontiguousarray(np.moveaxis(matrices, 0, 2)).reshape(n, 6 * k, 6)
 
 
 def _real_rows(values: ComplexArray) -> RealArray:

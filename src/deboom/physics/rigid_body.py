@@ -83,12 +83,12 @@ def forward_matrix(position: npt.ArrayLike) -> RealArray:
 def forward_matrices(
     positions: npt.ArrayLike, orientations: npt.ArrayLike | None = None
 ) -> RealArray:
-    """Return the forward matrices of several points, one below the other, shape (3 n, 6).
+    """Return the forward matrices of several points, one below the other, shape (..., 3 n, 6).
 
     Parameters
     ----------
-    positions : array, shape (n, 3) — points, from the reference point of the body [m]
-    orientations : array, shape (n, 3, 3), optional
+    positions : array, shape (..., n, 3) — points, from the reference point of the body [m]
+    orientations : array, shape (..., n, 3, 3), optional
         Rotation matrix of each sensor or mount, its local axes as columns; by default all are
         parallel to the body's axes.
 
@@ -99,20 +99,19 @@ def forward_matrices(
     rotation about the line through them undetermined, although V is then square.
     """
     positions = np.asarray(positions, dtype=float)
-    if positions.ndim != 2 or positions.shape[1] != 3:
+    if positions.ndim < 2 or positions.shape[-1] != 3:
         raise InputError(f"positions have shape (n, 3), not {positions.shape}")
-    n_points = positions.shape[0]
-    identity = np.broadcast_to(np.eye(3), (n_points, 3, 3))
-    forward = np.concatenate([identity, -skew(positions)], axis=2)
+    *rows, n_points, _ = positions.shape
+    shape = (*positions.shape, 3)
+    forward = np.concatenate([np.broadcast_to(np.eye(3), shape), -skew(positions)], axis=-1)
     if orientations is not None:
         rotations = np.asarray(orientations, dtype=float)
-        if rotations.shape != (n_points, 3, 3):
+        if rotations.shape != shape:
             raise InputError(
-                f"orientations of {n_points} points have shape ({n_points}, 3, 3), "
-                f"not {rotations.shape}"
+                f"orientations of {n_points} points have shape {shape}, not {rotations.shape}"
             )
-        forward = np.swapaxes(rotations, 1, 2) @ forward
-    return forward.reshape(3 * n_points, 6)
+        forward = np.swapaxes(rotations, -1, -2) @ forward
+    return forward.reshape(*rows, 3 * n_points, 6)
 
 
 def shift_matrix(position: npt.ArrayLike) -> RealArray:
@@ -151,11 +150,11 @@ def mount_stiffness_matrix(
 
     Parameters
     ----------
-    positions : array, shape (n, 3) — mounts, from the reference point of the body [m]
+    positions : array, shape (..., n, 3) — mounts, from the reference point of the body [m]
     stiffness : array, shape (..., n, 3) or (..., 3 n)
         Stiffness of each mount along its three axes, real or complex [N/m]. Last axes of (n, 3) are
         always read as the first form.
-    orientations : array, shape (n, 3, 3), optional
+    orientations : array, shape (..., n, 3, 3), optional
         Rotation matrix of each mount; by default the mounts' axes are those of the body.
 
     Returns
@@ -168,7 +167,7 @@ def mount_stiffness_matrix(
     have no rotational stiffness of their own.
     """
     forward = forward_matrices(positions, orientations)
-    n_mounts = forward.shape[0] // 3
+    n_mounts = forward.shape[-2] // 3
     values = np.asarray(stiffness)
     if values.shape[-2:] == (n_mounts, 3):
         values = values.reshape(*values.shape[:-2], 3 * n_mounts)
@@ -177,7 +176,8 @@ def mount_stiffness_matrix(
             f"{n_mounts} mounts need stiffnesses of shape (..., {n_mounts}, 3) or "
             f"(..., {3 * n_mounts}), not {values.shape}"
         )
-    matrix: RealOrComplexArray = forward.T @ (values[..., :, np.newaxis] * forward)
+    weighted = values[..., :, np.newaxis] * forward
+    matrix: RealOrComplexArray = np.swapaxes(forward, -1, -2) @ weighted
     return matrix
 
 

@@ -25,29 +25,31 @@ LARGEST_BENDING = 50.0
 class ViscoelasticBeam:
     """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
+    Numbers are arrays (..., 1) where many beams are computed at once.
+
     - `length`, `line_mass`.
     - `tension`, `torsion`, `bending`.
     - `loss_factor`.
     - `torsion_radius`.
     """
 
-    length: float
-    tension: float
-    torsion: float
-    bending: float
-    line_mass: float
-    loss_factor: float
-    torsion_radius: float
+    length: float | RealArray
+    tension: float | RealArray
+    torsion: float | RealArray
+    bending: float | RealArray
+    line_mass: float | RealArray
+    loss_factor: float | RealArray
+    torsion_radius: float | RealArray
 
     def __post_init__(self) -> None:
         for field in fields(self):
-            value = getattr(self, field.name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"the {field.name} of a beam must be positive, not {value:g}")
+            value = np.asarray(getattr(self, field.name))
+            if not np.all(np.isfinite(value) & (value > 0)):
+                raise InputError(f"the {field.name} of a beam must be positive, not {value}")
 
 
 def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:
-    """Return the dynamic stiffness (n_frequency, 12, 12) between the two ends, in the beam's axes.
+    """Return the dynamic stiffness (..., n_frequency, 12, 12) between the ends, in the beam's axes.
 
     Loads on the ends per motion of the ends; local x runs from the first end to the second;
     symmetric [N/m, N/rad, N m/rad]. Raises InputError: a line at or below 0 Hz, or so high that the
@@ -70,18 +72,18 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
         raise InputError("a beam needs lines above 0 Hz: its mass has no static counterpart")
     omega = 2 * np.pi * lines
     modulus = 1 + 1j * beam.loss_factor
-    matrix = np.zeros((lines.size, 12, 12), dtype=complex)
     shaft_mass = beam.line_mass * beam.torsion_radius**2
+    rigidity = beam.bending * modulus
+    waves = np.asarray((beam.line_mass * omega**2 / rigidity) ** 0.25 * beam.length)
+    matrix = np.zeros((*waves.shape, 12, 12), dtype=complex)
     for dof, real, mass in ((0, beam.tension, beam.line_mass), (3, beam.torsion, shaft_mass)):
         x = omega * beam.length * np.sqrt(mass / (real * modulus))
         scale = real * modulus / beam.length
         ends = scale * x * np.cos(x) / np.sin(x)
-        matrix[:, dof, dof] = matrix[:, dof + 6, dof + 6] = ends
-        matrix[:, dof, dof + 6] = matrix[:, dof + 6, dof] = -scale * x / np.sin(x)
-    rigidity = beam.bending * modulus
-    waves = (beam.line_mass * omega**2 / rigidity) ** 0.25 * beam.length
-    entries = _bending(np.asarray(waves, dtype=complex))
-    values = entries * rigidity / beam.length ** np.array([3, 2, 1, 3, 2, 1])
+        matrix[..., dof, dof] = matrix[..., dof + 6, dof + 6] = ends
+        matrix[..., dof, dof + 6] = matrix[..., dof + 6, dof] = -scale * x / np.sin(x)
+    size = np.asarray(beam.length)[..., np.newaxis] ** np.array([3, 2, 1, 3, 2, 1])
+    values = _bending(waves) * np.asarray(rigidity)[..., np.newaxis] / size
     for shift, turn, sign in ((1, 5, 1.0), (2, 4, -1.0)):
         for row, column, entry, factor in (
             (shift, shift, 0, 1.0),
@@ -95,27 +97,27 @@ def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexA
             (turn, shift + 6, 4, -sign),
             (turn, turn + 6, 5, 1.0),
         ):
-            matrix[:, row, column] = matrix[:, column, row] = factor * values[:, entry]
+            matrix[..., row, column] = matrix[..., column, row] = factor * values[..., entry]
     return matrix
 
 
 def frame_along(direction: npt.ArrayLike) -> RealArray:
     """Return right-handed axes of a beam, the same ones for the same direction.
 
-    - `direction` (3,).
-    - returns (3, 3): columns are the local axes: x along the beam, y level (normal to the global
-      z), or the global y for a beam along z [1].
+    - `direction` (..., 3).
+    - returns (..., 3, 3): columns are the local axes: x along the beam, y level (normal to the
+      global z), or the global y for a beam along z [1].
     """
     axis = np.asarray(direction, dtype=float)
-    norm = np.linalg.norm(axis)
-    if axis.shape != (3,) or not (np.isfinite(norm) and norm > 0):
+    norm = np.linalg.norm(axis, axis=-1, keepdims=True)
+    if axis.shape[-1] != 3 or not np.all(np.isfinite(norm) & (norm > 0)):
         raise InputError("a beam needs a direction of three numbers that are not all zero")
     axis = axis / norm
-    level = np.array([-axis[1], axis[0], 0.0])
-    length = np.linalg.norm(level)
+    level = np.stack([-axis[..., 1], axis[..., 0], np.zeros(axis.shape[:-1])], axis=-1)
     # along z every transverse direction is level: y is taken, for there is no limit
-    level = level / length if length > 1e-9 else np.array([0.0, 1.0, 0.0])
-    return np.column_stack([axis, level, np.cross(axis, level)])
+    level[np.linalg.norm(level, axis=-1) <= 1e-9] = [0.0, 1.0, 0.0]
+    level /= np.linalg.norm(level, axis=-1, keepdims=True)
+    return np.stack([axis, level, np.cross(axis, level)], axis=-1)
 
 
 def beam_congruence(
@@ -145,7 +147,7 @@ def beam_congruence(
 
 
 def _bending(x: ComplexArray) -> ComplexArray:
-    """Six entries of a bent beam over EI/Lⁿ, shape (n_frequency, 6).
+    """Six entries of a bent beam over EI/Lⁿ, shape (..., n_frequency, 6).
 
     Own force per shift, own force per turn (= moment per shift), own moment per turn, then the
     three that act at one end for a motion of the other.
@@ -159,7 +161,7 @@ def _bending(x: ComplexArray) -> ComplexArray:
     small = np.abs(x) < SERIES_BELOW
     static = np.array([12.0, 6.0, 4.0, -12.0, 6.0, 2.0])
     mass = np.array([156.0, 22.0, 4.0, 54.0, -13.0, -3.0]) / 420.0
-    series = static - mass * x[:, np.newaxis] ** 4
+    series = static - mass * x[..., np.newaxis] ** 4
     x = np.where(small, 1.0, x)
     s, c, sh, ch = np.sin(x), np.cos(x), np.sinh(x), np.cosh(x)
     tops = (
@@ -170,5 +172,5 @@ def _bending(x: ComplexArray) -> ComplexArray:
         x**2 * (ch - c),
         x * (sh - s),
     )
-    entries = np.stack(tops, axis=1) / (1 - c * ch)[:, np.newaxis]
-    return np.where(small[:, np.newaxis], series, entries)
+    entries = np.stack(tops, axis=-1) / (1 - c * ch)[..., np.newaxis]
+    return np.where(small[..., np.newaxis], series, entries)

@@ -278,13 +278,13 @@ def self_calibrate(
         ftol=1e-9,
         gtol=1e-6,
     )
-    residuals = problem.residuals(result.x)
+    residuals, jacobian = problem.residuals(result.x), np.asarray(result.jac, dtype=float)
     return SelfCalibration(
         parametrisation,
         result.x[:n],
         problem.placement,
         result.x[n:],
-        _inverse(result.jac.T @ result.jac),
+        _inverse(jacobian.T @ jacobian),
         float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
         int(result.nfev),
         bool(result.status > 0),

@@ -168,7 +168,6 @@ def point_derivatives(
     `numbers` (n, 11): where the derivatives are taken; `frequency` (n_frequency,): lines above 0
     [Hz]. Returns (n, 11, n_frequency, 6, 6).
     """
-
     lines = np.asarray(frequency, dtype=float)
     slopes = [
         _point_derivatives(hose, row, lines)
@@ -184,9 +183,9 @@ def _point_derivatives(hose: HoseDrawing, numbers: RealArray, lines: RealArray) 
         ratios = np.exp(rows).T[..., np.newaxis]
         values = np.array([getattr(hose, name) for name in (*BEAM_NUMBERS, "length")])
         *beam, length = values[:, np.newaxis, np.newaxis] * ratios
-        return beam_stiffness(ViscoelasticBeam(length, *beam, hose.torsion_radius), lines)[
-            ..., :6, :6
-        ]
+        named = dict(zip(BEAM_NUMBERS, beam, strict=True))
+        beams = ViscoelasticBeam(length=length, torsion_radius=hose.torsion_radius, **named)
+        return beam_stiffness(beams, lines)[..., :6, :6]
 
     drawn = frame_along(hose.direction)
 

@@ -72,9 +72,7 @@ class Parametrisation(ABC):
         """Build the compressor that the numbers stand for; InputError where they stand for none."""
         mass, stiffness, gain = self.parts(values)
         body = mass_properties(mass)
-        return CompressorModel(
-            body.mass, body.centre, body.inertia, stiffness, GainFactor.of(gain)
-        )
+        return CompressorModel(body.mass, body.centre, body.inertia, stiffness, GainFactor.of(gain))
 
     def sensitivities(self, values: RealArray, frequency: RealArray) -> ComplexArray:
         """Differentiate the apparent mass, shape (n_parameters, n_frequency, 6, 6)."""
@@ -308,4 +306,3 @@ def parameters_of_pseudo_inertia(pseudo: RealArray, length: float) -> RealArray:
             np.log(shape[0, 0]),
         ]
     )
-

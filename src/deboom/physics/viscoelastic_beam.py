@@ -7,6 +7,7 @@ those that act on the beam, so that a beam pushes back on what holds it with the
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -17,6 +18,8 @@ from deboom.physics.rigid_body import shift_matrix
 
 SERIES_BELOW = 0.1
 """Bending wave number times length below which the closed form loses digits to cancellation."""
+Number: TypeAlias = Any
+"""A float, or an array (..., 1) where many beams are computed at once."""
 LARGEST_BENDING = 50.0
 """Bending wave number times length above which the hyperbolic functions are worth nothing."""
 
@@ -25,21 +28,19 @@ LARGEST_BENDING = 50.0
 class ViscoelasticBeam:
     """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
-    Numbers are arrays (..., 1) where many beams are computed at once.
-
     - `length`, `line_mass`.
     - `tension`, `torsion`, `bending`.
     - `loss_factor`.
     - `torsion_radius`.
     """
 
-    length: float | RealArray
-    tension: float | RealArray
-    torsion: float | RealArray
-    bending: float | RealArray
-    line_mass: float | RealArray
-    loss_factor: float | RealArray
-    torsion_radius: float | RealArray
+    length: Number
+    tension: Number
+    torsion: Number
+    bending: Number
+    line_mass: Number
+    loss_factor: Number
+    torsion_radius: Number
 
     def __post_init__(self) -> None:
         for field in fields(self):

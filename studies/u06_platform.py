@@ -45,7 +45,6 @@ from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import (
     Analysis,
-    Ranked,
     SensitivityPlan,
     sensitivity,
     sensitivity_report,
@@ -137,7 +136,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
-        *(Analysis.design, Ranked.decibels, half, 0.20, spread),
+        *(Analysis.design, half, 0.20, spread),
         *(options.n, options.resamples, options.seed),
     )
     with progress_bar("sensitivity") as bar:

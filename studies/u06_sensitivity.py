@@ -3,12 +3,10 @@
 Sobol indices of the stiffness factors (the thesis's figure 48): the share of the variance of a
 vehicle's level, 20 to 60 Hz, that each is behind, alone, with others together, mount by mount, and
 line by line. Two analyses: design (uniform within a range, by default 15 %, with 20 % beside it)
-and tolerance (gaussian, cut at 3 sigma). Ranked is the sum of decibels (SPLV) or the energy level;
-what is not ranked stands beside it.
+and tolerance (gaussian, cut at 3 sigma); what is not ranked stands beside it.
 
 On the virtual platform TSM x leads in U06-1 to U06-4, before Du x; in U06-5, the one with the
-battery, GeM x leads before TSM x; of the energy, which follows the loud lines, TSM x leads there
-too. Du y and z have no path to the cabin and come out as exactly 0.
+battery, GeM x leads before TSM x. Du y and z have no path to the cabin and come out as exactly 0.
 
 Keys of summary.json: st_<variable>_<vehicle> such as st_TSM_x_U06-1 (total index), and
 st_mount_<mount>_<vehicle>; largest_interval (half width, 95 %), largest_interaction (total minus
@@ -30,7 +28,6 @@ from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.sensitivity import (
     Analysis,
-    Ranked,
     SensitivityPlan,
     sensitivity,
     sensitivity_report,
@@ -39,7 +36,7 @@ from deboom.study.sensitivity import (
 
 @dataclass(frozen=True)
 class Options:
-    """What varies and how far, what is ranked, and from how many points."""
+    """What varies and how far, and from how many points."""
 
     seed: Seed = 1
     n: Annotated[int, Option(help="Base points; a power of two.")] = 1024
@@ -47,7 +44,6 @@ class Options:
         int, Option(help="Bootstrap resamples of the intervals.", callback=at_least(2))
     ] = 100
     analysis: Annotated[Analysis, Option(help="Chosen or scattering.")] = Analysis.design
-    ranked: Annotated[Ranked, Option(help="What of the levels.")] = Ranked.decibels
     bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
     beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
@@ -64,7 +60,6 @@ def run(runs: Operation, options: Options, context: RunContext | None = None) ->
     """Evaluate, analyse and report."""
     plan = SensitivityPlan(
         options.analysis,
-        options.ranked,
         options.bounds,
         options.beside,
         options.tolerance,

@@ -14,7 +14,6 @@ from deboom.study.platform_model import Motion, MountSource, motion_index, opera
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import (
     Analysis,
-    Ranked,
     index_table,
     line_table,
     sensitivity_report,
@@ -76,20 +75,16 @@ def test_lines(finished):
 def test_ranges_and_measures_stand_beside(finished):
     labels = list(pd.read_csv(finished / "sobol_beside.csv").columns)
     for words in (
-        "design ±15 %, sum of decibels (SPLV)",
+        "design ±15 %",
         "design ±20 %",
         "tolerance ±15 % (3 σ)",
-        "design ±15 %, energy level of the band",
     ):
         assert f"total, {words} [1]" in labels
     record = json.loads((finished / "run.json").read_text())
-    assert record["facts"]["ranked"] == "sum of decibels (SPLV)"
     assert record["facts"]["variables"] == "design: uniform from 0.85 to 1.15"
     page = (finished / "report.html").read_text(encoding="utf-8")
-    assert "Ranked is the sum of decibels (SPLV)" in page
     assert "Zero in every vehicle: Du y and Du z." in page
     assert "design ±20 %: the same two lead in every vehicle." in page
-    assert "U06-5: TSM x, then" in page  # of the energy, at 20 to 60 Hz
     for stem in ("sobol", "sobol_mounts", "sobol_lines"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
 
@@ -98,7 +93,7 @@ def test_the_same_seed_gives_the_same_bits(finished):
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20, 60))
     index = motion_index(runs, Motion.prescribed)
     plan = room.SensitivityPlan(
-        *(Analysis.design, Ranked.decibels, 0.15, 0.20, 0.15),
+        *(Analysis.design, 0.15, 0.20, 0.15),
         n_base=64,
         n_resamples=20,
         seed=1,
@@ -117,17 +112,15 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
         tmp_path,
         n=8,
         analysis=Analysis.tolerance,
-        ranked=Ranked.energy,
         load_case=["g5_wot220=1", "g6_wot220=1"],
         group="F39",
         motion=Motion.coupled,
     )
     table = pd.read_csv(folder / "sobol_beside.csv")
     assert [name for name in table.columns if name.startswith("total")] == [
-        "total, tolerance ±15 % (3 σ), energy level of the band [1]",
+        "total, tolerance ±15 % (3 σ) [1]",
         "total, design ±15 % [1]",
         "total, design ±20 % [1]",
-        "total, tolerance ±15 % (3 σ), sum of decibels (SPLV) [1]",
     ]
     facts = json.loads((folder / "run.json").read_text())["facts"]
     assert facts["motion"] == "coupled"
@@ -144,11 +137,11 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     few = replace(paths, values=paths.values[..., :3], variable_names=paths.variable_names[:3])
     index = BoomingModel((few,), (1.0,))
     plan = room.SensitivityPlan(
-        *(Analysis.design, Ranked.decibels, 0.1, 0.1, 0.1), n_base=32, n_resamples=10, seed=2
+        *(Analysis.design, 0.1, 0.1, 0.1), n_base=32, n_resamples=10, seed=2
     )
     found = room.sensitivity(small, index, plan)
     assert found.by_mount is None
-    assert [*found.beside] == ["tolerance ±10 % (3 σ)", "design ±10 %, energy level of the band"]
+    assert [*found.beside] == ["tolerance ±10 % (3 σ)"]
     report = sensitivity_report(found)
     assert "sobol_mounts" not in report.figures
     assert len(report.tables["sobol_lines"]) == 3

@@ -29,81 +29,21 @@ from deboom.plot import IntervalPanel, LineMap, interval_panels, line_maps
 from deboom.report import Report, Scalar
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
-from deboom.vehicles.booming_model import BoomingModel, mean_energy_level
+from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.booming_peaks import booming_peaks
 
 if TYPE_CHECKING:
     from deboom.plot import Figure
 
 
-class Ranked(Enum):
-    """What of a vehicle's levels is ranked."""
+def line_levels(index: BoomingModel, designs: RealArray) -> RealArray:
+    """Return the levels of all lines, vehicle by vehicle, weighted mean of the load cases [dB(A)].
 
-    decibels = "decibels"
-    """SPLV, the sum of the decibels of all lines: a notch counts like a peak."""
-    energy = "energy"
-    """The level of the mean energy of all lines: the loud ones rule it."""
-
-    @property
-    def words(self) -> str:
-        """What a report calls it."""
-        return "sum of decibels (SPLV)" if self.is_sum else "energy level of the band"
-
-    @property
-    def is_sum(self) -> bool:
-        """Whether it grows with the number of lines."""
-        return self is Ranked.decibels
-
-    @property
-    def other(self) -> Ranked:
-        """The one that is not ranked."""
-        return Ranked.energy if self is Ranked.decibels else Ranked.decibels
-
-
-@dataclass(frozen=True, eq=False)
-class LevelOutputs:
-    """Levels of a design: line by line, and the energy level and SPLV of each vehicle.
-
-    All are means over the load cases with their weights.
-
-    - `index`: v vehicles, f lines.
+    Of designs (n, k), shape (n, n_vehicle n_lines).
     """
-
-    index: BoomingModel
-
-    @property
-    def line_names(self) -> tuple[str, ...]:
-        """Vehicle and frequency of each line's column."""
-        return tuple(
-            f"{vehicle} at {line:g} Hz"
-            for vehicle in self.index.response_names
-            for line in self.index.frequency
-        )
-
-    def __call__(self, designs: RealArray) -> RealArray:
-        """Return lines, then energy levels, then SPLV, shape (n, v f + 2 v) [dB(A)]."""
-        parts = [self._case(designs, name) for name in self.index.load_case_names]
-        weighted = zip(self.index.weights, parts, strict=True)
-        return np.asarray(sum(weight * part for weight, part in weighted))
-
-    def _case(self, designs: RealArray, load_case: str) -> RealArray:
-        level, lines = self.index.levels(designs, load_case), self.index.frequency
-        energy = mean_energy_level(level, lines, (float(lines[0]), float(lines[-1])))
-        return np.hstack([level.reshape(len(level), -1), energy, level.sum(axis=-1)])
-
-    def split(self, values: RealArray, ranked: Ranked) -> tuple[RealArray, RealArray]:
-        """Return of the values those of the lines, and those that are not `ranked`, (n, v)."""
-        count = len(self.index.response_names)
-        lines, energy, decibels = np.split(values, [-2 * count, -count], axis=1)
-        return lines, energy if ranked is Ranked.decibels else decibels
-
-
-def ranked_output(index: BoomingModel, ranked: Ranked) -> Callable[[RealArray], RealArray]:
-    """Return the function from designs to what is ranked, shape (n, n_vehicle) [dB(A)]."""
-    if ranked is Ranked.decibels:
-        return index
-    outputs, count = LevelOutputs(index), len(index.response_names)
-    return lambda designs: outputs(designs)[:, -2 * count : -count]
+    cases = zip(index.weights, index.load_case_names, strict=True)
+    level = np.asarray(sum(weight * index.levels(designs, name) for weight, name in cases))
+    return level.reshape(len(level), -1)
 
 
 LINE_POINTS = 1024
@@ -127,7 +67,6 @@ class SensitivityPlan:
     """What is asked, and with which budget.
 
     - `analysis`: whose indices are ranked; the other one stands beside it.
-    - `ranked`: what of the levels is ranked; the other one stands beside it.
     - `half_width`: stiffness factors of the design analysis run within ``1 ± half_width`` [1].
     - `beside`: the same for the design analysis that stands beside it [1].
     - `tolerance`: half width of the scatter, three standard deviations [1].
@@ -137,7 +76,6 @@ class SensitivityPlan:
     """
 
     analysis: Analysis
-    ranked: Ranked
     half_width: float
     beside: float
     tolerance: float
@@ -229,18 +167,17 @@ def sensitivity(
     """
     (label, inputs), *others = plan.inputs(index.variable_names).items()
     names = index.response_names
-    ranked, outputs = ranked_output(index, plan.ranked), LevelOutputs(index)
     grouped = _by_mount(inputs, platform.mounts)
     saltelli = partial(sobol_designs, n_base=plan.n_base, seed=plan.seed)
     designs = saltelli(inputs)
     few = designs[: min(LINE_POINTS, plan.n_base) * (inputs.n_variables + 2)]
     jobs: Jobs = {
-        label: (ranked, designs),
-        LINES: (outputs, few),
-        **{other: (ranked, saltelli(theirs)) for other, theirs in others},
+        label: (index, designs),
+        LINES: (partial(line_levels, index), few),
+        **{other: (index, saltelli(theirs)) for other, theirs in others},
     }
     if grouped is not None:
-        jobs[MOUNTS] = (ranked, saltelli(grouped))
+        jobs[MOUNTS] = (index, saltelli(grouped))
     values = _evaluated(jobs, progress)
 
     analyse = partial(sobol_indices, outputs=names, seed=plan.seed, n_resamples=plan.n_resamples)
@@ -249,9 +186,8 @@ def sensitivity(
     indices = partial(
         fast_sobol_indices, factors=inputs.factors, seed=plan.seed, n_resamples=plan.n_resamples
     )
-    of_lines, of_other = outputs.split(values[LINES], plan.ranked)
     beside = {other: indices(values[other], outputs=names) for other, _ in others}
-    beside[f"{label}, {plan.ranked.other.words}"] = indices(of_other, outputs=names)
+    lines = [f"{vehicle} at {line:g} Hz" for vehicle in names for line in index.frequency]
     return Sensitivity(
         platform=platform,
         index=index,
@@ -261,7 +197,7 @@ def sensitivity(
         indices=found,
         by_mount=by_mount,
         beside=beside,
-        lines=indices(of_lines, outputs=outputs.line_names),
+        lines=indices(values[LINES], outputs=lines),
         n_runs=sum(len(rows) for _, rows in jobs.values()),
     )
 
@@ -332,7 +268,7 @@ def _zeros(found: SobolIndices) -> list[str]:
 
 def beside_table(study: Sensitivity) -> pd.DataFrame:
     """One row per vehicle and variable: the total index in every analysis."""
-    every = {f"{study.label}, {study.plan.ranked.words}": study.indices, **study.beside}
+    every = {study.label: study.indices, **study.beside}
     columns = {}
     for label, found in every.items():
         columns[f"total, {label} [1]"] = _long(found.total)
@@ -468,7 +404,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     )
     report.table("sobol_lines", line_table(study))
     report.section(
-        "Other ranges, the tolerance, another measure",
+        "Other ranges, the tolerance",
         "How far the ranking depends on what was asked. A share says nothing of the size of the "
         f"variance, which grows with the range.\n\n{_other_leaders(study)}",
     )
@@ -491,7 +427,6 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "motion": motion_name(study.index),
         "design_factor": factor_name(study.index),
         "kernel": study.index.kernel,
-        "ranked": plan.ranked.words,
         "variables": f"{plan.analysis.value}: {study.inputs.description}",
     }
     return report
@@ -516,9 +451,8 @@ def _headed(study: Sensitivity) -> Report:
     report.section(
         "What was asked, and with which data",
         f"{study.platform.title}: {study.platform.description}\n\n"
-        f"Ranked is the {plan.ranked.words}. A sum of decibels counts a notch like a peak; an "
-        "energy level follows the loud lines: the two may rank stiffnesses differently, see "
-        "below.\n\n"
+        "Ranked is SPLV, a sum of decibels, which counts a notch like a peak; the maps show what "
+        "the loud lines depend on.\n\n"
         f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {_listed(study.vehicles)}. "
         f"Load cases: {', '.join(study.index.load_case_names)}. Lines: {frequency.size}, engine "
         f"order {_order(study):g}.\n\n"

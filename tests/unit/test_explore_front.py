@@ -209,21 +209,6 @@ def test_objectives_of_any_size_count_alike():
     for front in fronts:
         scaled = front * factor + shift
         assert other.hypervolume(scaled) == pytest.approx(box.hypervolume(front), rel=1e-9)
-        assert other.igd_plus(scaled) == pytest.approx(box.igd_plus(front), abs=1e-9)
-        assert other.epsilon(scaled) == pytest.approx(box.epsilon(front), abs=1e-9)
-
-
-def test_igd_plus_and_epsilon_of_a_shifted_front():
-    worse = STAIRS + 0.5
-    box = common_box([STAIRS, worse])
-    assert box.igd_plus(STAIRS) == 0.0
-    assert box.epsilon(STAIRS) == 0.0
-    assert box.epsilon(worse) == pytest.approx(0.25)  # 0.5 of a box of 2
-    assert box.igd_plus(worse) == pytest.approx(np.hypot(0.25, 0.25))
-    # a single point: the others of the common front are 1 away in one objective each
-    point = STAIRS[1:2]
-    assert box.igd_plus(point) == pytest.approx((0.5 + 0.0 + 0.5) / 3)
-    assert box.epsilon(point) == pytest.approx(0.5)
 
 
 def test_coverage_counts_what_is_equalled_or_beaten():

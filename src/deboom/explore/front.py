@@ -233,18 +233,16 @@ def thinned(front: ParetoFront, n: int) -> RobustValues:
     return chosen(front, rows)
 
 
-@checked(ideal="m", nadir="m", front="n m")
+@checked(ideal="m", nadir="m")
 class CommonBox:
     """The box of the best front that several fronts make together: unit of their figures of merit.
 
     - `ideal`, `nadir` (m,): best and worst value of each objective on the common front
       [their units].
-    - `front` (n, m): the common front: what no point of any front beats [their units].
     """
 
     ideal: RealArray
     nadir: RealArray
-    front: RealArray
 
     @property
     def span(self) -> RealArray:
@@ -257,37 +255,16 @@ class CommonBox:
         """Reference point of the hypervolume, shape (m,) [their units]."""
         return np.asarray(self.nadir + _MARGIN * self.span)
 
-    def scaled(self, objectives: RealArray) -> RealArray:
-        """Return objectives with the ideal at 0 and the nadir at 1 [1]."""
-        return np.asarray((objectives - self.ideal) / self.span)
-
     def hypervolume(self, objectives: RealArray) -> float:
         """Return the share of the box up to the reference point that a front dominates [1]."""
         m = len(self.ideal)
-        volume = hypervolume(self.scaled(objectives), np.full(m, 1.0 + _MARGIN))
+        scaled = (objectives - self.ideal) / self.span
+        volume = hypervolume(scaled, np.full(m, 1.0 + _MARGIN))
         return volume / (1.0 + _MARGIN) ** m
 
     def share(self, volume: float) -> float:
         """Return a hypervolume in the objectives' own units as a share of the same box [1]."""
         return float(volume / np.prod(self.reference_point - self.ideal))
-
-    def igd_plus(self, objectives: RealArray) -> float:
-        """Return the mean distance from the common front to what a front reaches of it [1].
-
-        IGD+: only objectives in which the front is worse count (H. Ishibuchi et al., "Modified
-        distance calculation in generational distance and inverted generational distance", EMO
-        2015).
-        """
-        return float(moocore.igd_plus(self.scaled(objectives), ref=self.scaled(self.front)))
-
-    def epsilon(self, objectives: RealArray) -> float:
-        """Return by how much a front must move in all objectives to cover the common front [1].
-
-        The additive ε indicator (E. Zitzler et al., "Performance assessment of multiobjective
-        optimizers", IEEE Transactions on Evolutionary Computation 7, 2003).
-        """
-        scaled = self.scaled(objectives)
-        return float(moocore.epsilon_additive(scaled, ref=self.scaled(self.front)))
 
 
 def common_box(fronts: Sequence[RealArray]) -> CommonBox:
@@ -303,8 +280,7 @@ def common_box(fronts: Sequence[RealArray]) -> CommonBox:
             )
     union = np.concatenate(fronts)
     best = union[nondominated(union)]
-    best = best[np.lexsort(best.T[::-1])]
-    return CommonBox(best.min(axis=0), best.max(axis=0), best)
+    return CommonBox(best.min(axis=0), best.max(axis=0))
 
 
 def coverage(front: RealArray, other: RealArray) -> float:

@@ -517,12 +517,12 @@ def _fronts(report: Report, study: Comparison) -> None:
     hidden = ["seed", *(name for name in table.columns if name.startswith("best "))]
     if not table["failed"].any():
         hidden.append("failed")
-    fine = ("hypervolume [%]", "last gain [%]", "IGD+ [%]", "additive ε [%]")
+    fine = ("hypervolume [%]", "last gain [%]")
     report.table(
         "fronts",
         table,
-        "Every run. Hypervolume, IGD+ and ε are in the units of the common box; "
-        "last gain is what the last generations of the search have gained of it.",
+        "Every run. The hypervolume is a share of the common box; last gain is what the last "
+        "generations of the search have gained of it.",
         dict.fromkeys(fine, 2),
         shown=table.drop(columns=hidden),
     )
@@ -613,8 +613,6 @@ def front_table(study: Comparison) -> pd.DataFrame:
                 "still non-dominated [%]": PERCENT * float(np.mean(nondominated(front))),
                 "hypervolume [%]": PERCENT * float(np.mean(volumes)),
                 "last gain [%]": PERCENT * study.progress(one),
-                "IGD+ [%]": PERCENT * study.box.igd_plus(front),
-                "additive ε [%]": PERCENT * study.box.epsilon(front),
                 f"best mean {unit_label(study)}": front[:, 0].min() * study.per_line,
                 f"best σ {unit_label(study)}": front[:, 1].min() * study.per_line,
             }
@@ -705,8 +703,7 @@ def _method(study: Comparison) -> str:
         f"has seen: {SETS} independent scrambled Sobol sets, seed {study.seed}.\n\n"
         f"The best front of all runs together spans a box from its ideal ({ideal}) to its nadir "
         f"({nadir}). The reference point of the hypervolume ({corner}) lies a tenth of the box "
-        "beyond the nadir; the hypervolume is given as the share of the box up to there, IGD+ and "
-        "ε in units of the box from ideal to nadir.\n\n"
+        "beyond the nadir; the hypervolume is given as the share of the box up to there.\n\n"
         f"A difference is called real when chance gives it in less than "
         f"{PERCENT * (1 - CONFIDENCE):g} % of all cases. Chance is in the draws (spread of the "
         f"difference over the {SETS} sets) and in the searches: with {ENOUGH_SEEDS} seeds or more "

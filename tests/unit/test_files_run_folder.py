@@ -199,14 +199,15 @@ def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monke
             capture_output=True,
         )
 
-    module = tmp_path / "module.py"
+    module = tmp_path / "package" / "room" / "module.py"
+    module.parent.mkdir(parents=True)
     module.write_text("x = 1\n")
     monkeypatch.setattr(run_folder, "__file__", str(module))
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
     assert environment_record(())["git"] is None
     git("init")
     assert environment_record(())["git"] is None  # there, but not tracked: an unrelated checkout
-    git("add", "module.py")
+    git("add", ".")
     git("commit", "-m", "first")
     record = environment_record(())["git"]
     assert re.fullmatch("[0-9a-f]{40}", record["revision"])

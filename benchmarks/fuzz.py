@@ -28,7 +28,7 @@ import tempfile
 import time
 import traceback
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import openpyxl
@@ -39,31 +39,30 @@ from deboom.errors import InputError
 LARGEST_MEMORY, LONGEST, LONGEST_SENTENCE = 2 * 2**30, 60.0, 2000
 FAULTS = ("traceback", "hang", "crash", "half-written")
 NAMES = ("", " ", "$x$", "<b>", '"', "'", ";", "../..", "a\0b", "=1+1", "ü", "x" * 100_000, "nan")
-NUMBERS = (
-    "0",
-    "-1",
-    "1e308",
-    "1e-308",
-    "1e999",
-    "nan",
-    "inf",
-    "-0",
-    "1_0",
-    "１",
-    "0x10",
-    "9" * 5000,
-)
+NUMBERS = ("0", "-1", "1e308", "1e-308", "1e999", "nan", "inf", "-0", "1_0", "１", "9" * 5000)
 VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9" * 99_999)
 
 
+DATA = Path(__file__).parents[1] / "studies" / "data"
 sys.path += [str(Path(__file__).parents[1] / "tests" / room) for room in ("unit", "studies")]
 """Valid files of some kinds come from the tests."""
 
 
-def reader(name: str) -> Callable[[Path], object]:
-    """Return a function of deboom, such as ``files.campaign:read_campaign``."""
+def reader(name: str, file: str = "", *more: object) -> Callable[[Path], object]:
+    """Return a function of deboom, such as ``files.campaign:read_campaign``, of a file."""
     module, function = name.split(":")
-    return lambda path: getattr(importlib.import_module(f"deboom.{module}"), function)(path)
+    module = f"deboom.{module}"
+    return lambda path: getattr(importlib.import_module(module), function)(path / file, *more)
+
+
+def shipped(name: str) -> Callable[[Path], None]:
+    """Return what makes a folder with a copy of one of the shipped files."""
+
+    def build(folder: Path) -> None:
+        folder.mkdir()
+        shutil.copy(DATA / name, folder)
+
+    return build
 
 
 def command(*words: str) -> Callable[[Path], object]:
@@ -105,21 +104,9 @@ def _platform(folder: Path) -> None:
 
 
 def _platform_uff(folder: Path) -> None:
-    from deboom.studies import __path__ as studies
+    from test_cli_platform import filled, made
 
-    there = Path(next(iter(studies))) / "data" / "u06_f39_f45"
-    folder.mkdir()
-    for name in ("platform.toml", "mounts.csv", "channels.csv", "noise_transfer", "operating"):
-        copy = shutil.copytree if (there / name).is_dir() else shutil.copy
-        copy(there / name, folder / name)
-    text = (folder / "platform.toml").read_text()
-    for section, kept in (("vehicles", 'name = "U06-1"'), ("load_cases", 'name = "g5_wot220"')):
-        blocks = [b for b in text.split("\n\n") if not b.startswith(f"[[{section}]]") or kept in b]
-        text = "\n\n".join(blocks) + "\n"
-    (folder / "platform.toml").write_text(text)
-    for path in folder.rglob("*.uff"):
-        if path.name not in ("U06-1.uff", "g5_wot220.uff"):
-            path.unlink()
+    filled(made(folder))
 
 
 def _matlab(folder: Path) -> None:
@@ -170,19 +157,10 @@ def _hits(folder: Path) -> None:
 
 
 def _limits(folder: Path) -> None:
-    folder.mkdir()
-    (folder / "a.toml").write_text(
-        "format = 1\nrisk_percent = 5.0\n[static_unbalance]\nat_most_g_mm = 25.0\n[[stiffness]]\n"
-        'direction = "x"\nfrom_hz = 20.0\nto_hz = 60.0\nat_most_n_per_mm = 90.0\n'
-    )
+    from test_files_component_limits import WHOLE
 
-
-def _parts(folder: Path) -> None:
     folder.mkdir()
-    (folder / "a.toml").write_text(
-        'format = 1\nhardness_share = 0.5\n[[parts]]\nnumber = "A"\nplaces = ["EnM", "GeM"]\n'
-        'pieces = 2\n[[tolerances]]\nvariable = "EnM x"\ntolerance = 0.1\n'
-    )
+    (folder / "a.toml").write_text(WHOLE)
 
 
 def _study(folder: Path) -> None:
@@ -205,13 +183,10 @@ def _results(folder: Path) -> None:
 
 
 def _library(folder: Path) -> None:
-    from deboom.studies import __path__ as studies
-
     from deboom.files.library_export import read_library_json, write_library_json
     from deboom.mounts.library import open_library
 
-    there = Path(next(iter(studies))) / "data" / "u06_f39_f45" / "mounts.library.json"
-    campaigns, mounts = read_library_json(there)
+    campaigns, mounts = read_library_json(DATA / "u06_f39_f45" / "mounts.library.json")
     folder.mkdir()
     names = {mounts[0].identity.campaign}
     campaigns = tuple(record for record in campaigns if record.name in names)
@@ -264,26 +239,12 @@ def _delivery(folder: Path) -> None:
     table_of(folder, [0.85, 0.9, 0.95])
 
 
-def _programme(folder: Path) -> None:
-    from deboom.studies import __path__ as studies
-
-    folder.mkdir()
-    shutil.copy(Path(next(iter(studies))) / "data/u06_f39_f45/programme.toml", folder)
-
-
 def _designs(folder: Path) -> None:
     folder.mkdir()
     book = openpyxl.Workbook()
     for row in (("EnM x [1]", "mass [kg]"), (0.9, 3.0), (1.1, 4.0)):
         book.worksheets[0].append(row)
     book.save(folder / "a.xlsx")
-
-
-def _read_designs(folder: Path) -> None:
-    from deboom.files.doe_table import read_designs
-
-    two = ("EnM x", "mass"), ("1", "kg")
-    read_designs(folder / "a.xlsx", deboom.DesignSpace(*two, [1, 3], [0.8, 2], [1.2, 5], [0, 0]))
 
 
 def _search(folder: Path) -> None:
@@ -297,15 +258,17 @@ def _search(folder: Path) -> None:
         store.keep(generation, {"designs": np.ones((3, 2)), "failed": np.zeros(3)})
 
 
+PARTS = "u06_parts.toml"
+SPACE = deboom.DesignSpace(("EnM x", "mass"), ("1", "kg"), [1, 3], [0.8, 2], [1.2, 5], [0, 0])
 KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "platform": (_platform, command("check", "@")),
     "platform of UFF": (_platform_uff, command("check", "@")),
-    "MATLAB": (_matlab, lambda f: reader("files.function_table:read_function_table")(f / "a.mat")),
+    "MATLAB": (_matlab, reader("files.function_table:read_function_table", "a.mat")),
     "campaign": (_campaign, reader("files.campaign:read_campaign")),
     "orders": (_campaign, command("orders", "@", "g5_wot220_time", "--name", "again")),
     "vehicle": (
         _written("vehicle_writer:write_vehicle", 1, load_cases=(), accelerance=False),
-        lambda f: reader("files.vehicle:read_vehicle")(f),
+        reader("files.vehicle:read_vehicle"),
     ),
     "compressor": (
         _written("compressor_writer:write_compressor_test", 1),
@@ -320,8 +283,8 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
         reader("files.electric_car:read_electric_car"),
     ),
     "hammer test": (_hits, reader("files.hammer_test:read_hammer_test")),
-    "limits": (_limits, lambda f: reader("files.limits:read_component_limits")(f / "a.toml")),
-    "part numbers": (_parts, lambda f: reader("files.limits:load_parts")(f / "a.toml")),
+    "limits": (_limits, reader("files.limits:read_component_limits", "a.toml")),
+    "part numbers": (shipped(PARTS), reader("files.limits:load_parts", PARTS)),
     "study": (_study, command("run", "@/a.py", "--help")),
     "list of runs": (_results, command("list", "@", "--html")),
     "library": (_library, command("library", "show", "@/a.db")),
@@ -329,19 +292,18 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "time data": (_time_data, _read_time_data),
     "compressor model": (
         _compressor_model,
-        lambda f: reader("files.compressor_model:read_compressor_model")(f / "a.json"),
+        reader("files.compressor_model:read_compressor_model", "a.json"),
     ),
     "delivery": (_delivery, command("accept", "@/box.json", "@/parts.csv", "--out", "@.out")),
     "programme": (
-        _programme,
-        lambda f: importlib.import_module("deboom.files.acceptance").read_programme(
-            f, ("EnM", "GeM", "TSM", "Du")
-        ),
+        shipped("u06_f39_f45/programme.toml"),
+        reader("files.acceptance:read_programme", "", ("EnM", "GeM", "TSM", "Du")),
     ),
-    "designs": (_designs, _read_designs),
+    "designs": (_designs, reader("files.doe_table:read_designs", "a.xlsx", SPACE)),
     "search": (_search, _read_search),
 }
-SELDOM = {"orders": 8, "electric car": 8, "MATLAB": 4, "operation": 4, "delivery": 8}
+SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery"), 8)
+SELDOM |= {"MATLAB": 4, "operation": 4}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 """Files that a command may write."""
@@ -503,6 +465,14 @@ def _child(read: Callable[[Path], object], folder: Path, said: Path) -> None:
         os._exit(code)
 
 
+def rounds(kinds: list[str]) -> Iterator[tuple[str, int]]:
+    """Yield kind after kind, round after round, those that take long only in their turns."""
+    for turn in itertools.count(1):
+        for kind in kinds:
+            if turn % SELDOM.get(kind, 1) == 0:
+                yield kind, turn
+
+
 def main() -> int:
     """Break inputs until the time or the number of cases is up, and count how they end."""
     for module in pkgutil.walk_packages(deboom.__path__, "deboom."):
@@ -518,34 +488,26 @@ def main() -> int:
     counts: Counter[tuple[str, str]] = Counter()
     kinds = [asked.kind] if asked.kind else list(KINDS)
     with tempfile.TemporaryDirectory(prefix="fuzz-") as place:
-        good = Path(place) / "good"
-        good.mkdir()
-        for number, kind in enumerate(kinds):
-            with contextlib.redirect_stdout(io.StringIO()):
-                KINDS[kind][0](good / f"kind{number}")
-            found = outcome(
-                KINDS[kind][1], shutil.copytree(good / f"kind{number}", Path(place) / "ok")
-            )
-            assert found[0] == "accepted", f"{kind} is not valid: {found}"
-            shutil.rmtree(Path(place) / "ok")
-        cases = (
-            (number, kind, turn)
-            for turn in itertools.count()
-            for number, kind in enumerate(kinds)
-            if turn % SELDOM.get(kind, 1) == 0
-        )
-        for number, kind, turn in itertools.islice(cases, asked.cases):
+        for kind, turn in itertools.islice(rounds(kinds), asked.cases):
             if time.monotonic() > end:
                 break
+            good = Path(place) / kind.replace(" ", "_")
+            case = Path(place) / "case"
+            if not good.exists():
+                with contextlib.redirect_stdout(io.StringIO()):
+                    KINDS[kind][0](good)
+                valid = outcome(KINDS[kind][1], shutil.copytree(good, case))
+                assert valid[0] == "accepted", f"{kind} is not valid: {valid}"
+                shutil.rmtree(case)
             chance = random.Random(f"{asked.seed} {kind} {turn}")
-            folder = shutil.copytree(good / f"kind{number}", Path(place) / "case")
-            done = " and ".join(broken(folder, chance) for _ in range(chance.choice((1, 1, 1, 2))))
-            kind_of_end, text = outcome(KINDS[kind][1], folder)
+            shutil.copytree(good, case)
+            done = " and ".join(broken(case, chance) for _ in range(chance.choice((1, 1, 1, 2))))
+            kind_of_end, text = outcome(KINDS[kind][1], case)
             counts[kind, kind_of_end] += 1
             if kind_of_end in FAULTS:
                 print(f"{kind_of_end}: {kind}, round {turn}: {done}\n{text}", flush=True)
-            shutil.rmtree(folder)
-            (Path(place) / "case.txt").unlink(missing_ok=True)
+            shutil.rmtree(case)
+            case.with_suffix(".txt").unlink(missing_ok=True)
     ends = ("sentence", "accepted", *FAULTS)
     print(f"{'kind':<18}" + "".join(f"{name:>13}" for name in ends))
     for kind in kinds:

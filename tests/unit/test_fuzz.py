@@ -8,7 +8,7 @@ FUZZ = Path(__file__).parents[2] / "benchmarks" / "fuzz.py"
 
 
 def test_broken_inputs_of_every_kind_end_in_a_sentence():
-    command = [sys.executable, str(FUZZ), "--cases", "48", "--seed", "1", "--seconds", "300"]
+    command = [sys.executable, str(FUZZ), "--cases", "40", "--seed", "1", "--seconds", "300"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
-    assert "48 cases, seed 1: 0 faults" in done.stdout
+    assert "40 cases, seed 1: 0 faults" in done.stdout

@@ -157,7 +157,7 @@ def _hits(folder: Path) -> None:
 
 
 def _limits(folder: Path) -> None:
-    from test_files_component_limits import WHOLE
+    from test_files_limits import WHOLE
 
     folder.mkdir()
     (folder / "a.toml").write_text(WHOLE)

@@ -1,12 +1,17 @@
+"""Tables: units, numbers and cells are read exactly or refused by line and column."""
+
+import io
 import os
 
+import numpy as np
+import openpyxl
+import pandas as pd
 import pytest
-from broken_files import edits, refused
-from openpyxl import Workbook
+from broken_files import content, edits, refused
 
 from deboom.errors import InputError
 from deboom.files.rows import ChannelRow, MountRow, read_table, write_table
-from deboom.files.tables import parse_unit
+from deboom.files.tables import parse_unit, workbook_bytes
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]
@@ -89,30 +94,36 @@ def test_a_bad_mount_table_is_refused_with_row_and_column(mounts, fault, sentenc
     assert all(line.startswith(str(mounts)) for line in told.splitlines())
 
 
-def test_a_doubled_or_unknown_column_is_refused(mounts):
-    mounts.write_text("mount,piece,x [m],x [mm],y [m],z [m]\nTSM,,1,1,1,1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="column 'x' is unknown or doubled"):
-        read_table(mounts, MountRow)
-    mounts.write_text("mount,piece,x [m],y [m],z [m],note\nTSM,,1,1,1,1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="column 'note' is unknown or doubled"):
-        read_table(mounts, MountRow)
-    mounts.write_text("mount|piece|x [m]|y [m]|z [m]\nTSM||1|1|1\n", encoding="utf-8")
-    with pytest.raises(InputError, match="are mount, piece, x, y, z, separated by commas"):
-        read_table(mounts, MountRow)
-
-
 def test_a_german_table_is_read(mounts):
     text = "mount;piece;x [mm];y [mm];z [mm]\nTSM;;1,5;-2;1e3\n"
     mounts.write_text(text, encoding="utf-8")
     assert read_table(mounts, MountRow)[0].position == pytest.approx((1.5e-3, -2e-3, 1.0))
 
 
-@pytest.mark.parametrize("number", ["398_0", "１２", "1,5", "0x10", "1e400", "- 1"])
-def test_numbers_are_plain_digits(mounts, number):
-    text = f'mount,piece,x [mm],y [mm],z [mm]\nTSM,,"{number}",1,1\n'
-    mounts.write_text(text, encoding="utf-8")
-    with pytest.raises(InputError, match=r"line 2, column 'x'.*is no finite number"):
-        read_table(mounts, MountRow)
+HEADER = "mount,piece,x [m],y [m],z [m]"
+NO_TABLES = [
+    ("csv", None, r"mounts\.csv cannot be read \(No such file"),
+    ("csv", "", r"mounts\.csv is empty"),
+    ("csv", b"mount,piece,x [m]\xff\n", r"mounts\.csv is not UTF-8"),
+    ("csv", f"{HEADER}\n\n", "has a header and no rows"),
+    ("csv", f"{HEADER},note\nTSM,,1,1,1,1\n", "column 'note' is unknown or doubled"),
+    ("csv", HEADER.replace(",", "|"), "are mount, piece, x, y, z, separated by commas"),
+    *(
+        ("csv", f'{HEADER}\nTSM,,"{number}",1,1\n', "line 2, column 'x'.*is no finite number")
+        for number in ("398_0", "１２", "1,5", "0x10", "1e400", "- 1")
+    ),
+    ("xlsx", b"\xd0\xcf\x11\xe0" + bytes(600), "old .xls workbook or has a password"),
+    ("xlsx", "mount,piece", r"is no Excel file .*: save it as \.xlsx once more; if it is text, n"),
+    ("xlsx", b"PK\x03\x04" + bytes(60), "is no Excel file"),
+]
+
+
+@pytest.mark.parametrize(("suffix", "data", "sentence"), NO_TABLES)
+def test_what_is_no_table_is_refused(tmp_path, suffix, data, sentence):
+    path = tmp_path / f"mounts.{suffix}"
+    content(path.name, data)(tmp_path)
+    with pytest.raises(InputError, match=sentence):
+        read_table(path, MountRow)
 
 
 def test_a_pipe_is_no_file(tmp_path):
@@ -121,45 +132,12 @@ def test_a_pipe_is_no_file(tmp_path):
         read_table(tmp_path / "mounts.csv", MountRow)
 
 
-@pytest.mark.parametrize(
-    ("content", "sentence"),
-    [
-        (b"\xd0\xcf\x11\xe0" + bytes(600), "old .xls workbook or has a password"),
-        (
-            b"mount,piece",
-            r"is no Excel file .*: save it as \.xlsx once more; if it is text, name it \.csv",
-        ),
-        (b"PK\x03\x04" + bytes(60), "is no Excel file"),
-    ],
-)
-def test_a_damaged_workbook_is_named(tmp_path, content, sentence):
-    path = tmp_path / "mounts.xlsx"
-    path.write_bytes(content)
-    with pytest.raises(InputError, match=sentence):
-        read_table(path, MountRow)
-
-
 def test_a_stray_cell_far_away_is_named(tmp_path):
     path = tmp_path / "mounts.xlsx"
-    book = Workbook()
+    book = openpyxl.Workbook()
     book.active["A1"], book.active["XFD1048576"] = "mount", "stray"
     book.save(path)
     with pytest.raises(InputError, match="delete stray cells"):
-        read_table(path, MountRow)
-
-
-def test_missing_empty_and_foreign_tables_are_refused(tmp_path):
-    path = tmp_path / "mounts.csv"
-    with pytest.raises(InputError, match=r"mounts\.csv cannot be read \(No such file"):
-        read_table(path, MountRow)
-    path.write_bytes(b"")
-    with pytest.raises(InputError, match=r"mounts\.csv is empty"):
-        read_table(path, MountRow)
-    path.write_bytes(b"mount,piece,x [m]\xff\n")
-    with pytest.raises(InputError, match=r"mounts\.csv is not UTF-8"):
-        read_table(path, MountRow)
-    path.write_bytes(b"mount,piece,x [m],y [m],z [m]\n\n")
-    with pytest.raises(InputError, match="has a header and no rows"):
         read_table(path, MountRow)
 
 
@@ -207,3 +185,50 @@ direction | dir | column 'direction' is missing
 def test_a_bad_channel_table_is_refused_with_its_row(channels, fault, sentence):
     fault(channels.parent)
     refused(lambda _: read_table(channels, ChannelRow), channels.parent, str(channels), sentence)
+
+
+@pytest.mark.parametrize(
+    ("label", "si", "factor"),
+    [
+        ("mm", "m", 1e-3),
+        ("µm", "m", 1e-6),
+        ("μm", "m", 1e-6),
+        ("kN", "N", 1e3),
+        ("m/s²", "m/s^2", 1.0),
+        ("m/s2", "m/s^2", 1.0),
+        ("g", "m/s^2", 9.80665),
+        ("N·m", "N m", 1.0),
+        ("Pa/N", "Pa/N", 1.0),
+        ("Pa/kN", "Pa/N", 1e-3),
+        ("mm/N", "m/N", 1e-3),
+        ("N/mm", "N/m", 1e3),
+    ],
+)
+def test_labels_of_files_reach_si(label, si, factor):
+    unit = parse_unit(label)
+    assert (unit.label, unit.si) == (label, si)
+    assert unit.factor == pytest.approx(factor, rel=1e-15)
+
+
+@pytest.mark.parametrize("label", ["furlong", "Pa/furlong", "M", "n", "  "])
+def test_an_unknown_or_missing_label_is_refused_by_name(label):
+    with pytest.raises(InputError, match=f"unknown unit '{label}'|a unit is missing"):
+        parse_unit(label)
+
+
+def test_a_workbook_reads_back_with_units_and_empty_cells():
+    table = pd.DataFrame({"direction": ["A x", "=1+1"], "today [N/mm]": [np.float64(2.5), np.nan]})
+
+    book = openpyxl.load_workbook(io.BytesIO(workbook_bytes({"one": table}, "A title")))
+
+    rows = list(book["one"].iter_rows(values_only=True))
+    assert rows == [("direction", "today [N/mm]"), ("A x", 2.5), ("=1+1", None)]
+    assert book["one"]["A3"].data_type == "s"
+    assert (book.properties.title, book.properties.creator) == ("A title", "deboom")
+    assert book["one"].freeze_panes == "A2"
+
+
+@pytest.mark.parametrize("sheets", [{}, {"a/b": 1}, {"n" * 32: 1}, {" ": 1}])
+def test_sheets_that_cannot_be_are_refused(sheets):
+    with pytest.raises(InputError, match="sheet"):
+        workbook_bytes({name: pd.DataFrame({"a": [1]}) for name in sheets}, "title")

@@ -283,13 +283,6 @@ def test_a_time_axis_is_judged_by_its_phase(tmp_path):
         write_uff(tmp_path / "b.uff", [record(10.0)], binary=True)
 
 
-def test_steps_of_six_digits_do_not_warn(tmp_path):
-    # warnings are errors in the tests
-    lines = np.linspace(20.0, 80.0, 241)
-    write_uff(tmp_path / "a.uff", [spectrum(abscissa=lines, values=np.ones(241))])
-    np.testing.assert_array_equal(read_uff(tmp_path / "a.uff")[0].abscissa, lines)
-
-
 # ---- refused on reading
 
 

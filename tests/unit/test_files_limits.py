@@ -1,11 +1,11 @@
-"""Limits of a component: SI inside, strict keys at the door."""
+"""Limits of a component and of a platform: SI inside, strict keys at the door."""
 
 from pathlib import Path
 
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.limits import read_component_limits
+from deboom.files.limits import load_limits, read_component_limits
 
 WHOLE = """
 format = 1
@@ -30,6 +30,8 @@ from_hz = 20.0
 to_hz = 20.0
 at_most_n_m_per_rad = 150.0
 """
+SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_limits.toml"
+SAG = '[[sag]]\nmount = "EnM"\nat_most_mm = 6.0\n'
 
 
 def written(folder: Path, text: str) -> Path:
@@ -41,6 +43,8 @@ def written(folder: Path, text: str) -> Path:
 def test_units_become_si(tmp_path):
     limits = read_component_limits(written(tmp_path, WHOLE))
     assert limits.risk == 0.025
+    default = WHOLE.replace("risk_percent = 2.5", "")
+    assert read_component_limits(written(tmp_path, default)).risk == 0.05
     assert limits.static_unbalance.at_most == pytest.approx(25e-6)
     assert limits.dynamic_unbalance.at_most == pytest.approx(1.5e-6)
     axial, turning = limits.stiffness
@@ -49,11 +53,6 @@ def test_units_become_si(tmp_path):
     assert (axial.lines[0], axial.lines[-1], axial.lines.size) == pytest.approx((10.0, 30.0, 9))
     assert turning.bounds.at_most == 150.0
     assert turning.lines.tolist() == pytest.approx([20.0])
-
-
-def test_the_risk_has_a_default(tmp_path):
-    text = "format = 1\n[static_unbalance]\nat_most_g_mm = 1.0\n"
-    assert read_component_limits(written(tmp_path, text)).risk == 0.05
 
 
 @pytest.mark.parametrize(
@@ -67,6 +66,7 @@ def test_the_risk_has_a_default(tmp_path):
         ("at_most_n_m_per_rad = 150.0", "", "stiffness rz: a limit needs a bound"),
         ("risk_percent = 2.5", "risk_percent = 50.0", "less than 50"),
         ("format = 1", "format = 2", "'format'"),
+        (WHOLE, "format = 1\n", "there is no limit in it"),
     ],
 )
 def test_a_wrong_key_is_named(tmp_path, old, new, sentence):
@@ -75,6 +75,42 @@ def test_a_wrong_key_is_named(tmp_path, old, new, sentence):
         read_component_limits(path)
 
 
-def test_an_empty_file_is_no_limit(tmp_path):
-    with pytest.raises(InputError, match="there is no limit in it"):
-        read_component_limits(written(tmp_path, "format = 1\n"))
+def test_the_shipped_example_has_every_kind_of_limit():
+    content = load_limits(SHIPPED)
+    assert content.kept_by == "design"
+    assert content.sag[0].mount == "EnM"
+    assert (content.travel[0].at_least_mm, content.travel[0].at_most_mm) == (-10.5, 10.5)
+    assert content.natural_frequency[0].at_least_hz is None
+    assert content.stiffness[0].variable == "GeM z"
+
+
+def test_every_part_may_have_to_keep_them(tmp_path):
+    assert (
+        load_limits(written(tmp_path, f'format = 1\nkept_by = "every part"\n{SAG}')).kept_by
+        == "every part"
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("format = 1\n", "there is no limit in it"),
+        (f"format = 2\n{SAG}", "key 'format'"),
+        (f'format = 1\nkept_by = "all"\n{SAG}', "'design' or 'every part'"),
+        ("format = 1\n" + SAG.replace("sag", "sagg"), "did you mean 'sag'"),
+        ("format = 1\n" + SAG.replace("at_most_mm", "at_most"), "did you mean 'at_most_mm'"),
+        ("format = 1\n" + SAG.replace("6.0", "-6.0"), "greater than 0"),
+        ('format = 1\n[[stiffness]]\nvariable = "z"\n', "give a bound"),
+        (
+            "format = 1\n[[natural_frequency]]\nmode = 7\nat_most_hz = 9.0\n",
+            "less than or equal to 6",
+        ),
+        (
+            "format = 1\n[[natural_frequency]]\nmode = 1\nat_least_hz = 9.0\nat_most_hz = 8.0\n",
+            "at_least is above at_most",
+        ),
+    ],
+)
+def test_a_mistake_is_named(tmp_path, text, sentence):
+    with pytest.raises(InputError, match=sentence):
+        load_limits(written(tmp_path, text))

@@ -41,6 +41,14 @@ def parts(folder):
     return load_parts(folder / "a.toml")
 
 
+def again(folder):
+    return read_json(folder / "a.json", "again")
+
+
+def study(folder):
+    return load_study(folder / "a.py")
+
+
 def record(folder):
     return find_run(folder, "s", "r")
 
@@ -81,14 +89,14 @@ CASES = [
     (parts, "a.toml", "format = " + "1" * 5000, "is not TOML: Exceeds the limit"),
     (parts, "a.toml", f"format = 1\n{'x' * 100_000} = 1", "unknown key 'xxx"),
     (parts, "a.toml", 'format = 1\nx = "a\0"', "is not TOML: Illegal character"),
-    (lambda f: read_json(f / "a.json", "again"), "a.json", '{"a":' * 5000, "nested too deeply"),
+    (again, "a.json", '{"a":' * 5000, "nested too deeply"),
     (
-        lambda f: read_json(f / "a.json", "again"),
+        again,
         "a.json",
         '{"a": NaN}',
         "NaN is no number",
     ),
-    (lambda f: read_json(f / "a.json", "again"), "a.json", f'{{"a": {"1" * 5000}}}', "is not JSON"),
+    (again, "a.json", f'{{"a": {"1" * 5000}}}', "is not JSON"),
     (
         record,
         "s/r/run.json",
@@ -98,16 +106,16 @@ CASES = [
     (record, "s/r/run.json", '{"study": "s", "seed": "x"}', "key 'seed' in the top level is \"x\""),
     (record, "s/r/run.json", '{"study": "s", "files_sha256": {"a": 1}}', "key 'files_sha256' in"),
     (
-        lambda f: load_study(f / "a.py"),
+        study,
         "a.py",
         b'"""\xff?"""',
         "is not UTF-8 text: save it",
     ),
-    (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\na = 1\0', "is not Python (source code"),
-    (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\n1 / 0', "a.py line 2 cannot be imported"),
-    (lambda f: load_study(f / "a.py"), "a.py", '"""q?"""\n', "there is no Options"),
-    (lambda f: load_study(f / "a.py"), "a.py", STUDY.format("n: int = 1"), "Options has no seed"),
-    (lambda f: load_study(f / "a.py"), "a.py", STUDY.format("seed: int"), "option has a default"),
+    (study, "a.py", '"""q?"""\na = 1\0', "is not Python (source code"),
+    (study, "a.py", '"""q?"""\n1 / 0', "a.py line 2 cannot be imported"),
+    (study, "a.py", '"""q?"""\n', "there is no Options"),
+    (study, "a.py", STUDY.format("n: int = 1"), "Options has no seed"),
+    (study, "a.py", STUDY.format("seed: int"), "option has a default"),
     (
         lambda f: load_study(f / "a.py").report({}),
         "a.py",
@@ -158,11 +166,8 @@ def test_texts_that_look_like_formulas_come_back_as_they_were(tmp_path):
     assert all(line.endswith(",-1.5,-1.5,-1.5") for line in lines)
     rows = read_table(tmp_path / "mounts.csv", MountRow)
     assert [row.mount for row in rows] == [name.strip() for name in names]
-
-
-def test_directions_and_numbers_are_no_formulas(tmp_path):
-    table = pd.DataFrame({"direction": ["+x", "-rz", "-", "-1.5", "+2e3"], "value": range(5)})
-    write_frame(tmp_path / "a.csv", table)
+    signed = pd.DataFrame({"direction": ["+x", "-rz", "-", "-1.5", "+2e3"], "value": range(5)})
+    write_frame(tmp_path / "a.csv", signed)
     text = (tmp_path / "a.csv").read_text()
     assert text == "direction,value\n+x,0\n-rz,1\n-,2\n-1.5,3\n+2e3,4\n"
 
@@ -173,9 +178,6 @@ def every_mount(path):
 
 
 def test_a_library_of_wrong_types_is_refused(tmp_path):
-
-    from deboom.mounts.library import open_library
-
     with open_library(tmp_path / "m.db", create=True) as library:
         library.add([campaign()], [mount()])
     for value in (b"\0\1", "DELETE FROM mount", 3):

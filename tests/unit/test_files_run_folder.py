@@ -1,6 +1,5 @@
 import hashlib
 import json
-import os
 import re
 import shutil
 import sys
@@ -121,17 +120,21 @@ def test_a_discarded_run_leaves_nothing_that_it_made(tmp_path):
     assert names(tmp_path) == ["results", "results/front", folder, f"{folder}/run.json"]
 
 
-@pytest.mark.parametrize("seed", [0, -1, True, 1.0, "1", None])
-def test_a_seed_below_one_or_of_another_type_is_refused(tmp_path, seed):
-    with pytest.raises(InputError, match="choose a whole number from 1"):
-        start_run(tmp_path / "results", "front", seed=seed, record={})
-    assert names(tmp_path) == []
-
-
-@pytest.mark.parametrize("study", ["", "..", "a/b", "a b", "é"])
-def test_a_study_name_that_is_no_folder_name_is_refused(tmp_path, study):
-    with pytest.raises(InputError, match="use letters, digits, _ and -"):
-        start_run(tmp_path / "results", study, seed=1, record={})
+@pytest.mark.parametrize(
+    ("study", "seed", "words"),
+    [
+        *(
+            ("front", seed, "choose a whole number from 1")
+            for seed in (0, -1, True, 1.0, "1", None)
+        ),
+        *((study, 1, "use letters, digits, _ and -") for study in ("", "..", "a/b", "a b", "é")),
+    ],
+)
+def test_seeds_below_one_and_studies_that_are_no_folder_names_are_refused(
+    tmp_path, study, seed, words
+):
+    with pytest.raises(InputError, match=words):
+        start_run(tmp_path / "results", study, seed=seed, record={})
     assert names(tmp_path) == []
 
 
@@ -156,17 +159,6 @@ def test_a_folder_without_permission_is_refused_and_nothing_stays(tmp_path, monk
     with pytest.raises(InputError, match=r"results cannot be written \(Permission denied\)"):
         start_run(tmp_path / "results", "front", seed=1, record={})
     assert names(tmp_path) == []
-
-
-@pytest.mark.skipif(sys.platform == "win32", reason="mode bits mean nothing there")
-@pytest.mark.skipif(hasattr(os, "geteuid") and os.geteuid() == 0, reason="root may write anywhere")
-def test_a_read_only_folder_is_refused(tmp_path):
-    tmp_path.chmod(0o500)
-    try:
-        with pytest.raises(InputError, match="cannot be written"):
-            start_run(tmp_path / "results", "front", seed=1, record={})
-    finally:
-        tmp_path.chmod(0o700)
 
 
 def test_files_are_hashed_under_their_relative_names(tmp_path):

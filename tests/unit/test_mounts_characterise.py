@@ -251,12 +251,6 @@ def test_gain_and_cross_axis_sensitivity_of_a_channel(stated):
         assert found == pytest.approx(nominal[0] + 0.01 * nominal[row])
 
 
-def test_every_parameter_has_a_name_of_its_own(stated):
-    assert len(set(stated.names)) == len(stated.names) == len(stated.tolerance)
-    # five sensors: three gains, six cross-axis sensitivities, three angles, three coordinates
-    assert len(stated.names) == 5 * 15 + 3 * 9
-
-
 def test_a_tilted_shaker_changes_the_force_as_its_definition_says(stated):
     tilt, gain = 0.02, 0.01
     parameters = one_parameter(stated, "angle of the shaker at G along x towards y", tilt)

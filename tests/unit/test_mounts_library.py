@@ -8,7 +8,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import MISSING, fields, replace
+from dataclasses import replace
 from pathlib import Path
 
 import mounts_library_samples as samples
@@ -23,16 +23,11 @@ from mounts_library_samples import (
 from sqlalchemy import NullPool, create_engine, text
 
 from deboom.errors import InputError
-from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import (
-    CampaignRecord,
-    CharacterisedDirection,
     DirectionQuality,
     MountIdentity,
 )
 from deboom.mounts.library import open_library
-from deboom.mounts.mount import Mount
-from deboom.mounts.response_surface import operating_points
 
 LABEL = {"campaign": "spring", "mount": "TSM", "variant": "M3"}
 VALUE = mount()
@@ -73,23 +68,6 @@ X = VALUE.direction("x")
 def test_what_cannot_be_kept_is_refused(build, words):
     with pytest.raises(InputError, match=words):
         build()
-
-
-def test_the_samples_leave_no_field_at_its_default():
-    """A field that a store forgets comes back as its default: the samples must show it."""
-    seen = [mount(part_number="7", supplier="S", serial="1"), wishbone()]
-    parts = {
-        Mount: [value.mount for value in seen],
-        MountIdentity: [value.identity for value in seen],
-        DirectionQuality: [d.quality for value in seen for d in value.directions],
-        CharacterisedDirection: [d for value in seen for d in value.directions],
-        StaticCurve: [seen[0].direction("x").static_curve],
-        CampaignRecord: [campaign()],
-    }
-    for kind, values in parts.items():
-        for field in fields(kind):
-            if field.default is not MISSING:
-                assert any(getattr(value, field.name) != field.default for value in values), field
 
 
 @pytest.fixture
@@ -145,13 +123,6 @@ def test_adding_refuses_strangers_and_twins_before_it_writes(library):
     with pytest.raises(InputError, match="to be imported twice; give each a serial"):
         library.add([campaign()], [mount(1), mount(2, supplier="other")])
     assert library.campaigns() == ()
-
-
-def test_mounts_join_a_campaign_that_is_there_already(library):
-    library.add([campaign()], [mount()])
-    library.add([campaign()], [wishbone()])
-    assert len(library.identities()) == 2
-    assert library.campaigns() == (campaign(),)
 
 
 def test_a_missing_library_is_not_made_in_passing(path):
@@ -355,14 +326,6 @@ def test_a_mount_comes_back_bit_for_bit(database):
     for value in given:
         assert_same(database.load(value.identity), value)
     assert_same(database.campaigns(), (campaign(),))
-
-
-def test_a_surface_from_the_library_predicts_as_the_one_that_was_fitted(database):
-    database.add([campaign()], [mount()])
-    stored = database.load(database.find(mount="TSM")).direction("x").surface
-    fitted, points = samples.surface(), samples.map_points(3)
-    place = operating_points(points.preload, points.amplitude, points.frequency)
-    assert_same(stored.predict(place), fitted.predict(place))
 
 
 def test_replacing_exchanges_a_mount_and_leaves_the_others(where, database):

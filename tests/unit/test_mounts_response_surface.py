@@ -56,12 +56,6 @@ def test_one_and_several_outputs_keep_their_shape():
     np.testing.assert_allclose(double.predict(X)[:, 1], -2 * single.predict(X), rtol=1e-9)
 
 
-def test_given_split_points_are_taken():
-    model = PiecewiseCubicRegressor(split=[-0.5, 0.25]).fit(X, Y)
-    assert len(model.coefficients_) == 3
-    np.testing.assert_array_equal(model.split_points_, [-0.5, 0.25])
-
-
 def test_too_few_rows_for_two_pieces_give_one():
     assert PiecewiseCubicRegressor().fit(X[:39], Y[:39]).split_points_.size == 0
 
@@ -73,15 +67,6 @@ def test_a_constant_column_is_harmless_and_guarded():
     np.testing.assert_allclose(model.predict(rows), expected, atol=1e-9)
     assert model.supported(rows).all()
     assert not model.supported(rows + np.array([0, 0, 1e-3])).any()
-
-
-def test_rows_of_weight_zero_are_left_out():
-    weight = np.ones(len(X))
-    weight[::3] = 0
-    spoilt = np.where(weight > 0, Y, 1e6)
-    expected = PiecewiseCubicRegressor().fit(X[weight > 0], Y[weight > 0])
-    model = PiecewiseCubicRegressor().fit(X, spoilt, sample_weight=weight)
-    np.testing.assert_allclose(model.predict(X), expected.predict(X), rtol=1e-9, atol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -186,15 +171,6 @@ def test_shapes_follow_the_points():
         assert lower.shape == upper.shape == shape
         assert np.all((lower.real < upper.real) & (lower.imag < upper.imag))
     assert SURFACE.predict(POINTS).dtype == complex
-
-
-def test_it_states_its_units_ranges_and_size():
-    expected = {"preload": "N", "amplitude": "m", "frequency": "Hz", "stiffness": "N/m"}
-    assert SURFACE.units == expected
-    assert SURFACE.ranges["preload"] == (PRELOAD.min(), PRELOAD.max())
-    assert SURFACE.ranges["frequency"] == (FREQUENCY.min(), FREQUENCY.max())
-    assert SURFACE.n_lines_ == N
-    assert DynamicStiffnessSurface(preload_unit="N m").units["preload"] == "N m"
 
 
 def test_its_r_squared_is_that_of_its_own_lines():

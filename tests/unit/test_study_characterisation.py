@@ -65,17 +65,14 @@ def test_mounts_of_the_set_asked_for_are_in_the_library_with_their_surfaces(kept
     assert "TSM x" in output
 
 
-def test_another_set_of_the_campaign_joins_later(campaign, kept, tmp_path):
+def test_mounts_that_are_there_are_exchanged_and_another_set_joins_if_asked(
+    campaign, kept, tmp_path
+):
     library = tmp_path / "mounts.db"
     library.write_bytes(kept[0].read_bytes())
-    assert call(campaign, "--library", library, "--mount-set", "M1").exit_code == 0
+    assert call(campaign, "--library", library, "--replace").exit_code == 0
     with open_library(library) as opened:
         assert {one.variant for one in opened.identities()} == {"M1", "M2"}
-
-
-def test_mounts_that_are_there_are_exchanged_if_asked(campaign, kept):
-    again = (campaign, "--library", kept[0], "--mount-set", "M2", "--replace")
-    assert call(*again).exit_code == 0
 
 
 def test_mounts_that_are_there_are_refused_before_any_work(campaign, kept, monkeypatch):

@@ -99,13 +99,6 @@ def test_peaks_of_two_curves_are_matched_and_the_others_reported():
     assert [peak.frequency for peak in match.only_compared] == [40.0]
 
 
-def test_without_a_pair_there_is_no_deviation():
-    peaks = booming_peaks(BEFORE, LINES, 1.5)
-    match = match_peaks(peaks, ())
-    assert match.only_reference == peaks
-    assert match.level_deviations.size == 0
-
-
 FREQUENCY = np.arange(20.0, 60.25, 0.25)
 
 

@@ -172,14 +172,6 @@ def test_refuses_a_wheel_end_at_rest():
         coupled_motion(_fleet(), MOUNTS, POWERTRAIN, still)
 
 
-def test_refuses_arrays_that_do_not_fit():
-    motion = coupled_motion(_fleet(), MOUNTS, POWERTRAIN, _load_case())
-    with pytest.raises(InputError, match=r"Body: load"):
-        replace(motion.bodies[0], load=np.ones((9, 3)))
-    with pytest.raises(InputError, match=r"load case g5: a body with transfer functions"):
-        replace(motion, vehicle_names=("A-1",))
-
-
 @pytest.mark.parametrize(
     ("mass", "tolerance", "message"),
     [(0.0, 0.0, "a body of 0.0"), (40.0, 50.0, "smaller tolerance"), (None, 1.0, "without a body")],

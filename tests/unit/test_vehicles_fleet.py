@@ -8,7 +8,6 @@ from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import (
     Fleet,
-    PathContributions,
     Vehicle,
     path_contributions,
     path_forces,
@@ -84,20 +83,11 @@ def test_vehicles_may_be_measured_beyond_the_band_as_they_like():
     assert found.frequency.size == 3
 
 
-def test_path_forces_carry_the_names_of_the_paths():
-    assert path_forces(MOUNTS, _load_case()).channels == PATHS
-
-
 def test_group_keeps_the_members_in_order():
     fleet = Fleet((_vehicle("A-1"), _vehicle("B-1", group="B"), _vehicle("A-2")))
     assert fleet.group("A").names == ("A-1", "A-2")
     with pytest.raises(InputError, match=r"no vehicle of group 'C' .*\['A', 'B'\]"):
         fleet.group("C")
-
-
-def test_contributions_of_another_shape_are_refused():
-    with pytest.raises(InputError, match=r"g5: contributions of shape \(1, 1, 1\) for \(1, 1, 2\)"):
-        PathContributions("g5", np.array([20.0]), np.ones((1, 1, 1)), ("A-1",), ("x", "y"))
 
 
 @pytest.mark.parametrize(

@@ -6,11 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from deboom.bench.campaign import CampaignPlan
-from deboom.bench.campaign_writer import write_campaign
-from deboom.bench.operating_run import PlannedRun
 from deboom.bench.powertrain import load_bench, static_deflection, static_forces, with_mount_set
-from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import forward_matrices, mount_stiffness_matrix
@@ -93,51 +89,3 @@ def test_against_the_truth_of_the_bench(model, strut):
         # the bench's laws at the deflections found: its forces carry the torque
         found = static_forces(body, model.equilibrium(torque).deflection)
         assert found @ model.forward == pytest.approx(load, abs=0.05)
-
-
-def force_deviation(model, torque, seed):
-    """Scale errors of the curves, as stated, in the static forces (n, n_direction) [N]."""
-    rng = np.random.default_rng(seed)
-    forces = []
-    for _ in range(40):
-        curves = {
-            name: replace(curve, force=curve.force * np.exp(curve.force_uncertainty * z))
-            for (name, curve), z in zip(
-                model.curves.items(), rng.standard_normal(len(model.curves)), strict=True
-            )
-        }
-        forces.append(replace(model, curves=curves).equilibrium(torque).force)
-    return np.std(forces, axis=0)
-
-
-@pytest.fixture(scope="module")
-def campaign(tmp_path_factory):
-    plan = CampaignPlan(
-        mount_sets=("M1",),
-        runs=(PlannedRun(3, 220.0, True), PlannedRun(5, 220.0, True)),
-        shaker_repeats=1,
-        frequency=np.linspace(20.0, 80.0, 61),
-    )
-    folder = tmp_path_factory.mktemp("bench") / "campaign"
-    write_campaign(folder, 5, plan)
-    return read_campaign(folder)
-
-
-def test_suppliers_curves_against_the_static_cell_force(campaign):
-    """Curves with 3 % scale errors, cells with 5 N, engine torque with 1 N m noise."""
-    carriers = tuple(m for m in campaign.mounts if m.name in campaign.powertrain_mounts)
-    curves = {f"{c.mount} {c.axis}": c for c in campaign.static_curves}
-    model = KinematicModel(
-        carriers, {name: c for name, c in curves.items() if name[:3] in ("EnM", "GeM", "TSM")}
-    )
-    run = campaign.runs[0]
-    state = model.equilibrium(run.wheel_torque)
-    deviation = force_deviation(model, run.wheel_torque[::20], 1)[-1]
-    more = model.equilibrium(run.wheel_torque + run.total_ratio)
-    by_torque = np.sqrt(np.mean((more.force - state.force) ** 2, axis=0))
-    for place, name in enumerate(state.names):
-        cells = run.static_force[:, run.static_force_names.index(name)]
-        difference = state.force[:, place] - cells
-        allowed = np.sqrt(5.0**2 + (2.5 * deviation[place]) ** 2 + by_torque[place] ** 2)
-        # 61 readings of the noise
-        assert np.sqrt(np.mean(difference**2)) < 1.2 * allowed, name

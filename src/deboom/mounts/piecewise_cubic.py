@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from functools import cache, cached_property
 from itertools import pairwise
 from math import comb
@@ -57,8 +57,6 @@ ROUNDING = 1e-13
 
 NARROW = 1e-9
 """Range of a piece over that of all rows, below which a variable counts as constant there [1]."""
-
-_Chooser = Callable[[IntArray, RealArray], IntArray | None]
 
 
 @checked(points="n k", lower="k", upper="k")
@@ -659,20 +657,19 @@ class _Segments:
         squares = self.squares(edges)
         return float(sum(squares[k, k + 1].sum() for k in range(len(edges) - 1)))
 
-    def refined(self, edges: IntArray, chosen: IntArray, choose: _Chooser) -> IntArray:
+    def refined(self, edges: IntArray, chosen: IntArray) -> IntArray:
         """Repeat a choice between ever closer cuts about the chosen ones, down to single rows."""
         radius = int(np.max(np.diff(np.searchsorted(self.cuts, edges))))
-        while chosen.size:
+        while True:
             steps = np.linspace(-radius, radius, 2 * ZOOM_CUTS + 1).round().astype(int)
             places = np.searchsorted(self.cuts, chosen)[:, np.newaxis] + steps
             inside = np.clip(places, 0, len(self.cuts) - 1).ravel()
             near = np.unique(np.concatenate([self.cuts[[0, -1]], self.cuts[inside]]))
-            closer = choose(near, self.squares(near))
+            closer = _best_cuts(near, self.squares(near), chosen.size + 1)
             chosen = chosen if closer is None else closer
             if radius <= ZOOM_CUTS:
-                break
+                return chosen
             radius = max(radius // 8, ZOOM_CUTS)
-        return chosen
 
 
 def _least_squares_splits(segments: _Segments, max_pieces: int) -> list[RealArray]:
@@ -688,14 +685,10 @@ def _least_squares_splits(segments: _Segments, max_pieces: int) -> list[RealArra
     edges = segments.coarse_edges()
     squares = segments.squares(edges)
     for n_pieces in range(2, max_pieces + 1):
-
-        def choose(edges: IntArray, squares: RealArray, n: int = n_pieces) -> IntArray | None:
-            return _best_cuts(edges, squares, n)
-
-        chosen = choose(edges, squares)
+        chosen = _best_cuts(edges, squares, n_pieces)
         if chosen is None or segments.left_over(best[-1]) <= EXACT * segments.total:
             break
-        best.append(segments.refined(edges, chosen, choose))
+        best.append(segments.refined(edges, chosen))
     return [segments.split_points(cuts) for cuts in best]
 
 

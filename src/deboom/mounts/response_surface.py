@@ -7,7 +7,6 @@ of the thesis: any scikit-learn regressor, Kelvin-Voigt and Berg, compared in on
 
 from __future__ import annotations
 
-import time
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -679,7 +678,7 @@ def compare_models(
     -------
     pandas.DataFrame
         One row per model: lines compared and their share, R² of both parts of stiffness and force,
-        rms error against measurement (and truth), seconds to fit.
+        rms error against measurement (and truth).
 
     Raises
     ------
@@ -704,12 +703,9 @@ def compare_models(
     if not models:
         raise InputError("there are no models to compare")
     fitted: dict[str, StiffnessModel] = {}
-    seconds = {}
     for name, model in models.items():
-        begin = time.perf_counter()
         fitted[name] = clone(model)
         fitted[name].fit(training.points, training.stiffness, groups=training.run)
-        seconds[name] = time.perf_counter() - begin
     inside = np.all([model.supported(check.points) for model in fitted.values()], axis=0)
     if not inside.any():
         raise InputError("no line to check lies where all models were measured")
@@ -732,7 +728,7 @@ def compare_models(
             true = np.asarray(truth)[inside]
             error = np.abs(modelled - true) / np.abs(true)
             row["rms error against truth [%]"] = 100 * float(np.sqrt(np.mean(error**2)))
-        rows.append({**row, "time to fit [s]": seconds[name]})
+        rows.append(row)
     return pd.DataFrame(rows)
 
 

@@ -6,10 +6,6 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hose_identification import (
-    HoseSource,
-    identify_hoses,
-)
 from deboom.compressor.hose_presence import HosePresence, ReactionBand, hoses_in_sweep
 from deboom.compressor.hoses import (
     beam_of,
@@ -187,12 +183,6 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
                 sweep("a", HoseState.SOFT, channels=("B1 x",)), found()
             ),
             "sensors must stay where they were struck",
-        ),
-        (
-            lambda: identify_hoses(
-                operating(hammer_with_hoses=None), found(), source=HoseSource.HAMMER
-            ),
-            "no hammer test with hoses: identify them from sweeps",
         ),
         (
             lambda: hammer_evidence(

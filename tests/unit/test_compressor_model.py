@@ -6,7 +6,6 @@ from scipy.optimize import brentq
 
 from deboom.arrays import AXES
 from deboom.compressor.model import (
-    AmplitudeGain,
     CompressorModel,
     GainFactor,
     HyperbolicGain,
@@ -136,13 +135,6 @@ def test_gain_shape_keeps_the_gain_but_for_its_scale():
     np.testing.assert_allclose(shape.at(FEW), GAIN.at(FEW) / GAIN.real.at(20.0), rtol=1e-13)
 
 
-def test_amplitude_gain_falls_to_its_limit():
-    gain = AmplitudeGain(0.9, 1e5, 3.0)
-    assert gain.at(0.0) == pytest.approx(0.9 + 1 / 3)
-    assert gain.at(1.0) == pytest.approx(0.9, abs=2e-5)
-    assert np.all(np.diff(gain.at(np.linspace(0, 1e-3, 9))) < 0)
-
-
 def bare(stiffness, mass=7.0, inertia=INERTIA, gain=GAIN):
     return CompressorModel(mass, CENTRE, inertia, stiffness, gain)
 
@@ -153,7 +145,6 @@ def bare(stiffness, mass=7.0, inertia=INERTIA, gain=GAIN):
         (lambda: HyperbolicGain(1.0, -0.1, 2.0), "must be positive"),
         (lambda: HyperbolicGain(1.0, 0.1, 0.0), "must be positive"),
         (lambda: HyperbolicGain(np.nan, 0.1, 2.0), "finite"),
-        (lambda: AmplitudeGain(1.0, 0.0, 2.0), "must be positive"),
         (lambda: bare(MODEL.stiffness, mass=-1.0), "mass of -1 kg"),
         (lambda: bare(MODEL.stiffness, inertia=np.diag([1.0, 1.0, 3.0])), "no body has the princ"),
         (lambda: bare(np.triu(np.ones((6, 6)))), "not symmetric"),

@@ -11,18 +11,16 @@ from scipy.optimize import brentq
 
 from deboom.compressor import thesis_fit
 from deboom.compressor.model import (
-    AmplitudeGain,
     CompressorModel,
     GainFactor,
     HyperbolicGain,
-    amplitude_response,
     modal_table,
     mounts_at_virtual_point,
 )
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.forced_response import modal_superposition
+from deboom.physics.forced_response import amplitude_dependent_response, modal_superposition
 from deboom.physics.frf import FrfForm, scaled_condition_number
 from deboom.physics.rigid_body import (
     characteristic_length,
@@ -210,82 +208,32 @@ def test_eq_53_causality_ties_loss_to_stiffening():
     assert GAIN.at(LINES).imag[at_20][0] == pytest.approx(0.238, abs=0.002)  # plausible, not equal
 
 
-SOFTENING_SHARE, SOFTENING_SCALE, USUAL_HIT = 0.30, 30e-6, 200e-6
-SOFTENING = AmplitudeGain(
-    1 - SOFTENING_SHARE / (1 + USUAL_HIT / SOFTENING_SCALE),
-    1 / (SOFTENING_SHARE * SOFTENING_SCALE),
-    1 / SOFTENING_SHARE,
-)
-EACH = ((SOFTENING, SOFTENING),) * 3
-
-
 def test_eq_54_55_one_mount_meets_the_root_of_its_equation():
     """A body on one mount at its centre moves along its axial direction: one equation for s."""
-    mount = CompressorMount("only", np.zeros(3), np.zeros(3), np.array([3e4, 1e4, 1e4]))
-    real = AmplitudeGain(0.8, 3e4, 4.0)
-    imaginary = AmplitudeGain(0.5, 1e4, 2.0)
-    body = mass_matrix(7.2, INERTIA)
     force = np.zeros((LINES.size, 6), dtype=complex)
     force[:, 0] = 3.0 * np.exp(0.4j)
-    found = amplitude_response(body, [mount], GAIN, [(real, imaginary)], force, LINES)
-    for line in range(0, LINES.size, 20):
-        gain = GAIN.at(LINES)[line]
+    gain = GAIN.at(LINES)
 
-        def excess(log_stroke, gain=gain, line=line):
+    def factor(gain, stroke):
+        real, imaginary = 0.8 + 1 / (3e4 * stroke + 4.0), 0.5 + 1 / (1e4 * stroke + 2.0)
+        return gain.real * real + 1j * gain.imag * imaginary
+
+    def stiffness(strokes):
+        softened = factor(gain, np.linalg.norm(strokes, axis=1))
+        return softened[:, np.newaxis, np.newaxis] * np.diag([3e4, 1e4, 1e4, 1.0, 1.0, 1.0])
+
+    rows = forward_matrix(np.zeros(3))
+    found = amplitude_dependent_response(
+        mass_matrix(7.2, INERTIA), stiffness, force, LINES, rows, tolerance=1e-11, relaxation=0.5
+    )
+    for line in range(0, LINES.size, 20):
+
+        def excess(log_stroke, gain=gain[line], line=line):
             stroke = np.exp(log_stroke)
-            factor = gain.real * (0.8 + 1 / (3e4 * stroke + 4.0)) + 1j * gain.imag * (
-                0.5 + 1 / (1e4 * stroke + 2.0)
-            )
-            return abs(factor * 3e4 - OMEGA[line] ** 2 * 7.2) * stroke - 3.0
+            return abs(factor(gain, stroke) * 3e4 - OMEGA[line] ** 2 * 7.2) * stroke - 3.0
 
         root = np.exp(brentq(excess, np.log(1e-8), np.log(1.0), xtol=1e-14, rtol=1e-14))
-        assert found.amplitude[line, 0] == pytest.approx(root, rel=1e-9)
-    np.testing.assert_allclose(np.abs(found.displacement[:, 0]), found.amplitude[:, 0], rtol=1e-9)
-
-
-@pytest.mark.parametrize("strength", [0.01, 1.0, 100.0])
-def test_eq_54_55_per_mount_converges_everywhere(strength):
-    """In equilibrium, with the gain of its own amplitudes, from any start, at every line."""
-    load = strength * unbalance_load(2e-5, 0.06, LINES)
-    load[:, 3] += strength * 0.08
-    found = amplitude_response(MODEL.mass_matrix, MOUNTS, GAIN, EACH, load, LINES)
-    dynamic = found.stiffness - OMEGA[:, np.newaxis, np.newaxis] ** 2 * MODEL.mass_matrix
-    assert deviation(np.einsum("fij,fj->fi", dynamic, found.displacement), load) < EXACT
-    for i, mount in enumerate(MOUNTS):
-        stroke = found.displacement @ forward_matrix(mount.position).T
-        size = np.sqrt(np.sum(np.abs(stroke) ** 2, axis=1))
-        np.testing.assert_allclose(found.amplitude[:, i], size, rtol=1e-9)
-        softened = 1 + SOFTENING_SHARE * (
-            1 / (1 + size / SOFTENING_SCALE) - 1 / (1 + USUAL_HIT / SOFTENING_SCALE)
-        )
-        np.testing.assert_allclose(found.gain[:, i], softened * GAIN.at(LINES), rtol=1e-9)
-    assert found.iterations <= 80
-    from_above = amplitude_response(MODEL.mass_matrix, MOUNTS, GAIN, EACH, load, LINES, start=1e-2)
-    np.testing.assert_allclose(from_above.amplitude, found.amplitude, rtol=1e-9)
-    # mounts of one motion differ in amplitude, and so in gain: no common v
-    if strength == 1.0:
-        assert np.max(np.ptp(np.abs(found.gain), axis=1) / np.abs(GAIN.at(LINES))) > 0.05
-
-
-def test_eq_54_55_large_amplitudes_meet_the_linear_model():
-    """Far beyond the rubber's scale the gain is at its limit: the direct solution again."""
-    load = 1e4 * unbalance_load(2e-5, 0.06, LINES)
-    found = amplitude_response(MODEL.mass_matrix, MOUNTS, GAIN, EACH, load, LINES)
-    limit = CompressorModel(7.2, CENTRE, INERTIA, SOFTENING.limit * MODEL.stiffness, GAIN)
-    linear = np.einsum("fij,fj->fi", limit.inertance(LINES), load)
-    assert deviation(-(OMEGA[:, np.newaxis] ** 2) * found.displacement, linear) < 1e-3
-
-
-def test_amplitude_response_refusals():
-    load = unbalance_load(2e-5, 0.06, LINES)
-    with pytest.raises(InputError, match="give each mount its own"):
-        amplitude_response(MODEL.mass_matrix, MOUNTS, GAIN, EACH[:2], load, LINES)
-    with pytest.raises(InputError, match="0 Hz"):
-        amplitude_response(MODEL.mass_matrix, MOUNTS, GAIN, EACH, load, LINES - 10)
-    with pytest.raises(InputError, match="does not fall"):
-        AmplitudeGain(0.8, -1.0, 4.0)
-    with pytest.raises(InputError, match="finite"):
-        AmplitudeGain(np.nan, 1.0, 4.0)
+        assert abs(found.displacement[line, 0]) == pytest.approx(root, rel=1e-9)
 
 
 def test_eq_58_hysteretic_damping_has_no_time_domain():

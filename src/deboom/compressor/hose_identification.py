@@ -10,7 +10,6 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -52,16 +51,6 @@ DEMONSTRATOR = (
     "Demonstrator: hoses are straight uniform viscoelastic beams here. Bends, braid, pressure and "
     "coolant of real hoses are outside this class."
 )
-
-
-class HoseSource(Enum):
-    """What hoses are identified from."""
-
-    HAMMER = "hammer"
-    """Hammer tests with and without hoses, compressor off."""
-    SWEEPS = "sweeps"
-    """Sweeps with standard and with soft hoses."""
-    BOTH = "both"
 
 
 DRAWN = np.array([*[0.4] * len(BEAM_NUMBERS), *[2e-3] * 3, *[math.radians(3.0)] * 2, 0.02])
@@ -160,23 +149,17 @@ def identify_hoses(
     test: OperatingTest,
     found: Identification,
     sense: RotationSense = RotationSense.POSITIVE,
-    source: HoseSource | None = None,
-    prior: RealArray = DRAWN,
 ) -> HoseIdentification:
-    """Identify the standard hoses of an operating test.
+    """Identify the standard hoses of an operating test from all that shows them.
 
     Parameters
     ----------
     test : OperatingTest
-        Hammer tests and sweeps with and without hoses, and the hoses as drawn.
+        Hoses as drawn, and hammer tests, sweeps or both with and without them.
     found : Identification
         Identification of the hammer test without hoses.
     sense : RotationSense
         Sense of the rotor in the sweeps.
-    source : HoseSource, optional
-        What they are identified from; all that was measured by default.
-    prior : array, shape (11,)
-        1 σ of `NUMBERS` before [1, m, rad].
 
     Returns
     -------
@@ -186,7 +169,7 @@ def identify_hoses(
     Raises
     ------
     InputError
-        No drawing; no hammer test with hoses, no pair of sweeps.
+        No drawing; neither a hammer test with hoses nor a pair of sweeps.
 
     Notes
     -----
@@ -204,24 +187,20 @@ def identify_hoses(
     >>> test = deboom.read_operating_test("running")  # doctest: +SKIP
     >>> deboom.identify_hoses(test, deboom.identify(test.hammer)).table  # doctest: +SKIP
     """
-    wanted = source or _available(test)
     evidence: list[HoseEvidence] = []
-    if wanted is not HoseSource.SWEEPS:
-        if test.hammer_with_hoses is None:
-            raise InputError(
-                f"{test.name} has no hammer test with hoses: identify them from sweeps, or strike "
-                "the compressor with its hoses"
-            )
-        struck = (test.hammer, test.hammer_with_hoses)
-        evidence.append(hammer_evidence(*struck, found, band=BAND, largest_lines=LARGEST_LINES))
-    if wanted is not HoseSource.HAMMER:
+    struck = test.hammer_with_hoses
+    if struck is not None:
+        both = (test.hammer, struck)
+        evidence.append(hammer_evidence(*both, found, band=BAND, largest_lines=LARGEST_LINES))
+    swept = test.with_hoses(HoseState.STANDARD) and test.with_hoses(HoseState.SOFT)
+    if swept or struck is None:
         evidence += sweep_evidence(test, found, band=SWEEP_BAND, sense=sense)
     zero = np.zeros((len(test.hoses), len(NUMBERS)))
-    best = _fit(test.hoses, evidence, prior, found, zero)
+    best = _fit(test.hoses, evidence, found, zero)
     if best.worst_chi > ALARM:
         # one resonance may have been taken for another: look from stiffer and from softer hoses
         for signs in itertools.product((-1.0, 1.0), repeat=len(test.hoses)):
-            other = _fit(test.hoses, evidence, prior, found, np.outer(signs, OTHER_START))
+            other = _fit(test.hoses, evidence, found, np.outer(signs, OTHER_START))
             best = min(best, other, key=lambda fit: fit.worst_chi)
     return best
 
@@ -229,7 +208,6 @@ def identify_hoses(
 def _fit(
     drawn: tuple[HoseDrawing, ...],
     evidence: Sequence[HoseEvidence],
-    prior: RealArray,
     found: Identification,
     start: RealArray,
 ) -> HoseIdentification:
@@ -239,7 +217,7 @@ def _fit(
     hose_matrices(drawn, [1.0])  # refuses hoses that are not drawn
     n = len(drawn) * len(NUMBERS)
     sizes = [part.nuisance_deviations.size for part in evidence]
-    hose_deviations = np.tile(prior, len(drawn))
+    hose_deviations = np.tile(DRAWN, len(drawn))
     deviations = np.concatenate([hose_deviations, *(part.nuisance_deviations for part in evidence)])
 
     def split(unknowns: RealArray) -> tuple[RealArray, list[RealArray]]:
@@ -333,11 +311,3 @@ def _by_identification(
         change = part.by_identification(stiffness, own, mass, response, excitation)
         rows.append(np.ascontiguousarray(change).view(float).T)
     return np.concatenate(rows)
-
-
-def _available(test: OperatingTest) -> HoseSource:
-    """Whatever was measured with and without hoses."""
-    pairs = test.with_hoses(HoseState.STANDARD) and test.with_hoses(HoseState.SOFT)
-    if test.hammer_with_hoses is None:
-        return HoseSource.SWEEPS
-    return HoseSource.BOTH if pairs else HoseSource.HAMMER

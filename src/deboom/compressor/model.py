@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import NamedTuple, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
@@ -13,13 +12,7 @@ import numpy.typing as npt
 from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.forced_response import (
-    ConvergenceError,
-    SteadyState,
-    amplitude_dependent_response,
-)
 from deboom.physics.rigid_body import (
-    forward_matrices,
     mass_matrix,
     mount_stiffness_matrix,
     rigid_body_modes,
@@ -36,12 +29,6 @@ GAIN_PARAMETERS = (
 """Order of `GainFactor.values`."""
 GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln loss slope")
 """Order of the five numbers that leave the scale of the gain to the stiffness."""
-RELAXATIONS = (0.5, 0.25, 0.12, 0.06)
-"""Shares of a step, tried in turn: the next one where the one before swings without end."""
-STEPS_PER_SHARE = 250
-"""Steps allowed, times the inverse of the share."""
-TOLERANCE = 1e-11
-"""Largest relative change of an amplitude at the end [1]."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +48,13 @@ class HyperbolicGain:
     offset: float
 
     def __post_init__(self) -> None:
-        _refuse_pole(self, "a gain factor", "s", "falls with frequency")
+        if not all(map(math.isfinite, (self.limit, self.slope, self.offset))):
+            raise InputError("a gain factor needs finite limit, slope and offset")
+        if self.slope <= 0 or self.offset <= 0:
+            raise InputError(
+                f"a gain factor with slope {self.slope:g} s and offset {self.offset:g} has a pole "
+                "or falls with frequency: both must be positive"
+            )
 
     def at(self, frequency: npt.ArrayLike) -> RealArray:
         """Compute the value at lines [Hz], shape (n_frequency,) [1]."""
@@ -108,40 +101,6 @@ class GainFactor:
         return np.pi / 2 * rise
 
 
-@dataclass(frozen=True)
-class AmplitudeGain:
-    """Softening of rubber with amplitude, ``v(s) = limit + 1/(slope·s + offset)``.
-
-    `limit`: value at large amplitude [1]; `slope`: positive [1/m]; `offset`: positive; ``1/offset``
-    is the fall from rest to the limit [1]. InputError: a number that is not finite, or a slope or
-    an offset that is not positive.
-
-    Second factor of the thesis's eq. 54 and 55; s is the displacement amplitude of a mount.
-    """
-
-    limit: float
-    slope: float
-    offset: float
-
-    def __post_init__(self) -> None:
-        _refuse_pole(self, "an amplitude gain", "1/m", "does not fall with amplitude")
-
-    def at(self, amplitude: npt.ArrayLike) -> RealArray:
-        """Compute the value at peak displacements of the mount [m], same shape [1]."""
-        return self.limit + 1 / (self.slope * np.asarray(amplitude, dtype=float) + self.offset)
-
-
-def _refuse_pole(gain: HyperbolicGain | AmplitudeGain, what: str, unit: str, fault: str) -> None:
-    """Refuse a hyperbola with a pole on the side where it is used."""
-    if not all(map(math.isfinite, (gain.limit, gain.slope, gain.offset))):
-        raise InputError(f"{what} needs finite limit, slope and offset")
-    if gain.slope <= 0 or gain.offset <= 0:
-        raise InputError(
-            f"{what} with slope {gain.slope:g} {unit} and offset {gain.offset:g} has a pole or "
-            f"{fault}: both must be positive"
-        )
-
-
 def gain_numbers(values: npt.ArrayLike, reference: float) -> RealArray:
     """Compute the six numbers of the gain factor whose real part is 1 at the reference line.
 
@@ -178,113 +137,6 @@ def gain_parameters(gain: GainFactor, reference: float) -> RealArray:
             np.log(gain.imaginary.slope / gain.imaginary.offset),
         ]
     )
-
-
-AmplitudeFactor: TypeAlias = tuple[AmplitudeGain, AmplitudeGain]
-"""Softening of real and imaginary part of one mount's stiffness."""
-
-
-class AmplitudeResponse(NamedTuple):
-    """Motion in which every mount is as stiff as its own amplitude makes it.
-
-    `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad]; `amplitude`
-    (n_frequency, n_mount): displacement of each mount [m]; `gain` (n_frequency, n_mount): complex
-    gain of each mount [1]; `stiffness` (n_frequency, 6, 6): stiffness at the virtual point in this
-    motion [N/m, N/rad, N m/rad]; `iterations`: steps of the slowest line.
-    """
-
-    displacement: ComplexArray
-    amplitude: RealArray
-    gain: ComplexArray
-    stiffness: ComplexArray
-    iterations: int
-
-
-def amplitude_response(
-    mass_matrix: npt.ArrayLike,
-    mounts: Sequence[CompressorMount],
-    gain: GainFactor,
-    softening: Sequence[AmplitudeFactor],
-    force: npt.ArrayLike,
-    frequency: npt.ArrayLike,
-    *,
-    start: float = 1e-4,
-) -> AmplitudeResponse:
-    """Solve for the steady motion under harmonic loads at the virtual point.
-
-    - `mass_matrix` (6, 6): mass matrix at the virtual point [kg, kg m, kg m²].
-    - `mounts`, `softening`: at least one mount, and the factor of each.
-    - `gain`: gain over frequency, common to all mounts.
-    - `force` (n_frequency, 6): complex amplitudes [N, N m].
-    - `frequency` (n_frequency,): lines above 0 [Hz].
-    - `start`: amplitude to begin with [m].
-    - raises InputError, ConvergenceError: not one factor per mount, a line at or below 0 Hz, loads
-      that do not fit; no steady state with any of `RELAXATIONS`.
-
-    Thesis, eq. 52-55, where ``s = |s(ω)|`` is left open: here ``s_i = |T_i s_VP|``, the root of the
-    sum of squares of the three complex amplitudes at mount i (at most √2 times the true stroke,
-    exact for motion along a line). The motion needs the stiffness and the stiffness the motion:
-    damped fixed point on the logarithm of the amplitudes. Rubber, which softens by some ten percent
-    per decade, has one solution, found in 40 to 60 steps from any start.
-    """
-    lines = np.asarray(frequency, dtype=float)
-    if not mounts or len(softening) != len(mounts):
-        raise InputError(
-            f"{len(mounts)} mounts and {len(softening)} amplitude factors: give each mount its own"
-        )
-    if np.any(lines <= 0):
-        raise InputError("a line at 0 Hz has no gain factor: start above it")
-    over_frequency = gain.at(lines)
-    positions = np.array([mount.position for mount in mounts])
-    static = np.array([mount.stiffness for mount in mounts])
-    orientations = np.array([mount.orientation for mount in mounts])
-
-    def gains(strokes: RealArray) -> ComplexArray:
-        amplitude = _amplitudes(strokes)
-        parts = [
-            over_frequency.real * real.at(amplitude[:, i])
-            + 1j * over_frequency.imag * imaginary.at(amplitude[:, i])
-            for i, (real, imaginary) in enumerate(softening)
-        ]
-        return np.stack(parts, axis=1)
-
-    def stiffness(strokes: RealArray) -> ComplexArray:
-        dynamic = gains(strokes)[..., np.newaxis] * static
-        return np.asarray(mount_stiffness_matrix(positions, dynamic, orientations))
-
-    def steady(relaxation: float) -> SteadyState:
-        return amplitude_dependent_response(
-            mass_matrix,
-            stiffness,
-            force,
-            lines,
-            forward_matrices(positions),
-            start=start,
-            tolerance=TOLERANCE,
-            relaxation=relaxation,
-            max_iterations=round(STEPS_PER_SHARE / relaxation),
-        )
-
-    for relaxation in RELAXATIONS[:-1]:
-        try:
-            state = steady(relaxation)
-            break
-        except ConvergenceError:
-            continue
-    else:
-        state = steady(RELAXATIONS[-1])
-    return AmplitudeResponse(
-        state.displacement,
-        _amplitudes(state.amplitude),
-        gains(state.amplitude),
-        stiffness(state.amplitude),
-        state.iterations,
-    )
-
-
-def _amplitudes(strokes: RealArray) -> RealArray:
-    """Root of the sum of squares of the three axes of each mount, shape (n_frequency, n_mount)."""
-    return np.asarray(np.linalg.norm(strokes.reshape(strokes.shape[0], -1, 3), axis=2))
 
 
 TRIANGLE_TOLERANCE = 1e-9

@@ -22,16 +22,15 @@ from deboom.bench.compressor_rig import operation, placement_errors, true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
 from deboom.bench.electric_car import (
     CABIN_NOISE,
-    HOSE_BAND,
     POINTS,
-    HoseGain,
+    ElectricCarBody,
     body_plan,
     columns_of,
     draw_fleet,
     draw_setup,
     frozen_fleet,
-    hose_gain,
     point_sheets,
+    run_car,
     strike_body,
 )
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
@@ -39,23 +38,34 @@ from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf
 from deboom.measurement.electric_car import ElectricCar, wrench_noise_transfer
+from deboom.physics.sound_level import spl
 
 FLEETS = range(1, 1 + draws(60))
 SEEDS = range(1, 7)
-BELOW = (20.0, 80.0)
+LINES = np.arange(20.0, 140.5, 1.0)
+HOSE_BAND, BELOW = (90.0, 140.0), (20.0, 80.0)
+"""Where the thesis hears its hoses, and where it does not [Hz]."""
 CAR_SEED = 1
 
 
 def claims() -> list[Claim]:
     """Measure everything afresh."""
-    compressor = true_compressor(
-        CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(CAR_SEED)
-    )
-    source, hoses = true_source(), drawn_hoses()
-    gains = [hose_gain(draw_fleet(seed), compressor, source, hoses) for seed in FLEETS]
+    drawn = [level for seed in FLEETS for level in _levels(draw_fleet(seed))]
+    return [*_noise_transfer(), *_gains(np.array(drawn), np.array(_levels(frozen_fleet())))]
+
+
+def _levels(fleet: dict[str, ElectricCarBody]) -> list[np.ndarray]:
+    """Level at the ear of each car, with standard and with soft hoses, (2, n_line) [dB(A)]."""
+    plan = CompressorPlan(CompressorCase.TABLE11)
+    compressor = true_compressor(plan, np.random.default_rng(CAR_SEED))
     return [
-        *_noise_transfer(),
-        *_gains(gains, hose_gain(frozen_fleet(), compressor, source, hoses)),
+        np.array(
+            [
+                spl(run_car(car, compressor, true_source(), LINES, hoses).pressure, LINES)
+                for hoses in (drawn_hoses(), ())
+            ]
+        )
+        for car in fleet.values()
     ]
 
 
@@ -142,16 +152,13 @@ def _struck(
     )
 
 
-def _gains(gains: list[HoseGain], frozen: HoseGain) -> list[Claim]:
-    frequency, (low, high) = gains[0].frequency, HOSE_BAND
-    inside = (frequency >= low) & (frequency <= high)
-    ratios = [np.abs(gain.standard / gain.soft)[:, inside].ravel() for gain in gains]
-    lines = _spread(20 * np.log10(np.concatenate(ratios)))[0]
-    cars = ", ".join(f"{value:.1f}" for value in frozen.band_gain())
-    words, middle = _spread(np.concatenate([gain.band_gain() for gain in gains]))
-    below, middle_below = _spread(np.concatenate([gain.band_gain(BELOW) for gain in gains]))
-    count = sum(len(gain.names) for gain in gains)
-    what = f"median and 10-90 % of {count} cars in {len(gains)} drawn fleets [dB]"
+def _gains(drawn: np.ndarray, frozen: np.ndarray) -> list[Claim]:
+    low, high = HOSE_BAND
+    lines = _spread(-np.diff(drawn, axis=1)[..., _inside(HOSE_BAND)])[0]
+    cars = ", ".join(f"{value:.1f}" for value in _gain(frozen, HOSE_BAND))
+    words, middle = _spread(_gain(drawn, HOSE_BAND))
+    below, middle_below = _spread(_gain(drawn, BELOW))
+    what = f"median and 10-90 % of {len(drawn)} cars in {len(FLEETS)} drawn fleets [dB]"
     return [
         Claim(
             f"hose gain in {low:g}-{high:g} Hz, {what}",
@@ -166,6 +173,16 @@ def _gains(gains: list[HoseGain], frozen: HoseGain) -> list[Claim]:
             abs(middle_below) < 1,
         ),
     ]
+
+
+def _inside(band: tuple[float, float]) -> np.ndarray:
+    return (band[0] <= LINES) & (band[1] >= LINES)
+
+
+def _gain(levels: np.ndarray, band: tuple[float, float]) -> np.ndarray:
+    """Level of the energy in a band with hoses minus without, (n_car,) [dB]."""
+    energy = np.sum(10 ** (levels[..., _inside(band)] / 10), axis=-1)
+    return 10 * np.log10(energy[:, 0] / energy[:, 1])
 
 
 def _spread(values: np.ndarray) -> tuple[str, float]:

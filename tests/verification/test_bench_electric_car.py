@@ -24,11 +24,9 @@ from deboom.bench.electric_car import (
     MOUNTS,
     POINTS,
     ElectricCarBody,
-    HoseGain,
     columns_of,
     draw_fleet,
     frozen_fleet,
-    hose_gain,
     point_positions,
     run_car,
 )
@@ -140,16 +138,6 @@ def test_loads_make_the_motion_and_the_pressure() -> None:
     )
     moved = np.einsum("fab,fb->fa", car.receptance(LINES), run.body_load)
     np.testing.assert_allclose(run.body_motion, moved, rtol=1e-9)
-
-
-def test_hose_gain_is_a_level_difference() -> None:
-    fleet, hoses, lines = draw_fleet(2), drawn_hoses(), np.arange(90.0, 141.0, 10.0)
-    gain = hose_gain(fleet, _compressor(), true_source(), hoses, lines)
-    assert gain.names == tuple(fleet)
-    second = run_car(fleet["EV-2"], _compressor(), true_source(), lines, hoses).pressure
-    np.testing.assert_array_equal(gain.standard[1], second)
-    doubled = HoseGain(lines, ("one",), gain.soft[:1], 2 * gain.soft[:1])
-    assert doubled.band_gain()[0] == pytest.approx(20 * np.log10(2), rel=1e-12)
 
 
 def test_bad_input() -> None:

@@ -45,7 +45,6 @@ from deboom.bench.writing import check_seed, triple
 from deboom.errors import InputError
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
-from deboom.physics.sound_level import spl
 
 MOUNTS = ("mount 1", "mount 2", "mount 3")
 HOSES = ("hose 1", "hose 2")
@@ -331,59 +330,6 @@ def mount_stiffnesses(compressor: Compressor, frequency: RealArray) -> ComplexAr
     turn = rotation_matrix(compressor.rotations)
     static = (turn * compressor.stiffness[:, None, :]) @ np.swapaxes(turn, 1, 2)
     return np.asarray(compressor.gain_at(frequency)[:, None, None, None] * static)
-
-
-LINES = np.arange(20.0, 140.5, 1.0)
-"""Of cabin noise [Hz]."""
-
-HOSE_BAND = (90.0, 140.0)
-"""Where the thesis hears its hoses [Hz]."""
-
-
-@dataclass(frozen=True, eq=False)
-class HoseGain:
-    """Pressure at the driver's ear of every car, with and without the path through the hoses.
-
-    - `frequency` (f,): frequency of the rotation [Hz].
-    - `names`: names of the cars.
-    - `soft`, `standard` (n_car, f): pressure with long soft hoses and with the car's own ones [Pa].
-    """
-
-    frequency: RealArray
-    names: tuple[str, ...]
-    soft: ComplexArray
-    standard: ComplexArray
-
-    def band_gain(self, band: tuple[float, float] = HOSE_BAND) -> RealArray:
-        """Return the A-weighted level in a band with hoses minus without, shape (n_car,) [dB]."""
-        inside = (self.frequency >= band[0]) & (self.frequency <= band[1])
-        lines = self.frequency[inside]
-        with_hoses, without = (
-            np.sum(10 ** (spl(values[:, inside].T, lines) / 10), axis=0)
-            for values in (self.standard, self.soft)
-        )
-        return np.asarray(10 * np.log10(with_hoses / without))
-
-
-def hose_gain(
-    fleet: Mapping[str, ElectricCarBody],
-    compressor: Compressor,
-    source: Source,
-    hoses: Sequence[Hose],
-    frequency: RealArray = LINES,
-    gas_factor: float = 1.0,
-) -> HoseGain:
-    """Run one compressor in every car of a fleet, with hoses and without, as in `run_car`."""
-    soft, standard = (
-        np.array(
-            [
-                run_car(car, compressor, source, frequency, used, gas_factor).pressure
-                for car in fleet.values()
-            ]
-        )
-        for used in ((), hoses)
-    )
-    return HoseGain(frequency, tuple(fleet), soft, standard)
 
 
 FIRST_SENSOR_NODE, FIRST_IMPACT_NODE, FIRST_HOLDER_NODE = 401, 501, 301

@@ -80,7 +80,7 @@ def matrices_of(hoses):
         point += stiffness[:, :6, :6]
         transfer[:, rows] = -stiffness[:, 6:, :6]
         body[:, rows, rows] = stiffness[:, 6:, 6:]
-    return HoseMatrices(LINES, tuple(hose.name for hose in hoses), point, transfer, body)
+    return HoseMatrices(point, transfer, body)
 
 
 def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, weights=(1.0, 3.0)):

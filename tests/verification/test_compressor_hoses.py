@@ -27,6 +27,7 @@ from deboom.compressor.hoses import (
     sweep_evidence,
 )
 from deboom.compressor.identify import IdentifyOptions, identify
+from deboom.compressor.model import applied
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
@@ -115,7 +116,7 @@ def force_levels(hoses, truth):
     def forces(load):
         return np.linalg.norm(load.reshape(-1, 2, 6)[above, :, :3], axis=2)
 
-    found = hose_matrices(hoses, sweep["frequency"]).body_load(sweep["displacement"])
+    found = applied(hose_matrices(hoses, sweep["frequency"]).transfer, sweep["displacement"])
     return np.abs(20 * np.log10(forces(found) / forces(sweep["end_load"]))).max()
 
 

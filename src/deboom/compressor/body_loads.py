@@ -137,7 +137,7 @@ def loads_by_measured_holders(
         none: ComplexArray = np.zeros((len(forces), 0), dtype=complex)
         return BodyLoads(forces, none, none)
     matrices = hose_matrices(hoses, frequency)
-    free = matrices.body_load(displacement)
+    free = applied(matrices.transfer, displacement)
     if receptance is None:
         return BodyLoads(forces, free, np.zeros_like(free))
     n = forces.shape[1]
@@ -171,7 +171,7 @@ def loads_by_predicted_holders(
     if hoses:
         matrices = hose_matrices(hoses, frequency)
         stiffness[:, n:, n:] = matrices.body
-        free = np.hstack([free, matrices.body_load(displacement)])
+        free = np.hstack([free, applied(matrices.transfer, displacement)])
     loads = _solved(np.eye(size) + stiffness @ receptance, free)
     return BodyLoads(loads[:, :n], loads[:, n:], applied(receptance, loads)[:, n:])
 
@@ -181,22 +181,17 @@ def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     return np.asarray(np.linalg.solve(matrices, vectors[..., np.newaxis])[..., 0], dtype=complex)
 
 
-@dataclass(frozen=True, eq=False)
-class Neighbours:
-    """What a compressor hangs on beside its mounts, and how the body answers."""
-
-    hoses: tuple[HoseDrawing, ...]
-    accelerance: Frf
-
-
 def on_rigid_foundation(
     test: OperatingTest,
     found: Identification,
     mounts: Sequence[CompressorMount],
-    neighbours: Neighbours | None = None,
     change: StiffnessCurve | None = None,
+    hoses: tuple[HoseDrawing, ...] = (),
+    accelerance: Frf | None = None,
 ) -> OperatingTest:
     """Take the motion of the body off the accelerations of a running compressor.
+
+    With `hoses` goes the `accelerance` of the body, by which their ends move.
 
     Returns the test with the accelerations that the same load would cause on a rigid foundation.
     InputError: a sweep without holder accelerations of a mount, a hose without accelerances.
@@ -209,7 +204,9 @@ def on_rigid_foundation(
     """
     return replace(
         test,
-        sweeps=tuple(_corrected(sweep, found, mounts, neighbours, change) for sweep in test.sweeps),
+        sweeps=tuple(
+            _corrected(sweep, found, mounts, change, hoses, accelerance) for sweep in test.sweeps
+        ),
     )
 
 
@@ -240,8 +237,9 @@ def _corrected(
     sweep: OperatingSweep,
     found: Identification,
     mounts: Sequence[CompressorMount],
-    neighbours: Neighbours | None,
     change: StiffnessCurve | None,
+    hoses: tuple[HoseDrawing, ...],
+    accelerance: Frf | None,
 ) -> OperatingSweep:
     """Sweep as it would be on a rigid foundation."""
     lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
@@ -250,11 +248,10 @@ def _corrected(
     # the gyroscopic moment has no part in a motion this small
     mass, _ = running_mass(found, lines, change=changed)
     load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
-    if neighbours is not None and neighbours.hoses and sweep.hoses is HoseState.STANDARD:
-        hoses = neighbours.hoses
+    if accelerance is not None and hoses and sweep.hoses is HoseState.STANDARD:
         matrices = hose_matrices(hoses, lines)
         receptance = body_receptance(
-            neighbours.accelerance,
+            accelerance,
             lines,
             [mount.name for mount in mounts],
             [hose.name for hose in hoses],
@@ -263,7 +260,7 @@ def _corrected(
         ends = loads_by_measured_holders(
             mounts, factor, displacement, holder, hoses, lines, receptance
         ).hose_ends
-        load = load + matrices.compressor_load(np.zeros_like(load), ends)
+        load = load + applied(np.swapaxes(matrices.transfer, -1, -2), ends)
         mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
     seen = _solved(mass, load) @ found.calibrated.response_matrix.T
     measured = sweep.acceleration

@@ -13,7 +13,6 @@ import pandas as pd
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.body_loads import (
     BodyLoads,
-    Neighbours,
     body_receptance,
     displacement_at_virtual_point,
     holder_displacement,
@@ -161,8 +160,9 @@ def running_in_car(
                 car.operation,
                 found,
                 shares.mounts,
-                Neighbours(known, accelerance),
                 partial(_significant_change, source),
+                known,
+                accelerance,
             )
             hoses = identify_hoses(still, found, source.sense.sense)
             known = hoses.hoses

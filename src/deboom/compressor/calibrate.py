@@ -208,7 +208,6 @@ class SelfCalibration:
     errors: RealArray
     covariance: RealArray
     reduced_chi: float
-    n_evaluations: int
     converged: bool
 
     @property
@@ -286,7 +285,6 @@ def self_calibrate(
         result.x[n:],
         _inverse(jacobian.T @ jacobian),
         float(np.sqrt(np.mean(np.abs(residuals) ** 2) / 2)),
-        int(result.nfev),
         bool(result.status > 0),
     )
 

@@ -15,7 +15,6 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import deviation_from_coherence
-from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.compressor.virtual_point_fit import thinned
@@ -57,8 +56,8 @@ RANK_TOLERANCE = 1e-9
 class HoseMatrices:
     """Dynamic stiffness of n hoses, seen at the virtual point and at their ends on the body.
 
-    `frequency` (n_frequency,): lines [Hz]; `point` (n_frequency, 6, 6): load on the hoses at the
-    virtual point per its motion, body ends fixed [N/m, N/rad, N m/rad]; `transfer` (n_frequency, 6
+    `point` (n_frequency, 6, 6): load on the hoses at the virtual point per its motion, body ends
+    fixed [N/m, N/rad, N m/rad]; `transfer` (n_frequency, 6
     n, 6): load of the hoses on the body at their ends per motion of the virtual point; six rows per
     hose, global axes [N/m, N/rad, N m/rad]; `body` (n_frequency, 6 n, 6 n): load on the hoses at
     the body's ends per motion of these ends, virtual point fixed; block diagonal [N/m, N/rad, N
@@ -69,36 +68,9 @@ class HoseMatrices:
     reciprocal.
     """
 
-    frequency: RealArray
-    names: tuple[str, ...]
     point: ComplexArray
     transfer: ComplexArray
     body: ComplexArray
-
-    def body_load(
-        self, displacement: npt.ArrayLike, body_motion: npt.ArrayLike | None = None
-    ) -> ComplexArray:
-        """Compute the load of the hoses on the body.
-
-        `displacement` (n_frequency, 6): motion of the virtual point, complex peak [m, rad];
-        `body_motion` (n_frequency, 6 n): motion of the ends on the body; none by default [m, rad].
-        Returns (n_frequency, 6 n) ``fx fy fz mx my mz`` of each hose at its end, complex peak
-        [N, N m].
-        """
-        load = applied(self.transfer, np.asarray(displacement, dtype=complex))
-        if body_motion is not None:
-            load = load - applied(self.body, np.asarray(body_motion, dtype=complex))
-        return load
-
-    def compressor_load(
-        self, displacement: npt.ArrayLike, body_motion: npt.ArrayLike | None = None
-    ) -> ComplexArray:
-        """Compute the load on the compressor at the virtual point, (n_frequency, 6) [N, N m]."""
-        load = -applied(self.point, np.asarray(displacement, dtype=complex))
-        if body_motion is not None:
-            back = np.swapaxes(self.transfer, -1, -2)
-            load = load + applied(back, np.asarray(body_motion, dtype=complex))
-        return load
 
 
 def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> HoseMatrices:
@@ -108,8 +80,7 @@ def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> Hos
     - `frequency` (n_frequency,): lines above 0 [Hz].
     - raises InputError: no hose, or a line at 0 Hz.
     """
-    names = [hose.name for hose in hoses]
-    if not names:
+    if not hoses:
         raise InputError("there is no drawing of a hose: state port, direction, length and beam")
     lines = np.asarray(frequency, dtype=float)
     n = len(hoses)
@@ -123,7 +94,7 @@ def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> Hos
         point += both[:, :6, :6]
         transfer[:, rows] = -both[:, 6:, :6]
         body[:, rows, rows] = both[:, 6:, 6:]
-    return HoseMatrices(lines, tuple(names), point, transfer, body)
+    return HoseMatrices(point, transfer, body)
 
 
 def beam_of(hose: HoseDrawing) -> ViscoelasticBeam:

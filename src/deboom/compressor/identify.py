@@ -532,10 +532,14 @@ def modal_likeness(found: Identification) -> RealArray:
 
 
 @checked(
+    parameter_names="p",
     values="p",
     covariance="p p",
+    channels="c",
     response="c 6",
+    impacts="i",
     excitation="i 6",
+    placement_names="e",
     placement_errors="e",
     placement_deviations="e",
 )
@@ -572,16 +576,6 @@ class IdentifiedCompressor:
     bands: tuple[tuple[float, float], ...]
     alarms: tuple[str, ...]
     inputs_sha256: Mapping[str, str]
-
-    def __post_init__(self) -> None:
-        for field, names in (
-            ("values", self.parameter_names),
-            ("response", self.channels),
-            ("excitation", self.impacts),
-            ("placement_errors", self.placement_names),
-        ):
-            if len(getattr(self, field)) != len(names):
-                raise InputError(f"{field} of compressor {self.name} needs {len(names)} rows")
 
 
 def identified_compressor(

@@ -29,7 +29,7 @@ START_GAIN = (np.log(0.35), np.log(0.03), 0.27, np.log(0.25), np.log(0.05))
 """A rubber of medium stiffening and loss, in the order of `GAIN_SHAPE_NAMES`."""
 SMALLEST_SPREAD = 1e-3
 """Smallest eigenvalue of the scaled pseudo-inertia against its largest one."""
-PASSES = 3
+PASSES, LARGEST_EVALUATIONS = 3, 200
 _PSEUDO_ENTRIES = [(i, j) for i in range(4) for j in range(i, 4)]
 
 
@@ -157,7 +157,6 @@ class PointFit:
     values: RealArray
     cost: float
     jacobian: RealArray
-    n_evaluations: int
     at_bound: tuple[str, ...]
     converged: bool
 
@@ -172,7 +171,6 @@ def fit_at_virtual_point(
     objective: Objective,
     start: RealArray,
     bounds: Bounds | None = None,
-    largest_evaluations: int = 200,
 ) -> PointFit:
     """Fit by nonlinear least squares.
 
@@ -196,7 +194,7 @@ def fit_at_virtual_point(
         bounds=(bounds.lower, bounds.upper),
         x_scale=scale,
         method="trf",
-        max_nfev=largest_evaluations,
+        max_nfev=LARGEST_EVALUATIONS,
         xtol=1e-8,
         ftol=1e-8,
         gtol=1e-8,
@@ -206,7 +204,6 @@ def fit_at_virtual_point(
         result.x,
         float(result.cost),
         np.asarray(result.jac),
-        int(result.nfev),
         _names_at_bound(parametrisation, result.x, bounds),
         bool(result.status > 0),
     )

@@ -9,13 +9,11 @@ own microphone. docs/validation.md has the errors of many cars and laboratories.
 Keys of summary.json, levels [dB]. At measured peaks, synthesised against
 measured: spl_peak_deviation_db (largest, soft hoses, outside 25–35 Hz), …_25_35 (there),
 …_with_hoses (standard hoses modelled, 90–140 Hz), …_by_mounts (hoses left out, there), each with
-…_median; n_peaks, n_peaks…, n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
-spl_90_140_median_db_with_hoses|by_mounts, spl_90_140_p90_db_…, spl_90_140_energy_db_… (worst sweep,
-energy of the band). measured_gain_db_90_140 (standard against soft hoses, median),
-measured_gain_error_db_90_140 (largest, of the synthesis). still_body_error_db_median|p90 (motion of
-the body left out), predicted_body_error_db_p90 (predicted instead of measured),
-lines_in_band_percent (louder lines within the 90 % band), identical_mounts, n_alarms, seconds (from
-files to result, one processor). No keys where there is no peak.
+…_median; n_peaks_without_partner. Lines at 90–140 Hz with standard hoses:
+spl_90_140_p90_db_with_hoses|by_mounts. measured_gain_db_90_140 (standard against soft hoses,
+median), measured_gain_error_db_90_140 (largest, of the synthesis). lines_in_band_percent (louder
+lines within the 90 % band), identical_mounts, n_alarms, seconds (from files to result, one
+processor). No keys where there is no peak.
 """
 
 from __future__ import annotations
@@ -166,35 +164,26 @@ def error_summary(
         ("_with_hoses", STANDARD, HOSE_BAND, None, False),
         ("_by_mounts", STANDARD, HOSE_BAND, None, True),
     ):
-        found = peak_deviations(errors, hoses, only=only, without=without, by_mounts=by_mounts)
+        found = np.abs(
+            peak_deviations(errors, hoses, only=only, without=without, by_mounts=by_mounts)
+        )
         if found.size:
-            summary[f"spl_peak_deviation_db{suffix}"] = float(np.abs(found).max())
-            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(np.abs(found)))
-            summary[f"n_peaks{suffix}"] = int(found.size)
+            summary[f"spl_peak_deviation_db{suffix}"] = float(found.max())
+            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(found))
     summary["n_peaks_without_partner"] = sum(len(one.peaks.only_reference) for one in errors)
     for name, by_mounts in (("with_hoses", False), ("by_mounts", True)):
-        lines = _hose_lines(errors, by_mounts=by_mounts)
+        lines = [
+            np.abs((error.lines_by_mounts if by_mounts else error.lines)[high])
+            for error in errors
+            if error.hoses is STANDARD and (high := in_band(error.frequency, HOSE_BAND)).any()
+        ]
         if lines:
-            energy = [e.hose_band_by_mounts if by_mounts else e.hose_band for e in errors]
-            off = np.concatenate(lines)
-            summary[f"spl_90_140_median_db_{name}"] = float(np.median(off))
-            summary[f"spl_90_140_p90_db_{name}"] = float(np.percentile(off, 90))
-            summary[f"spl_90_140_energy_db_{name}"] = max(
-                abs(level)
-                for level, of in zip(energy, errors, strict=True)
-                if of.hoses is STANDARD and np.isfinite(level)
-            )
+            off = float(np.percentile(np.concatenate(lines), 90))
+            summary[f"spl_90_140_p90_db_{name}"] = off
     if len(gain):
         error = (gain["synthesised gain [dB]"] - gain["measured gain [dB]"]).abs()
         summary["measured_gain_db_90_140"] = float(gain["measured gain [dB]"].median())
         summary["measured_gain_error_db_90_140"] = float(error.max())
-    still, predicted = (
-        np.abs(np.concatenate([getattr(error, name) for error in errors]))
-        for name in ("still_body", "predicted_body")
-    )
-    summary["still_body_error_db_median"] = float(np.median(still))
-    summary["still_body_error_db_p90"] = float(np.percentile(still, 90))
-    summary["predicted_body_error_db_p90"] = float(np.percentile(predicted, 90))
     inside = [error.inside for error in errors if error.complete]
     if inside:
         summary["lines_in_band_percent"] = 100 * float(np.mean(inside))
@@ -202,15 +191,6 @@ def error_summary(
         # nobody modelled the hoses
         return {key: value for key, value in summary.items() if "with_hoses" not in key}
     return summary
-
-
-def _hose_lines(errors: Sequence[SweepErrors], *, by_mounts: bool) -> list[RealArray]:
-    """Size of the deviation at the lines of `HOSE_BAND`, per sweep with standard hoses [dB]."""
-    return [
-        np.abs((error.lines_by_mounts if by_mounts else error.lines)[high])
-        for error in errors
-        if error.hoses is STANDARD and (high := in_band(error.frequency, HOSE_BAND)).any()
-    ]
 
 
 def level_table(noise: CarNoise) -> pd.DataFrame:
@@ -223,8 +203,6 @@ def level_table(noise: CarNoise) -> pd.DataFrame:
             "synthesised from": band.lower,
             "synthesised to": band.upper,
             "mounts alone": sweep.level(sweep.by_mounts),
-            "body taken to stand still": sweep.level(sweep.still_body),
-            "motion of the body predicted": sweep.level(sweep.predicted_body),
         }
         table = {"frequency [Hz]": sweep.frequency, "speed [rpm]": 60 * sweep.frequency}
         table |= {f"{name} [dB(A)]": values for name, values in levels.items()}

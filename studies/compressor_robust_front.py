@@ -21,8 +21,7 @@ seconds_search.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
@@ -75,8 +74,6 @@ TRIED = 11
 """Values of each stiffness that are tried for it."""
 TILES = 2
 """Stiffnesses that the page begins with: those that matter most."""
-TIGHTER = 0.5
-"""A tighter tolerance, over today's [1]."""
 N_PER_MM = 1e-3
 """From N/m to N/mm."""
 BEST, PLACES, SHEET = "best mean", "places", "supplier_sheet"
@@ -323,7 +320,7 @@ class MountFront(Front):
 
     @cached_property
     def groups(self) -> dict[str, list[int]]:
-        """Columns whose tolerance one would tighten together: a part number's axis, or places."""
+        """Columns that scatter together: a part number's axis, or places."""
         variables = self.model.index.variables
         scaled = variables.scaled
         groups: dict[str, list[int]] = {}
@@ -333,14 +330,6 @@ class MountFront(Front):
         if variables.places.size:
             groups[PLACES] = variables.places.tolist()
         return groups
-
-    def tightened(self, columns: Sequence[int]) -> float:
-        """Change of the sum of σ of best mean with `TIGHTER` tolerances of these columns [%]."""
-        space, best = self.robust.space, self.best[np.newaxis]
-        tolerance = np.array(space.tolerance)
-        tolerance[list(columns)] *= TIGHTER
-        tight = replace(self.robust, space=replace(space, tolerance=tolerance))
-        return PERCENT * float(tight(best).sigma_sum[0] / self.robust(best).sigma_sum[0] - 1)
 
 
 def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: int) -> SobolIndices:
@@ -535,8 +524,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
     wanted = _requirements(front, options)
     caption = (
         "Required stiffness. Importance: share of the variance of the level within the range "
-        "searched. Share of sigma: of the scatter between cars as built; last column: its change "
-        "if this tolerance alone were halved."
+        "searched. Share of sigma: of the scatter between cars as built."
     )
     report.table("requirements", wanted, caption)
 
@@ -579,9 +567,9 @@ def _requirements(front: MountFront, options: Options) -> pd.DataFrame:
         }
     )
     table = table.set_index("requirement").reindex(list(front.groups)).reset_index()
-    groups = front.groups.values()
-    table["share of sigma [%]"] = [PERCENT * float(shares[of].sum()) for of in groups]
-    table["sigma with half the tolerance [%]"] = [front.tightened(of) for of in groups]
+    table["share of sigma [%]"] = [
+        PERCENT * float(shares[columns].sum()) for columns in front.groups.values()
+    ]
     return table
 
 

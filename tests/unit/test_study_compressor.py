@@ -1,6 +1,5 @@
 """Verdicts, routes and truths of a running compressor."""
 
-import math
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,7 +17,6 @@ from deboom.study.compressor_unbalance import (
     AUTOMATIC,
     MeasuredUnbalance,
     UnbalanceTruth,
-    route_errors,
     with_route,
 )
 
@@ -144,18 +142,8 @@ TRUTH = UnbalanceTruth(
 )
 
 
-def sweep(frequency, *, name="soft", off=1.0):
-    """Build what is read of a sweep whose unbalances are `off` times the true ones."""
-    static, dynamic = (
-        SimpleNamespace(value=np.full(frequency.size, off * true))
-        for true in (TRUTH.static, TRUTH.dynamic)
-    )
-    return SimpleNamespace(
-        sweep=name,
-        frequency=frequency,
-        static=SimpleNamespace(from_y=static, from_z=static),
-        dynamic=SimpleNamespace(from_y=dynamic, from_z=dynamic),
-    )
+def sweep(frequency, name="soft"):
+    return SimpleNamespace(sweep=name, frequency=frequency)
 
 
 def test_loads_are_taken_at_the_lines_of_the_sweep():
@@ -163,12 +151,3 @@ def test_loads_are_taken_at_the_lines_of_the_sweep():
     np.testing.assert_array_equal(TRUTH.load_of(sweep(some)), TRUTH.loads["soft"][10:100:7])
     assert TRUTH.load_of(sweep(some + 0.1)) is None
     assert TRUTH.load_of(sweep(some, name="over time")) is None
-
-
-def test_errors_are_stated_for_bands_with_lines():
-    errors = route_errors(SimpleNamespace(sweeps=(sweep(LINES[43:], off=1.02),)), TRUTH)
-    assert math.isnan(errors.static[0])
-    assert errors.static[1] == pytest.approx(0.02)
-    assert errors.dynamic[1] == pytest.approx(0.02)
-    unknown = route_errors(SimpleNamespace(sweeps=(sweep(LINES + 0.1),)), TRUTH)
-    assert all(math.isnan(one) for one in (*unknown.static, *unknown.static_mismatch))

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import RealArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
@@ -271,17 +271,12 @@ def identified_virtual(
     return identified_test(test, truth, IdentifyOptions(), beside, step)
 
 
-def condition_numbers(inertance: ComplexArray, length: float) -> RealArray:
-    """Condition number of each line with lengths counted in units of `length` [m]."""
-    unit = np.repeat([1.0, length], 3)
-    return np.asarray(np.linalg.cond(inertance * np.outer(unit, unit)))
-
-
 def condition_at_100_hz(test: IdentifiedTest) -> float:
-    """Scaled condition number at the line nearest to 100 Hz [1]."""
+    """Condition number at the line nearest to 100 Hz, in units of the radius of gyration [1]."""
     inertance = test.found.inertance
     nearest = int(np.argmin(np.abs(inertance.frequency - 100.0)))
-    return float(condition_numbers(inertance.values[[nearest]], test.found.length)[0])
+    unit = np.repeat([1.0, test.found.length], 3)
+    return float(np.linalg.cond(inertance.values[nearest] * np.outer(unit, unit)))
 
 
 def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFrame:
@@ -324,25 +319,6 @@ def verdicts(thesis: ThesisFit) -> list[str]:
         else:
             words.append("identified")
     return words
-
-
-def case_table(test: IdentifiedTest) -> pd.DataFrame:
-    """Errors of a compressor against its truth, in one row."""
-    assert test.truth is not None
-    error = errors_of(test.found, test.truth)
-    row: dict[str, object] = {
-        "mass [%]": 100 * error.mass,
-        "centre of gravity [mm]": 1e3 * error.centre,
-        "inertia [%]": 100 * error.inertia,
-        "K_VP [%]": 100 * error.stiffness,
-        "Re gain [%]": 100 * error.gain_real,
-        "Im gain [%]": 100 * error.gain_imaginary,
-        "within 1 σ [%]": 100 * float(np.mean(np.abs(error.scores) < 1)),
-    }
-    if test.identical is not None:
-        place, angle = mounting_errors(test.identical, test.truth)
-        row |= {"mount place [mm]": 1e3 * place, "mount axis [°]": float(np.degrees(angle))}
-    return pd.DataFrame([row])
 
 
 def placement_table(test: IdentifiedTest) -> pd.DataFrame:

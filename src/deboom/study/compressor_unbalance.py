@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -38,8 +37,6 @@ from deboom.measurement.compressor_test import HoseState, OperatingTest
 TRUTH_FILE = Path("truth") / "operation.json"
 MODEL_FILE = "compressor_model"
 """Stem of the file of an identified compressor in a run."""
-BANDS = ((20.0, 50.0), (50.0, 150.0))
-"""Where line-by-line errors are stated: around the rigid-body modes, and above them [Hz]."""
 SAME_LINE = 1e-6
 """Largest relative distance of a line of a sweep from one of the truth [1]."""
 STEPS = 12
@@ -94,55 +91,6 @@ def read_unbalance_truth(folder: Path) -> UnbalanceTruth:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path} is no truth of a running compressor: {error}") from None
     return UnbalanceTruth(path, static, dynamic, loads, lines)
-
-
-@dataclass(frozen=True)
-class RouteErrors:
-    """How far a route is from the truth, and y from z, rms over lines, sweeps and both directions.
-
-    - `static`, `dynamic`: one per band of `BANDS`, relative to the true unbalance [1]; the truth
-      includes the rotating gas force, which passes as unbalance. Not a number where no line lies in
-      the band.
-    - `static_mismatch`, `dynamic_mismatch`: of y and z, relative to the true unbalance [1].
-    """
-
-    static: tuple[float, ...]
-    dynamic: tuple[float, ...]
-    static_mismatch: tuple[float, ...]
-    dynamic_mismatch: tuple[float, ...]
-
-
-def route_errors(result: RouteResult, truth: UnbalanceTruth) -> RouteErrors:
-    """Compare a route with the truth of the same sweeps, line by line."""
-    rows = [_errors_in_band(result, truth, low, high) for low, high in BANDS]
-    return RouteErrors(*(tuple(column) for column in zip(*rows, strict=True)))
-
-
-def _errors_in_band(
-    result: RouteResult, truth: UnbalanceTruth, low: float, high: float
-) -> tuple[float, float, float, float]:
-    """Errors of static and dynamic unbalance, then mismatch of y and z of both."""
-    errors: tuple[list[ComplexArray], ...] = ([], [])
-    mismatches: tuple[list[ComplexArray], ...] = ([], [])
-    for sweep in result.sweeps:
-        load = truth.load_of(sweep)
-        if load is None:
-            continue
-        band = (sweep.frequency >= low) & (sweep.frequency <= high)
-        square = (2 * np.pi * sweep.frequency[band]) ** 2
-        for place, curve, true, size in (
-            (0, sweep.static, load[band, 1] / square, abs(truth.static)),
-            (1, sweep.dynamic, load[band, 5] / square, abs(truth.dynamic)),
-        ):
-            from_y, from_z = curve.from_y.value[band], curve.from_z.value[band]
-            errors[place].extend([(from_y - true) / size, (from_z - true) / size])
-            mismatches[place].append((from_y - from_z) / size)
-    return _rms(errors[0]), _rms(errors[1]), _rms(mismatches[0]), _rms(mismatches[1])
-
-
-def _rms(parts: list[ComplexArray]) -> float:
-    values = np.concatenate(parts) if parts else np.empty(0)
-    return float(np.sqrt(np.mean(np.abs(values) ** 2))) if values.size else math.nan
 
 
 @dataclass(frozen=True)
@@ -313,8 +261,3 @@ def _reactions(evaluation: Unbalance, with_hoses: RouteResult | None) -> tuple[H
     return hose_reactions(
         evaluation.test, evaluation.identification, change=change, sense=evaluation.sense.sense
     )
-
-
-def band_words(band: tuple[float, float]) -> str:
-    """Write a band."""
-    return f"{band[0]:g}–{band[1]:g} Hz"

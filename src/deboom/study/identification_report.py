@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
-from functools import partial
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -12,7 +11,6 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import ComplexArray
 from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
@@ -28,7 +26,6 @@ from deboom.compressor.identify import (
 )
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
-from deboom.compressor.thesis_fit import ThesisFit
 from deboom.compressor.virtual_point_fit import START_GAIN
 from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
@@ -38,7 +35,6 @@ from deboom.study.compressor_identification import (
     STEPS,
     Beside,
     IdentifiedTest,
-    case_table,
     condition_at_100_hz,
     errors_of,
     identifiability_table,
@@ -55,8 +51,7 @@ if TYPE_CHECKING:
 
 MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
 INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
-MASS_UNITS = ("kg", "kg m", "kg m²")
-SHEET, CALIBRATED, MODEL = "measured, places of the sheet", "measured, calibrated", "identified"
+SHEET, MODEL = "measured, places of the sheet", "identified"
 WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
@@ -123,8 +118,6 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     if first.identical is not None:
         _identical(report, first.identical)
     _placement(report, first)
-    if first.truth is not None:
-        _against_truth(report, first)
     return report
 
 
@@ -285,7 +278,13 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
         "is judged; everything else comes from a fit that has not seen it.",
         folded=True,
     )
-    _comparison_figures(report, test)
+    report.figure(
+        "figure_55_correlation",
+        lambda: _likeness(test),
+        "Likeness of measured (places of the sheet) and identified (thesis, figure 55), numbers "
+        "rounded down. Modes by their shapes at the accelerometers, in 10–30 Hz; above them, the "
+        "FRFs entry by entry.",
+    )
     checks = test.found.held_out
     table = {
         "held out": [check.what for check in checks],
@@ -295,20 +294,10 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
     report.table("held_out", pd.DataFrame(table), "Predictions of what was held out.")
 
 
-def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
-    """Draw figures 55 and 67 of the thesis."""
-    found, lines, bands = test.found, test.found.inertance.frequency, test.options.bands
-    inertances = {
-        SHEET: found.inertance.values,
-        CALIBRATED: found.calibrated.at_virtual_point(found.raw.frf.values),
-        MODEL: found.calibrated.model.inertance(lines),
-    }
-    masses = {name: np.asarray(np.linalg.inv(values)) for name, values in inertances.items()}
-    both: dict[str, tuple[Mapping[str, ComplexArray], Sequence[str]]] = {
-        "inertance": (inertances, INERTANCE_UNITS),
-        "apparent mass": (masses, MASS_UNITS),
-    }
-    parts = {"Re": np.real, "Im": np.imag}
+def _likeness(test: IdentifiedTest) -> Figure:
+    """Draw figure 55 of the thesis."""
+    found, lines = test.found, test.found.inertance.frequency
+    model = found.calibrated.model.inertance(lines)
     maps = []
     try:
         numbers = tuple(str(number) for number in range(1, 7))
@@ -318,40 +307,11 @@ def _comparison_figures(report: Report, test: IdentifiedTest) -> None:
         )
     except InputError:  # the linear estimate has no modes: nothing to compare
         pass
-    for what, (values, _) in both.items():
-        for low, high in bands:
-            alike = frac(values[SHEET], values[MODEL], lines, (low, high))
-            title = f"FRAC, {_short(what)}, {low:g}–{high:g} Hz"
-            maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
-    report.figure(
-        "figure_55_correlation",
-        lambda: plot.heat_maps(maps),
-        "Likeness of measured (places of the sheet) and identified (thesis, "
-        "figure 55), numbers rounded down. Modes by their shapes at the accelerometers, in "
-        "10–30 Hz. From 100 Hz on there are no modes: there the FRFs themselves are compared, "
-        "entry by entry.",
-    )
-    values, units = both["apparent mass"]
-    curves = {f"{n}, {CALIBRATED}": part(values[CALIBRATED]) for n, part in parts.items()}
-    curves |= {f"{n}, {MODEL}": part(values[MODEL]) for n, part in parts.items()}
-    report.figure(
-        "figure_67_apparent_mass",
-        partial(
-            plot.curve_matrix,
-            MOTIONS,
-            lines,
-            curves,
-            units=units,
-            what="apparent mass",
-            dashed=[f"{n}, {MODEL}" for n in parts],
-        ),
-        "All entries of the apparent mass, real and imaginary (thesis, figure 67).",
-    )
-
-
-def _short(what: str) -> str:
-    """Shorten the name of a matrix for the title of a small panel."""
-    return what.replace("apparent", "app.")
+    for low, high in test.options.bands:
+        alike = frac(found.inertance.values, model, lines, (low, high))
+        title = f"FRAC, inertance, {low:g}–{high:g} Hz"
+        maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
+    return plot.heat_maps(maps)
 
 
 def _limits(report: Report, test: IdentifiedTest) -> None:
@@ -392,22 +352,17 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
             "identifiability.csv has them all."
         )
-        _thesis_tables(report, test, thesis)
+        own_axis = (" rotation x", "'s rotation about its own axis")
+        changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
+        report.table(
+            "null_space",
+            pd.DataFrame({"change that no test at one virtual point can see": changes}),
+            "Changes that leave every FRF as it is.",
+        )
+        report.table("identifiability", identifiability_table(test, thesis))
     pairs = found.known.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
-
-
-def _thesis_tables(report: Report, test: IdentifiedTest, thesis: ThesisFit) -> None:
-    """Show what the test says of each of the thesis's numbers."""
-    own_axis = (" rotation x", "'s rotation about its own axis")
-    changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
-    report.table(
-        "null_space",
-        pd.DataFrame({"change": [str(1 + k) for k in range(len(changes))], "in words": changes}),
-        "Changes that no test at one virtual point can see.",
-    )
-    report.table("identifiability", identifiability_table(test, thesis))
 
 
 def _identical(report: Report, fit: MountShares) -> None:
@@ -461,19 +416,6 @@ def _placement(report: Report, test: IdentifiedTest) -> None:
         "Largest errors of placement and calibration.",
         shown=in_words(largest),
     )
-
-
-def _against_truth(report: Report, test: IdentifiedTest) -> None:
-    """Compare a virtual compressor with its truth."""
-    report.section(
-        "Against the truth",
-        "Errors of this virtual compressor; docs/validation.md has those of many. Inertia: the "
-        "worst moment; K_VP: norm of the difference, rotations scaled by the characteristic "
-        "length; gain: the largest in 10–30 Hz. Within 1 σ: parameters nearer to the truth than "
-        "their stated standard deviation; 68 % where the deviations are honest.",
-        folded=True,
-    )
-    report.table("cases", case_table(test), "Identified against true.")
 
 
 def identify_into_run(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Sequence
 from functools import partial
@@ -15,8 +14,8 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
-from deboom.compressor.sources import PASCAL_PER_BAR, UnbalanceCurve, case_name
-from deboom.compressor.unbalance import RouteResult, SweepUnbalance, Unbalance
+from deboom.compressor.sources import UnbalanceCurve, case_name
+from deboom.compressor.unbalance import RouteResult, SweepUnbalance
 from deboom.files.compressor_model import compressor_document
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
@@ -24,15 +23,12 @@ from deboom.report import Report
 from deboom.study.component_sheet import append_verdicts
 from deboom.study.compressor_identification import in_words
 from deboom.study.compressor_unbalance import (
-    BANDS,
     MODEL_FILE,
     STEPS,
     MeasuredUnbalance,
     UnbalancePlan,
     UnbalanceTruth,
-    band_words,
     measured_unbalance,
-    route_errors,
 )
 from deboom.study.progress import Progress, counted
 from deboom.study.runner import command_of, run_command
@@ -113,7 +109,6 @@ def unbalance_report(
     _asked(report, measured)
     if measured.limits is not None:
         append_verdicts(report, measured, command)
-    _motion(report, evaluation)
     _unbalance(report, measured)
     _routes(report, measured)
     if measured.with_hoses is not None:
@@ -124,6 +119,10 @@ def unbalance_report(
 def _asked(report: Report, measured: MeasuredUnbalance) -> None:
     """Say what was asked, and with which data."""
     evaluation = measured.evaluation
+    apart = max(
+        float(100 * np.sqrt(np.clip(1 - motion.consistency_calibrated.overall**2, 0, None)).max())
+        for motion in evaluation.motions
+    )
     sweeps = "; ".join(
         f"{sweep.name}: {sweep.speed[0]:.0f}–{sweep.speed[-1]:.0f} rpm, "
         f"{sweep.frequency.size} lines"
@@ -136,22 +135,9 @@ def _asked(report: Report, measured: MeasuredUnbalance) -> None:
         f"Sweeps: {sweeps}.\n\n{evaluation.sense.statement}\n\nAll bands and intervals hold with "
         f"{100 * evaluation.options.confidence:g} %. They include noise of sweeps and hammer test, "
         "what the hammer test leaves open of placement and calibration, and what the mounts may "
-        "have changed between hammer and operation.",
-        folded=True,
-    )
-
-
-def _motion(report: Report, evaluation: Unbalance) -> None:
-    """Say what no rigid body explains of the motion."""
-    worst = max(
-        float(100 * np.sqrt(np.clip(1 - motion.consistency_calibrated.overall**2, 0, None)).max())
-        for motion in evaluation.motions
-    )
-    report.section(
-        "How it moves",
-        "The channels of all accelerometers are projected on the six motions of a rigid body. What "
-        "is left tells a bending body, a loose sensor or a wrong sheet: with the places that the "
-        f"hammer test gives, at most {worst:.2g} % of the channels at any speed.",
+        "have changed between hammer and operation.\n\n"
+        f"No rigid motion explains at most {apart:.2g} % of the channels at any speed: more tells "
+        "a bending body, a loose sensor or a wrong sheet.",
         folded=True,
     )
 
@@ -211,25 +197,6 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
         "over all lines and sweeps; the phase counts from the tacho's mark.",
         shown=in_words(sources),
     )
-    bands = chosen.sources.residual_bands
-    unexplained = {
-        "band": [band_words((band.low, band.high)) for band in bands],
-        "unexplained share of the load [%]": [100 * band.share for band in bands],
-        "residuals over noise [1]": [band.reduced_chi for band in bands],
-    }
-    report.table(
-        "unexplained",
-        pd.DataFrame(unexplained),
-        "What neither rotor nor gas explains, by bands: small is good.",
-    )
-    doubts = [
-        {"sweep": sweep.sweep, "unbalance": name.split()[0], "why": reason.text}
-        for sweep in chosen.sweeps
-        for name in _SIZES
-        for reason in _curve(sweep, name).reasons
-    ]
-    mask = pd.DataFrame(doubts, columns=["sweep", "unbalance", "why"])
-    report.table("mask", mask, "Lines that are not to be trusted, and why." if doubts else "")
     report.table("unbalance", pd.concat([_curve_table(sweep) for sweep in chosen.sweeps]))
     report.table("forces", pd.concat([_force_table(sweep) for sweep in chosen.sweeps]))
 
@@ -243,14 +210,23 @@ def _routes(report: Report, measured: MeasuredUnbalance) -> None:
         "of the inversion: where the mounts are as struck, all routes agree there.",
         folded=True,
     )
-    routes = _route_table(measured)
-    fitted = [str(name) for name in routes if not str(name).startswith(("error", "y/z", "resid"))]
+    rows = [
+        {
+            "route": result.route.letter,
+            "what it does": result.route.title,
+            "static [g mm]": 1e6 * abs(result.sources.static.value),
+            "± [g mm]": 1e6 * result.sources.static.deviation,
+            "dynamic [g mm²]": 1e9 * abs(result.sources.dynamic.value),
+            "± [g mm²]": 1e9 * result.sources.dynamic.deviation,
+            "residuals over noise [1]": result.sources.reduced_chi,
+        }
+        for result in measured.evaluation.routes
+    ]
     report.table(
         "routes",
-        routes,
-        "Global fit by each route; ± is one standard deviation. routes.csv has line errors, too.",
-        {name: 0 if "mm²" in name else 2 for name in fitted[2:]},
-        shown=routes[fitted],
+        pd.DataFrame(rows),
+        "Global fit by each route; ± is one standard deviation.",
+        {name: 0 if "mm²" in name else 2 for name in list(rows[0])[2:]},
     )
 
 
@@ -299,24 +275,6 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
         "Unbalance as it appears with the hoses of the vehicle against hoses cut "
         "off (thesis, figure 62). The difference is what the hoses push back.",
     )
-    if measured.reactions:
-        rows = [
-            {
-                "pressure [bar]": reaction.pair.pressure / PASCAL_PER_BAR,
-                "band": band_words((band.low, band.high)),
-                "reaction over source [%]": 100 * band.share,
-                "floor [%]": 100 * band.floor,
-                "detected": bool(band.detected),
-            }
-            for reaction in measured.reactions
-            for band in reaction.bands
-        ]
-        report.table(
-            "hose_reaction",
-            pd.DataFrame(rows),
-            "Reaction of the hoses over the force of the source, rms per band, against the "
-            "floor below which nothing would be seen.",
-        )
 
 
 def _widest(result: RouteResult) -> dict[float, SweepUnbalance]:
@@ -403,41 +361,6 @@ def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
         true = [1e6 * abs(measured.truth.static), 1e9 * abs(measured.truth.dynamic)]
         table["truth"] = [*true, *[np.nan] * (len(rows) - 2)]
     return table
-
-
-def _route_table(measured: MeasuredUnbalance) -> pd.DataFrame:
-    """Put the routes side by side: global fit, agreement of y and z, errors where known."""
-    rows = []
-    for result in measured.evaluation.routes:
-        static, dynamic = result.sources.static, result.sources.dynamic
-        row: dict[str, str | float] = {
-            "route": result.route.letter,
-            "what it does": result.route.title,
-            "static [g mm]": 1e6 * abs(static.value),
-            "± [g mm]": 1e6 * static.deviation,
-            "dynamic [g mm²]": 1e9 * abs(dynamic.value),
-            "± [g mm²]": 1e9 * dynamic.deviation,
-            "residuals over noise [1]": result.sources.reduced_chi,
-        }
-        for band in BANDS:
-            row[f"y/z mismatch {band_words(band)} [%]"] = 100 * _mismatch(result, band)
-        if measured.truth is not None:
-            errors = route_errors(result, measured.truth)
-            for place, band in enumerate(BANDS):
-                row[f"error of u {band_words(band)} [%]"] = 100 * errors.static[place]
-                row[f"error of u_d {band_words(band)} [%]"] = 100 * errors.dynamic[place]
-        rows.append(row)
-    return pd.DataFrame(rows)
-
-
-def _mismatch(result: RouteResult, band: tuple[float, float]) -> float:
-    """Rms over lines and sweeps of |y − z| over their mean, static [1]; nan without a line."""
-    parts = [
-        sweep.static.mismatch[(sweep.frequency >= band[0]) & (sweep.frequency <= band[1])]
-        for sweep in result.sweeps
-    ]
-    values = np.concatenate(parts)
-    return float(np.sqrt(np.mean(values**2))) if values.size else math.nan
 
 
 def _line_columns(sweep: str, lines: RealArray) -> dict[str, Any]:

@@ -497,10 +497,13 @@ def _cars(report: Report, front: MountFront) -> None:
     report.section(
         "What it does in every car",
         "First order of the compressor at the driver's ear. Curves and peaks are those of the "
-        "first pressure without scatter; the table has means over all pressures, lines and "
-        "scatter.",
+        "first pressure without scatter; mean changes are over all pressures, lines and scatter.",
     )
-    report.figure("spl_curves", lambda: front.heard(front.best), "Today and best mean.")
+    report.figure(
+        "spl_curves",
+        lambda: front.heard(front.best, change=front.change),
+        "Today and best mean.",
+    )
     cars = front.vehicle_table(BEST, front.change)
     report.table("cars", cars, "Mean level of the lines over scatter, best mean against today.")
     peaks = front.peak_table(front.best)

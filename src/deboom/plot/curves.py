@@ -355,6 +355,7 @@ def spl_curves(
     colours: Mapping[str, str],
     *,
     speed_label: str = "engine speed [rpm]",
+    change: npt.ArrayLike | None = None,
     width: float = FULL_WIDTH,
 ) -> Figure:
     """Draw levels before (dashed) and after, one panel per vehicle, all on one dB scale.
@@ -363,6 +364,7 @@ def spl_curves(
     - `baseline`, `optimised` (n_vehicle, n_frequency): SPL [dB(A)]; notches deeper than 50 dB below
       the loudest line leave the panel.
     - `peaks_before`, `peaks_after`: frequencies of the booming peaks of each vehicle [Hz].
+    - `change` (n_vehicle,), optional: stated above each panel [dB]; by default that of its curves.
     - `colours`: of the vehicles; `speed_label`: what turns; `width`: of the figure [inch].
     - raises InputError: shapes that disagree or values that are not finite.
     """
@@ -383,6 +385,8 @@ def spl_curves(
                 f"figure spl_curves: {name} has shape {rows[name].shape}, expected (n_vehicle, "
                 f"n_frequency) = ({len(vehicles)}, {lines.size})"
             )
+    by_curves = np.mean(rows["optimised"] - rows["baseline"], axis=1)
+    said = np.asarray(by_curves if change is None else change, dtype=float)
     columns = min(len(vehicles), 2 if len(vehicles) <= 6 else 3)
     row_height = {1: 2.9 * np.sqrt(width / FULL_WIDTH), 2: 1.85, 3: 1.6}[columns]
     with panel_grid("spl_curves", len(vehicles), columns, 1.15, row_height, True, True, width) as (
@@ -393,8 +397,7 @@ def spl_curves(
         for place, (axes, name) in enumerate(zip(panels, vehicles, strict=True)):
             _curves(axes, lines, rows["baseline"][place], rows["optimised"][place], colours[name])
             axes.set_title(name, loc="left", fontweight="bold")
-            change = float(np.mean(rows["optimised"][place] - rows["baseline"][place]))
-            axes.set_title(f"mean change {signed(change, 1)} dB", loc="right", fontsize=8.0)
+            axes.set_title(f"mean change {signed(said[place], 1)} dB", loc="right", fontsize=8.0)
             if place < columns:
                 rpm_axis(axes, order, speed_label)
             if place + columns >= len(vehicles):

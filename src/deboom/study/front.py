@@ -267,11 +267,16 @@ class Front(Tabled):
         )
 
     def heard(
-        self, design: RealArray, rows: Sequence[int] | None = None, width: float = FULL_WIDTH
+        self,
+        design: RealArray,
+        rows: Sequence[int] | None = None,
+        width: float = FULL_WIDTH,
+        change: RealArray | None = None,
     ) -> Drawing:
         """Draw the levels of all vehicles, or of some rows, today and in one design.
 
-        - `width`: of the figure [inch].
+        - `width`: of the figure [inch]; `change`: of each vehicle drawn, as a table beside says it
+          [dB].
         """
         shown = list(range(len(self.vehicles)) if rows is None else rows)
         names, changes = [self.vehicles[row] for row in shown], self.peak_changes(design)
@@ -285,6 +290,7 @@ class Front(Tabled):
             [[c.after.frequency for c in changes[name] if c.after] for name in names],
             self.colours,
             speed_label=self.speed_label,
+            change=change,
             width=width,
         )
 

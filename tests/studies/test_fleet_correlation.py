@@ -1,8 +1,6 @@
 """The correlation studies at a tiny budget, through the same door as a user."""
 
 import json
-import re
-import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -139,19 +137,3 @@ def test_a_users_own_table(tmp_path, vehicles):
 )
 def test_summary_keys(names, key):
     assert key_of(names) == key
-
-
-def test_two_vehicles_of_one_group_under_other_names(tmp_path):
-    platform = tmp_path / "mine"
-    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
-    text = (platform / "platform.toml").read_text(encoding="utf-8")
-    head, first, second, *_, last = re.split(r"(?=\[\[vehicles\]\])", text)
-    kept = (first + second).replace('name = "U06-1"', 'name = "hatch"')
-    kept = kept.replace('name = "U06-2"', 'name = "wagon"')
-    text = head.replace("u06_f39_f45", "mine") + kept + last[last.index("[[load_cases]]") :]
-    (platform / "platform.toml").write_text(text, encoding="utf-8")
-    folder = run(tmp_path, designs=12, platform=platform)
-    summary = summary_of(folder)
-    assert summary["r_vehicle_min"] > 0.9
-    assert "r_group_min" not in summary
-    assert not (folder / "group_pairs.csv").exists()

@@ -85,9 +85,7 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path):
 @pytest.mark.parametrize(
     ("motion", "factor", "loss_factors"),
     [
-        (Motion.prescribed, Factor.dynamic, False),
         (Motion.prescribed, Factor.dynamic, True),
-        (Motion.coupled, Factor.dynamic, False),
         (Motion.amplitude, Factor.dynamic, False),
         (Motion.coupled, Factor.part, False),
     ],

@@ -10,12 +10,10 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.study import sensitivity as room
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.study.platform_model import Motion, MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import (
     Analysis,
-    index_table,
-    line_table,
     sensitivity_report,
 )
 from deboom.vehicles.booming_model import BoomingModel, booming_model
@@ -87,24 +85,6 @@ def test_ranges_and_measures_stand_beside(finished):
     assert "design ±20 %: the same two lead in every vehicle." in page
     for stem in ("sobol", "sobol_mounts", "sobol_lines"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
-
-
-def test_the_same_seed_gives_the_same_bits(finished):
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20, 60))
-    index = motion_index(runs, Motion.prescribed)
-    plan = room.SensitivityPlan(
-        *(Analysis.design, 0.15, 0.20, 0.15),
-        n_base=64,
-        n_resamples=20,
-        seed=1,
-    )
-    again = room.sensitivity(runs.platform, index, plan)
-    for stem, table in (
-        ("sobol", index_table(again.indices, "variable")),
-        ("sobol_lines", line_table(again)),
-    ):
-        text = table.to_csv(index=False, lineterminator="\n").encode()
-        assert (finished / f"{stem}.csv").read_bytes() == text, stem
 
 
 def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeypatch):

@@ -24,18 +24,14 @@ def changed(place, value):
         (changed((4, 2), np.nan), {}, "design 5 has no finite value of 'van'"),
         (VALUES[:9], {}, r"from 9 design\(s\) says nothing"),
         (VALUES[:, :2], {}, r"shape \(30, 2\) for 3 responses"),
+        (VALUES[:, :1], {"names": ("a",)}, "at least two responses"),
         (VALUES, {"resamples": 99}, "take at least 100"),
         (VALUES, {"seed": 0}, "seed 0"),
     ],
 )
 def test_correlations_refuse_bad_input(values, options, sentence):
     with pytest.raises(InputError, match=sentence):
-        correlations(values, NAMES, **{"seed": 1, **options})
-
-
-def test_one_response_correlates_with_nothing():
-    with pytest.raises(InputError, match="at least two responses"):
-        correlations(VALUES[:, :1], ("a",), seed=1)
+        correlations(values, **{"names": NAMES, "seed": 1, **options})
 
 
 def test_the_same_seed_gives_the_same_interval_about_the_coefficient():
@@ -44,13 +40,6 @@ def test_the_same_seed_gives_the_same_interval_about_the_coefficient():
     above = np.triu_indices(3, 1)
     assert np.all(one.pearson_low[above] < one.pearson[above])
     assert np.all(one.pearson[above] < one.pearson_high[above])
-
-
-def test_pairs_by_name():
-    found = correlations(VALUES, NAMES, seed=1)
-    assert found.pairs == ((0, 1), (0, 2), (1, 2))
-    assert found.among(("sedan", "van")) == pytest.approx([found.pearson[0, 2]])
-    assert found.between("van", NAMES[:2]) == pytest.approx(found.pearson[2, :2])
 
 
 def test_a_design_that_cannot_be_made_in_all_draws_has_no_scatter():

@@ -10,7 +10,6 @@ from deboom.explore.front import (
     Contestant,
     ParetoFront,
     Verdict,
-    attainment,
     common_box,
     coverage,
     design_distance,
@@ -216,17 +215,6 @@ def test_coverage_counts_what_is_equalled_or_beaten():
     assert coverage(STAIRS, STAIRS + 0.1) == 1.0
     assert coverage(STAIRS + 0.1, STAIRS) == 0.0
     assert coverage(STAIRS[1:2], STAIRS) == pytest.approx(1 / 3)
-
-
-def test_attainment_of_three_single_points():
-    fronts = [STAIRS[i : i + 1] for i in range(3)]
-    levels = attainment(fronts, [1 / 3, 0.5, 2 / 3, 1.0])
-    assert levels[1 / 3].tolist() == STAIRS.tolist()
-    assert levels[2 / 3].tolist() == [[1.0, 2.0], [2.0, 1.0]]
-    assert levels[0.5].tolist() == levels[2 / 3].tolist()  # 1.5 of 3 fronts are 2
-    assert levels[1.0].tolist() == [[2.0, 2.0]]
-    with pytest.raises(InputError, match="shares"):
-        attainment(fronts, [0.0])
 
 
 def test_level_gap_is_the_shift_in_the_first_objective():

@@ -90,12 +90,6 @@ def test_streams_of_different_purposes_share_nothing():
     assert generator(1, "a").random() != generator(1, "b").random()
 
 
-def test_only_fresh_draws_come_with_a_warning():
-    sobol, gaussian, fresh = samplers()
-    assert sobol.warning == gaussian.warning == ""
-    assert "13 to 18 %" in fresh.warning
-
-
 NAMES = ("EnM x", "EnM z", "GeM x", "GeM z")
 
 
@@ -150,30 +144,12 @@ def test_covariance_is_that_of_the_hand_calculation():
     np.testing.assert_allclose(covariance(part_structure(SIX, PARTS)), stated(), atol=1e-12)
 
 
-class Linear:
-    """One response, a sum of slopes times variables."""
-
-    response_names = ("level",)
-    response_unit = "dB"
-
-    def __init__(self, slope):
-        self.slope, self.variable_names = np.asarray(slope), SIX
-
-    def __call__(self, designs):
-        """Return the response."""
-        return (designs @ self.slope)[:, None]
-
-    def gradient(self, designs):
-        """Return its slopes."""
-        return np.tile(self.slope, (len(designs), 1, 1))
-
-
 def test_sigma_of_a_linear_response_is_the_closed_form():
     structure = part_structure(SIX, PARTS)
     slope = np.array([1.0, -2.0, 0.5, 3.0, 2.0, -1.0])
     space = replace(stiffness_factor_space(SIX), tolerance=np.linspace(0.06, 0.18, 6))
     robust = RobustResponse(
-        Linear(slope),
+        ResponseFunction(lambda designs: (designs @ slope)[:, None], SIX, ("level",), "dB"),
         space,
         sobol_sample(structure.n_draws, 128, seed=1),
         structure=structure,

@@ -19,7 +19,6 @@ from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from deboom.files.run_folder import CheckpointFolder
 from known_truth import quad2
 
 MODEL = quad2(4, seed=1)
@@ -108,18 +107,6 @@ def same(one, other):
             np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 
 
-def test_five_lines_in_a_notebook():
-    model = quad2(2, seed=1)
-    space = stiffness_factor_space(model.variable_names)
-    robust = RobustResponse(model, space, sobol_sample(space.n_variables, 16, seed=1))
-    problem = RobustProblem(robust)
-    result = minimize(problem, NSGA2(20), ("n_gen", 5), seed=1)
-
-    np.testing.assert_array_equal(result.F, robust(result.X).objectives)
-    np.testing.assert_array_equal(result.pop.get("mean"), robust(result.pop.get("X")).mean)
-    np.testing.assert_array_equal(result.pop.get("sigma").sum(axis=1), result.pop.get("F")[:, 1])
-
-
 def test_the_example_in_the_docstring_holds():
     results = doctest.testmod(door)
     assert (results.attempted > 0, results.failed) == (True, 0)
@@ -204,29 +191,6 @@ def test_progress_is_told_after_every_generation_and_nothing_else_happens(capfd)
     assert "failed" in told[-1][2]
     assert capfd.readouterr() == ("", "")
     assert warnings.filters == before
-
-
-def test_the_model_is_never_copied():
-    class Precious:
-        variable_names = MODEL.variable_names
-        response_names = MODEL.response_names
-        response_unit = "1"
-
-        def __call__(self, designs):
-            return MODEL(designs)
-
-        def __deepcopy__(self, memo):
-            raise AssertionError("the model was copied")
-
-    nsga2(RobustResponse(Precious(), SPACE, SAMPLE), 10, 3, seed=1)
-
-
-def test_an_error_in_the_model_ends_the_search():
-    def mistaken(designs):
-        raise KeyError("gearbox")
-
-    with pytest.raises(KeyError, match="gearbox"):
-        nsga2(with_function(mistaken), 10, 3, seed=1)
 
 
 def test_a_fixed_variable_stays_where_it_is():
@@ -329,23 +293,6 @@ def test_the_front_keeps_all_limits_and_the_others_are_kept_with_their_excess():
     np.testing.assert_array_equal(beyond.max(axis=1) > 0.0, search.infeasible)
 
 
-def test_limits_that_never_bind_change_nothing():
-    free, plain = nsga2(limited(9.0, (0.0, 9.0)), 20, 8, seed=2), nsga2(ROBUST, 20, 8, seed=2)
-    for field in fields(plain.front):
-        if field.name != "excess":
-            with_limits, without = getattr(free.front, field.name), getattr(plain.front, field.name)
-            np.testing.assert_array_equal(with_limits, without)
-    assert not free.infeasible.any()
-
-
-def test_the_best_of_the_kept_designs_is_found():
-    """With the bound on the sum active, the best mean within it beats every drawn design."""
-    search = nsga2(limited(3.9, (0.8, 1.2)), 40, 40, seed=1)
-    drawn = 0.8 + 0.4 * np.random.default_rng(1).random((3000, 4))
-    drawn = drawn[drawn.sum(axis=1) <= 3.9]
-    assert search.front.mean_sum.min() < ROBUST(drawn).mean_sum.min()
-
-
 @pytest.mark.parametrize(
     ("response", "words"),
     [
@@ -440,16 +387,6 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
     found = nsga2(robust, 20, 40, seed=1).front
     np.testing.assert_array_equal(found.designs, truth.designs)
-
-
-def test_a_stopped_mixed_search_goes_on_bit_for_bit_from_its_folder(tmp_path):
-    whole, other = (nsga2(MIXED, 20, 12, seed=seed) for seed in (5, 6))
-    kept = CheckpointFolder(tmp_path / "search", {})
-    with pytest.raises(Killed):
-        nsga2(_Recording(MIXED, 7), 20, 12, seed=5, checkpoint=kept)
-    again = nsga2(MIXED, 20, 12, seed=5, checkpoint=kept)
-    same(again, whole)
-    assert not np.array_equal(whole.hypervolume, other.hypervolume)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.moments import Estimator, Objective, Statistic
+from deboom.explore.moments import Estimator
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
@@ -179,9 +179,6 @@ def test_a_design_that_fails_has_no_intervals():
         indifference_intervals(broken, np.ones(4), 0.1)
 
 
-QUANTILE = Objective(Statistic.QUANTILE, share=0.9)
-PAIR = np.eye(6)
-PAIR[0, 1] = PAIR[1, 0] = 0.5
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])
 
 

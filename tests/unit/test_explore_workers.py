@@ -49,11 +49,6 @@ def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
     same(SpreadResponse(robust, _Chunks(robust, n_workers))(designs), robust(designs))
 
 
-def test_one_worker_is_the_response_itself():
-    with workers_for(ROBUST) as alone:
-        assert alone is ROBUST
-
-
 def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
     whole = nsga2(ROBUST, 20, 6, seed=1)
     with workers_for(ROBUST, workers=2) as pooled:

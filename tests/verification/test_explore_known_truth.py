@@ -25,11 +25,6 @@ CUT_NORMAL = stats.truncnorm(-3.0, 3.0)
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])
 
 
-def test_moments_of_the_cut_normal_are_those_of_scipy():
-    expected = [CUT_NORMAL.moment(2), CUT_NORMAL.moment(4)]
-    np.testing.assert_allclose(tolerance_samples.cut_normal_moments(), expected, rtol=1e-12)
-
-
 def instance(make, n_variables=12, seed=1):
     problem = make(n_variables, seed=seed)
     return problem, stiffness_factor_space(problem.variable_names)

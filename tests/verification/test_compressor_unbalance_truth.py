@@ -29,6 +29,7 @@ from deboom.compressor.routes import (
     UPDATED,
     FactorOverFrequency,
     RouteModel,
+    operating_motion,
     updated,
 )
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
@@ -255,19 +256,20 @@ def test_motion_of_the_virtual_point():
     """Figure 52: the calibrated sensors agree better on a rigid motion than the sheet's."""
     found = as_struck()
     test, body = sample(1)
-    true = np.array([body.running(f, 1.0) for f in found.motions[0].calibrated.frequency])
+    motion, response = found.motions[0], found.identification.response
+    by_sheet = operating_motion(test.sweeps[0], response, response.forward)
+    true = np.array([body.running(f, 1.0) for f in motion.motion.frequency])
     scale = np.repeat([1, 0.055], 3)
 
     def off(spectrum):
         return np.linalg.norm((spectrum.values - true) * scale) / np.linalg.norm(true * scale)
 
-    motion = found.motions[0]
     assert motion.sweep == test.sweeps[0].name
-    assert off(motion.calibrated) < off(motion.by_sheet)
-    assert off(motion.calibrated) < 0.02
-    middle = motion.consistency_calibrated.frequency > 30
-    better = 1 - motion.consistency_calibrated.overall[middle]
-    assert np.all(better < 1 - motion.consistency_by_sheet.overall[middle])
+    assert off(motion.motion) < off(by_sheet.motion)
+    assert off(motion.motion) < 0.02
+    middle = motion.consistency.frequency > 30
+    better = 1 - motion.consistency.overall[middle]
+    assert np.all(better < 1 - by_sheet.consistency.overall[middle])
 
 
 def test_what_cannot_be_used_is_refused_or_said():

@@ -14,6 +14,7 @@ from deboom.compressor.parameters import Parametrisation
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import InertanceTest, check_enough
+from deboom.measurement.electric_car import tangents
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.physics.rigid_body import rotation_matrix, skew
 
@@ -85,7 +86,7 @@ class Placement:
         gain = errors[..., -4 * m - 1]
         offsets, tilts = np.moveaxis(errors[..., -4 * m :].reshape(*rows, 2, m, 1, 2), -4, 0)
         stated = np.array([impact.direction for impact in self.impacts])
-        across = np.stack([_tangents(direction) for direction in stated])
+        across = np.stack(tangents(stated), axis=1)
         places = np.array([impact.position for impact in self.impacts])
         places = places + (offsets @ across)[..., 0, :]
         leaning = stated + (tilts @ across)[..., 0, :]
@@ -96,14 +97,6 @@ class Placement:
     def excitation_derivatives(self, errors: RealArray) -> RealArray:
         """Differentiate `excitation_matrix` by gain, offsets and tilts, shape (1 + 4 m, m, 6)."""
         return derivatives(self.excitation_matrix, errors[9 * len(self.sensors) :], STEP)
-
-
-def _tangents(direction: RealArray) -> RealArray:
-    """Two unit vectors across a unit vector, right-handed with it, shape (2, 3) [1]."""
-    least = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    first = np.cross(direction, least)
-    first /= np.linalg.norm(first)
-    return np.stack([first, np.cross(direction, first)])
 
 
 @checked(deviation="f c i")

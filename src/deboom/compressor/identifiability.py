@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
 
-from deboom.arrays import AXES, ComplexArray, RealArray
+from deboom.arrays import AXES, ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import SelfCalibration
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import INERTIA_ENTRIES, INERTIA_NAMES
@@ -211,15 +211,13 @@ def propagated_from(
     `values` (n_parameters,): parameters; `covariance` (n_parameters, n_parameters): covariance of
     the parameters. Returns (n, n) covariance of the function.
     """
+
+    def function(rows: RealArray) -> RealArray:
+        return np.stack([of(model(row)) for row in rows])
+
     unit = np.sqrt(np.diag(covariance))
-    slopes = []
-    for number, step in enumerate(_STEP * unit):
-        change = np.zeros(unit.size)
-        change[number] = step
-        above, below = (of(model(values + s * change)) for s in (1, -1))
-        slopes.append((above - below) / (2 * _STEP))
-    columns = np.stack(slopes, axis=1)
-    return np.asarray(columns @ (covariance / np.outer(unit, unit)) @ columns.T)
+    slopes = derivatives(function, values, _STEP * unit) * unit[:, np.newaxis]
+    return np.asarray(slopes.T @ (covariance / np.outer(unit, unit)) @ slopes)
 
 
 def _propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:

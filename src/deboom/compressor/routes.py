@@ -394,35 +394,29 @@ def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> Compl
 
 @dataclass(frozen=True, eq=False)
 class OperatingMotion:
-    """Motion of the virtual point over the speed of one sweep.
+    """Motion of the virtual point over the speed of one sweep, by calibrated sensors.
 
     `sweep`: name of the sweep.
     """
 
     sweep: str
-    by_sheet: Spectrum
-    calibrated: Spectrum
-    consistency_by_sheet: RigidConsistency
-    consistency_calibrated: RigidConsistency
+    motion: Spectrum
+    consistency: RigidConsistency
 
 
 def operating_motion(
-    sweep: OperatingSweep, sheet: VirtualPoint, calibration: SelfCalibration
+    sweep: OperatingSweep, sheet: VirtualPoint, forward: RealArray
 ) -> OperatingMotion:
     """Project the channels of a sweep on the motions of a rigid body.
 
+    `sheet`: sensors as the sheet has them; `forward` (n_channel, 6): as calibrated [1, m].
     InputError: channels of other sensors, or a line without any signal.
 
     Thesis, eq. 27 and figure 52. A consistency that rises with the calibration shows that the
     errors were those of the sheet and not a body that bends.
     """
-    forward = calibration.response_matrix
-    calibrated = replace(sheet, forward=forward, inverse=_pseudo_inverse(forward))
+    point = replace(sheet, forward=forward, inverse=_pseudo_inverse(forward))
     measured = sweep.acceleration
     return OperatingMotion(
-        sweep.name,
-        motion_at_point(sheet, measured),
-        motion_at_point(calibrated, measured),
-        response_consistency(sheet, measured),
-        response_consistency(calibrated, measured),
+        sweep.name, motion_at_point(point, measured), response_consistency(point, measured)
     )

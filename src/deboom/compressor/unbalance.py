@@ -284,7 +284,7 @@ def unbalance(
     refuse_resonant_sweep(used, identification.modes)
     say("motion at the virtual point")
     motions = tuple(
-        operating_motion(sweep, identification.response, identification.calibrated)
+        operating_motion(sweep, identification.response, identification.calibrated.response_matrix)
         for sweep in used
     )
     say("calibration")

@@ -260,7 +260,7 @@ def _deviation(car: ElectricCar, point: TransferPoint, functions: ComplexArray) 
     directions = struck.geometry.directions
     # what a force at the lever r gives: N_f + N_m × r, a vector over the direction of the force
     per_force = force[:, None] + np.cross(moment[:, None], struck.geometry.levers)
-    for across in _across(directions):
+    for across in tangents(directions):
         leaning = np.einsum("fia,ia->fi", per_force, across)
         off = moment @ np.cross(across, directions).T
         variance = variance + np.abs(tolerances.impact_angle * leaning) ** 2
@@ -272,7 +272,7 @@ def _deviation(car: ElectricCar, point: TransferPoint, functions: ComplexArray) 
     return np.asarray(np.sqrt(variance @ (struck.inverse.T**2) + common))
 
 
-def _across(directions: RealArray) -> tuple[RealArray, RealArray]:
+def tangents(directions: RealArray) -> tuple[RealArray, RealArray]:
     """Two unit vectors across each direction, shape (n, 3) each."""
     least = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
     first = np.cross(directions, least)

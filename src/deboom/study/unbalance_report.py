@@ -120,7 +120,7 @@ def _asked(report: Report, measured: MeasuredUnbalance) -> None:
     """Say what was asked, and with which data."""
     evaluation = measured.evaluation
     apart = max(
-        float(100 * np.sqrt(np.clip(1 - motion.consistency_calibrated.overall**2, 0, None)).max())
+        float(100 * np.sqrt(np.clip(1 - motion.consistency.overall**2, 0, None)).max())
         for motion in evaluation.motions
     )
     sweeps = "; ".join(

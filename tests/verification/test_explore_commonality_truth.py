@@ -92,9 +92,10 @@ def test_two_clusters_of_one_part_and_one_of_the_other():
     assert found.by_count[1].worst == pytest.approx(0.05**2 - 0.06**2, rel=1e-3)
 
 
-def test_as_few_numbers_as_over_all_partitions():
-    centres = np.random.default_rng(1).uniform(-1, 1, (4, 4))
-    problem, own = problem_of(centres, 0.75)
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_as_few_numbers_as_over_all_partitions(seed):
+    random = np.random.default_rng(seed)
+    problem, own = problem_of(random.uniform(-1, 1, (4, 4)), random.uniform(0.5, 1.1))
     found = fewest_part_numbers(problem, own)
     assert found.fewest.worst <= 0
     assert found.fewest.sharing.total == fewest_of_all(problem, own)

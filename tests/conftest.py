@@ -1,5 +1,6 @@
 """What tests of every kind share: a finished run of the front study, and pictures drawn once."""
 
+from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
@@ -19,6 +20,13 @@ def drawn_pictures():
 
 @pytest.fixture(scope="module")
 def each_picture_once(drawn_pictures):
+    """Draw a picture when it is shown first, see `pictures_once`."""
+    with pictures_once(drawn_pictures):
+        yield
+
+
+@contextmanager
+def pictures_once(drawn_pictures):
     """Draw a picture when it is shown first, in fewer dots, and show that one again later.
 
     Pictures are two thirds of a small study's time. What they show, and that the same numbers give
@@ -45,8 +53,9 @@ def each_picture_once(drawn_pictures):
 
 
 @pytest.fixture(scope="session")
-def front_run(tmp_path_factory):
+def front_run(tmp_path_factory, drawn_pictures):
     """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
     budget = {"generations": 2, "population": 12, "samples": 16}
     study = load_study(STUDIES / "u06_robust_front.py")
-    return run_study(study, tmp_path_factory.mktemp("results"), budget)
+    with pictures_once(drawn_pictures):
+        return run_study(study, tmp_path_factory.mktemp("results"), budget)

@@ -41,6 +41,8 @@ BUDGET = {
     "resamples": 100,
     "draws": 64,
     "polish": False,
+    "curve": False,
+    "starts": 2,
     "every_set_up_to": 4,
     "group": GROUP,
 }

@@ -163,6 +163,7 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
         ([], "--interactive for the one to explore the front"),
         (["--interactive", "--anonymous"], "belong to --supplier"),
         (["--interactive", "--mount", "Roll"], "belong to --supplier"),
+        (["--interactive", "--box", "box.json"], "belong to --supplier"),
         (["--interactive", "--studies", "nowhere"], "say with --studies"),
     ],
 )

@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.cli import app
+from deboom.study import supplier_numbers
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
 MOUNTS = ("Front", "Left", "Right", "Roll")
@@ -36,14 +37,17 @@ def folder(tmp_path_factory):
     return folder
 
 
-def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(folder, tmp_path):
+def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
+    folder, quick_front, monkeypatch, tmp_path
+):
+    monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
     summary = "\n".join(deboom("check", folder))
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary
     assert "161 lines in 40 to 120 Hz: 1200 to 3600 rpm of order 2" in summary
-    budget = ("--generations", "3", "--population", "12", "--samples", "16")
+    budget = ("--generations", "2", "--population", "8", "--samples", "8")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
-    run = Path(deboom("run", "u06_robust_front", *options, *budget)[-1])
+    run = Path(deboom("run", quick_front.name, *options, *budget)[-1])
     assert '"group": ""' in (run / "run.json").read_text()
     front = pd.read_csv(run / "front.csv")
     assert len(front) >= 1

@@ -10,7 +10,6 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
-from foreign_platform_samples import GROUP, write_foreign_platform
 from scipy.stats import norm
 from typer.testing import CliRunner
 
@@ -33,8 +32,7 @@ from deboom.files.acceptance import (
 from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
 from deboom.study import supplier_numbers
-from deboom.study.platform_model import MountSource, platform_sha256
-from deboom.study.runner import load_study, run_study
+from deboom.study.platform_model import platform_sha256
 from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
 from deboom.study.supplier_page import documents, middle_design
 from deboom.study.supplier_sheet import (
@@ -411,6 +409,7 @@ def anonymous(front_run, box_run, tmp_path_factory, few_draws):
     out = tmp_path_factory.mktemp("supplier")
     result = report(front_run, "--mount", "TSM", "--anonymous", "--box", box_run, "--out", out)
     assert result.exit_code == 0, result.output
+    assert "weight force" in result.stderr
     return tuple(Path(line) for line in result.stdout.splitlines()[-2:])
 
 
@@ -428,21 +427,6 @@ def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, fro
     read = re.sub(r"\b[0-9a-f]{12,}\b|base64,[\w+/=]*", "", read).lower()
     assert [secret for secret in secrets if secret.lower() in read] == []
     assert not re.search(r"(src|href)=\"(?!data:|#)", html)
-
-
-def test_a_group_of_an_everyday_word_of_style_sheets_is_no_leak(tmp_path, few_draws):
-    platform = write_foreign_platform(tmp_path / "foreign", library=True)
-    path = platform / "platform.toml"
-    text = path.read_text(encoding="utf-8")
-    path.write_text(text.replace(f'"{GROUP}"', '"family"'), encoding="utf-8")
-    options = {"generations": 2, "population": 8, "samples": 4, "group": "family"}
-    options |= {"platform": platform, "mounts": MountSource.library_inside}
-    run = run_study(load_study(STUDIES / "u06_robust_front.py"), tmp_path, options)
-    result = report(run, "--mount", "Rear", "--anonymous", "--out", tmp_path / "out")
-    assert result.exit_code == 0, result.output
-    html = (tmp_path / "out" / "supplier_sheet_Rear_anonymous.html").read_text(encoding="utf-8")
-    assert "font: 8.6pt" in html
-    assert "weight force" in result.stderr
 
 
 def test_a_description_that_names_a_vehicle_is_refused_when_anonymous(sheet, study):
@@ -643,31 +627,7 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
     refused("has been edited", sharing=copy)
 
 
-@pytest.mark.parametrize(
-    ("change", "sentence"),
-    [
-        (lambda copy: (copy / "front.csv").unlink(), "front.csv is missing"),
-        (lambda copy: (copy / "run.json").unlink(), "is no run folder"),
-    ],
-)
-def test_a_folder_that_is_not_whole_is_refused_in_one_sentence(
-    front_run, tmp_path, change, sentence
-):
-    copy = tmp_path / front_run.parent.name / front_run.name
-    shutil.copytree(front_run, copy)
-    change(copy)
-    result = report(copy, "--out", tmp_path / "out")
-    assert result.exit_code == 2
-    assert sentence in result.stderr
-    assert result.stderr.count("\n") == 1
-    assert not (tmp_path / "out").exists()
-
-
-def test_an_unknown_mount_and_a_missing_flag_are_refused(front_run, tmp_path):
+def test_an_unknown_mount_is_refused(front_run, tmp_path):
     unknown = report(front_run, "--mount", "TMS", "--out", tmp_path / "out")
     assert "no mount 'TMS': use EnM, GeM, TSM, Du" in unknown.stderr
-    plain = CliRunner().invoke(app, ["report", str(front_run)])
-    assert "--supplier" in plain.stderr
-    result = CliRunner().invoke(app, ["report", str(front_run), "--interactive", "--box", "b.json"])
-    assert "belong to --supplier" in result.stderr
     assert not (tmp_path / "out").exists()

@@ -6,17 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from acceptance_samples import acceptance_box, variable
 from typer.testing import CliRunner
 
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.files.acceptance import (
-    AcceptanceBox,
-    BoxResponse,
-    BoxVariable,
-    read_delivered_parts,
-    write_solution_box,
-)
+from deboom.files.acceptance import BoxResponse, read_delivered_parts, write_solution_box
 from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
 from deboom.study.runner import command_of
 
@@ -27,43 +22,16 @@ HEADER = "part,batch,mount,x [N/mm],y [N/mm],z [N/mm]"
 
 def box_of(limit=55.5, reference=2e5):
     """Return a box of the shipped platform: 0.8 to 1.0 in x, anything in y and z."""
-    return AcceptanceBox(
-        title="Compact platform: acceptance box",
-        platform="u06_f39_f45",
-        platform_sha256="0" * 64,
-        group="U06",
-        motion="prescribed",
-        mounts="library-inside",
-        load_cases=(("g5_wot220", 1.0),),
-        band_hz=(20.0, 60.0),
-        quantity="mean level of the lines",
-        unit="dB(A)",
-        together=False,
-        variables=tuple(
-            BoxVariable(
-                name=f"{mount} {axis}",
-                lower=0.8,
-                upper=1.0 if axis == "x" else 1.2,
-                searched=(0.5, 1.5),
-                nominal=0.9,
-                reference_stiffness_n_per_m=reference if axis == "x" else None,
-                condition="mean |K| over 20 to 60 Hz",
-                weight=1.0,
-                required=axis == "x",
-            )
-            for mount in MOUNTS
-            for axis in "xyz"
-        ),
-        responses=tuple(BoxResponse(name=f"U06-{n}", limit=limit, share=0.97) for n in range(1, 6)),
-        share_stated=0.95,
-        share_verified=0.96,
-        share_bound=0.955,
-        share_measured_again=None,
-        confidence=0.95,
-        n_parts=131072,
-        law="uniform in the box",
-        seed=1,
-    )
+    limited = {"reference_stiffness_n_per_m": reference}
+    variables = [
+        variable(f"{mount} {axis}", 0.8, 1.0, **limited)
+        if axis == "x"
+        else variable(f"{mount} {axis}", 0.8, 1.2, required=False)
+        for mount in MOUNTS
+        for axis in "xyz"
+    ]
+    vehicles = [BoxResponse(name=f"U06-{n}", limit=limit, share=0.97) for n in range(1, 6)]
+    return acceptance_box(variables, vehicles)
 
 
 def table_of(folder, factors, mount="TSM", batch="B1"):

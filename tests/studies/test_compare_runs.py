@@ -215,7 +215,8 @@ def test_fronts_of_parts_and_of_a_compressor_get_a_verdict(name, budget, tmp_pat
         monkeypatch.setattr(study.module, "mounted_fleet", identified_once)
     budget = {"seed": 1, "population": 4, **budget}
     runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (1, 6)]
-    folder, (verdict,) = compare(runs, out=tmp_path, studies=None, samples=1024, seed=1)
+    monkeypatch.setattr("deboom.study.compare.FEWEST", 64)
+    folder, (verdict,) = compare(runs, out=tmp_path, studies=None, samples=64, seed=1)
     assert "generations 6" in verdict
     assert not verdict.startswith("generations 1 is")
     fronts = pd.read_csv(folder / "fronts.csv")

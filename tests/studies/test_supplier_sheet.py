@@ -10,6 +10,7 @@ import numpy as np
 import openpyxl
 import pandas as pd
 import pytest
+from acceptance_samples import acceptance_box, variable
 from scipy.stats import norm
 from typer.testing import CliRunner
 
@@ -19,9 +20,7 @@ from deboom.cli import app
 from deboom.errors import InputError
 from deboom.explore.scatter import capability
 from deboom.files.acceptance import (
-    AcceptanceBox,
     BoxResponse,
-    BoxVariable,
     Programme,
     ProgrammeMount,
     read_measured_sheet,
@@ -102,42 +101,20 @@ def box_run(study, results):
         [mean_operating_stiffness(m, case, study.band) for m in study.platform.mounts]
     )
     variables = [
-        BoxVariable(
-            name=d.name,
-            lower=INTERVALS.get(d.name, SEARCHED)[0],
-            upper=INTERVALS.get(d.name, SEARCHED)[1],
+        variable(
+            d.name,
+            *INTERVALS.get(d.name, SEARCHED),
             searched=SEARCHED,
             nominal=float(study.picked[d.column]),
             reference_stiffness_n_per_m=float(k) if np.isfinite(k) else None,
-            condition="mean over the lines",
-            weight=1.0,
             required=d.name not in (*UNKNOWN, *FREE),
         )
         for d, k in zip(study.directions, today, strict=True)
     ]
-    box = AcceptanceBox(
-        title=f"{study.platform.title}: acceptance box",
-        platform=study.platform.name,
-        platform_sha256=platform_sha256(study.platform),
-        group="U06",
-        motion="prescribed",
-        mounts="library-inside",
-        load_cases=((case.name, 1.0),),
-        band_hz=study.band,
-        quantity="mean level of the lines",
-        unit="dB(A)",
-        together=False,
-        variables=tuple(variables),
-        responses=tuple(BoxResponse(name=n, limit=54.4, share=1.0) for n in study.vehicles),
-        share_stated=0.95,
-        share_verified=0.96,
-        share_bound=0.955,
-        share_measured_again=(0.9, 0.99),
-        confidence=0.95,
-        n_parts=1024,
-        law="uniform in the box",
-        seed=1,
-    )
+    vehicles = [BoxResponse(name=n, limit=54.4, share=1.0) for n in study.vehicles]
+    stated = {"title": f"{study.platform.title}: acceptance box", "band_hz": study.band}
+    stated |= {"platform_sha256": platform_sha256(study.platform)}
+    box = acceptance_box(variables, vehicles, platform=study.platform.name, **stated)
     folder = results / "solution_box" / "box"
     folder.mkdir(parents=True)
     write_solution_box(folder / "acceptance_box.json", box)
@@ -409,7 +386,7 @@ def anonymous(front_run, box_run, tmp_path_factory, few_draws):
     out = tmp_path_factory.mktemp("supplier")
     result = report(front_run, "--mount", "TSM", "--anonymous", "--box", box_run, "--out", out)
     assert result.exit_code == 0, result.output
-    assert "weight force" in result.stderr
+    assert "to be agreed, not in programme.toml: conditioned" in result.stderr
     return tuple(Path(line) for line in result.stdout.splitlines()[-2:])
 
 

@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from deboom import plot
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.free_body import free_body
 from deboom.measurement.virtual_point import (
@@ -20,7 +19,7 @@ from deboom.measurement.virtual_point import (
 from deboom.physics.rigid_body import mass_matrix
 from deboom.report import Report
 from deboom.study.compressor_identification import CompressorTruth, in_words, read_test
-from deboom.study.identification_report import COMMAND, INERTANCE_UNITS, MOTIONS, SEED
+from deboom.study.identification_report import COMMAND, MODEL, SEED, inertance_figure
 from deboom.study.runner import run_command
 
 
@@ -116,21 +115,10 @@ def _free_report(
     )
     report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
     rigid = np.linalg.inv(mass_matrix(found.body.mass, found.body.inertia, found.body.centre))
+    curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
     report.figure(
         "inertance",
-        lambda: plot.curve_matrix(
-            MOTIONS,
-            lines,
-            {
-                "measured": np.abs(inertance.values),
-                "rigid": np.broadcast_to(np.abs(rigid), inertance.values.shape),
-            },
-            units=INERTANCE_UNITS,
-            what="|inertance|",
-            dashed=("rigid",),
-            fitted=(found.band,),
-            logarithmic=True,
-        ),
+        lambda: inertance_figure(lines, curves, (found.band,)),
         "Inertance at the virtual point, and that of the identified body.",
     )
     return report

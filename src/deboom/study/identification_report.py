@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
@@ -159,15 +160,10 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
     sheet = found.inertance.values
     report.figure(
         "figure_53_inertance",
-        lambda: plot.curve_matrix(
-            MOTIONS,
+        lambda: inertance_figure(
             lines,
-            {SHEET: np.abs(sheet), MODEL: np.abs(found.calibrated.model.inertance(lines))},
-            units=INERTANCE_UNITS,
-            what="|inertance|",
-            dashed=(MODEL,),
-            fitted=test.options.bands,
-            logarithmic=True,
+            {SHEET: sheet, MODEL: found.calibrated.model.inertance(lines)},
+            test.options.bands,
         ),
         "Inertance at the virtual point (thesis, figure 53): response in rows, "
         "excitation in columns. Where the dashed curve leaves the measured one far below the "
@@ -182,6 +178,22 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         "channel would have stopped the identification.",
         {"number [1]": 3},
         shown=checks.assign(limit=checks["limit"].str.replace(" ", "\u00a0")),
+    )
+
+
+def inertance_figure(
+    lines: RealArray, curves: Mapping[str, ComplexArray], fitted: Sequence[tuple[float, float]]
+) -> Figure:
+    """Draw the magnitudes of inertances at the virtual point over frequency."""
+    return plot.curve_matrix(
+        MOTIONS,
+        lines,
+        {name: np.abs(values) for name, values in curves.items()},
+        units=INERTANCE_UNITS,
+        what="|inertance|",
+        dashed=(MODEL,),
+        fitted=fitted,
+        logarithmic=True,
     )
 
 

@@ -41,6 +41,13 @@ ROTOR = "rotor speed [rpm]"
 """Axis above the panels."""
 _SIZES = {STATIC: ("|u| [g mm]", 1e6), DYNAMIC: ("|u_d| [g mm²]", 1e9)}
 """Unbalance → label of its axis, and its unit per SI unit."""
+_CAPTIONS = (
+    "Static unbalance over speed (thesis, figure 61a), from the load in y and in z. A rotor makes "
+    "both curves one horizontal line; a gas force that turns with it bends both alike at low "
+    "speed. Shades: confidence bands. Hatched: not to be trusted, for the reason given.",
+    "Dynamic unbalance about the virtual point (thesis, figure 61b), from the moments about z (y) "
+    "and about y (z).",
+)
 _SHOWN_UNIT = {"kg m": ("g mm", 1e6), "kg m^2": ("g mm²", 1e9), "kg m²": ("g mm²", 1e9)}
 
 
@@ -152,35 +159,12 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
         f"{measured.evaluation.agreement}{truth}",
     )
     limits = measured.limits
-    for stem, name, bounds, caption in (
-        (
-            "figure_61a_static",
-            STATIC,
-            limits.static_unbalance if limits else None,
-            "Static unbalance over speed (thesis, figure 61a), from the load in y "
-            "and in z. A rotor makes both curves one horizontal line; a gas force that turns "
-            "with it bends both alike at low speed. Shades: confidence bands. Hatched: not to "
-            "be trusted, for the reason given.",
-        ),
-        (
-            "figure_61b_dynamic",
-            DYNAMIC,
-            limits.dynamic_unbalance if limits else None,
-            "Dynamic unbalance about the virtual point (thesis, figure 61b), from "
-            "the moments about z (y) and about y (z).",
-        ),
+    bounds = (limits.static_unbalance, limits.dynamic_unbalance) if limits else (None, None)
+    for stem, name, bound, caption in zip(
+        ("figure_61a_static", "figure_61b_dynamic"), _SIZES, bounds, _CAPTIONS, strict=True
     ):
-        panels = [
-            unbalance_panel(
-                sweep,
-                name,
-                measured.truth,
-                title=_panel_title(name, sweep.sweep),
-                note=f"route {chosen.route.letter}",
-                limit=bounds.high if bounds is not None else None,
-            )
-            for sweep in chosen.sweeps
-        ]
+        limit = None if bound is None else bound.high
+        panels = [_panel(sweep, name, measured, limit) for sweep in chosen.sweeps]
         report.figure(
             stem,
             partial(
@@ -307,29 +291,23 @@ def _true_curve(
     return {TRUTH: _SIZES[name][1] * across / (2 * np.pi * sweep.frequency) ** 2}
 
 
-def unbalance_panel(
-    sweep: SweepUnbalance,
-    name: str,
-    truth: UnbalanceTruth | None,
-    *,
-    title: str,
-    note: str,
-    limit: float | None = None,
+def _panel(
+    sweep: SweepUnbalance, name: str, measured: MeasuredUnbalance, limit: float | None
 ) -> CurvePanel:
     """Draw an unbalance of a sweep from y and from z: a panel of the thesis's figure 61."""
     label, unit = _SIZES[name]
     curve = _curve(sweep, name)
     parts = {"from y": curve.from_y, "from z": curve.from_z}
-    sizes = {part: unit * np.abs(one.value) for part, one in parts.items()}
+    sizes = {part: unit * np.abs(band.value) for part, band in parts.items()}
     return CurvePanel(
-        title,
+        _panel_title(name, sweep.sweep),
         sweep.frequency,
-        sizes | _true_curve(truth, sweep, name),
+        sizes | _true_curve(measured.truth, sweep, name),
         y_label=label,
-        ranges={part: (unit * one.lower, unit * one.upper) for part, one in parts.items()},
+        ranges={part: (unit * band.lower, unit * band.upper) for part, band in parts.items()},
         masked={reason.text: reason.lines for reason in curve.reasons},
         levels={} if limit is None else {"limit": unit * limit},
-        note=note,
+        note=f"route {measured.evaluation.chosen.route.letter}",
     )
 
 

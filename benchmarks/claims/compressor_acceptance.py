@@ -117,7 +117,7 @@ def _judged(level: CalibrationLevel, seed: int) -> Judged:
         true = read_compressor_truth(folder / "hammer")
         assert truth is not None
         assert true is not None
-        struck = identify(test.hammer, IdentifyOptions(held_out=0))
+        struck = identify(test.hammer, IdentifyOptions())
         route = CALIBRATED_MEASUREMENT
         found = unbalance(test, struck, UnbalanceOptions(routes=(route,), chosen=route))
         kept = identified_compressor(struck, ((10.0, 150.0),), {})

@@ -42,7 +42,7 @@ from deboom.study.compressor_identification import (
 
 SEEDS = range(2, 2 + draws(4))
 THESIS_SEEDS = range(2, 2 + draws(2))
-OPTIONS = IdentifyOptions(held_out=0)
+OPTIONS = IdentifyOptions()
 
 
 @dataclass(frozen=True, eq=False)

@@ -42,7 +42,7 @@ BANDS = ((20.0, 50.0), (50.0, 150.0))
 COVERED = (20.0, 150.0)
 UNCHANGED = OperationPlan()
 CHANGED = OperationPlan(mount_storage=0.9, mount_loss=1.1)
-OPTIONS = IdentifyOptions(held_out=0)
+OPTIONS = IdentifyOptions()
 
 
 @dataclass(frozen=True, eq=False)

@@ -111,7 +111,7 @@ def _compressor(seed: int) -> dict[str, object]:
         plan = OperationPlan(truth_seed=seed)
         folder = write_operating_test(Path(scratch) / "test", seed, CalibrationLevel.C2, plan)
         test, truth = read_operating_test(folder), read_unbalance_truth(folder)
-        struck = identify(test.hammer, IdentifyOptions(held_out=0))
+        struck = identify(test.hammer, IdentifyOptions())
         error = errors_of(struck, read_compressor_truth(folder / "hammer"))
         route = CALIBRATED_MEASUREMENT
         sources = unbalance(test, struck, UnbalanceOptions(routes=(route,), chosen=route))

@@ -30,9 +30,6 @@ def identify(
     smallest_coherence: Annotated[
         float, typer.Option(help="Median below which nothing is identified.")
     ] = 0.8,
-    held_out: Annotated[
-        int, typer.Option(help="Predict every n-th impact from the others; 0 leaves it out.")
-    ] = 6,
     from_hits: Annotated[
         bool, typer.Option(help="From the blocks over time, not from the FRFs.")
     ] = False,
@@ -74,7 +71,7 @@ def identify(
     them honestly, and weigh the compressor (weighed_mass_kg).
 
     Look at three things before you trust it: residuals over noise (reduced_chi2 near 1; above 2.25
-    is an alarm: a flexible receiver, hoses, unequal mounts), the held-out impacts, and the checks
+    is an alarm: a flexible receiver, hoses, unequal mounts), the held-out lines, and the checks
     of the test. Alarms go to the console and, counted, into summary.json (n_alarms): the standard
     deviations of a model that misses the test have grown by what its residuals say. The output is
     the run folder; a last line on the error stream says "with alarms" where there are any.
@@ -100,7 +97,6 @@ def identify(
         bands=tuple(band_of(text) for text in band) if band else THESIS_BANDS,
         largest_lines=lines,
         smallest_coherence=smallest_coherence,
-        held_out=held_out,
     )
     beside = Beside(thesis=thesis, identical_mounts=identical_mounts)
     with progress_bar("identify") as progress:

@@ -39,7 +39,7 @@ def test_help_teaches():
 
 def test_a_test_becomes_a_model_that_others_load(measured, tmp_path, monkeypatch):
     monkeypatch.setattr(style, "DPI", 50)
-    quick = ("--lines", 12, "--held-out", 0, "--no-thesis")
+    quick = ("--lines", 12, "--no-thesis")
     done = call("identify", measured, "--out", tmp_path, *quick)
     assert done.exit_code == 0, done.output
     folder = Path(done.output.splitlines()[-1])
@@ -68,7 +68,6 @@ def test_a_test_becomes_a_model_that_others_load(measured, tmp_path, monkeypatch
         (("nowhere",), "there is no such folder"),
         (("nowhere", "--band", "10..30"), "LOW-HIGH"),
         (("nowhere", "--band", "30-10"), "must rise"),
-        (("nowhere", "--held-out", 2), "every third impact"),
         (("nowhere", "--lines", 3), "at least 12 lines"),
         ((".",), "compressor_test.toml"),
         (

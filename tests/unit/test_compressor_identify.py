@@ -7,7 +7,7 @@ import pytest
 
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
-from deboom.compressor.calibrate import hold_out_impacts, hold_out_lines
+from deboom.compressor.calibrate import hold_out_lines
 from deboom.compressor.identifiability import quantities, quantity_deviations
 from deboom.compressor.identify import ALARM, IdentifyOptions, identify, misplaced
 from deboom.errors import InputError
@@ -15,7 +15,7 @@ from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
 from deboom.study.compressor_identification import read_compressor_truth
 
-QUICK = IdentifyOptions(largest_lines=12, held_out=0)
+QUICK = IdentifyOptions(largest_lines=12)
 
 
 def written(folder, plan=None):
@@ -48,7 +48,7 @@ def test(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(test):
-    return identify(smaller(test), IdentifyOptions(largest_lines=30, held_out=4))
+    return identify(smaller(test), IdentifyOptions(largest_lines=30))
 
 
 def test_a_good_test_raises_no_alarm(found):
@@ -61,14 +61,12 @@ def test_a_good_test_raises_no_alarm(found):
     assert len(found.modes.frequency) == 6
 
 
-def test_held_out_lines_and_impacts_are_predicted(found):
-    lines, impacts = found.held_out
+def test_held_out_lines_are_predicted(found):
+    (lines,) = found.held_out
     assert lines.what == "251 lines from 10.5 to 149.5 Hz"
-    assert impacts.what == "impacts I01, I09, I17"
-    for check in found.held_out:
-        assert check.reduced_chi == pytest.approx(0.9, abs=0.2)
-        assert check.relative_error < 0.02
-        assert check.predicted.inputs == check.measured.inputs
+    assert lines.reduced_chi == pytest.approx(0.9, abs=0.2)
+    assert lines.relative_error < 0.02
+    assert lines.predicted.inputs == lines.measured.inputs
 
 
 def test_held_out_lines_see_a_wrong_model(found):
@@ -80,39 +78,6 @@ def test_held_out_lines_see_a_wrong_model(found):
     right = hold_out_lines(found.calibrated, found.raw.select(between))
     wrong = hold_out_lines(off, found.raw.select(between))
     assert right.reduced_chi < ALARM < 3 * ALARM < wrong.reduced_chi
-
-
-def test_held_out_impacts_must_be_new(found):
-    with pytest.raises(InputError, match="no impact is left"):
-        hold_out_impacts(found.calibrated, found.raw.select(found.fitted), found.test.tolerances)
-
-
-def test_an_exchange_of_impacts_shows_in_the_prediction(found):
-    """The place of a held-out impact is estimated within its tolerance, not wherever it fits."""
-    part = found.raw.select(found.fitted)
-    kept = [impact.name for impact in part.impacts if impact.name not in ("I01", "I05")]
-    known = replace(
-        found.calibrated,
-        placement=replace(
-            found.calibrated.placement,
-            impacts=tuple(i for i in part.impacts if i.name in kept),
-        ),
-        errors=_without(found, ("I01", "I05")),
-    )
-    right = hold_out_impacts(known, part, found.test.tolerances)
-    order = [{"I01": "I05", "I05": "I01"}.get(name, name) for name in part.frf.inputs]
-    values = part.frf.select(inputs=order).values
-    frf = Frf(part.frf.frequency, values, part.frf.outputs, part.frf.inputs, part.frf.unit)
-    wrong = hold_out_impacts(known, replace(part, frf=frf), found.test.tolerances)
-    assert right.reduced_chi < ALARM
-    assert wrong.reduced_chi > 10 * ALARM
-
-
-def _without(found, names):
-    """Placement errors less those of some impacts."""
-    placement = found.calibrated.placement
-    out = [n for n, label in enumerate(placement.names) if label.split()[0] in names]
-    return np.delete(found.calibrated.errors, out)
 
 
 def limit_of_the_rigid_body(path, tolerance=0.03):
@@ -216,8 +181,6 @@ def test_a_line_at_0_hz_and_too_little_data_are_refused(test):
 def test_options_are_checked():
     with pytest.raises(InputError, match="at least 12 lines"):
         IdentifyOptions(largest_lines=11)
-    with pytest.raises(InputError, match="every third impact"):
-        IdentifyOptions(held_out=2)
 
 
 def test_a_drawing_with_an_impossible_inertia_is_refused(test):

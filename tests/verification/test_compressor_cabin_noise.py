@@ -78,7 +78,7 @@ def running_1(tmp_path_factory):
     car = read_electric_car(folder)
     with threadpool_limits(1):
         return running_in_car(
-            car, identify(car.operation.hammer, IdentifyOptions(largest_lines=36, held_out=0))
+            car, identify(car.operation.hammer, IdentifyOptions(largest_lines=36))
         )
 
 

@@ -38,7 +38,7 @@ from deboom.measurement.virtual_point import virtual_point_frf
 from deboom.physics.rigid_body import forward_matrix
 from deboom.physics.viscoelastic_beam import beam_congruence, beam_stiffness, frame_along
 
-OPTIONS = IdentifyOptions(largest_lines=36, held_out=0)
+OPTIONS = IdentifyOptions(largest_lines=36)
 SLACK = 1.5
 """One compressor against a figure for the median."""
 LEVER = np.repeat([1.0, 1 / 0.055], 3)
@@ -274,7 +274,7 @@ def test_hoses_that_were_overlooked_are_seen(measured_test):
 
 def test_overlooked_hoses_raise_the_alarms_of_both_identifications(measured_test):
     test, found, _ = measured_test()
-    coarse = IdentifyOptions(bands=((20.0, 60.0),), largest_lines=12, held_out=0)
+    coarse = IdentifyOptions(bands=((20.0, 60.0),), largest_lines=12)
     hosed = identify(test.hammer_with_hoses, coarse, hoses=test.hoses)
     assert "whatever the label says" in hosed.alarms[0]
     assert found.alarms == ()

@@ -281,7 +281,7 @@ def test_identification_returns_the_truth_within_the_figures(tmp_path):
     plan = CompressorPlan(CompressorCase.RANDOM)
     folder = write_compressor_test(tmp_path / "test", 7, CalibrationLevel.C05, plan)
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
-    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=30, held_out=0))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=30))
     assert found.alarms == ()
     off = errors(found.calibrated.model, truth)
     assert off["mass"] < SLACK * 0.002
@@ -299,14 +299,14 @@ def test_exact_files_return_the_exact_compressor(tmp_path):
     plan = CompressorPlan(CompressorCase.TABLE11)
     folder = write_compressor_test(tmp_path / "test", plan=plan, noise_free=True)
     truth = json.loads((folder / "truth" / "truth.json").read_text(encoding="utf-8"))
-    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16, held_out=0))
+    found = identify(read_inertance_test(folder), IdentifyOptions(largest_lines=16))
     for name, error in errors(found.point.model, truth).items():
         assert error < 1e-5, name
     exact = mass_matrix(7.2, np.array(truth["inertia_kg_m2"]), truth["centre_of_gravity_m"])
     np.testing.assert_allclose(found.point.model.mass_matrix, exact, atol=1e-5)
 
 
-OPTIONS = IdentifyOptions(largest_lines=36, held_out=0)
+OPTIONS = IdentifyOptions(largest_lines=36)
 
 
 @pytest.fixture(scope="module")

@@ -37,7 +37,7 @@ from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState
 
-OPTIONS = IdentifyOptions(largest_lines=20, held_out=0)
+OPTIONS = IdentifyOptions(largest_lines=20)
 LINES = np.concatenate([np.arange(17.0, 50.0, 2.0), np.arange(50.0, 151.0, 5.0)])
 SHORT = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, updated(CALIBRATED_MODEL, ONE_FACTOR)))
 SLACK = 1.5
@@ -166,7 +166,7 @@ def test_mounts_that_soften_with_their_motion():
 def test_flexible_receiver_leaves_the_default_route_alone():
     options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, CALIBRATED_MODEL))
     test, _ = sample(1, receiver=True, lines=LINES)
-    coarse = IdentifyOptions(bands=((10.0, 60.0),), largest_lines=12, held_out=0)
+    coarse = IdentifyOptions(bands=((10.0, 60.0),), largest_lines=12)
     struck = test.hammer.impacts[::2]
     half = replace(
         test.hammer,

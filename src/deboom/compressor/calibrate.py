@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -122,17 +122,6 @@ class RawInertance:
         """Keep the marked lines."""
         frf = replace(self.frf, frequency=self.frf.frequency[lines], values=self.frf.values[lines])
         return replace(self, frf=frf, deviation=self.deviation[lines])
-
-    def without(self, names: Sequence[str]) -> RawInertance:
-        """Leave impacts of these names out; at least six must stay."""
-        kept = [n for n, impact in enumerate(self.impacts) if impact.name not in set(names)]
-        impacts = tuple(self.impacts[n] for n in kept)
-        return replace(
-            self,
-            impacts=impacts,
-            frf=self.frf.select(inputs=[impact.name for impact in impacts]),
-            deviation=self.deviation[:, :, kept],
-        )
 
 
 def deviation_from_coherence(frf: Frf, coherence: npt.ArrayLike, n_averages: int) -> RealArray:
@@ -452,7 +441,7 @@ class _Problem:
 class HoldOut:
     """Measured FRFs that took no part in a fit, against its prediction.
 
-    `what`: lines or impacts held out, in words; `reduced_chi`: rms deviation in units of the noise
+    `what`: lines held out, in words; `reduced_chi`: rms deviation in units of the noise
     [1]; `relative_error`: rms deviation over rms of the measured FRFs [1].
     """
 
@@ -465,68 +454,13 @@ class HoldOut:
 
 def hold_out_lines(found: SelfCalibration, raw: RawInertance) -> HoldOut:
     """Predict lines of the same sensors and impacts that were not fitted."""
-    lines = raw.frf.frequency
+    measured, lines = raw.frf, raw.frf.frequency
     predicted = found.response_matrix @ found.model.inertance(lines) @ found.excitation_matrix.T
-    what = f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz"
-    return _compared(what, raw.frf, raw.deviation, predicted)
-
-
-def hold_out_impacts(
-    found: SelfCalibration, raw: RawInertance, tolerances: PlacementTolerances
-) -> HoldOut:
-    """Predict impacts that were not fitted.
-
-    InputError: no impact that the fit did not see.
-
-    Where exactly a new impact struck is not known: its two offsets and two tilts are estimated
-    within their tolerances, from hundreds of its FRFs, before it is judged.
-    """
-    known = {impact.name for impact in found.placement.impacts}
-    new = [number for number, impact in enumerate(raw.impacts) if impact.name not in known]
-    if not new:
-        raise InputError("no impact is left that the identification did not see")
-    placement = Placement(raw.sensors, raw.impacts)
-    n_impacts, hammer = len(raw.impacts), 9 * len(raw.sensors)
-    errors = np.zeros(len(placement.names))
-    errors[: hammer + 1] = found.errors[: hammer + 1]
-    seen = placement.response_matrix(errors) @ found.model.inertance(raw.frf.frequency)
-    deviations = placement.deviations(tolerances)
-
-    def gauss_newton_step(number: int, places: list[int]) -> RealArray:
-        noise = raw.deviation[:, :, number]
-        wrench = placement.excitation_matrix(errors)[number]
-        change = placement.excitation_derivatives(errors)[[k - hammer for k in places], number]
-        misfit = (raw.frf.values[:, :, number] - seen @ wrench) / noise
-        slopes = np.moveaxis(seen @ change.T, -1, 0) / noise
-        rows = np.concatenate([slopes.real.reshape(4, -1), slopes.imag.reshape(4, -1)], axis=1)
-        right = np.concatenate([misfit.real.ravel(), misfit.imag.ravel()])
-        prior = 1 / deviations[places] ** 2
-        normal = rows @ rows.T + np.diag(prior)
-        return np.asarray(np.linalg.solve(normal, rows @ right - prior * errors[places]))
-
-    for number in new:
-        offset = hammer + 1 + 2 * number
-        places = [offset, offset + 1, offset + 2 * n_impacts, offset + 2 * n_impacts + 1]
-        for _ in range(3):
-            errors[places] += gauss_newton_step(number, places)
-    predicted = seen @ placement.excitation_matrix(errors).T
-    names = [raw.impacts[number].name for number in new]
-    return _compared(
-        f"impacts {', '.join(names)}",
-        raw.frf.select(inputs=names),
-        raw.deviation[:, :, new],
-        predicted[:, :, new],
-    )
-
-
-def _compared(what: str, measured: Frf, noise: RealArray, predicted: ComplexArray) -> HoldOut:
-    """Rms deviations in units of the noise and of the measured FRFs."""
     deviation = predicted - measured.values
-    frf = Frf(measured.frequency, predicted, measured.outputs, measured.inputs, measured.unit)
     return HoldOut(
-        what,
-        frf,
+        f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz",
+        Frf(lines, predicted, measured.outputs, measured.inputs, measured.unit),
         measured,
-        float(np.sqrt(np.mean(np.abs(deviation / noise) ** 2) / 2)),
+        float(np.sqrt(np.mean(np.abs(deviation / raw.deviation) ** 2) / 2)),
         float(np.sqrt(np.mean(np.abs(deviation) ** 2) / np.mean(np.abs(measured.values) ** 2))),
     )

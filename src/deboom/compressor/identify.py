@@ -17,7 +17,6 @@ from deboom.compressor.calibrate import (
     RawInertance,
     SelfCalibration,
     deviation_from_coherence,
-    hold_out_impacts,
     hold_out_lines,
     self_calibrate,
     with_misfit,
@@ -114,20 +113,16 @@ class IdentifyOptions:
     - `largest_lines`: number of lines of the fit; denser lines are thinned evenly, since placement
       and not noise limits it.
     - `smallest_coherence`: median over the lines of the fit below which nothing is identified [1].
-    - `held_out`: every how many impacts one is left out and predicted; 0 leaves the check out.
-    - raises InputError: fewer than 12 lines, or leaving out more than every third impact.
+    - raises InputError: fewer than 12 lines.
     """
 
     bands: tuple[tuple[float, float], ...] = THESIS_BANDS
     largest_lines: int = 72
     smallest_coherence: float = 0.8
-    held_out: int = 6
 
     def __post_init__(self) -> None:
         if self.largest_lines < 12:
             raise InputError("an identification needs at least 12 lines")
-        if self.held_out in (1, 2):
-            raise InputError("leave out at most every third impact, or 0 for none")
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,7 +133,7 @@ class Identification(Tabled):
     it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
     `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
     (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
-    of the sheet; `known`: posterior against prior; `held_out`: other lines, other impacts; `hoses`:
+    of the sheet; `known`: posterior against prior; `held_out`: other lines of the bands; `hoses`:
     search for the drawn hoses, None where none are drawn.
     """
 
@@ -283,11 +278,6 @@ def identify(
     between = (test.frf.frequency >= lowest) & (test.frf.frequency <= highest) & ~fitted
     if between.any():
         held_out.append(hold_out_lines(calibrated, raw.select(between)))
-    if options.held_out:
-        say("prediction of held-out impacts")
-        out = [impact.name for impact in test.impacts[:: options.held_out]]
-        without = self_calibrate(parametrisation, part.without(out), test, calibrated.values, PRIOR)
-        held_out.append(hold_out_impacts(without, part, test.tolerances))
     # by the sheet: the calibration explains part of a flexible body by placement
     by_sheet = np.linalg.inv(inertance.values)
     rigid = rigid_limit(calibrated.model, inertance.frequency, by_sheet)

@@ -226,7 +226,7 @@ def mounted_fleet(
     if unknown:
         raise InputError(f"no sweep at {unknown[0]} was measured, only at {', '.join(ran)}")
     step("identification of the compressor")
-    identified = identify(test.hammer, IdentifyOptions(held_out=0), hoses=test.hoses)
+    identified = identify(test.hammer, IdentifyOptions(), hoses=test.hoses)
     running = running_in_car(first, identified, with_hoses=with_hoses, step=step)
     step("seams")
     loads = source_loads(running.source.chosen.sources, lines)

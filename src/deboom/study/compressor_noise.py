@@ -61,7 +61,7 @@ class NoisePlan:
     with_hoses: bool = True
     draws: int = 64
     seed: int = 1
-    identify: IdentifyOptions = field(default_factory=partial(IdentifyOptions, held_out=0))
+    identify: IdentifyOptions = field(default_factory=partial(IdentifyOptions))
 
     def __post_init__(self) -> None:
         if not 0 < self.band[0] < self.band[1]:

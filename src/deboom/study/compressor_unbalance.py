@@ -107,7 +107,7 @@ class UnbalancePlan:
     """
 
     route: str = AUTOMATIC
-    identify: IdentifyOptions = field(default_factory=lambda: IdentifyOptions(held_out=0))
+    identify: IdentifyOptions = field(default_factory=IdentifyOptions)
     unbalance: UnbalanceOptions = field(default_factory=UnbalanceOptions)
     limits: ComponentLimits | None = None
     identified: Path | None = None

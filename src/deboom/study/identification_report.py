@@ -285,9 +285,8 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
     """Compare measured with identified FRFs, and what was held out with its prediction."""
     report.section(
         "Measured against identified",
-        "Lines and impacts that took no part in the fit are predicted as well as those that did, "
-        "or the model is wrong. Of a held-out impact, its own misplacement is estimated before it "
-        "is judged; everything else comes from a fit that has not seen it.",
+        "Lines that took no part in the fit are predicted as well as those that did, or the model "
+        "is wrong.",
         folded=True,
     )
     report.figure(
@@ -462,7 +461,6 @@ def identify_into_run(
             "band": [f"{low:g}-{high:g}" for low, high in options.bands],
             "lines": options.largest_lines,
             "smallest-coherence": options.smallest_coherence,
-            "held-out": options.held_out,
             "from-hits": from_hits,
             "thesis": beside.thesis,
             "identical-mounts": beside.identical_mounts,

@@ -10,6 +10,7 @@ import pytest
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.study.made_parts import target_limits, tolerance_cost
+from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -72,7 +73,8 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
 
 
 def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
-    budget = {"generations": 3, "population": 12, "samples": 16, "parts": PARTS}
+    search = {"generations": 3, "population": 12, "samples": 16, "polish": False}
+    budget = {**search, "parts": PARTS, "motion": Motion.prescribed}
     run = run_study(quick_front, tmp_path, budget)
     model = STUDY.model({"from_run": run, "point": 2})
     table = pd.read_csv(run / "designs.csv")

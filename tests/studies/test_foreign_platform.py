@@ -1,6 +1,7 @@
 """Every study of a platform runs on a foreign one: no count, name, order or unit is assumed.
 
-A study that is added is run as well, with the smallest budget that its options know.
+A study that is added is run as well, with the smallest budget that its options know, over a band
+so narrow that no level has a booming peak.
 """
 
 import json
@@ -31,6 +32,7 @@ STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]
 BUDGET = {
     "seed": 3,
+    "band": (30.0, 33.0),
     "generations": 2,
     "population": 8,
     "samples": 4,

@@ -159,6 +159,20 @@ def read_document(path: Path, form: str, version: int, kind: str, remedy: str) -
     return document
 
 
+def made_folder(place: Path) -> Path:
+    """Make the folder that ``--out`` names, with those above it, and return it.
+
+    - raises InputError: a file is in its way, or the disk refuses it.
+    """
+    try:
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
+        ) from None
+    return place
+
+
 def replace_bytes(path: Path, data: bytes) -> None:
     """Write a file through a temporary one beside it; an existing file is replaced in one step.
 

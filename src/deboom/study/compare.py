@@ -442,7 +442,6 @@ def comparison_report(study: Comparison) -> Report:
     _verdict(report, study)
     report.section("How it was decided", _method(study))
     _fronts(report, study)
-    _designs(report, study)
     differ = differences([f.run for f in study.fronts], [f.name for f in study.fronts])
     report.section(
         "What the runs do not have in common",
@@ -540,39 +539,6 @@ def _fronts(report: Report, study: Comparison) -> None:
     report.table("points", pd.concat(points, ignore_index=True))
 
 
-def _designs(report: Report, study: Comparison) -> None:
-    """Show the range of every variable on each front."""
-    space, bounds = study.judge.space, np.column_stack(study.bounds)
-    moved = bounds[:, 0] < bounds[:, 1]  # what only scatters, such as a place, is no choice
-    names = [name for name, moves in zip(space.names, moved, strict=True) if moves]
-    values = {name: ranges[moved] for name, ranges in design_values(study).items()}
-    report.section(
-        "What would be built",
-        "The values that the designs of each front have. Two fronts can be equally good "
-        "and yet ask for other parts.",
-    )
-    report.figure(
-        "designs",
-        plot.interval_panels(
-            names,
-            [
-                plot.IntervalPanel(
-                    f"value on the front [{space.units[0]}]",
-                    {name: tuple(ranges[:, [1, 0, 2]].T) for name, ranges in values.items()},
-                    allowed=tuple(bounds[moved].T),
-                )
-            ],
-        ),
-        "Line: from the smallest to the largest value on the front; mark: median; "
-        "grey: bounds of the search. Variables without effect stand at nominal.",
-    )
-    table: dict[str, object] = {"variable": names}
-    for name, ranges in values.items():
-        for column, word in enumerate(("smallest", "median", "largest")):
-            table[f"{name}, {word}"] = ranges[:, column]
-    report.table("designs", pd.DataFrame(table))
-
-
 def pair_table(study: Comparison) -> pd.DataFrame:
     """One row per pair of configurations: difference, noise, verdict, and what it means."""
     rows = []
@@ -637,17 +603,6 @@ def unit_word(study: Comparison) -> str:
     """Return the unit as it stands behind a number."""
     unit = unit_label(study).strip("[]")
     return "" if unit == "1" else unit
-
-
-def design_values(study: Comparison) -> dict[str, RealArray]:
-    """Return smallest, median and largest value of each variable by configuration, (k, 3)."""
-    ranges = {}
-    for name, runs in study.groups.items():
-        designs = np.concatenate([one.designs for one in runs])
-        ranges[name] = np.column_stack(
-            [designs.min(axis=0), np.median(designs, axis=0), designs.max(axis=0)]
-        )
-    return ranges
 
 
 def _median_front(study: Comparison, name: str) -> RealArray:

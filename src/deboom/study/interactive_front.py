@@ -12,7 +12,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
-from deboom.files.disk import replace_bytes
+from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.run_folder import RunEntry, check_files, read_run
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
@@ -75,13 +75,7 @@ def write_interactive_page(
             page = overlaid(page, interactive_front(supplier_study(beside, studies, study.pick)))
         page = with_evaluated(page, study)
     html = render_interactive(page)
-    place = entry.folder if out is None else out
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
-        ) from None
+    place = made_folder(entry.folder if out is None else out)
     path = place / INTERACTIVE
     replace_bytes(path, html.encode("utf-8"))
     return path

@@ -13,7 +13,7 @@ from scipy.signal.windows import tukey
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.files.disk import replace_bytes, replace_text
+from deboom.files.disk import made_folder, replace_bytes, replace_text
 from deboom.physics.sound_level import run_up_sound
 from deboom.study.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
@@ -69,13 +69,7 @@ def write_run_ups(
     sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RATE)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
     full_scale = HEADROOM * float(np.abs(sounds).max())
-    place = run.entry.folder / "listen" if out is None else out
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
-        ) from None
+    place = made_folder(run.entry.folder / "listen" if out is None else out)
     paths = []
     for v, vehicle in enumerate(model.response_names):
         for d, name in enumerate(designs):

@@ -13,8 +13,7 @@ import numpy as np
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Language, Pick
-from deboom.errors import InputError
-from deboom.files.disk import replace_bytes
+from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.tables import workbook_bytes
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
@@ -451,13 +450,7 @@ def supplier_sheets(
         refuse_leaks(secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
-    place = study.run.entry.folder / "supplier" if out is None else out
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
-        ) from None
+    place = made_folder(study.run.entry.folder / "supplier" if out is None else out)
     for name, data in contents.items():
         replace_bytes(place / name, data)
     return WrittenSheets(tuple(place / name for name in contents), tuple(missing))

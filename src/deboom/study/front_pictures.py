@@ -212,14 +212,14 @@ def _designs(report: Report, front: RobustFront) -> None:
 
 def _modes(report: Report, front: RobustFront) -> None:
     """Show the rigid-body modes of the powertrain in motion, with today's mounts and best mean."""
+    names = front.stiffness_variables
+    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
     try:
         modes = natural_frequencies(front.runs)
+        frequency, shapes = modes.solved({name: both[:, k] for k, name in enumerate(names)})
     except InputError as error:
         report.text(f"The modes of the powertrain are not known: {error}.")
         return
-    names = front.stiffness_variables
-    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
-    frequency, shapes = modes.solved({name: both[:, k] for k, name in enumerate(names)})
     labels = [" ".join(filter(None, (m.name, piece))) for m in modes.mounts for piece in m.pieces]
     places = np.array([place for mount in modes.mounts for place in mount.positions])
     motion = np.einsum("pxk,km->mpx", forward_matrices(places).reshape(-1, 3, 6), shapes[1])

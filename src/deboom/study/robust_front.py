@@ -202,16 +202,16 @@ class RobustFront(Front):
         return float((both[1] - both[0]).mean() / self.index.n_lines)
 
     @cached_property
-    def price(self) -> pd.DataFrame | None:
-        """Sag, travel and modes of today's design and the picks; None: no static curve."""
+    def price(self) -> pd.DataFrame | str:
+        """Sag, travel and modes of today's design and the picks, or why they are not known."""
         designs = {
             name: x[: len(self.stiffness_variables)] for name, x in self.named_designs.items()
         }
         try:
             requirements = price(self.runs, self.index.factor)
             numbers = requirements(np.stack(list(designs.values())))
-        except InputError:
-            return None
+        except InputError as error:
+            return str(error)
         labels = [f"{name} [{q.unit}]" for q in requirements.quantities for name in q.names]
         return pd.DataFrame({"number": labels, **dict(zip(designs, numbers, strict=True))})
 
@@ -366,8 +366,8 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         f"The vehicle that gains least, {front.vehicles[worst]}: SPL at the driver's ear with "
         "today's mounts (dashed) and with best mean.",
     )
-    if front.price is None:
-        report.text("The price in sag, travel and modes is not known: there is no static curve.")
+    if isinstance(front.price, str):
+        report.text(f"The price in sag, travel and modes is not known: {front.price}.")
     else:
         shown = front.price[["number", "today's", BEST_MEAN]].rename(
             columns={BEST_MEAN: "best mean"}

@@ -10,6 +10,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.limits import NaturalFrequencies
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 LIMITS = STUDY.parent / "data" / "u06_limits.toml"
@@ -42,6 +43,19 @@ def test_every_pick_keeps_every_limit_and_what_does_not_is_listed(quick_front, t
     assert len(pd.read_csv(finished / "stiffness.csv")) == 12
     record = json.loads((finished / "run.json").read_text())
     assert any(path.endswith("u06_limits.toml") for path in record["inputs_sha256"])
+
+
+def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(
+    quick_front, tmp_path, monkeypatch
+):
+    def unstable(*_):
+        raise InputError("the stiffness has a negative direction")
+
+    monkeypatch.setattr(NaturalFrequencies, "solved", unstable)
+    small = {"generations": 1, "population": 4, "samples": 2, "band": (30.0, 33.0)}
+    page = (run(tmp_path, quick_front, **small) / "report.html").read_text(encoding="utf-8")
+    assert "sag, travel and modes is not known: the stiffness has a negative direction" in page
+    assert "modes of the powertrain are not known: the stiffness has a negative" in page
 
 
 def test_a_limit_out_of_reach_ends_in_a_sentence_that_names_it(tmp_path):

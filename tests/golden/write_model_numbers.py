@@ -70,14 +70,13 @@ def characterised_stiffness() -> dict[str, Any]:
 
 
 def compressor() -> dict[str, Any]:
-    """Model, unbalance and cabin noise of one electric car."""
-    _command("bench", "electric-car", "car", "--car", "EV-2")
-    unbalance = _command("unbalance", "car", "--route", "d")
-    noise = _study("compressor_noise", "--car", "car", "--draws", "20")
+    """Model, unbalance and cabin noise of the bench's compressor, from the studies' own runs."""
+    unbalance = _study("compressor_unbalance")
+    noise = _study("compressor_noise", "--draws", "20")
     model = json.loads((unbalance / "compressor_model.json").read_text(encoding="utf-8"))
     heard = ["measured [dB(A)]", "synthesised [dB(A)]", "mounts alone [dB(A)]"]
     return {
-        **{key: np.ravel(model[key]).tolist() for key in MODEL},
+        **{f"compressor_model: {key}": np.ravel(model[key]).tolist() for key in MODEL},
         **_columns(unbalance / "sources.csv", ["amplitude", "from", "to"]),
         **_columns(unbalance / "unbalance.csv", ["static mean [g mm]", "dynamic mean [g mm²]"], 15),
         **_columns(noise / "levels.csv", heard, 15),

@@ -6,11 +6,12 @@ import numpy as np
 import pytest
 from write_model_numbers import NUMBERS, PATH, compute
 
-ITERATIVE = {"levels, amplitude-dependent motion": 1e-6, "compressor": 1e-6}
+ITERATIVE = {"levels, amplitude-dependent motion": 1e-6}
 """Parts that an iteration ends, which another processor may end elsewhere within its tolerance."""
 
 
-@pytest.mark.parametrize("name", NUMBERS)
+# those of the compressor are held by the tests of its studies
+@pytest.mark.parametrize("name", [name for name in NUMBERS if name != "compressor"])
 def test_numbers_stay(name):
     pinned = json.loads(PATH.read_text(encoding="utf-8"))[name]
     found = compute(name)

@@ -24,14 +24,6 @@ PATH = Path(__file__).with_name("model_numbers.json")
 STUDIES = Path(__file__).parents[2] / "studies"
 VEHICLES = [f"U06-{number} [dB(A)]" for number in range(1, 6)]
 DESIGNS = 0.85 + 0.3 * np.random.default_rng(7).random((12, 12)).round(3)
-MODEL = (
-    "mass_kg",
-    "centre_of_gravity_m",
-    "inertia_about_centre_kg_m2",
-    "stiffness_at_virtual_point",
-    "reduced_chi",
-)
-"""Of the identified compressor."""
 
 
 def levels(motion: str) -> dict[str, Any]:
@@ -70,13 +62,11 @@ def characterised_stiffness() -> dict[str, Any]:
 
 
 def compressor() -> dict[str, Any]:
-    """Model, unbalance and cabin noise of the bench's compressor, from the studies' own runs."""
+    """Unbalance and cabin noise of the bench's compressor; tests/studies holds its own runs."""
     unbalance = _study("compressor_unbalance")
     noise = _study("compressor_noise", "--draws", "20")
-    model = json.loads((unbalance / "compressor_model.json").read_text(encoding="utf-8"))
     heard = ["measured [dB(A)]", "synthesised [dB(A)]", "mounts alone [dB(A)]"]
     return {
-        **{f"compressor_model: {key}": np.ravel(model[key]).tolist() for key in MODEL},
         **_columns(unbalance / "sources.csv", ["amplitude", "from", "to"]),
         **_columns(unbalance / "unbalance.csv", ["static mean [g mm]", "dynamic mean [g mm²]"], 15),
         **_columns(noise / "levels.csv", heard, 15),

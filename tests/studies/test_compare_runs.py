@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from functools import cache
 from pathlib import Path
 
 import pandas as pd
@@ -194,26 +193,10 @@ def test_a_front_that_covers_all_of_another_is_better_whatever_the_noise(springs
     assert "generations 60 is really better than generations 2" in verdicts[0]
 
 
-@pytest.mark.parametrize(
-    ("name", "budget"),
-    [
-        ("mount_selection", {"samples": 16, "every_set_up_to": 1, "mount": ["TSM", "Du"]}),
-        ("compressor_robust_front", {"samples": 8, "checks": 32, "n": 16, "line_step": 40.0}),
-    ],
-)
-def test_fronts_of_parts_and_of_a_compressor_get_a_verdict(name, budget, tmp_path, monkeypatch):
-    study = load_study(name)
-    if name == "compressor_robust_front":  # cars are measured and identified once, not three times
-        virtual, mounted, models = study.module.virtual_fleet, study.module.mounted_fleet, []
-        monkeypatch.setattr(study.module, "virtual_fleet", cache(virtual))
-
-        def identified_once(*arguments, **options):
-            if not models:
-                models.append(mounted(*arguments, **options))
-            return models[0]
-
-        monkeypatch.setattr(study.module, "mounted_fleet", identified_once)
-    budget = {"seed": 1, "population": 4, **budget}
+def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
+    study = load_study("mount_selection")
+    budget = {"seed": 1, "population": 4, "samples": 16, "every_set_up_to": 1}
+    budget["mount"] = ["TSM", "Du"]
     runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (1, 6)]
     monkeypatch.setattr("deboom.study.compare.FEWEST", 64)
     folder, (verdict,) = compare(runs, out=tmp_path, studies=None, samples=64, seed=1)

@@ -1,6 +1,7 @@
 """The study of a compressor's mounts on a tiny budget, through the same door as a user."""
 
 import json
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -11,12 +12,12 @@ from openpyxl import load_workbook
 from deboom.compressor.cabin_index import mount_variables
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
+from deboom.study.compare import compare
 from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"
 ROOM = load_study(STUDY).module
 TINY = {
-    "generations": 3,
     "population": 8,
     "samples": 8,
     "checks": 32,
@@ -27,9 +28,29 @@ TINY = {
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """One run that several tests look at."""
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), TINY)
+def runs(tmp_path_factory):
+    """Two runs of one question; cars are measured and identified once, not six times."""
+    study, results, mounted = (
+        load_study(STUDY),
+        tmp_path_factory.mktemp("results"),
+        ROOM.mounted_fleet,
+    )
+    models = []
+
+    def identified_once(*arguments, **options):
+        if not models:
+            models.append(mounted(*arguments, **options))
+        return models[0]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(ROOM, "virtual_fleet", cache(ROOM.virtual_fleet))
+        patch.setattr(ROOM, "mounted_fleet", identified_once)
+        yield [run_study(study, results, {**TINY, "generations": n}) for n in (2, 8)]
+
+
+@pytest.fixture(scope="module")
+def finished(runs):
+    return runs[-1]
 
 
 def summary_of(folder):
@@ -42,6 +63,17 @@ def test_the_cars_become_quieter_within_the_travel_allowed(finished):
     assert all(summary[f"level_change_db_EV-{n}"] < 0 for n in range(1, 6))
     assert summary["travel_ratio"] <= 1.2
     assert summary["leading_stiffness"] == "mounts radial"
+
+
+def test_runs_get_a_verdict_in_any_order(runs, tmp_path):
+    options = {"out": tmp_path, "studies": None, "samples": 1024, "seed": 1}
+    one, swapped = (compare(order, **options) for order in (runs, runs[::-1]))
+    assert one[1] == swapped[1]
+    (verdict,) = one[1]
+    assert "generations 8" in verdict
+    assert not verdict.startswith("generations 2 is")
+    fronts = [pd.read_csv(folder / "fronts.csv") for folder, _ in (one, swapped)]
+    pd.testing.assert_frame_equal(*fronts)
 
 
 def test_the_model_agrees_with_the_exact_cars(finished):

@@ -56,7 +56,8 @@ def summary_of(folder):
     return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
 
 
-def test_a_compressor_as_struck_is_found_by_the_measured_route(finished):
+def test_a_compressor_as_struck_is_found_by_the_measured_route(finished, numbers_stay):
+    numbers_stay(finished, sources=1, unbalance=15)
     summary = summary_of(finished)
     assert summary["u_stat_first_error_percent"] < 1.5
     assert summary["u_dyn_first_error_percent"] < 3.0

@@ -1,0 +1,119 @@
+"""`deboom identify` and `deboom unbalance`: from a folder to a run folder, or one sentence."""
+
+import json
+import shutil
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from typer.testing import CliRunner
+
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.bench.compressor_writer import write_compressor_test
+from deboom.choices import CalibrationLevel
+from deboom.cli import app
+from deboom.files.compressor_model import read_compressor_model
+from deboom.files.run_folder import hash_files
+from deboom.report import Report
+
+
+@pytest.fixture(autouse=True)
+def no_pictures(monkeypatch):
+    """Pictures take longer than all else here; tests of the studies draw them."""
+    monkeypatch.setattr(Report, "figure", lambda *_, **__: None)
+
+
+def call(*arguments):
+    return CliRunner().invoke(app, [str(argument) for argument in arguments])
+
+
+def finished(*arguments):
+    done = call(*arguments)
+    assert done.exit_code == 0, done.output
+    return Path(done.output.splitlines()[-1])
+
+
+@pytest.fixture(scope="module")
+def measured(tmp_path_factory):
+    """Write a test without its truth, as a laboratory would deliver it."""
+    folder = write_compressor_test(
+        tmp_path_factory.mktemp("bench") / "test", 3, CalibrationLevel.C05
+    )
+    shutil.rmtree(folder / "truth")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def hanging(tmp_path_factory):
+    """Write the test of a body on soft cords."""
+    folder = tmp_path_factory.mktemp("free") / "test"
+    return write_compressor_test(folder, 3, CalibrationLevel.C05, CompressorPlan(free=True))
+
+
+def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):
+    few = ("--lines", 12, "--no-thesis")
+    folder = finished("identify", measured, "--out", tmp_path, *few)
+    assert folder.parent == tmp_path / "identify"
+    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    kept = read_compressor_model(folder / "compressor_model.json")
+    assert kept.model.mass == summary["mass_kg"]
+    assert kept.inputs_sha256 == hash_files(
+        [path for path in measured.iterdir() if path.suffix in (".toml", ".xlsx", ".uff")], measured
+    )
+    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    assert record["command"] == f"deboom identify {measured.as_posix()}"
+    assert kept.alarms == ()
+
+
+@pytest.mark.parametrize("asked", [True, False])
+def test_a_free_body_gives_its_mass_properties_and_truth_is_opened_when_asked(
+    hanging, tmp_path, asked
+):
+    truth = ["--truth"] if asked else []
+    folder = finished("identify", hanging, "--free", *truth, "--out", tmp_path)
+    table = pd.read_csv(folder / "parameters.csv").set_index("quantity")
+    record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
+    assert ("truth" in table) is asked
+    assert any("truth" in name for name in record["inputs_sha256"]) is asked
+    if asked:
+        score = (table["value"] - table["truth"]) / table["standard deviation"]
+        assert score.abs().max() < 4
+        assert abs(table.loc["m", "value"] / table.loc["m", "truth"] - 1) < 0.005
+        assert (table["value"] - table["truth"])[["cx", "cy", "cz"]].abs().max() < 1e-3
+
+
+LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
+
+
+@pytest.mark.parametrize(
+    ("command", "folder", "options", "words"),
+    [
+        ("identify", "nowhere", (), "there is no such folder"),
+        ("identify", "nowhere", ("--band", "10..30"), "LOW-HIGH"),
+        ("identify", "nowhere", ("--band", "30-10"), "must rise"),
+        ("identify", "nowhere", ("--lines", 3), "at least 12 lines"),
+        ("identify", "", (), "compressor_test.toml"),
+        (
+            "identify",
+            None,
+            ("--band", "200-300"),
+            "no line of the measurement lies in the band 200",
+        ),
+        ("unbalance", "nowhere", (), "there is no such folder; `deboom bench operation"),
+        ("unbalance", "nowhere", ("--band", "17"), "write it as LOW-HIGH"),
+        ("unbalance", "nowhere", ("--confidence", 1.5), "a confidence lies between 0 and 1"),
+        ("unbalance", "nowhere", ("--limits", "none.toml"), "none.toml cannot be read"),
+        ("unbalance", "", ("--limits", "limits.toml"), "did you mean 'at_most_g_mm'?"),
+    ],
+)
+def test_bad_input_is_one_sentence_and_leaves_nothing(
+    measured, tmp_path, monkeypatch, command, folder, options, words
+):
+    monkeypatch.chdir(tmp_path)
+    Path("limits.toml").write_text(LIMITS, encoding="utf-8")
+    place = measured if folder is None else tmp_path / folder
+    done = call(command, place, "--out", tmp_path / "results", *options)
+    assert done.exit_code == 2
+    assert words in done.stderr
+    assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
+    assert not (tmp_path / "results").exists()

@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hose_presence import HosePresence, ReactionBand, hoses_in_sweep
+from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.hoses import (
     beam_of,
     changed_hose,
@@ -204,13 +204,3 @@ def test_refused(what, words):
 def test_few_lines_show_no_hoses():
     few = sweep("a", HoseState.SOFT, frequency=np.arange(20.0, 30.0))
     assert hoses_in_sweep(few, HOSES, found()) is None
-
-
-def test_statements():
-    band = ReactionBand(90.0, 120.0, 0.085, 0.003, 0.0851)
-    assert band.statement == (
-        "In 90 to 120 Hz the hoses push back with 8.5% of the source's load (floor 0.3%)."
-    )
-    assert "no hose shows" in HosePresence("sweep a", 0.3, 0.2).statement
-    assert "were attached" in HosePresence("sweep a", 5.0, 0.3).statement
-    assert "something else" in HosePresence("sweep a", 5.0, 4.9).statement

@@ -178,11 +178,6 @@ def test_a_line_at_0_hz_and_too_little_data_are_refused(test):
         replace(test, frf=frf)
 
 
-def test_options_are_checked():
-    with pytest.raises(InputError, match="at least 12 lines"):
-        IdentifyOptions(largest_lines=11)
-
-
 def test_a_drawing_with_an_impossible_inertia_is_refused(test):
     drawing = test.drawing
     with pytest.raises(InputError, match=r"principal moment of -0.015 kg m²"):

@@ -22,11 +22,7 @@ from deboom.compressor.parameters import (
     mass_parameters,
 )
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.measurement.culprit import exchanged_impacts
-from deboom.measurement.sensors import Impact
-from deboom.measurement.virtual_point import impact_geometry, virtual_point
 from deboom.physics.rigid_body import RigidBody, mass_matrix
 
 LINES = np.arange(10.0, 150.5, 0.5)
@@ -96,11 +92,6 @@ def test_derivatives_of_apparent_mass_and_mass_matrix(parametrisation, values):
         np.testing.assert_allclose(by_number[number], expected, rtol=0, atol=1e-7 * size)
         expected = fourth_order(mass, values, number, step)
         assert by_mass[number] == pytest.approx(expected, rel=1e-7, abs=1e-9)
-
-
-def test_the_numbers_of_each_parametrisation():
-    assert [case.values[1].size for case in CASES] == [35, 44]
-    assert len(ThesisParameters().units) == 44
 
 
 def test_parameters_return_the_compressor():
@@ -241,29 +232,3 @@ def test_noise_and_small_drift_count_as_rigid():
     assert small.drift == pytest.approx(0.01, abs=0.001)
     strict = rigid_limit(MODEL, LINES, apparent, tolerance=0.005)
     assert strict.holds_to == pytest.approx(1500 * np.sqrt(0.005), rel=0.02)
-
-
-def hammered(rng, error=0.0):
-    """Impacts on a free body, seen by six channels of unit motion."""
-    places, directions = rng.uniform(-0.1, 0.1, (12, 3)), np.tile(np.eye(3), (4, 1))
-    impacts = [Impact(f"I{n + 1}", places[n], directions[n]) for n in range(12)]
-    true = places + error * rng.standard_normal(places.shape)
-    wrenches = np.concatenate([directions, np.cross(true, directions)], axis=1)
-    values = MODEL.inertance(LINES[::20]) @ wrenches.T
-    names = tuple(impact.name for impact in impacts)
-    return impacts, Frf(LINES[::20], values, AXES, names, "(m/s^2)/N")
-
-
-@pytest.mark.parametrize("error", [0.0, 0.003])
-def test_exchanged_impacts_are_found_and_nothing_else(error):
-    impacts, frf = hammered(np.random.default_rng(5), error)
-    point = virtual_point(impact_geometry(impacts))
-    assert exchanged_impacts(point, frf) is None
-    order = list(range(12))
-    order[1], order[7] = 7, 1
-    mixed = Frf(frf.frequency, frf.values[:, :, order], frf.outputs, frf.inputs, frf.unit)
-    found = exchanged_impacts(point, mixed)
-    assert found is not None
-    assert {found.first, found.second} == {"I2", "I8"}
-    assert found.left < 0.5 * found.disagreement
-    assert "I2 and I8 are exchanged" in found.verdict

@@ -1,10 +1,13 @@
 """The command line as a user meets it: help that teaches, one sentence for bad input."""
 
+import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from broken_files import content, edited, functions
 from typer.testing import CliRunner
 
 import deboom
@@ -136,3 +139,43 @@ def test_bench_writes_a_platform_that_passes_its_check(cli, tmp_path):
     checked = cli("check", folder)
     assert checked.exit_code == 0, checked.stderr
     assert "5 in group U06" in checked.stdout
+
+
+VEHICLE = "noise_transfer/U06-2.uff"
+
+
+def cut(folder):
+    data = (folder / VEHICLE).read_bytes()
+    (folder / VEHICLE).write_bytes(data[: len(data) // 2])
+
+
+def turned(there):
+    return [
+        replace(f, values=-f.values) if (f.response_node, f.ordinate) == (103, "force") else f
+        for f in there
+    ]
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (content(VEHICLE, None), ["U06-2.uff"]),
+        (cut, ["U06-2.uff"]),
+        (edited("platform.toml", "gear = 5", "gaer = 5"), ["gaer", "gear"]),
+        (edited(VEHICLE, "2.50000e-01", "2.50100e-01", count=-1), ["U06-2.uff"]),
+        (
+            functions("operating/g5_wot220.uff", turned, binary=False),
+            ["TSM x", "negative stiffness", "sign"],
+        ),
+    ],
+)
+def test_a_fault_of_a_platform_is_named_and_nothing_is_written(cli, fault, words, tmp_path):
+    """The sentences are tested in the files room; here it is the whole way that counts."""
+    platform, out = tmp_path / "platform", tmp_path / "results"
+    shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
+    fault(platform)
+    result = cli("run", STUDY, "--platform", platform, "--out", out)
+    assert result.exit_code == 2, result.output
+    assert 1 <= len(result.stderr.strip().splitlines()) <= 11, result.stderr
+    assert all(word in result.stderr for word in words)
+    assert not out.exists()

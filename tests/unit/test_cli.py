@@ -31,7 +31,7 @@ def cli(monkeypatch):
 
 
 def test_help_starts_without_heavy_imports():
-    heavy = ("pandas", "matplotlib", "pymoo", "SALib", "numba", "scipy")
+    heavy = ("pandas", "matplotlib", "pymoo", "SALib", "numba", "scipy", "numpy", "sqlalchemy")
     code = (
         "import sys\nfrom deboom.cli import app\n"
         "try:\n    app(['--help'])\nexcept SystemExit:\n    pass\n"

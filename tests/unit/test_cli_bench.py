@@ -152,6 +152,8 @@ def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
         ("campaign", ("--mount-set", "A1"), "unknown mount set 'A1'"),
         ("campaign", ("--mount-set", "M1", "--mount-set", "M1"), "mount set 'M1' comes twice"),
         ("vehicle", ("--seed", 0), "seeds are whole numbers from 1"),
+        ("vehicle", ("--vehicle", "U07-1"), "no vehicle 'U07-1' in the fleet: use U06-1"),
+        ("vehicle", ("--mount-set", "M"), "unknown mount set 'M'"),
         ("compressor", ("--seed", 0), "seeds are whole numbers from 1"),
         ("compressor", ("--flexible-body", -1), "a body cannot swing at -1.0 Hz"),
         ("compressor", ("--flexible-body", "nan"), "a body cannot swing at nan Hz"),

@@ -154,16 +154,6 @@ def test_tables_that_do_not_fit_are_refused(folder, fault, sentence):
     refused(read_vehicle, folder, sentence)
 
 
-def test_what_the_bench_cannot_write_is_refused(tmp_path):
-    with pytest.raises(InputError, match="seeds are whole numbers from 1"):
-        write_vehicle(tmp_path / "car", 0)
-    with pytest.raises(InputError, match="no vehicle 'U07-1' in the fleet: use U06-1"):
-        write_vehicle(tmp_path / "car", 1, "U07-1")
-    with pytest.raises(InputError, match="unknown mount set 'M'"):
-        write_vehicle(tmp_path / "car", 1, parts="M")
-    assert not list(tmp_path.iterdir())
-
-
 def test_panels_are_read_as_written(folder):
     panels = read_vehicle(folder).panels
     assert panels.names[:2] == ("trunk floor", "rear bench")

@@ -48,6 +48,11 @@ BUDGET = {
     "every_set_up_to": 4,
     "group": GROUP,
 }
+EFFORT = {
+    "solution_box": {"GENERATIONS": 8, "SHOWN_PARTS": 512, "DRAWS": 40, "PARTS": 256},
+    "commonality": {"DRAWS": 1024, "ROUNDS": 1},
+}
+"""What studies have no options for."""
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +80,10 @@ def run_of(folder, tmp_path_factory):
         if name == "solution_box":  # coupled motion would take minutes
             asked["motion"] = Motion.prescribed
         out = tmp_path_factory.mktemp("results")
-        return run_study(study, out, {**asked, "platform": folder, "mounts": source})
+        with pytest.MonkeyPatch.context() as patch:
+            for constant, value in EFFORT.get(name, {}).items():
+                patch.setattr(study.module, constant, value)
+            return run_study(study, out, {**asked, "platform": folder, "mounts": source})
 
     return run
 

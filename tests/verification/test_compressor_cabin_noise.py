@@ -19,13 +19,12 @@ from compressor_cabin_samples import (
 from threadpoolctl import threadpool_limits
 
 from deboom.bench.compressor_rig import true_source
-from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
+from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
 from deboom.bench.electric_car import (
     HOSES,
     MOUNTS,
     columns_of,
     design_pressure,
-    frozen_fleet,
     run_car,
 )
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
@@ -382,18 +381,12 @@ def test_travel_and_modes_of_a_symmetrical_body():
 
 
 SPEEDS = np.arange(20.0, 141.0, 4.0)
-CAR = frozen_fleet()["EV-2"]
-COMPRESSOR = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
+CAR = cars()[1]
+COMPRESSOR = bench_operation().laboratory.compressor
 OF_MOUNTS, OF_HOSES = columns_of(MOUNTS, 3), columns_of(HOSES)
-TRUE_MOUNTS = tuple(
-    CompressorMount(name, position, rotation, stiffness)
-    for name, position, rotation, stiffness in zip(
-        MOUNTS, COMPRESSOR.positions, COMPRESSOR.rotations, COMPRESSOR.stiffness, strict=True
-    )
-)
 TRUE_HOSES = tuple(
-    HoseDrawing(name, hose.position, hose.direction, *vars(hose.beam).values())
-    for name, hose in zip(HOSES, drawn_hoses(), strict=True)
+    HoseDrawing(hose.name, hose.position, hose.direction, *vars(hose.beam).values())
+    for hose in drawn_hoses()
 )
 
 
@@ -412,7 +405,7 @@ def test_loads_are_those_of_the_coupled_car(with_hoses):
     columns = OF_MOUNTS + (OF_HOSES if with_hoses else [])
     factor = COMPRESSOR.gain_at(SPEEDS)
     by_holders = loads_by_measured_holders(
-        TRUE_MOUNTS,
+        mounts(),
         factor,
         true.displacement,
         true.body_motion[:, OF_MOUNTS],
@@ -421,7 +414,7 @@ def test_loads_are_those_of_the_coupled_car(with_hoses):
         receptance(columns),
     )
     predicted = loads_by_predicted_holders(
-        TRUE_MOUNTS, factor, true.displacement, receptance(columns), hoses, SPEEDS
+        mounts(), factor, true.displacement, receptance(columns), hoses, SPEEDS
     )
     expected = true.body_load[:, columns]
     for found in (by_holders, predicted):
@@ -437,13 +430,13 @@ def test_loads_are_those_of_the_coupled_car(with_hoses):
 def test_forces_of_the_mounts_hold_the_compressor():
     """At the virtual point they are the whole of what a compressor without hoses leans on."""
     true = run(with_hoses=False)
-    apart = motion_at_mounts(TRUE_MOUNTS, true.displacement) - true.body_motion[:, OF_MOUNTS]
-    forces = mount_forces(TRUE_MOUNTS, COMPRESSOR.gain_at(SPEEDS), apart)
+    apart = motion_at_mounts(mounts(), true.displacement) - true.body_motion[:, OF_MOUNTS]
+    forces = mount_forces(mounts(), COMPRESSOR.gain_at(SPEEDS), apart)
     square = (2 * np.pi * SPEEDS)[:, None] ** 2
     own = true_source().gyroscopic(SPEEDS) @ true.displacement[..., None]
     inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - own[..., 0]
     expected = true.load + inertia
-    found = load_at_virtual_point(TRUE_MOUNTS, forces)
+    found = load_at_virtual_point(mounts(), forces)
     assert found == pytest.approx(expected, abs=1e-9 * np.abs(true.load).max())
 
 

@@ -5,6 +5,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
+from compressor_samples import identified
 
 from deboom.compressor.acceptance import (
     DYNAMIC,
@@ -19,8 +20,6 @@ from deboom.compressor.acceptance import (
     unbalance_characteristic,
 )
 from deboom.compressor.hose_presence import HosePresence
-from deboom.compressor.identify import IdentifiedCompressor
-from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.compressor.parameters import MinimalParameters
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
 from deboom.compressor.sources import ResidualBand
@@ -208,39 +207,6 @@ def test_a_measured_route_does_not_need_the_refuted_model():
     assert unbalance_characteristic(found(alarms=("a subframe",)), STATIC).doubt == ""
 
 
-LENGTH = 0.0591
-
-
-def identified(**changes):
-    """Make a compressor whose 35 parameters are known to 1 %, independent of each other."""
-    parameters = MinimalParameters(LENGTH)
-    stiffness = np.diag([7e4, 5e4, 6e4, 400.0, 600.0, 650.0])
-    gain = GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])
-    inertia = np.diag([0.0158, 0.0291, 0.0302])
-    values = parameters.values_of(CompressorModel(7.2, np.zeros(3), inertia, stiffness, gain))
-    fields = {
-        "name": "pump",
-        "model": parameters.model(values),
-        "length": LENGTH,
-        "reference_frequency": 20.0,
-        "parameter_names": parameters.names,
-        "values": values,
-        "covariance": np.diag(np.maximum(0.01 * np.abs(values), 1e-6) ** 2),
-        "channels": (),
-        "response": np.zeros((0, 6)),
-        "impacts": (),
-        "excitation": np.zeros((0, 6)),
-        "placement_names": (),
-        "placement_errors": np.zeros(0),
-        "placement_deviations": np.zeros(0),
-        "reduced_chi": 1.0,
-        "bands": ((10.0, 30.0), (100.0, 150.0)),
-        "alarms": (),
-        "inputs_sha256": {},
-    }
-    return IdentifiedCompressor(**(fields | changes))
-
-
 def limit(direction="x", band=(20.0, 20.0)):
     return StiffnessLimit(direction, band, Bounds(at_most=1.0))
 
@@ -258,7 +224,7 @@ def test_the_stiffness_at_the_reference_line():
 def test_the_deviation_is_that_of_drawn_parameters():
     kept = identified()
     found = stiffness_characteristic(kept, limit("y", (15.0, 60.0)))
-    rng, parameters = np.random.default_rng(3), MinimalParameters(LENGTH)
+    rng, parameters = np.random.default_rng(3), MinimalParameters(kept.length)
     drawn = []
     for _ in range(400):
         model = parameters.model(

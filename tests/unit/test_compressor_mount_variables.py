@@ -79,8 +79,3 @@ INDEX = small_index()
 def test_what_does_not_fit_is_refused(build, words):
     with pytest.raises(InputError, match=words):
         build()
-
-
-def test_an_index_knows_its_cars_and_weights():
-    assert INDEX.response_names == ("EV",)
-    assert INDEX.weights == pytest.approx((1 / 3, 2 / 3))

@@ -8,6 +8,7 @@ import pytest
 from deboom.plot import style
 from deboom.report import Report
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles import booming_model
 
 STUDIES = Path(__file__).parents[1] / "studies"
 
@@ -50,6 +51,13 @@ def pictures_once(drawn_pictures):
         patch.setattr(style, "DPI", 100)
         patch.setattr(Report, "figure", shown)
         yield
+
+
+@pytest.fixture
+def plain_loops(monkeypatch):
+    """Sum levels in numpy: compiling for one small platform takes longer than its search."""
+    summed = booming_model.level_sum
+    monkeypatch.setattr(booming_model, "level_sum", lambda case, **_: summed(case, compiled=False))
 
 
 @pytest.fixture(scope="session")

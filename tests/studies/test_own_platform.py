@@ -37,6 +37,7 @@ def folder(tmp_path_factory):
     return folder
 
 
+@pytest.mark.usefixtures("plain_loops")
 def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     folder, quick_front, monkeypatch, tmp_path
 ):

@@ -37,6 +37,7 @@ def commands():
     ]
 
 
+@pytest.mark.usefixtures("plain_loops")
 def test_the_guide_leads_from_an_empty_folder_to_a_front(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(load_study(ROOT / "studies/u06_robust_front.py").module, "VERIFIED", 64)

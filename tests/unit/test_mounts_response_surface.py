@@ -22,6 +22,7 @@ from deboom.mounts.response_surface import (
     friction_stiffness,
     gaussian_process,
     operating_points,
+    r_squared,
     standard_models,
 )
 
@@ -170,10 +171,6 @@ def test_shapes_follow_the_points():
         assert lower.shape == upper.shape == shape
         assert np.all((lower.real < upper.real) & (lower.imag < upper.imag))
     assert SURFACE.predict(POINTS).dtype == complex
-
-
-def r_squared(measured, fitted):
-    return 1 - np.sum((measured - fitted) ** 2) / np.sum((measured - measured.mean()) ** 2)
 
 
 def test_its_r_squared_is_that_of_its_own_lines():
@@ -406,6 +403,10 @@ def test_agreement_is_in_the_phase_of_the_displacement():
     assert result.rms_error == pytest.approx(0.01, rel=1e-9)
     assert result.r2_force_real == pytest.approx(r_squared(force.real, 1.01 * force.real))
     assert result.r2_force_imag == pytest.approx(r_squared(force.imag, 1.01 * force.imag))
+    with pytest.raises(InputError, match="all equal"):
+        r_squared(np.ones(4), np.ones(4))
+    with pytest.raises(InputError, match="one each"):
+        r_squared(np.ones(4), np.ones(3))
 
 
 def test_a_frequency_over_decades_enters_as_its_logarithm():

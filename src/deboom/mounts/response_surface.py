@@ -18,7 +18,6 @@ import numpy.typing as npt
 from scipy.optimize import least_squares
 from sklearn.base import BaseEstimator, RegressorMixin, clone
 from sklearn.exceptions import ConvergenceWarning
-from sklearn.metrics import r2_score
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, checked_array
 from deboom.errors import InputError
@@ -120,16 +119,30 @@ class Agreement:
     rms_error: float
 
 
+def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
+    """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``, of two arrays (n,).
+
+    - raises InputError: shapes that differ, or a measured quantity that does not vary.
+    """
+    y, fitted = np.asarray(measured, dtype=float), np.asarray(modelled, dtype=float)
+    if y.shape != fitted.shape or y.ndim != 1:
+        raise InputError(f"{y.shape} measured and {fitted.shape} modelled values: one each")
+    total = float(np.sum((y - y.mean()) ** 2))
+    if total == 0:
+        raise InputError("the measured values are all equal: R² has no meaning for them")
+    return float(1 - np.sum((y - fitted) ** 2) / total)
+
+
 def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
     """Compare measured lines with a model's stiffness at the same lines, shape (n,) [N/m]."""
     force = modelled * samples.displacement
     error = np.abs(modelled - samples.stiffness) / np.abs(samples.stiffness)
     return Agreement(
         n_lines=len(samples),
-        r2_real=r2_score(samples.stiffness.real, modelled.real),
-        r2_imag=r2_score(samples.stiffness.imag, modelled.imag),
-        r2_force_real=r2_score(samples.force.real, force.real),
-        r2_force_imag=r2_score(samples.force.imag, force.imag),
+        r2_real=r_squared(samples.stiffness.real, modelled.real),
+        r2_imag=r_squared(samples.stiffness.imag, modelled.imag),
+        r2_force_real=r_squared(samples.force.real, force.real),
+        r2_force_imag=r_squared(samples.force.imag, force.imag),
         rms_error=float(np.sqrt(np.mean(error**2))),
     )
 
@@ -380,9 +393,9 @@ class DynamicStiffnessSurface(StiffnessModel):
                     part.fit(points[picked], measured[picked])
         self.real_, self.imag_ = parts
         fitted, amplitude = self._values(points), points[:, 1]
-        self.r2_real_ = r2_score(stiffness.real, fitted.real)
-        self.r2_imag_ = r2_score(stiffness.imag, fitted.imag)
-        self.r2_force_ = r2_score(np.abs(stiffness) * amplitude, np.abs(fitted) * amplitude)
+        self.r2_real_ = r_squared(stiffness.real, fitted.real)
+        self.r2_imag_ = r_squared(stiffness.imag, fitted.imag)
+        self.r2_force_ = r_squared(np.abs(stiffness) * amplitude, np.abs(fitted) * amplitude)
 
     def predict_interval(
         self, X: npt.ArrayLike, coverage: float = 0.95

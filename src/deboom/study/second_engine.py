@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from sklearn.metrics import r2_score
 
 from deboom import plot
 from deboom.arrays import BoolArray, ComplexArray, RealArray
@@ -36,6 +35,7 @@ from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
     operating_points,
+    r_squared,
 )
 from deboom.mounts.surface_forces import (
     main_axis,
@@ -326,8 +326,8 @@ def _row(engine: SecondEngine, name: str) -> dict[str, object]:
         "direction": name,
         "identified": float(quality.identified),
         "inside": float(np.mean(prediction.inside)),
-        "r2_real": r2_score(measured.real, force.real) if several else np.nan,
-        "r2_imag": r2_score(measured.imag, force.imag) if several else np.nan,
+        "r2_real": r_squared(measured.real, force.real) if several else np.nan,
+        "r2_imag": r_squared(measured.imag, force.imag) if several else np.nan,
         "error": prediction.error,
         "peak": prediction.peak_difference,
         "half_width": np.nan if quality.half_width_95 is None else quality.half_width_95,

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.operating_run import PlannedRun, operate, true_run
+from deboom.bench.operating_run import operate
 from deboom.bench.powertrain import load_bench, play_operator, static_deflection
 from deboom.errors import InputError
 
@@ -45,14 +45,6 @@ def test_play_follows_a_load_that_rises_and_falls():
     assert falling[back < 1.5e-3] == pytest.approx(back[back < 1.5e-3] + 0.25e-3)
 
 
-def test_directions_are_stacked_by_mount_then_axis():
-    powertrain = BENCH.powertrain
-    assert powertrain.forward.shape == (9, 6)
-    assert [(b.start, b.stop) for b in powertrain.blocks] == [(0, 3), (3, 6), (6, 9)]
-    # pitch +ry: a point above the centre of gravity goes to +x, one below to -x
-    assert np.all(np.sign(powertrain.forward[[0, 3, 6], 4]) == [1, 1, -1])
-
-
 def test_a_load_beyond_all_reach_is_an_error():
     load = np.full((1, 6), 1e9)
     with pytest.raises(ArithmeticError, match="no static equilibrium"):
@@ -76,23 +68,7 @@ def test_order_torque_grows_with_load_and_overrun_counts_as_no_load():
     assert abs(loaded) == pytest.approx(38 + 192.0)
 
 
-def test_channels_and_paths_of_a_run():
-    run = true_run(BENCH, PlannedRun(5, 220.0), FREQUENCY_2)
-    assert run.channels[:3] == ("EnM x", "EnM y", "EnM z")
-    assert run.channels[-2:] == ("Du left x", "Du right x")
-    assert run.displacement.shape == run.force.shape == run.stiffness.shape == (25, 11)
-    assert run.path_force.shape == (25, 10)
-    assert np.array_equal(run.path_force[:, 9], run.force[:, 9] + run.force[:, 10])
-
-
 @pytest.mark.parametrize("gear", [0, 8, -1])
 def test_a_gear_that_does_not_exist_is_refused(gear):
     with pytest.raises(InputError, match=f"gear {gear}: the gearbox has the gears 1 to 7"):
         operate(BENCH, gear, np.full(25, 100.0), FREQUENCY_2)
-
-
-def test_a_line_does_not_depend_on_the_lines_beside_it():
-    torque = np.full(25, 150.0)
-    whole = operate(BENCH, 6, torque, FREQUENCY_2)
-    part = operate(BENCH, 6, torque[:5], FREQUENCY_2[10:15])
-    assert part.force == pytest.approx(whole.force[10:15], rel=1e-9)

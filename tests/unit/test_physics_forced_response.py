@@ -8,7 +8,6 @@ from deboom.physics.forced_response import (
     SMALLEST_AMPLITUDE,
     ConvergenceError,
     amplitude_dependent_response,
-    dynamic_stiffness_matrix,
     forced_response,
     modal_superposition,
 )
@@ -34,14 +33,6 @@ def respond(frequency=FREQUENCY, force=FORCE, stiffness=softening, **options):
     return amplitude_dependent_response(MASS, stiffness, force, frequency, FORWARD, **options)
 
 
-def test_dynamic_stiffness_matrix_takes_one_stiffness_for_all_lines():
-    springs = mount_stiffness_matrix(POSITIONS, STIFFNESS)
-    once = dynamic_stiffness_matrix(MASS, springs, FREQUENCY)
-    each = dynamic_stiffness_matrix(MASS, np.tile(springs, (FREQUENCY.size, 1, 1)), FREQUENCY)
-    assert once.shape == (13, 6, 6)
-    np.testing.assert_array_equal(once, each)
-
-
 def test_loads_that_do_not_fit_are_refused():
     springs = mount_stiffness_matrix(POSITIONS, STIFFNESS)
     with pytest.raises(InputError, match="loads have shape"):
@@ -60,19 +51,6 @@ def test_modal_superposition_refuses_a_complex_static_stiffness():
     springs = mount_stiffness_matrix(POSITIONS, STIFFNESS * (1 + 0.1j))
     with pytest.raises(InputError, match="real part"):
         modal_superposition(MASS, springs, np.ones(13), FORCE, FREQUENCY)
-
-
-def test_steady_state_does_not_depend_on_where_it_starts():
-    low, high = respond(start=1e-6), respond(start=5e-3)
-    assert np.max(np.abs(np.log(low.amplitude / high.amplitude))) < 1e-8
-
-
-def test_a_line_does_not_depend_on_its_neighbours():
-    together = respond()
-    for i in (0, 6, 12):
-        line = slice(i, i + 1)
-        alone = respond(frequency=FREQUENCY[line], force=FORCE[line])
-        np.testing.assert_allclose(alone.amplitude, together.amplitude[line], rtol=1e-13)
 
 
 def test_a_motionless_mount_does_not_stop_the_iteration():

@@ -224,12 +224,6 @@ def test_curves_of_several_channels_are_compared_column_by_column():
         np.testing.assert_allclose(together, one_by_one)
 
 
-def test_orthogonal_curves_have_nothing_in_common():
-    assert mac([1, 1], [1, -1]) == 0
-    assert corr_f([1, 1], [1, -1]) == 1
-    assert msf([1, 1], [1, -1]) == 0
-
-
 @pytest.mark.parametrize("function", [mac, msf, corr_f, corr_s])
 def test_curves_that_cannot_be_compared_are_refused(function):
     with pytest.raises(InputError, match=r"\(40, 3\) and \(39, 3\) cannot be compared"):

@@ -12,7 +12,6 @@ from deboom.physics.order_tracking import (
     order_amplitudes,
     rpm_of_frequency,
     samples_needed,
-    smear,
     vold_kalman,
 )
 
@@ -82,14 +81,6 @@ def test_vold_kalman_refuses(values, phase, bandwidth, poles, message):
         vold_kalman(values, phase, RATE, bandwidth, poles)
 
 
-def test_vold_kalman_shapes():
-    phase = np.outer(ANGLE, [0.0, 1.5, 2.0])
-    found = vold_kalman(np.hstack([RECORD, 2 * RECORD]), phase, RATE, [1.0, 2.0, 3.0])
-    assert found.shape == (1000, 3, 2)
-    np.testing.assert_allclose(found[:, 1], np.tile([1.0, 2.0], (1000, 1)), atol=1e-9)
-    np.testing.assert_allclose(found[:, [0, 2]], 0, atol=1e-9)
-
-
 def test_lower_rate_refuses_or_leaves_alone():
     with pytest.raises(InputError, match="500 Hz is too low for 150 Hz: it needs 600 Hz"):
         lower_rate(RECORD, RATE, 150.0)
@@ -98,10 +89,6 @@ def test_lower_rate_refuses_or_leaves_alone():
     values, rate = lower_rate(RECORD, RATE, 40.0)
     assert rate == RATE
     np.testing.assert_array_equal(values, RECORD)
-
-
-def test_smear_at_constant_speed_is_zero():
-    np.testing.assert_allclose(smear([0.0, -3.0, 3.0], 2.0), [0, 3, 3])
 
 
 @pytest.mark.parametrize("order", [0, -1.5, np.nan, np.inf])

@@ -16,7 +16,6 @@ from deboom.physics.rigid_body import (
     mass_properties,
     mount_stiffness_matrix,
     rigid_body_modes,
-    shift_load,
     shift_stiffness,
 )
 
@@ -36,12 +35,6 @@ def test_one_orientation_for_all_mounts_is_refused():
         forward_matrices(POSITIONS, np.eye(3))
 
 
-def test_both_layouts_of_mount_stiffness_agree():
-    matrix = mount_stiffness_matrix(POSITIONS, STIFFNESS)
-    assert matrix.shape == (6, 6)
-    np.testing.assert_array_equal(matrix, mount_stiffness_matrix(POSITIONS, STIFFNESS.ravel()))
-
-
 def test_mount_stiffness_keeps_the_frequency_axis_and_the_loss():
     factor = np.linspace(1.0, 1.5, 5)[:, np.newaxis, np.newaxis] * (1 + 0.2j)
     lines = mount_stiffness_matrix(POSITIONS, factor * STIFFNESS)
@@ -56,31 +49,6 @@ def test_mount_stiffness_keeps_the_frequency_axis_and_the_loss():
 def test_stiffness_that_does_not_fit_the_mounts_is_refused(stiffness):
     with pytest.raises(InputError, match="3 mounts need stiffnesses"):
         mount_stiffness_matrix(POSITIONS, stiffness)
-
-
-def test_loads_shift_line_by_line():
-    loads = np.random.default_rng(3).normal(size=(4, 6)) * (1 + 1j)
-    position = np.array([0.3, -0.2, 0.5])
-    shifted = shift_load(loads, position)
-    np.testing.assert_allclose(shifted[:, :3], loads[:, :3])
-    moments = loads[:, 3:] - np.cross(position, loads[:, :3])
-    np.testing.assert_allclose(shifted[:, 3:], moments, atol=1e-14)
-
-
-def test_modes_are_mass_normalised_and_increase_on_every_leading_axis():
-    mass = mass_matrix(193.5, INERTIA)
-    factor = np.array([1.0, 2.0])[:, np.newaxis, np.newaxis]
-    frequency, shapes = rigid_body_modes(
-        mass, mount_stiffness_matrix(POSITIONS, factor * STIFFNESS)
-    )
-    assert frequency.shape == (2, 6)
-    assert shapes.shape == (2, 6, 6)
-    assert np.all(np.diff(frequency, axis=1) > 0)
-    np.testing.assert_allclose(frequency[1], np.sqrt(2) * frequency[0], rtol=1e-12)
-    for shape in shapes:
-        np.testing.assert_allclose(shape.T @ mass @ shape, np.eye(6), atol=1e-12)
-        weighted = shape * np.sqrt(np.diag(mass))[:, np.newaxis]
-        assert np.all(weighted[np.abs(weighted).argmax(axis=0), np.arange(6)] > 0)
 
 
 def test_modes_refuse_what_has_no_undamped_modes():

@@ -12,42 +12,10 @@ from deboom.physics.transfer_path import (
     mount_force,
     mounted_source,
     partial_sums,
-    pressure,
     rms_contribution,
 )
 
 BODY = np.broadcast_to(np.diag([2.0, 4.0]), (5, 2, 2))
-
-
-def test_contributions_keep_the_phase():
-    ntf = np.array([[1j, 2.0]])
-    force = np.array([[3.0, 1 - 1j]])
-    np.testing.assert_allclose(contributions(ntf, force), [[3j, 2 - 2j]])
-    np.testing.assert_allclose(pressure(ntf, force), [2 + 1j])
-
-
-def test_paths_can_cancel():
-    assert pressure([[1.0, 1.0]], [[2.0, -2.0]]) == 0
-
-
-def test_several_ears():
-    ntf = np.arange(12.0).reshape(2, 3, 2)
-    force = np.array([[1.0, 2.0], [3.0, 4.0]])
-    result = pressure(ntf, force)
-    assert result.shape == (2, 3)
-    np.testing.assert_allclose(result[1], [6 * 3 + 7 * 4, 8 * 3 + 9 * 4, 10 * 3 + 11 * 4])
-
-
-def test_equal_springs_share_the_blocked_motion():
-    free = np.ones((5, 2))
-    np.testing.assert_allclose(blocked_force(BODY, free), np.tile([0.5, 0.25], (5, 1)))
-    np.testing.assert_allclose(interface_force(BODY, BODY, free), np.tile([0.25, 0.125], (5, 1)))
-    np.testing.assert_allclose(assembled_frf(BODY, BODY, BODY, BODY), BODY / 2)
-
-
-def test_mounts_add_their_compliance_on_the_diagonal():
-    mounts = np.tile([0.5, 0.25], (5, 1))
-    np.testing.assert_allclose(mounted_source(BODY, mounts), 2 * BODY)
 
 
 @pytest.mark.parametrize(

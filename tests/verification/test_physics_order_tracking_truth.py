@@ -1,11 +1,10 @@
 """Order tracking against known orders."""
 
-from math import comb
 from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import integrate, linalg, optimize, signal
+from scipy import optimize, signal
 
 from deboom.physics.order_tracking import (
     HANN_HALF_POWER_WIDTH,
@@ -15,7 +14,6 @@ from deboom.physics.order_tracking import (
     hann_bandwidth,
     lower_rate,
     order_amplitudes,
-    penalty,
     rpm_of_frequency,
     samples_needed,
     smear,
@@ -228,36 +226,6 @@ def test_against_another_code():
     np.testing.assert_allclose(found, table[:, 1:4] + 1j * table[:, 4:], atol=1e-10)
 
 
-def test_weights_are_those_of_tuma():
-    """The polynomials in cosines that are printed for one, two and three poles.
-
-    They cancel: at a bandwidth of 1/400 of the rate the printed form has lost 0.5 %.
-    """
-    bandwidth, rate = np.array([5.0, 10.0, 60.0]), 400.0
-    cosine = [np.cos(k * np.pi * bandwidth / rate) for k in range(4)]
-    printed = [
-        2 - 2 * cosine[1],
-        6 - 8 * cosine[1] + 2 * cosine[2],
-        20 - 30 * cosine[1] + 12 * cosine[2] - 2 * cosine[3],
-    ]
-    for poles, polynomial in zip(POLES, printed, strict=True):
-        expected = np.sqrt((np.sqrt(2) - 1) / polynomial)
-        np.testing.assert_allclose(penalty(bandwidth, rate, poles), expected, rtol=1e-6)
-
-
-@pytest.mark.parametrize("poles", POLES)
-def test_noise_bandwidth_is_the_integral_of_the_transfer_function(poles):
-    rate, bandwidth = 4096.0, 2.0
-    power = integrate.quad(
-        lambda f: envelope_response(f, bandwidth, rate, poles) ** 2,
-        -rate / 2,
-        rate / 2,
-        points=[-10, -1, 1, 10],
-        limit=500,
-    )[0]
-    assert float(noise_bandwidth(bandwidth, poles)) == pytest.approx(power, rel=1e-4)
-
-
 @pytest.mark.parametrize("poles", POLES)
 def test_noise_floor_2(poles):
     """White noise in 40 channels: the rms amplitude of an order that is not there."""
@@ -328,31 +296,6 @@ def test_amplitude_that_follows_a_resonance_within_the_stated_smear():
     assert errors[0] > 1e-3
     assert errors[1] < errors[0] / 10
     assert errors[2] < errors[1] / 10
-
-
-def test_normal_equations_would_lose_all_digits():
-    """Constant order at 16384 Hz and 1 Hz: condition 5e15; the filter keeps eight digits."""
-    rate, bandwidth = 16384.0, 1.0
-    time, angle, _ = run_up(1500.0, 1800.0, 3.0, rate)
-    amplitude = 2 * np.exp(0.7j)
-    record = np.real(amplitude * np.exp(1.5j * angle))[:, np.newaxis]
-    found = vold_kalman(record, 1.5 * angle[:, np.newaxis], rate, bandwidth)[:, 0, 0]
-    assert np.abs(found - amplitude).max() < 1e-7
-
-    weight = float(penalty(bandwidth, rate, 2)) ** 2
-    binomial = [(-1) ** k * comb(2, k) for k in range(3)]
-    band = np.zeros((3, time.size))
-    for one in range(3):
-        for other in range(one, 3):
-            end = time.size - 2 + other
-            band[2 - (other - one), other:end] += weight * binomial[one] * binomial[other]
-    band[2] += 1
-    demodulated = np.exp(-1.5j * angle) * record[:, 0]
-    try:
-        normal = 2 * linalg.solveh_banded(band, demodulated)
-    except linalg.LinAlgError:
-        return
-    assert np.abs(normal - amplitude).max() > 1e-3
 
 
 @pytest.mark.parametrize("cylinders", [2, 3, 4, 6])

@@ -1,7 +1,6 @@
 """`deboom identify` and `deboom unbalance`: from a folder to a run folder, or one sentence."""
 
 import json
-import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -35,11 +34,12 @@ def finished(*arguments):
 
 @pytest.fixture(scope="module")
 def measured(tmp_path_factory):
-    """Write a test without its truth, as a laboratory would deliver it."""
+    """Write a test whose truth is no file to read: only `--truth` may open it."""
     folder = write_compressor_test(
         tmp_path_factory.mktemp("bench") / "test", 3, CalibrationLevel.C05
     )
-    shutil.rmtree(folder / "truth")
+    for path in (folder / "truth").iterdir():
+        path.write_bytes(b"")
     return folder
 
 
@@ -62,6 +62,7 @@ def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):
     )
     record = json.loads((folder / "run.json").read_text(encoding="utf-8"))
     assert record["command"] == f"deboom identify {measured.as_posix()}"
+    assert not any("truth" in name for name in record["inputs_sha256"])
     assert kept.alarms == ()
 
 

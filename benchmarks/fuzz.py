@@ -221,12 +221,12 @@ def _read_time_data(folder: Path) -> None:
 
 
 def _compressor_model(folder: Path) -> None:
-    from test_files_compressor_model import sample
+    from compressor_samples import identified
 
     from deboom.files.compressor_model import write_compressor_model
 
     folder.mkdir()
-    write_compressor_model(folder / "a.json", sample())
+    write_compressor_model(folder / "a.json", identified())
 
 
 def _delivery(folder: Path) -> None:

@@ -31,7 +31,7 @@ import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
-from deboom.files.disk import read_json, replace_bytes, replace_text
+from deboom.files.disk import read_bytes, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
 
 UNFINISHED = ".unfinished"
@@ -526,12 +526,12 @@ class CheckpointFolder:
 
 
 def _read_npz(path: Path) -> dict[str, AnyArray] | None:
-    try:
-        # all at once: numpy leaves a damaged file open
-        with np.load(io.BytesIO(path.read_bytes()), allow_pickle=False) as archive:
-            return dict(archive)
-    except FileNotFoundError:
+    if not path.exists():
         return None
+    data = read_bytes(path)  # all at once: numpy leaves a damaged file open
+    try:
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            return dict(archive)
     except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
         raise InputError(
             f"{path} cannot be read ({error}): it is damaged; start a new run"

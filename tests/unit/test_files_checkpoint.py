@@ -1,5 +1,7 @@
 """What a search leaves on disk: complete or not at all, never pickled, tied to its inputs."""
 
+import os
+
 import numpy as np
 import pytest
 
@@ -44,6 +46,15 @@ def test_nothing_is_pickled(tmp_path):
     np.savez(tmp_path / "search" / "evaluations" / "000001.npz", x=np.array([{}]))
     with pytest.raises(InputError, match=r"000001\.npz cannot be read"):
         store.kept(1)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
+def test_a_pipe_in_place_of_evaluations_is_refused(tmp_path):
+    store = CheckpointFolder(tmp_path / "search", INPUTS)
+    store.keep(1, {"x": np.zeros(1)})
+    os.mkfifo(tmp_path / "search" / "evaluations" / "000002.npz")
+    with pytest.raises(InputError, match="is a device or a pipe"):
+        store.kept(2)
 
 
 def test_an_interrupted_write_leaves_the_facts_before(tmp_path, monkeypatch):

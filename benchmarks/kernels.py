@@ -30,7 +30,7 @@ SWEEPS = 6
 LARGEST = 2.0
 """Amplitude up to which the drawn stiffnesses soften [mm]."""
 
-Case = PathContributions | CoupledMotion | AmplitudeMotion
+Case = PathContributions | CoupledMotion
 Sums = Callable[[RealArray], RealArray]
 
 
@@ -131,7 +131,8 @@ def amplitude_problem(shape: Shape, seed: int = 1, softening: float = 0.30) -> A
     cubic /= cubic.sum(axis=-1, keepdims=True)
     cubic[amplitude > LARGEST] = [1.0, 0.0, 0.0, 0.0]
     highest = np.maximum(LARGEST / amplitude, 1.0)
-    return AmplitudeMotion(coupled, cubic, np.zeros(amplitude.shape), highest)
+    lowest = np.zeros(amplitude.shape)
+    return AmplitudeMotion(**vars(coupled), cubic=cubic, lowest=lowest, highest=highest)
 
 
 PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {
@@ -151,7 +152,7 @@ def designs(shape: Shape, seed: int = 2) -> RealArray:
 
 def loop(case: Case, rows: RealArray) -> RealArray:
     """Return the sums of levels draw by draw, as one would write it first."""
-    if isinstance(case, CoupledMotion):
+    if isinstance(case, CoupledMotion) and not isinstance(case, AmplitudeMotion):
         return np.concatenate([at_once(case, row[np.newaxis]) for row in rows])
     if isinstance(case, PathContributions):
         sums = np.empty((len(rows), len(case.values)))
@@ -159,17 +160,16 @@ def loop(case: Case, rows: RealArray) -> RealArray:
             for v, values in enumerate(case.values):
                 sums[d, v] = np.sum(10 * np.log10(np.abs(values @ row) ** 2))
         return sums
-    base = case.coupled
-    powertrain, *wheel_ends = base.bodies
+    powertrain, *wheel_ends = case.bodies
     n_body, forward = powertrain.variables.size, powertrain.forward
-    squared = base.angular_frequency_squared[:, np.newaxis]
+    squared = case.angular_frequency_squared[:, np.newaxis]
     inertia = squared[..., np.newaxis] * powertrain.mass_matrix
     end_inertia = squared * np.array([end.mass_matrix[0, 0] for end in wheel_ends])
     end_load = np.hstack([np.empty((len(squared), 0)), *(end.load for end in wheel_ends)])
-    nominal, transfer, c = base.stiffness, base.transfer, case.cubic
+    nominal, transfer, c = case.stiffness, case.transfer, case.cubic
     levels = []
     for row in rows:
-        factors = row[base.variables]
+        factors = row[case.variables]
         ratio = np.zeros(case.lowest.shape)
         for _ in range(SWEEPS):
             t = np.minimum(ratio, case.highest)

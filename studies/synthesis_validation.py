@@ -159,7 +159,7 @@ def _report_all(report: Report, result: Validation) -> None:
     )
     report.figure(
         "surface_forces",
-        _pairs(result, [one.by_surfaces for one in result.shown], FORCES),
+        _pairs(result, [one.comparisons[BY_SURFACES] for one in result.shown], FORCES),
         "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
     )
     if result.design is not None:
@@ -270,7 +270,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
     )
     report.figure(
         "measured_synthesised",
-        _pairs(result, [one.on_road for one in result.shown], SOUNDS),
+        _pairs(result, [one.comparisons[ON_ROAD] for one in result.shown], SOUNDS),
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
         "figure 36).",
     )
@@ -349,7 +349,7 @@ def _functions(report: Report, result: Validation) -> None:
     )
     report.figure(
         "hammer_reciprocal",
-        _pairs(result, [one.by_hammer for one in result.shown], (RECIPROCAL, HAMMER)),
+        _pairs(result, [one.comparisons[BY_HAMMER] for one in result.shown], (RECIPROCAL, HAMMER)),
         "SPL with the same bench forces and functions of either method (thesis, figure 41).",
     )
     report.figure(
@@ -567,7 +567,7 @@ def _contributions(first: Synthesis, band: Band) -> Drawing:
         panels.append(CurvePanel(f"{first.driven.title}, {label}", frequency[inside], curves))
     return plot.curve_panels(
         panels,
-        order=first.on_road.order,
+        order=first.comparisons[ON_ROAD].order,
         y_label=LEVEL,
         colours=mount_colours(names) | {ALL_PATHS: INK},
         columns=1,

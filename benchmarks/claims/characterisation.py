@@ -169,7 +169,8 @@ def _static_forces(campaign: Campaign) -> pd.DataFrame:
     runs = [run for run in campaign.runs if run.full_load]
     columns = [runs[0].static_force_names.index(name) for name in model.names]
     cells = np.vstack([run.static_force[:, columns] for run in runs])
-    force = model.equilibrium(np.concatenate([run.wheel_torque for run in runs])).force
+    torque = np.concatenate([run.wheel_torque for run in runs])
+    force = model.force(model.equilibrium(torque))
     rms = np.sqrt(np.mean((force - cells) ** 2, axis=0))
     return pd.DataFrame({"direction": model.names, "rms": rms, "range": np.ptp(cells, axis=0)})
 

@@ -21,7 +21,6 @@ from deboom.vehicles.booming_model import (
     Motion,
     booming_model,
     checked_designs,
-    mean_energy_level,
 )
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
@@ -40,15 +39,9 @@ PRESCRIBED, COUPLED, SOFTENING = (cases[0] for cases in CASES.values())
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
 
 
-def renamed(case, name):
-    if isinstance(case, bench.AmplitudeMotion):
-        return replace(case, coupled=replace(case.coupled, load_case=name))
-    return replace(case, load_case=name)
-
-
 def both(motion, compiled=False):
     first, second = CASES[motion]
-    return BoomingModel((renamed(first, "g5"), second), (1.0, 3.0), compiled=compiled)
+    return BoomingModel((replace(first, load_case="g5"), second), (1.0, 3.0), compiled=compiled)
 
 
 def model_of(case, **options):
@@ -63,7 +56,7 @@ class Tilted:
     def __call__(self, designs: RealArray) -> RealArray:
         """Tilt by up to a tenth of the change."""
         slope = np.linspace(-0.1, 0.1, 41)[:, np.newaxis] * (1 + 0.2j)
-        return 1 + slope * (designs[:, np.newaxis, SOFTENING.coupled.variables] - 1)
+        return 1 + slope * (designs[:, np.newaxis, SOFTENING.variables] - 1)
 
     def clipped(self, designs: RealArray) -> RealArray:
         """Ten lines of one direction."""
@@ -217,15 +210,6 @@ def test_refuses_shapes_and_bounds_of_amplitudes_that_do_not_fit():
         replace(SOFTENING, cubic=SOFTENING.cubic[..., :3])
     with pytest.raises(InputError, match="leave out the measured one"):
         replace(SOFTENING, lowest=np.full(SOFTENING.lowest.shape, 1.1))
-
-
-def test_mean_energy_counts_the_edges_of_the_band_and_nothing_beyond():
-    level = np.array([90.0, 60.0, 70.0, 95.0])
-    lines = np.array([24.9, 25.0, 40.0, 40.1])
-    expected = 10 * np.log10((1e6 + 1e7) / 2)
-    assert mean_energy_level(level, lines, (25.0, 40.0)) == pytest.approx(expected, abs=1e-12)
-    with pytest.raises(InputError, match="no line between 41"):
-        mean_energy_level(np.ones(4), lines, (41.0, 45.0))
 
 
 # a small measured platform

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -22,7 +22,7 @@ from deboom.vehicles.amplitude_motion import (
     solve_along_lines,
 )
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.coupled_motion import CoupledMotion, coupled_motion
 from deboom.vehicles.kernels import level_sum
 from deboom.vehicles.powertrain import library_model
 
@@ -56,7 +56,8 @@ def test_stiffness_that_ignores_the_amplitude_is_the_coupled_motion():
     motion = bench.amplitude_problem(SHAPE)
     still = replace(motion, cubic=np.broadcast_to([1.0, 0, 0, 0], motion.cubic.shape))
     amplitude = BoomingModel((still,), (1.0,), compiled=False)
-    coupled = BoomingModel((motion.coupled,), (1.0,), compiled=False)
+    plain = CoupledMotion(**{f.name: getattr(motion, f.name) for f in fields(CoupledMotion)})
+    coupled = BoomingModel((plain,), (1.0,), compiled=False)
     np.testing.assert_allclose(amplitude(DESIGNS), coupled(DESIGNS), rtol=0, atol=1e-9)
     few = DESIGNS[:2]
     expected = coupled.gradient(few)
@@ -72,19 +73,20 @@ def _duffing(cubic_share):
     cubic[..., 0] = 1.0
     cubic[:, 9:, 0], cubic[:, 9:, 2] = 1.0 - cubic_share, cubic_share
     bounds = np.zeros(amplitude.shape), np.full(amplitude.shape, np.inf)
-    return AmplitudeMotion(base, cubic, *bounds)
+    lowest, highest = bounds
+    return AmplitudeMotion(**vars(base), cubic=cubic, lowest=lowest, highest=highest)
 
 
 @pytest.mark.parametrize("share", [0.1, -0.05])
 def test_one_degree_of_freedom_is_a_cubic_equation_in_the_squared_amplitude(share):
     """``|K x (1 + β a²) - m ω²|² a² = |F|²``: three roots, of which one is real here."""
     motion = _duffing(share)
-    base, x = motion.coupled, 1.1
+    x = 1.1
     design = np.ones((1, 12))
     design[0, 9] = x
     found = solve_along_lines(replace(motion, tolerance=1e-12), design).ratio[0, :, 9:]
-    squared = base.angular_frequency_squared
-    for piece, end in enumerate(base.bodies[1:]):
+    squared = motion.angular_frequency_squared
+    for piece, end in enumerate(motion.bodies[1:]):
         for line in range(41):
             k = x * end.stiffness[line, 0]
             linear = k * (1 - share) - squared[line] * end.mass_matrix[0, 0]
@@ -112,8 +114,8 @@ def test_a_solution_is_found_where_plain_iteration_crawls_through_a_fold():
     solution = solve_along_lines(motion, designs)
     assert (solution.sweeps > MOST_SWEEPS).any(axis=1).sum() > 10
     assert solution.solved.all()
-    squared = motion.coupled.angular_frequency_squared
-    for piece, end in enumerate(motion.coupled.bodies[1:]):
+    squared = motion.angular_frequency_squared
+    for piece, end in enumerate(motion.bodies[1:]):
         a = solution.ratio[..., 9 + piece]
         k = designs[:, 9:10] * end.stiffness[:, 0]
         stiffness = k * (1 - share + share * np.minimum(a, 2.0) ** 2)
@@ -129,7 +131,7 @@ def test_a_solution_is_found_where_plain_iteration_crawls_through_a_fold():
 def test_six_degrees_of_freedom_against_another_solver():
     """`amplitude_dependent_response` knows nothing of ratios, lines before, or designs."""
     motion, design = bench.amplitude_problem(SHAPE), DESIGNS[1]
-    base, lines = motion.coupled.bodies[0], np.arange(41)
+    base, lines = motion.bodies[0], np.arange(41)
     nominal = base.stiffness * design[base.variables]
 
     def matrix(amplitude):
@@ -157,7 +159,7 @@ def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(pla
     motion = of_case(platform, parts, "g6_wot160")
     solution = solve_along_lines(motion, np.ones((1, 12)))
     np.testing.assert_allclose(solution.ratio, 1.0, rtol=1e-12)
-    names = [motion.variable_names[k] for k in motion.coupled.variables]
+    names = [motion.variable_names[k] for k in motion.variables]
     follows = {name for name, one in zip(names, motion.follows, strict=True) if one}
     assert follows == {"EnM x", "EnM z", "GeM x", "GeM z", "TSM x", "TSM z", "Du x"}
     # ten times the amplitude is beyond what anybody measured: the stiffness stays at the bound

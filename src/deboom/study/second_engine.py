@@ -282,9 +282,10 @@ def _static_prediction(
     by_name = {one.mount.name: one for one in moved}
     names = [name for name in maps if name.rpartition(" ")[0] in by_name]
     torque = maps[names[0]].wheel_torque
-    state = library_model(moved).equilibrium(torque)
+    model = library_model(moved)
+    force = model.force(model.equilibrium(torque))
     return {
-        name: state.of(f"{mount} {main_axis(by_name[mount])}")
+        name: force[:, model.column(f"{mount} {main_axis(by_name[mount])}")]
         for mount in by_name
         for name in names
         if name.rpartition(" ")[0] == mount and np.array_equal(maps[name].wheel_torque, torque)

@@ -429,9 +429,9 @@ def _torque_forces(
     if not np.isfinite(torque).all():
         return none, none
     if model is not None and channels[0] in model.names:
-        state = model.equilibrium(torque)
-        places = [state.names.index(channel) for channel in channels]
-        return state.force[:, places].mean(axis=1), state.deflection[:, places].mean(axis=1)
+        deflection = model.equilibrium(torque)
+        places = [model.column(channel) for channel in channels]
+        return model.force(deflection)[:, places].mean(axis=1), deflection[:, places].mean(axis=1)
     part = direction.characterised
     ratio = part.settings.get(FORCE_PER_TORQUE) if part is not None else None
     if known.force_per_wheel_torque is not None:

@@ -17,7 +17,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.vehicles.coupled_motion import BLOCK, CoupledMotion
+from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import PartRatio, backed_range, part_ratio
 from deboom.vehicles.powertrain import KinematicModel
 
@@ -70,10 +70,11 @@ Surfaces = Mapping[str, DynamicStiffnessSurface]
 
 
 @checked(cubic="f s 4", lowest="f s", highest="f s ?")
-class AmplitudeMotion:
+class AmplitudeMotion(CoupledMotion):
     """Equations of motion of one load case whose stiffnesses follow the amplitude.
 
-    - `coupled`: the same equations at the measured amplitudes.
+    The bodies have the stiffnesses of the measured amplitudes.
+
     - `cubic` (f, s, 4): stiffness at an amplitude over that at the nominal one: coefficients of the
       powers 0 to 3 of the ratio of the amplitudes, complex; 1, 0, 0, 0 where it does not depend on
       it [1].
@@ -85,7 +86,6 @@ class AmplitudeMotion:
     - raises InputError: arrays of other shapes, or bounds that leave out the nominal amplitude.
     """
 
-    coupled: CoupledMotion
     cubic: ComplexArray
     lowest: RealArray
     highest: RealArray
@@ -93,46 +93,20 @@ class AmplitudeMotion:
     tolerance: float = TOLERANCE
 
     def __post_init__(self) -> None:
-        expected = self.coupled.stiffness.shape
-        if self.lowest.shape != expected:
+        if self.lowest.shape != self.stiffness.shape:
             raise InputError(
                 f"load case {self.load_case}: bounds of the amplitude of shape "
-                f"{self.lowest.shape}, expected {expected}"
+                f"{self.lowest.shape}, expected {self.stiffness.shape}"
             )
         if np.any(self.lowest > 1.0) or not np.all(self.highest >= 1.0):
             raise InputError(
                 f"load case {self.load_case}: bounds of the amplitude leave out the measured one"
             )
 
-    @property
-    def load_case(self) -> str:
-        """Name of the load case."""
-        return self.coupled.load_case
-
-    @property
-    def frequency(self) -> RealArray:
-        """Lines of the band, shape (f,) [Hz]."""
-        return self.coupled.frequency
-
-    @property
-    def vehicle_names(self) -> tuple[str, ...]:
-        """Names of the vehicles."""
-        return self.coupled.vehicle_names
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        """Names of the design variables."""
-        return self.coupled.variable_names
-
-    @property
-    def transmits(self) -> BoolArray:
-        """Lines at which any path reaches the ear, shape (v, f)."""
-        return self.coupled.transmits
-
     @cached_property
     def amplitude(self) -> RealArray:
         """Nominal peak amplitude of each line and spring, shape (f, s) [m]."""
-        return self.coupled.nominal_amplitude
+        return self.nominal_amplitude
 
     @property
     def follows(self) -> BoolArray:
@@ -151,7 +125,7 @@ class AmplitudeMotion:
 
     def nominal_springs(self, designs: RealArray) -> ComplexArray:
         """Return stiffnesses of designs (n, k) at nominal amplitude, shape (n, f, s) [N/m]."""
-        springs = self.coupled.springs(designs)
+        springs = self.springs(designs)
         return springs if self.ratio is None else springs * self.ratio(designs)
 
     def force(self, designs: RealArray) -> ComplexArray:
@@ -159,17 +133,6 @@ class AmplitudeMotion:
         solution = solve_along_lines(self, designs)
         force = solution.stiffness * solution.displacement
         return np.where(solution.solved[..., np.newaxis], force, np.nan)
-
-    def pressure(self, designs: RealArray) -> ComplexArray:
-        """Return the pressure at the ears for designs (n, k).
-
-        - returns (n, v, f): complex peak amplitudes; NaN where amplitudes do not come to rest [Pa].
-        """
-        pressure = np.empty((len(designs), *self.transmits.shape), dtype=complex)
-        for first in range(0, len(designs), BLOCK):
-            rows = slice(first, first + BLOCK)
-            pressure[rows] = self.coupled.heard(self.force(designs[rows]))
-        return pressure
 
     def neper_gradient(self, designs: RealArray) -> RealArray:
         """Return ``Σ_f Re(∂p/∂x_k / p)`` for designs (n, k), by differences, shape (n, v, k)."""
@@ -248,7 +211,7 @@ def _fixed_point(
         line, before = lines[at[1]], ratio[at]
         springs = nominal[at] * motion.relative_stiffness(before, line)
         stiffness[at] = springs
-        displacement[at] = motion.coupled.displacement(springs, line)
+        displacement[at] = motion.displacement(springs, line)
         after = np.abs(displacement[at]) / motion.amplitude[line]
         moves = np.abs(after - before) > motion.tolerance * after
         still_moving = (moves & follows).any(axis=1)
@@ -345,7 +308,9 @@ def amplitude_motion(
             low, high = backed_range(surfaces[name], *line, "amplitude", where)
             lowest[:, column], highest[:, column] = low / nominal, high / nominal
     ratio = None if settling is None else part_ratio(settling, coupled, surfaces, load_case)
-    return AmplitudeMotion(coupled, cubic, lowest, highest, ratio)
+    return AmplitudeMotion(
+        **vars(coupled), cubic=cubic, lowest=lowest, highest=highest, ratio=ratio
+    )
 
 
 def _relative_cubic(

@@ -223,10 +223,9 @@ class BoomingModel:
             return PathAnalysis(
                 vehicle, self.frequency, case.values[place] * row[0], case.variable_names
             )
-        coupled = case.coupled if isinstance(case, AmplitudeMotion) else case
-        columns = [np.flatnonzero(coupled.variables == k).tolist() for k in range(row.shape[1])]
+        columns = [np.flatnonzero(case.variables == k).tolist() for k in range(row.shape[1])]
         by_direction = transfer_path.partial_sums(
-            coupled.transfer[place] * case.force(row)[0], columns
+            case.transfer[place] * case.force(row)[0], columns
         )
         return PathAnalysis(vehicle, self.frequency, by_direction, case.variable_names)
 
@@ -283,7 +282,7 @@ class BoomingModel:
         for case in self.cases:
             if not isinstance(case, AmplitudeMotion):
                 continue
-            by_amplitude, by_preload = np.zeros((2, case.coupled.variables.size))
+            by_amplitude, by_preload = np.zeros((2, case.variables.size))
             if case.follows.any():
                 by_amplitude = case.clipped(solve_along_lines(case, designs).ratio).mean((0, 1))
                 amplitude.append(float(by_amplitude[case.follows].mean()))
@@ -293,7 +292,7 @@ class BoomingModel:
             share = np.maximum(by_amplitude, by_preload)
             if share.max() > most:
                 most = float(share.max())
-                name = case.variable_names[case.coupled.variables[int(share.argmax())]]
+                name = case.variable_names[case.variables[int(share.argmax())]]
                 worst = f"{case.load_case}, {name}: {100 * most:.0f} %"
         return ClippedShare(
             float(np.mean(amplitude or [0.0])), float(np.mean(preload or [0.0])), worst
@@ -407,7 +406,7 @@ def model_of_other_data(
             continue
         coupled = coupled_motion(fleet, mounts, powertrain, load_case, band)
         if isinstance(case, AmplitudeMotion):
-            cases.append(replace(case, coupled=coupled))
+            cases.append(replace(case, **vars(coupled)))
         else:
             cases.append(coupled.with_loss_factors() if model.loss_factors else coupled)
     return replace(model, cases=tuple(cases))
@@ -488,39 +487,6 @@ class CatalogueModel:
             at = np.flatnonzero(set_of_row.ravel() == number)
             splv[at] = self.of_parts(chosen)(factors[at])
         return splv
-
-
-def mean_energy_level(level: npt.ArrayLike, frequency: npt.ArrayLike, band: Band) -> RealArray:
-    """Return the level of the mean energy of the lines of a band.
-
-    Parameters
-    ----------
-    level : array_like, shape (..., f)
-        Level of each line [dB(A)].
-    frequency : array_like, shape (f,)
-        Frequency of each line [Hz].
-    band : (lower, upper)
-        Both edges belong to the band, such as 25 and 40 Hz [Hz].
-
-    Returns
-    -------
-    array, shape (...)
-        ``10 lg mean 10^(L/10)`` [dB(A)].
-
-    Raises
-    ------
-    InputError
-        A band without a line, or a frequency axis of another length than `level` has.
-
-    Notes
-    -----
-    The loud lines rule it, whereas SPLV counts every line alike. The mean instead of the sum makes
-    it independent of the spacing of the lines.
-    """
-    lines = np.asarray(frequency, dtype=float)
-    energy = sound_level.band_energy_level(level, lines, band, axis=-1)
-    n_lines = np.count_nonzero((lines >= band[0]) & (lines <= band[1]))
-    return np.asarray(energy - 10.0 * np.log10(n_lines))
 
 
 def _normalised(weights: Sequence[float], names: Sequence[str]) -> list[float]:

@@ -86,7 +86,7 @@ class StaticPosition:
         from_nodes = np.linalg.inv(chebyshev.chebvander(points, n - 1))
         to_lines = chebyshev.chebvander(scaled, n - 1) @ from_nodes
         steps = np.linspace(0.0, 1.1 * highest, TORQUE_STEPS)
-        nominal = model.equilibrium(steps).deflection
+        nominal = model.equilibrium(steps)
         return cls(model, (low + high) / 2 + half * points, to_lines, steps, nominal)
 
     @property
@@ -117,11 +117,6 @@ class StaticPosition:
             side = 1.0 if nominal[-1] > nominal[0] else -1.0
             columns.append(np.interp(side * deflection[..., k], side * nominal, self.torque))
         return np.stack(columns, axis=-1)
-
-    def slope(self, deflection: RealArray) -> RealArray:
-        """Return the slope of the quasi-static curves at `deflection` (..., s) [N/m]."""
-        curves = self.model.springs
-        return np.stack([c.slope(deflection[..., k]) for k, c in enumerate(curves)], axis=-1)
 
 
 @checked(variables="s", torque="f", lowest="f s", highest="f s", tables="f s node")
@@ -195,7 +190,7 @@ class PartRatio:
         on_body = slice(0, self._n_body)
         bound = self.position.nominal_deflection(bounded[..., on_body])
         beyond = bounded[..., on_body] != torque[..., on_body]
-        slopes = self.position.slope(deflection) / self.position.slope(bound)
+        slopes = self.position.model.slope(deflection) / self.position.model.slope(bound)
         stiffness[..., on_body] *= np.where(beyond, slopes, 1.0)
         return np.asarray(stiffness)
 

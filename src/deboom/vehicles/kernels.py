@@ -18,7 +18,7 @@ from deboom.vehicles.amplitude_motion import TOLERANCE, AmplitudeMotion
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.fleet import PathContributions
 
-Case = PathContributions | CoupledMotion | AmplitudeMotion
+Case = PathContributions | CoupledMotion
 """One load case in a fleet, with a model of the motion."""
 
 BLOCK = 128
@@ -120,7 +120,7 @@ class LevelSum:
         """Lay out what factors do beside scaling, (chunk, f, s, 2, lane); empty if nothing."""
         if not isinstance(self.case, AmplitudeMotion) or self.case.ratio is None:
             return np.empty((0, 0, 0, 0, 0))
-        ratio = self.case.ratio(designs)[:, :, _spring_order(self.case.coupled)]
+        ratio = self.case.ratio(designs)[:, :, _spring_order(self.case)]
         parts = np.stack([ratio.real, ratio.imag], axis=-1)
         lined = _in_lanes(parts.reshape(len(designs), -1), lanes)
         return lined.reshape(len(lined), *parts.shape[1:], lanes)
@@ -143,11 +143,10 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
         tables: Any = np.stack([scaled.real, scaled.imag], axis=2)
         compiled = compiled and columns.size > 0
     else:
-        coupled = case.coupled if isinstance(case, AmplitudeMotion) else case
-        columns = np.unique(coupled.variables)
-        nominal = coupled.stiffness * coupled.displacement(coupled.stiffness)
-        exponents = _line_exponents(coupled.transfer * nominal)
-        compiled = compiled and _along_axes(coupled)
+        columns = np.unique(case.variables)
+        nominal = case.stiffness * case.displacement(case.stiffness)
+        exponents = _line_exponents(case.transfer * nominal)
+        compiled = compiled and _along_axes(case)
         tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
     return LevelSum(case, columns, tables if compiled else None, scale_level)
@@ -193,11 +192,10 @@ def _spring_order(motion: CoupledMotion) -> IntArray:
     return np.concatenate([by_axis, np.arange(len(along), motion.variables.size)])
 
 
-def _motion_tables(case: CoupledMotion | AmplitudeMotion, exponents: IntArray) -> Any:
+def _motion_tables(motion: CoupledMotion, exponents: IntArray) -> Any:
     """Lay out the equations of motion for the compiled loop."""
     from deboom.vehicles.compiled_loops import MotionTables
 
-    motion = case.coupled if isinstance(case, AmplitudeMotion) else case
     powertrain, *wheel_ends = motion.bodies
     order, n_lines = _spring_order(motion), motion.frequency.size
     by_axis = powertrain.forward[order[: powertrain.variables.size]].reshape(3, -1, 6)
@@ -207,11 +205,11 @@ def _motion_tables(case: CoupledMotion | AmplitudeMotion, exponents: IntArray) -
     springs = order[:0]
     amplitude = lowest = highest = np.empty((n_lines, 0))
     cubic = np.empty((n_lines, 0, 4), dtype=complex)
-    if isinstance(case, AmplitudeMotion):
-        springs = np.flatnonzero(case.follows[order])
+    if isinstance(motion, AmplitudeMotion):
+        springs = np.flatnonzero(motion.follows[order])
         at = order[springs]
-        amplitude, cubic = case.amplitude[:, at], case.cubic[:, at]
-        lowest, highest = case.lowest[:, at], case.highest[:, at]
+        amplitude, cubic = motion.amplitude[:, at], motion.cubic[:, at]
+        lowest, highest = motion.lowest[:, at], motion.highest[:, at]
     tables = MotionTables(
         variables=motion.variables[order],
         stiffness=motion.stiffness[:, order],

@@ -9,7 +9,7 @@ allowed.
 from __future__ import annotations
 
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -26,12 +26,7 @@ from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
-from deboom.vehicles.powertrain import (
-    KinematicModel,
-    Powertrain,
-    about_crankshaft,
-    balanced_deflection,
-)
+from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
 DIFFERENCE = 1e-4
 """Step of central differences, relative: of a design's pressure by its factors [1]."""
@@ -127,26 +122,17 @@ class PeakLevel(_VehicleLevel):
         """Return the peaks of designs (n, k), shape (n, v) [dB(A)]."""
         return self._loudest(checked_designs(designs, self.variable_names))[0]
 
-    def frequency(self, designs: npt.ArrayLike) -> RealArray:
-        """Return where the peaks lie, shape (n, v) [Hz]."""
-        place = self._loudest(checked_designs(designs, self.variable_names))[1]
-        lines = np.concatenate([case.frequency for case in self._cases])
-        return np.asarray(lines[place])
-
     def gradient(self, designs: npt.ArrayLike) -> RealArray:
         """Return the derivatives, shape (n, v, k) [dB(A) per unit factor]."""
         rows = checked_designs(designs, self.variable_names)
         place = self._loudest(rows)[1]
-        gradient = np.zeros((len(rows), len(self.response_names), len(self.variable_names)))
-        first = 0
-        for case in self._cases:
-            for line in range(case.frequency.size):
-                loudest = place == first + line
-                asked = np.flatnonzero(loudest.any(axis=1))
-                if asked.size:
-                    slope = case.at_lines(np.array([line])).neper_gradient(rows[asked])
-                    gradient[asked] += np.where(loudest[asked, :, np.newaxis], slope, 0.0)
-            first += case.frequency.size
+        gradient = np.zeros((*place.shape, rows.shape[1]))
+        for number, line in enumerate((c, k) for c in self._cases for k in range(c.frequency.size)):
+            loudest = place == number
+            asked = np.flatnonzero(loudest.any(axis=1))
+            if asked.size:
+                slope = line[0].at_lines(np.array([line[1]])).neper_gradient(rows[asked])
+                gradient[asked] += np.where(loudest[asked, :, np.newaxis], slope, 0.0)
         return np.asarray(NEPER_TO_DB * gradient)
 
     def _loudest(self, designs: RealArray) -> tuple[RealArray, IntArray]:
@@ -154,17 +140,11 @@ class PeakLevel(_VehicleLevel):
         energy = np.empty((len(designs), len(self.response_names)))
         place = np.empty(energy.shape, dtype=np.intp)
         weighting = [10.0 ** (sound_level.a_weighting(c.frequency) / 10.0) for c in self._cases]
-        for first in range(0, len(designs), BLOCK):
-            block = slice(first, first + BLOCK)
-            lines = np.concatenate(
-                [
-                    _energy(case.pressure(designs[block])) * weight
-                    for case, weight in zip(self._cases, weighting, strict=True)
-                ],
-                axis=-1,
-            )
-            place[block] = lines.argmax(axis=-1)
-            energy[block] = np.take_along_axis(lines, place[block][..., np.newaxis], -1)[..., 0]
+        for block in _blocks(len(designs)):
+            of_case = [_energy(case.pressure(designs[block])) for case in self._cases]
+            pairs = zip(of_case, weighting, strict=True)
+            lines = np.concatenate([case * weight for case, weight in pairs], axis=-1)
+            place[block], energy[block] = lines.argmax(axis=-1), lines.max(axis=-1)
         return _level(energy), place
 
 
@@ -205,8 +185,7 @@ class ScatteredLevel(_VehicleLevel):
         levels = np.zeros((len(rows), len(self.response_names)))
         for weight, case, scatter in self._cases:
             weighting = sound_level.a_weighting(case.frequency)
-            for first in range(0, len(rows), BLOCK):
-                block = slice(first, first + BLOCK)
+            for block in _blocks(len(rows)):
                 lines = _level(_energy(case.pressure(rows[block])) + scatter)
                 levels[block] += weight * (lines + weighting).mean(axis=-1)
         return levels
@@ -216,8 +195,7 @@ class ScatteredLevel(_VehicleLevel):
         rows = checked_designs(designs, self.variable_names)
         gradient = np.zeros((len(rows), len(self.response_names), len(self.variable_names)))
         for weight, case, scatter in self._cases:
-            for first in range(0, len(rows), BLOCK):
-                block = slice(first, first + BLOCK)
+            for block in _blocks(len(rows)):
                 pressure = case.pressure(rows[block])
                 factor = pressure.conj() / (_energy(pressure) + scatter)
                 slope = case.weighted_gradient(rows[block], factor)
@@ -293,7 +271,7 @@ class WeightSag:
 
     def __post_init__(self) -> None:
         for mount in self.mounts:
-            _index(self.model, f"{mount} z")
+            self.model.column(f"{mount} z")
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -303,13 +281,13 @@ class WeightSag:
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the sag, shape (n, n_mount) [mm]."""
         forward = self.model.forward
-        tangents = np.array([spring.slope(np.zeros(1))[0] for spring in self.model.springs])
+        tangents = self.model.slope(np.zeros(len(forward)))
         stiffness = _of_directions(self.model.mounts, factors) * tangents
         weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
         load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
         matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
         position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
-        columns = [_index(self.model, f"{mount} z") for mount in self.mounts]
+        columns = [self.model.column(f"{mount} z") for mount in self.mounts]
         return np.asarray(-MILLIMETRES * (position @ forward.T)[:, columns])
 
 
@@ -332,7 +310,7 @@ class TorqueTravel:
 
     def __post_init__(self) -> None:
         for direction in self.directions:
-            _index(self.model, direction)
+            self.model.column(direction)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -341,31 +319,16 @@ class TorqueTravel:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the travel, shape (n, n_direction) [mm]; nan beyond what was measured."""
-        springs = self.model.springs
         scale = _of_directions(self.model.mounts, factors)
         # F(x u) for the dynamic stiffness, x F(u) for the part
         stretch, gain = scale, np.ones_like(scale)
         if self.factor is Factor.part:
             stretch, gain = gain, stretch
-
-        def force(deflection: RealArray) -> RealArray:
-            at = stretch * deflection
-            forces = [spring.force(at[:, k]) for k, spring in enumerate(springs)]
-            return np.asarray(gain * np.stack(forces, axis=1))
-
-        def tangent(deflection: RealArray) -> RealArray:
-            at = stretch * deflection
-            slopes = [spring.slope(at[:, k]) for k, spring in enumerate(springs)]
-            return np.asarray(scale * np.stack(slopes, axis=1))
-
-        load = about_crankshaft(np.full(len(scale), self.wheel_torque))
-        deflection = balanced_deflection(load, self.model.forward, force, tangent)
-        at = stretch * deflection
-        lowest = np.array([spring.lowest for spring in springs])
-        highest = np.array([spring.highest for spring in springs])
-        measured = np.all((lowest <= at) & (at <= highest), axis=1, keepdims=True)
-        travel = np.where(measured, deflection, np.nan)
-        return MILLIMETRES * travel[:, [_index(self.model, name) for name in self.directions]]
+        torque = np.full(len(scale), self.wheel_torque)
+        deflection = self.model.balanced(torque, stretch, gain)
+        beyond = self.model.outside(stretch * deflection).any(axis=1, keepdims=True)
+        columns = [self.model.column(name) for name in self.directions]
+        return MILLIMETRES * np.where(beyond, np.nan, deflection)[:, columns]
 
 
 @dataclass(frozen=True, eq=False)
@@ -448,6 +411,10 @@ class OperatingStiffness:
         return N_PER_MM * np.column_stack(columns)
 
 
+def _blocks(n_designs: int) -> Iterator[slice]:
+    return (slice(first, first + BLOCK) for first in range(0, n_designs, BLOCK))
+
+
 def _energy(pressure: ComplexArray) -> RealArray:
     return np.asarray(pressure.real**2 + pressure.imag**2)
 
@@ -462,11 +429,3 @@ def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> 
     """Return the values of every direction of every piece, shape (n, n_direction)."""
     names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
     return np.column_stack([values[name] for name in names])
-
-
-def _index(model: KinematicModel, direction: str) -> int:
-    if direction not in model.names:
-        raise InputError(
-            f"the kinematic model has no direction '{direction}': use one of {list(model.names)}"
-        )
-    return model.names.index(direction)

@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
-from deboom.arrays import RealArray, checked
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -121,6 +121,9 @@ def balanced_deflection(
     raise ArithmeticError(f"no static equilibrium within {NEWTON_STEPS} Newton steps")
 
 
+ABOUT_CRANKSHAFT = (0.0, 0.0, 0.0, 0.0, 1.0, 0.0)
+"""Load per wheel torque: about +y, as the wheels react [1]."""
+
 LEAST_SLOPE = 1e-6
 """Of the mean slope: a monotone interpolant may be flat at its very ends [1]."""
 
@@ -162,33 +165,6 @@ class MonotoneCurve:
         slope = np.maximum(self._slope(inside), self._least)
         slope = np.where(deflection < self.lowest, self._first, slope)
         return np.asarray(np.where(deflection > self.highest, self._last, slope))
-
-
-def about_crankshaft(wheel_torque: RealArray) -> RealArray:
-    """Return the load (n, 6) of wheel torques (n,) [N m]: about +y, as the wheels react."""
-    return np.outer(wheel_torque, [0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-
-
-@checked(wheel_torque="n", deflection="n s", force="n s")
-class StaticState:
-    """Static equilibrium of a powertrain over wheel torque.
-
-    - `wheel_torque` (n,) [N m].
-    - `names`: directions ``<mount> [<piece>] <axis>``.
-    - `deflection` (n, n_direction): deflection from the unloaded position [m].
-    - `force` (n, n_direction): force on the receiver [N].
-    """
-
-    wheel_torque: RealArray
-    names: tuple[str, ...]
-    deflection: RealArray
-    force: RealArray
-
-    def of(self, name: str) -> RealArray:
-        """Return the static force of one direction, shape (n,) [N]; refuse an unknown one."""
-        if name not in self.names:
-            raise InputError(f"the kinematic model has no direction '{name}', use {self.names}")
-        return self.force[:, self.names.index(name)]
 
 
 @dataclass(frozen=True, eq=False)
@@ -236,10 +212,35 @@ class KinematicModel:
         """Motion of the powertrain → deflection of every direction, shape (n_direction, 6)."""
         return forward_matrices([r for mount in self.mounts for r in mount.positions])
 
-    def equilibrium(self, wheel_torque: npt.ArrayLike) -> StaticState:
-        """Find deflection and force of every direction.
+    def column(self, direction: str) -> int:
+        """Return the place of a direction among `names`; refuse an unknown one."""
+        if direction not in self.names:
+            raise InputError(
+                f"the kinematic model has no direction '{direction}': use one of {list(self.names)}"
+            )
+        return self.names.index(direction)
+
+    def force(self, deflection: RealArray) -> RealArray:
+        """Return the forces (..., n_direction) on the receiver at deflections [N]."""
+        curves = enumerate(self.springs)
+        return np.stack([curve.force(deflection[..., k]) for k, curve in curves], axis=-1)
+
+    def slope(self, deflection: RealArray) -> RealArray:
+        """Return the tangent stiffnesses (..., n_direction) at deflections [N/m]."""
+        curves = enumerate(self.springs)
+        return np.stack([curve.slope(deflection[..., k]) for k, curve in curves], axis=-1)
+
+    def outside(self, deflection: RealArray) -> BoolArray:
+        """Say which deflections (n, n_direction) lie beyond what a curve was measured to."""
+        lowest = [spring.lowest for spring in self.springs]
+        highest = [spring.highest for spring in self.springs]
+        return np.asarray((deflection < lowest) | (deflection > highest))
+
+    def equilibrium(self, wheel_torque: npt.ArrayLike) -> RealArray:
+        """Find the deflection of every direction from the unloaded position.
 
         - `wheel_torque` (n,): engine torque times total ratio [N m].
+        - returns (n, n_direction) [m]; `force` gives the static forces there.
         - raises InputError: a torque that needs more deflection than a curve was measured to.
 
         ``Vᵀ F(V q) = (0, T e)``, see `deboom.vehicles.powertrain.balanced_deflection`. Curves are
@@ -247,11 +248,7 @@ class KinematicModel:
         the equilibrium is unique. Weight is left out: deflections count from the position under it,
         as the supplier's curves do.
         """
-        torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
-        ones = np.ones((torque.size, len(self.names)))
-        deflection = self._solved(torque, ones)
-        forces = [spring.force(deflection[:, k]) for k, spring in enumerate(self.springs)]
-        return StaticState(torque, self.names, deflection, np.stack(forces, axis=1))
+        return np.asarray(self.deflections(wheel_torque, np.ones((1, len(self.names))))[0])
 
     def deflections(self, wheel_torque: npt.ArrayLike, factors: RealArray) -> RealArray:
         """Find the deflections with other parts: each direction's force times a factor.
@@ -264,24 +261,33 @@ class KinematicModel:
         """
         torque = np.atleast_1d(np.asarray(wheel_torque, dtype=float))
         each = np.tile(torque, len(factors))
-        found = self._solved(each, np.repeat(factors, torque.size, axis=0))
-        return found.reshape(len(factors), torque.size, -1)
+        deflection = self.balanced(each, 1.0, np.repeat(factors, torque.size, axis=0))
+        outside = self.outside(deflection)
+        if outside.any():
+            k = int(np.argmax(outside.any(axis=0)))
+            line = int(np.argmax(np.where(outside[:, k], np.abs(deflection[:, k]), -1.0)))
+            spring = self.springs[k]
+            raise InputError(
+                f"at a wheel torque of {each[line]:.0f} N m {self.names[k]} deflects by "
+                f"{1e3 * deflection[line, k]:.1f} mm, its curve was measured from "
+                f"{1e3 * spring.lowest:.1f} to {1e3 * spring.highest:.1f} mm: measure further, "
+                "or ask for less torque"
+            )
+        return deflection.reshape(len(factors), torque.size, -1)
 
-    def _solved(self, torque: RealArray, factors: RealArray) -> RealArray:
-        """Deflections (n, n_direction) at torques (n,), forces times factors (n, n_direction)."""
-        springs = self.springs
+    def balanced(
+        self, torque: RealArray, stretch: RealArray | float, gain: RealArray | float
+    ) -> RealArray:
+        """Find deflections (n, n_direction) at torques (n,) with the forces ``gain F(stretch u)``.
 
-        def force(deflection: RealArray) -> RealArray:
-            forces = [spring.force(deflection[:, k]) for k, spring in enumerate(springs)]
-            return np.asarray(factors * np.stack(forces, axis=1))
-
-        def tangent(deflection: RealArray) -> RealArray:
-            slopes = [spring.slope(deflection[:, k]) for k, spring in enumerate(springs)]
-            return np.asarray(factors * np.stack(slopes, axis=1))
-
-        deflection = balanced_deflection(about_crankshaft(torque), self.forward, force, tangent)
-        self._refuse_extrapolation(torque, deflection)
-        return deflection
+        Both factors (n, n_direction) are above 0. What lies `outside` of a curve is not refused.
+        """
+        return balanced_deflection(
+            np.outer(torque, ABOUT_CRANKSHAFT),
+            self.forward,
+            lambda deflection: gain * self.force(stretch * deflection),
+            lambda deflection: gain * stretch * self.slope(stretch * deflection),
+        )
 
     @cached_property
     def springs(self) -> tuple[MonotoneCurve, ...]:
@@ -293,18 +299,6 @@ class KinematicModel:
             for _ in mount.pieces
             for axis in AXES
         )
-
-    def _refuse_extrapolation(self, torque: RealArray, deflection: RealArray) -> None:
-        for k, spring in enumerate(self.springs):
-            outside = (deflection[:, k] < spring.lowest) | (deflection[:, k] > spring.highest)
-            if outside.any():
-                line = int(np.argmax(np.where(outside, np.abs(deflection[:, k]), -1.0)))
-                raise InputError(
-                    f"at a wheel torque of {torque[line]:.0f} N m {self.names[k]} deflects by "
-                    f"{1e3 * deflection[line, k]:.1f} mm, its curve was measured from "
-                    f"{1e3 * spring.lowest:.1f} to {1e3 * spring.highest:.1f} mm: measure further, "
-                    "or ask for less torque"
-                )
 
 
 def library_model(parts: Sequence[CharacterisedMount]) -> KinematicModel:

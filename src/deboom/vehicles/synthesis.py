@@ -31,19 +31,13 @@ from deboom.measurement.measured_vehicle import (
     point_noise_transfer,
     summed_over_pieces,
 )
-from deboom.measurement.path_forces import (
-    OnBoardValidation,
-    PathForces,
-    forces_by_inversion,
-    validate_on_board,
-)
+from deboom.measurement.path_forces import forces_by_inversion, validate_on_board
 from deboom.measurement.uncertainty import LevelSpread, level_spread
 from deboom.mounts.characterise import CharacteriseOptions, characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.physics.sound_level import spl
 from deboom.vehicles.amplitude_motion import ResolvedDesign, identified_surfaces, resolve_design
 from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
 from deboom.vehicles.coupled_motion import coupled_motion
@@ -183,6 +177,11 @@ class DrivenVehicle:
         """Such as ``U06-1 with M1``."""
         return f"{self.vehicle.name} with {self.mount_set}"
 
+    @property
+    def columns(self) -> dict[str, str]:
+        """Vehicle and mount set as a table names them."""
+        return {"vehicle": self.vehicle.name, "mount set": self.mount_set}
+
 
 @dataclass(frozen=True, eq=False)
 class DrivenVehicles:
@@ -229,17 +228,15 @@ class Synthesis:
 
     - `measured` (n_frequency,): pressure at the ear on the road [Pa].
     - `reciprocal`, `hammer`: measured bench forces times the transfer functions of either method.
-    - `on_road`: synthesis against the road; `by_hammer`: hammer against reciprocal functions;
-      `by_surfaces`: forces from surfaces against measured ones, both within the synthesis.
+    - `comparisons`: `ON_ROAD`, synthesis against the road; `BY_SURFACES`, forces from surfaces
+      against measured ones, both within the synthesis; `BY_HAMMER`.
     """
 
     driven: DrivenVehicle
     measured: ComplexArray
     reciprocal: PathAnalysis
     hammer: PathAnalysis
-    on_road: PressureComparison
-    by_hammer: PressureComparison
-    by_surfaces: PressureComparison
+    comparisons: dict[str, PressureComparison]
 
 
 def synthesise(
@@ -260,19 +257,16 @@ def synthesise(
     reciprocal = _paths(vehicle, force, by_method[Method.RECIPROCAL])
     hammer = _paths(vehicle, force, by_method[Method.DIRECT])
     surfaces = _paths(vehicle, bench.modelled.load_case.force, by_method[Method.RECIPROCAL])
-
-    def compared(reference: ComplexArray, other: ComplexArray) -> PressureComparison:
-        return compare_pressure(run.pressure.frequency, run.order, reference, other, listening.band)
-
-    return Synthesis(
-        driven=driven,
-        measured=measured,
-        reciprocal=reciprocal,
-        hammer=hammer,
-        on_road=compared(measured, reciprocal.pressure),
-        by_hammer=compared(reciprocal.pressure, hammer.pressure),
-        by_surfaces=compared(reciprocal.pressure, surfaces.pressure),
-    )
+    pairs = {
+        ON_ROAD: (measured, reciprocal.pressure),
+        BY_SURFACES: (reciprocal.pressure, surfaces.pressure),
+        BY_HAMMER: (reciprocal.pressure, hammer.pressure),
+    }
+    comparisons = {
+        what: compare_pressure(run.pressure.frequency, run.order, *pair, listening.band)
+        for what, pair in pairs.items()
+    }
+    return Synthesis(driven, measured, reciprocal, hammer, comparisons)
 
 
 def _paths(vehicle: MeasuredVehicle, force: Spectrum, transfer: Frf) -> PathAnalysis:
@@ -389,20 +383,17 @@ def _with_bodies(vehicle: MeasuredVehicle) -> tuple[Mount, ...]:
 class RoadAnalysis:
     """Forces of one driven vehicle found by inversion, and where a synthesis loses its accuracy.
 
-    - `forces`: by inversion of accelerations on the body and its accelerances without powertrain;
-      exact with the noise transfer functions of that body. Bench forces are blocked forces.
-    - `on_board`: accelerometers that were kept out of the inversion.
+    The forces are found from accelerations on the body and its accelerances without powertrain, and
+    are exact with the noise transfer functions of that body. Bench forces are blocked forces.
+
     - `causes`: comparisons by name; those that need the truth are missing where it is unknown.
-    - `force_error`, `blocked_error`: rms deviation of forces by inversion, and of bench forces,
-      from the true interface forces over their rms, within the band; nan where unknown [1].
+    - `errors`: columns of `force_table`. Rms deviations from the true interface forces over their
+      rms, within the band, are nan where these are unknown.
     """
 
     synthesis: Synthesis
-    forces: PathForces
-    on_board: OnBoardValidation
     causes: dict[str, PressureComparison]
-    force_error: float
-    blocked_error: float
+    errors: dict[str, float]
 
 
 def analyse_road(
@@ -428,31 +419,35 @@ def analyse_road(
     forces = forces_by_inversion(accelerance.select(outputs=used), run.acceleration)
     on_board = validate_on_board(accelerance.select(outputs=kept_out), forces, run.acceleration)
     points = point_noise_transfer(vehicle, Method.RECIPROCAL).select(outputs=[listening.ear])
-
-    def compared(reference: ComplexArray, other: ComplexArray) -> PressureComparison:
-        return compare_pressure(run.pressure.frequency, run.order, reference, other, listening.band)
+    lines, band = run.pressure.frequency, listening.band
 
     def heard(transfer: Frf, force: Spectrum) -> ComplexArray:
         return analyse_paths(transfer.select(inputs=force.channels), force).pressure
 
-    causes = {
-        EVERYTHING: synthesis.on_road,
-        INVERSION: compared(synthesis.measured, heard(points, forces.force)),
-    }
-    force_error = blocked_error = float("nan")
+    pairs = {INVERSION: (synthesis.measured, heard(points, forces.force))}
+    force_error = blocked_error = condition = float("nan")
     if truth is not None:
         exact = truth.noise_transfer.select(outputs=[listening.ear])
         through = truth.pressure.select([listening.ear]).values[:, 0]
         true_force = truth.force.select(forces.force.channels)
         blocked = bench.load_case.force.select(true_force.channels)
-        causes |= {
-            BLOCKED: compared(through, heard(exact, blocked)),
-            FUNCTIONS: compared(through, heard(points, true_force)),
-            OTHER_PATHS: compared(synthesis.measured, through),
+        pairs |= {
+            BLOCKED: (through, heard(exact, blocked)),
+            FUNCTIONS: (through, heard(points, true_force)),
+            OTHER_PATHS: (synthesis.measured, through),
         }
-        force_error = _deviation(forces.force, true_force, listening.band)
-        blocked_error = _deviation(blocked, true_force, listening.band)
-    return RoadAnalysis(synthesis, forces, on_board, causes, force_error, blocked_error)
+        force_error = _deviation(forces.force, true_force, band)
+        blocked_error = _deviation(blocked, true_force, band)
+    if forces.inversion is not None:
+        condition = float(forces.inversion.condition_number.max())
+    causes = {what: compare_pressure(lines, run.order, *pair, band) for what, pair in pairs.items()}
+    errors = {
+        "forces by inversion, rms error [%]": 100 * force_error,
+        "bench forces, rms error [%]": 100 * blocked_error,
+        "largest condition number [1]": condition,
+        "held-out accelerometers, median error [%]": 100 * float(np.median(on_board.error_by_line)),
+    }
+    return RoadAnalysis(synthesis, {EVERYTHING: synthesis.comparisons[ON_ROAD]} | causes, errors)
 
 
 def _deviation(force: Spectrum, true_force: Spectrum, band: Band) -> float:
@@ -478,6 +473,12 @@ class Validation:
         None for a campaign without a mix.
     roads : tuple of RoadAnalysis
         Vehicles whose accelerometers were recorded under the hammer.
+    shown : tuple of Synthesis
+        Every vehicle once, with the mount set that figures show; those with most data first.
+    modes : BodyModes or None
+        Modes of the first vehicle's body.
+    complaint : str
+        Why there is no modal analysis; empty where there is one.
     """
 
     data: DrivenVehicles
@@ -485,51 +486,22 @@ class Validation:
     syntheses: tuple[Synthesis, ...]
     design: VirtualDesign | None
     roads: tuple[RoadAnalysis, ...]
-
-    @cached_property
-    def shown(self) -> tuple[Synthesis, ...]:
-        """Every vehicle once, with the mount set that figures show; those with most data first."""
-        first: dict[str, Synthesis] = {}
-        for synthesis in [road.synthesis for road in self.roads] + list(self.syntheses):
-            first.setdefault(synthesis.driven.vehicle.name, synthesis)
-        return tuple(first[name] for name in self.vehicles)
+    shown: tuple[Synthesis, ...]
+    modes: BodyModes | None
+    complaint: str
 
     @property
     def vehicles(self) -> list[str]:
         """Name of every vehicle."""
-        return [driven.vehicle.name for driven in self.data.vehicles]
-
-    @cached_property
-    def with_first_set(self) -> list[Synthesis]:
-        """Vehicles with the first mount set."""
-        first = self.syntheses[0].driven.mount_set
-        return [one for one in self.syntheses if one.driven.mount_set == first]
+        return [one.driven.vehicle.name for one in self.shown]
 
     @cached_property
     def spread(self) -> LevelSpread | None:
         """Of the measured levels of vehicles with the first mount set; None for a single one."""
-        levels = [spl(one.on_road.reference, one.on_road.frequency) for one in self.with_first_set]
+        first = self.syntheses[0].driven.mount_set
+        alike = [one for one in self.syntheses if one.driven.mount_set == first]
+        levels = [one.comparisons[ON_ROAD].levels[0] for one in alike]
         return level_spread(levels) if len(levels) > 1 else None
-
-    @cached_property
-    def modes_or_complaint(self) -> BodyModes | str:
-        """Modes of the first vehicle's body, or why there are none."""
-        try:
-            return body_modes(self.shown[0].driven.vehicle)
-        except InputError as error:
-            return str(error)
-
-    @property
-    def modes(self) -> BodyModes | None:
-        """Modes of the first vehicle's body."""
-        modes = self.modes_or_complaint
-        return None if isinstance(modes, str) else modes
-
-    @property
-    def complaint(self) -> str:
-        """Why there is no modal analysis; empty where there is one."""
-        modes = self.modes_or_complaint
-        return modes if isinstance(modes, str) else ""
 
     @property
     def true_shapes(self) -> RealArray | None:
@@ -540,21 +512,23 @@ class Validation:
         return truth.shapes[:, : len(self.modes.model.outputs)]
 
     @property
-    def comparisons(self) -> list[tuple[str, str, str, PressureComparison]]:
-        """What is compared, vehicle, mount set, and how far they are apart."""
-        kinds: dict[str, Callable[[Synthesis], PressureComparison]] = {
-            ON_ROAD: lambda one: one.on_road,
-            BY_SURFACES: lambda one: one.by_surfaces,
-            BY_HAMMER: lambda one: one.by_hammer,
-        }
+    def comparisons(self) -> list[tuple[dict[str, str], PressureComparison]]:
+        """What is compared, vehicle and mount set as a table names them, and the comparison."""
         rows = [
-            (what, one.driven.vehicle.name, one.driven.mount_set, compared(one))
-            for what, compared in kinds.items()
-            for one in self.syntheses
+            ({"comparison": what} | synthesis.driven.columns, synthesis.comparisons[what])
+            for what in (ON_ROAD, BY_SURFACES, BY_HAMMER)
+            for synthesis in self.syntheses
         ]
         if self.design is not None:
             rows += [
-                (f"{DESIGN}{way.value}", vehicle, self.design.mix, compared)
+                (
+                    {
+                        "comparison": f"{DESIGN}{way.value}",
+                        "vehicle": vehicle,
+                        "mount set": self.design.mix,
+                    },
+                    compared,
+                )
                 for (vehicle, way), compared in self.design.comparisons.items()
             ]
         return rows
@@ -575,7 +549,16 @@ def validate(data: DrivenVehicles, listening: Listening) -> Validation:
         for synthesis in syntheses
         if synthesis.driven.vehicle.accelerance is not None
     )
-    return Validation(data, listening, syntheses, _virtual_design(data, listening), roads)
+    first = {one.driven.vehicle.name: one for one in reversed(syntheses)}
+    first |= {r.synthesis.driven.vehicle.name: r.synthesis for r in reversed(roads)}
+    shown = tuple(first[driven.vehicle.name] for driven in data.vehicles)
+    modes, complaint = None, ""
+    try:
+        modes = body_modes(shown[0].driven.vehicle)
+    except InputError as error:
+        complaint = str(error)
+    design = _virtual_design(data, listening)
+    return Validation(data, listening, syntheses, design, roads, shown, modes, complaint)
 
 
 def _virtual_design(data: DrivenVehicles, listening: Listening) -> VirtualDesign | None:
@@ -605,23 +588,27 @@ def comparison_table(result: Validation) -> pd.DataFrame:
     """One row per comparison, vehicle and mount set."""
     return pd.DataFrame(
         {
-            "comparison": what,
-            "vehicle": vehicle,
-            "mount set": mount_set,
-            CORR_F: 100 * one.corr_f,
-            CORR_S: 100 * one.corr_s,
-            PEAK: one.peak_deviation,
+            **columns,
+            **_criteria(one),
             "paired peaks": len(one.peaks.pairs),
             "unpaired peaks": len(one.peaks.only_reference) + len(one.peaks.only_compared),
         }
-        for what, vehicle, mount_set, one in result.comparisons
+        for columns, one in result.comparisons
     )
+
+
+def _criteria(compared: PressureComparison) -> dict[str, float]:
+    return {
+        CORR_F: 100 * compared.corr_f,
+        CORR_S: 100 * compared.corr_s,
+        PEAK: compared.peak_deviation,
+    }
 
 
 def peak_table(result: Validation) -> pd.DataFrame:
     """One row per booming peak of either curve; a peak without partner stands alone."""
     rows = []
-    for what, vehicle, mount_set, one in result.comparisons:
+    for columns, one in result.comparisons:
         pairs: list[tuple[BoomingPeak | None, BoomingPeak | None]] = [*one.peaks.pairs]
         pairs += [(peak, None) for peak in one.peaks.only_reference]
         pairs += [(None, peak) for peak in one.peaks.only_compared]
@@ -631,21 +618,15 @@ def peak_table(result: Validation) -> pd.DataFrame:
                 for name in ("frequency", "level")
             )
             rpm = next(peak.rpm for peak in pair if peak)
-            rows.append((what, vehicle, mount_set, rpm, *frequency, *level, level[1] - level[0]))
+            numbers = (rpm, *frequency, *level, level[1] - level[0])
+            rows.append((*columns.values(), *numbers))
     return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
 
 def cause_table(result: Validation) -> pd.DataFrame:
     """One row per vehicle and cause: what of a synthesis loses how much."""
     return pd.DataFrame(
-        {
-            "what is compared": what,
-            "vehicle": road.synthesis.driven.vehicle.name,
-            "mount set": road.synthesis.driven.mount_set,
-            CORR_F: 100 * one.corr_f,
-            CORR_S: 100 * one.corr_s,
-            PEAK: one.peak_deviation,
-        }
+        {"what is compared": what} | road.synthesis.driven.columns | _criteria(one)
         for road in result.roads
         for what, one in road.causes.items()
     )
@@ -653,17 +634,4 @@ def cause_table(result: Validation) -> pd.DataFrame:
 
 def force_table(result: Validation) -> pd.DataFrame:
     """One row per analysed vehicle: forces by inversion on the road, and bench forces."""
-    return pd.DataFrame(
-        {
-            "vehicle": road.synthesis.driven.vehicle.name,
-            "mount set": road.synthesis.driven.mount_set,
-            "forces by inversion, rms error [%]": 100 * road.force_error,
-            "bench forces, rms error [%]": 100 * road.blocked_error,
-            "largest condition number [1]": np.nan
-            if road.forces.inversion is None
-            else float(road.forces.inversion.condition_number.max()),
-            "held-out accelerometers, median error [%]": 100
-            * float(np.median(road.on_board.error_by_line)),
-        }
-        for road in result.roads
-    )
+    return pd.DataFrame(road.synthesis.driven.columns | road.errors for road in result.roads)

@@ -69,7 +69,7 @@ Surfaces = Mapping[str, DynamicStiffnessSurface]
 """Response surfaces by design variable, ``<mount> <axis>``."""
 
 
-@checked(cubic="f s 4", lowest="f s", highest="f s ?")
+@checked(frequency="f", cubic="f s 4", lowest="f s", highest="f s ?")
 class AmplitudeMotion(CoupledMotion):
     """Equations of motion of one load case whose stiffnesses follow the amplitude.
 
@@ -83,7 +83,6 @@ class AmplitudeMotion(CoupledMotion):
     - `ratio`, optional: change of the stiffness where a factor means the part itself; None where it
       means the dynamic stiffness.
     - `tolerance`: largest relative change of an amplitude in the last sweep [1].
-    - raises InputError: arrays of other shapes, or bounds that leave out the nominal amplitude.
     """
 
     cubic: ComplexArray
@@ -91,17 +90,6 @@ class AmplitudeMotion(CoupledMotion):
     highest: RealArray
     ratio: PartRatio | None = None
     tolerance: float = TOLERANCE
-
-    def __post_init__(self) -> None:
-        if self.lowest.shape != self.stiffness.shape:
-            raise InputError(
-                f"load case {self.load_case}: bounds of the amplitude of shape "
-                f"{self.lowest.shape}, expected {self.stiffness.shape}"
-            )
-        if np.any(self.lowest > 1.0) or not np.all(self.highest >= 1.0):
-            raise InputError(
-                f"load case {self.load_case}: bounds of the amplitude leave out the measured one"
-            )
 
     @cached_property
     def amplitude(self) -> RealArray:
@@ -380,31 +368,22 @@ class ResolvedDesign:
 
 
 def resolve_design(
-    reference: CoupledMotion, surfaces: Surfaces, wheel_torque: RealArray
+    reference: CoupledMotion, surfaces: Surfaces, torque: RealArray
 ) -> ResolvedDesign:
     """Solve the motion of mounts that are known by their surfaces alone.
 
     - `reference`: identified from a run with any other mounts: it gives inertia, geometry and
       excitation.
     - `surfaces`: surfaces of the design, by variable ``<mount> <axis>``, over wheel torque.
-    - `wheel_torque` (f,): wheel torque at the lines of the reference [N m].
-    - raises InputError: not one torque per line, a surface over static force, or amplitudes that do
-      not come to rest.
+    - `torque` (f,): wheel torque at the lines of the reference [N m].
+    - raises InputError: amplitudes that do not come to rest.
 
     ``(Σ K_i(T, a_i, f) v_i v_iᵀ − ω² M) q = F`` with ``a_i = |v_i q|``, as a fixed point from the
     reference's amplitudes. F is the excitation that the reference's motion and forces show, with
     the data sheet's inertia; an error of the latter enters both sides and mostly cancels.
     """
-    torque, frequency = np.asarray(wheel_torque, dtype=float), reference.frequency
-    if torque.shape != frequency.shape:
-        raise InputError(
-            f"wheel torque of shape {torque.shape}, expected one value for each of "
-            f"{frequency.size} lines"
-        )
+    frequency = reference.frequency
     names = [reference.variable_names[k] for k in reference.variables]
-    for name in names:
-        if name in surfaces and surfaces[name].preload_unit != "N m":
-            raise InputError(f"{name}: its surface is over static force: fit it over wheel torque")
     amplitude = reference.nominal_amplitude
     backed = np.zeros(amplitude.shape, dtype=bool)
     lowest, highest = amplitude.copy(), amplitude.copy()

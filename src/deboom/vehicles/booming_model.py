@@ -9,7 +9,7 @@ from enum import Enum
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
@@ -122,7 +122,7 @@ class BoomingModel:
         cases = tuple(case for case, _ in used)
         for case in cases:
             _check_same_axes(case, cases[0])
-            _refuse_silent_lines(case, case.transmits)
+            _refuse_silent_lines(case)
         sums = [level_sum(case, compiled=self.compiled) for case in cases]
         lines = cases[0].frequency
         one_pascal = sound_level.splv(sound_level.spl(np.ones(lines.size), lines))
@@ -490,15 +490,13 @@ class CatalogueModel:
 
 
 def _normalised(weights: Sequence[float], names: Sequence[str]) -> list[float]:
-    if len(weights) != len(names):
-        raise InputError(f"{len(weights)} weights for the load cases {list(names)}: give one each")
-    for weight, name in zip(weights, names, strict=True):
-        if not (np.isfinite(weight) and weight >= 0):
-            raise InputError(f"load case {name}: weight {weight} is not a number of at least 0")
-    total = sum(weights)
-    if not total > 0:
-        raise InputError(f"load cases {list(names)}: give at least one a weight above 0")
-    return [float(weight / total) for weight in weights]
+    usable = all(np.isfinite(weight) and weight >= 0 for weight in weights)
+    if len(weights) != len(names) or not usable or not sum(weights) > 0:
+        raise InputError(
+            f"weights {list(weights)} of the load cases {list(names)}: give each one of at least "
+            "0, and at least one above 0"
+        )
+    return [float(weight / sum(weights)) for weight in weights]
 
 
 def _check_same_axes(case: Case, first: Case) -> None:
@@ -514,8 +512,8 @@ def _check_same_axes(case: Case, first: Case) -> None:
         )
 
 
-def _refuse_silent_lines(case: Case, transmits: BoolArray) -> None:
-    silent = np.argwhere(~transmits)
+def _refuse_silent_lines(case: Case) -> None:
+    silent = np.argwhere(~case.transmits)
     if silent.size:
         vehicle, line = silent[0]
         raise InputError(

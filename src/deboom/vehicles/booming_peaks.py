@@ -83,18 +83,12 @@ def booming_peaks(
     - `level` (n_frequency,): SPL of each line, finite [dB(A)].
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the curve [1].
-    - raises InputError: shapes that differ, a level that is not finite, an order that is not
-      positive.
+    - raises InputError: a level that is not finite, an order that is not positive.
 
     Topographic prominence of `scipy.signal.find_peaks`, at least `PROMINENCE`. The first and last
     line are no peaks: the curve could rise beyond them.
     """
     curve, lines = np.asarray(level, dtype=float), np.asarray(frequency, dtype=float)
-    if curve.ndim != 1 or curve.shape != lines.shape:
-        raise InputError(
-            f"a level curve of shape {curve.shape} over frequencies of shape {lines.shape}: give "
-            "one level per line"
-        )
     if not np.isfinite(curve).all():
         line = lines[np.flatnonzero(~np.isfinite(curve))[0]]
         raise InputError(f"the level at {line:g} Hz is not finite: a peak has no height beside it")
@@ -232,9 +226,4 @@ def compare_pressure(
     lines = np.asarray(frequency, dtype=float)
     inside = lines_inside(lines, band, "the comparison of two pressures")
     first, second = np.asarray(reference, dtype=complex), np.asarray(compared, dtype=complex)
-    if first.shape != lines.shape or second.shape != lines.shape:
-        raise InputError(
-            f"pressures of shapes {first.shape} and {second.shape} over lines of shape "
-            f"{lines.shape} cannot be compared: give one value per line"
-        )
     return PressureComparison(lines[inside], order, first[inside], second[inside])

@@ -87,7 +87,6 @@ class CoupledMotion:
     - `frequency` (f,): lines of the band [Hz].
     - `bodies`: powertrain, then wheel ends.
     - `vehicle_names`, `variable_names`: names of vehicles and design variables.
-    - raises InputError: a body of other lines or vehicles.
     """
 
     load_case: str
@@ -95,15 +94,6 @@ class CoupledMotion:
     bodies: tuple[Body, ...]
     vehicle_names: tuple[str, ...]
     variable_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        expected = (len(self.vehicle_names), self.frequency.size)
-        for body in self.bodies:
-            if body.transfer.shape[:2] != expected or len(body.load) != expected[1]:
-                raise InputError(
-                    f"load case {self.load_case}: a body with transfer functions of shape "
-                    f"{body.transfer.shape[:2]}, expected {expected} vehicles and lines"
-                )
 
     @property
     def stiffness(self) -> ComplexArray:

@@ -54,7 +54,7 @@ class Vehicle:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@checked()
 class Fleet:
     """The population that one mount design has to serve.
 
@@ -65,7 +65,6 @@ class Fleet:
     vehicles: tuple[Vehicle, ...]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "vehicles", tuple(self.vehicles))
         if not self.vehicles:
             raise InputError("a fleet without vehicles: give at least one")
         refuse_doubled(self.names, "vehicle")
@@ -87,7 +86,7 @@ class Fleet:
         return Fleet(members)
 
 
-@checked(frequency="f", values="v f k")
+@checked(frequency="f", values="v f k", vehicle_names="v", variable_names="k")
 class PathContributions:
     """Complex pressure at the ears per unit stiffness factor, with the motion prescribed.
 
@@ -105,14 +104,6 @@ class PathContributions:
     values: ComplexArray
     vehicle_names: tuple[str, ...]
     variable_names: tuple[str, ...]
-
-    def __post_init__(self) -> None:
-        shape = (len(self.vehicle_names), self.frequency.size, len(self.variable_names))
-        if self.values.shape != shape:
-            raise InputError(
-                f"load case {self.load_case}: contributions of shape {self.values.shape} for "
-                f"{shape} vehicles, lines and variables"
-            )
 
     @property
     def transmits(self) -> BoolArray:
@@ -289,8 +280,7 @@ def path_transfer(
         if not np.array_equal(transfer.frequency[lines], frequency):
             raise InputError(
                 f"vehicle {vehicle.name}: its noise transfer functions have other lines than load "
-                f"case {load_case} between {band[0]:g} and {band[1]:g} Hz "
-                f"({_difference(transfer.frequency[lines], frequency)}): bring both to the same "
+                f"case {load_case} between {band[0]:g} and {band[1]:g} Hz: bring both to the same "
                 "lines, nothing is interpolated here"
             )
         ear[:] = transfer.values[lines, 0, :]
@@ -324,16 +314,6 @@ def lines_inside(frequency: RealArray, band: Band, whose: str) -> BoolArray:
             f"measured {frequency[0]:g} to {frequency[-1]:g} Hz, lower edge first"
         )
     return inside
-
-
-def _difference(given: RealArray, wanted: RealArray) -> str:
-    """Say in words where two frequency axes part."""
-    n_common = min(given.size, wanted.size)
-    different = np.flatnonzero(given[:n_common] != wanted[:n_common])
-    if different.size:
-        first = different[0]
-        return f"first {float(given[first])!r} against {float(wanted[first])!r} Hz"
-    return f"{given.size} against {wanted.size} lines"
 
 
 def with_loss_names(names: Sequence[str]) -> tuple[str, ...]:

@@ -11,7 +11,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.uncertainty import MethodDifference
-from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
+from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import AXES, Mount
 from deboom.vehicles.fleet import Band, lines_inside
@@ -109,18 +109,23 @@ def force_sources(
         for axis in AXES
         if set(mount.channels(axis)) <= set(load_cases[0].force.channels)
     }
-    surfaces = {d: one for d in channels if (one := _surface(parts, d)) is not None}
-    from_surface = tuple(name for d in surfaces for name in channels[d])
+    identified = {
+        f"{part.mount.name} {direction.axis}": direction
+        for part in parts
+        for direction in part.directions
+        if direction.quality.identified
+    }
+    surfaces = {name: identified[name] for name in channels if name in identified}
+    from_surface = tuple(name for direction in surfaces for name in channels[direction])
     aligned, rest = {}, {}
-    for direction, found in surfaces.items():
-        total = _stiffness_deviation(found)
-        leak = stated.shaker_angle * _leverage(load_cases, channels, direction, band)
-        aligned[direction] = min(leak, total)
-        rest[direction] = math.sqrt(total**2 - aligned[direction] ** 2)
+    for name, direction in surfaces.items():
+        width = direction.quality.half_width_95
+        total = UNSTATED if width is None else width / TWO_SIDED
+        leak = stated.shaker_angle * _leverage(load_cases, channels, name, band)
+        aligned[name] = min(leak, total)
+        rest[name] = math.sqrt(total**2 - aligned[name] ** 2)
     budget = "error budget in the mount library"
     measured = tuple(n for names in channels.values() for n in names if n not in from_surface)
-    powertrain = [mount for mount in mounts if mount.body_mass is None]
-    own = [mount for mount in mounts if mount.body_mass is not None]
     sources: list[UncertaintySource] = []
     if surfaces:
         shared = f"{budget}, its share by {origin}"
@@ -128,17 +133,25 @@ def force_sources(
             stiffness_error(BUDGET, budget, rest, channels),
             stiffness_error(SHAKER, shared, aligned, channels),
         ]
-    sources.append(_motion(powertrain, own, stated, from_surface, origin))
+    motion_gain, leakage, cell_gain, angle = {}, {}, {}, {}
+    turned = math.hypot(stated.sensor_angle, stated.sensor_cross_axis)
+    for mount in mounts:
+        carries = mount.body_mass is None
+        for piece, position in zip(mount.pieces, mount.positions, strict=True):
+            point, distance = f"{mount.name} {piece}".strip(), math.hypot(*position)
+            if carries and distance == 0.0:
+                raise InputError(
+                    f"mount {mount.name} sits at the centre of gravity: its motion has no lever; "
+                    "check the positions"
+                )
+            moved = stated.sensor_position / distance if carries else 0.0
+            motion_gain[point] = math.hypot(stated.sensor_gain, moved)
+            leakage[point] = math.hypot(turned, moved)
+            cell_gain[point] = stated.shaker_gain if carries else stated.cell_gain
+            angle[point] = stated.shaker_angle if carries else 0.0
+    sources.append(motion_error(origin, motion_gain, leakage, from_surface))
     if measured:
-        calibrated = {f"{m.name} {piece}".strip() for m in powertrain for piece in m.pieces}
-        gains = {
-            point: stated.shaker_gain if point in calibrated else stated.cell_gain
-            for m in mounts
-            for piece in m.pieces
-            for point in (f"{m.name} {piece}".strip(),)
-        }
-        angles = {point: stated.shaker_angle if point in calibrated else 0.0 for point in gains}
-        sources.append(force_cells(origin, gains, angles, measured))
+        sources.append(force_cells(origin, cell_gain, angle, measured))
     sources.append(run_noise(origin, math.hypot(stated.force_own, stated.acceleration_own)))
     return tuple(sources)
 
@@ -152,21 +165,6 @@ def tolerances_of_record(stated: Mapping[str, float], default: Tolerances) -> To
     values = {name.partition(" [")[0]: value for name, value in stated.items()}
     known = {name: values[name] for name in vars(default) if name in values}
     return Tolerances(**{**vars(default), **known})
-
-
-def _surface(parts: Sequence[CharacterisedMount], direction: str) -> CharacterisedDirection | None:
-    """Return the direction of a part whose surface gives the force."""
-    mount, _, axis = direction.rpartition(" ")
-    for part in parts:
-        for one in part.directions if part.mount.name == mount else ():
-            if one.axis == axis and one.surface is not None and one.quality.identified:
-                return one
-    return None
-
-
-def _stiffness_deviation(direction: CharacterisedDirection) -> float:
-    stated = direction.quality.half_width_95
-    return UNSTATED if stated is None else stated / TWO_SIDED
 
 
 def _leverage(
@@ -187,29 +185,3 @@ def _leverage(
         )
         squared.append(float(np.median(sum(beside) / own)))
     return float(np.sqrt(np.mean(squared))) if squared else 0.0
-
-
-def _motion(
-    powertrain: Sequence[Mount],
-    own: Sequence[Mount],
-    stated: Tolerances,
-    from_surface: tuple[str, ...],
-    origin: str,
-) -> UncertaintySource:
-    gain, leakage = {}, {}
-    turned = math.hypot(stated.sensor_angle, stated.sensor_cross_axis)
-    for mount in (*powertrain, *own):
-        for piece, position in zip(mount.pieces, mount.positions, strict=True):
-            point = f"{mount.name} {piece}".strip()
-            distance = math.hypot(*position)
-            moved = 0.0
-            if mount in powertrain:
-                if distance == 0.0:
-                    raise InputError(
-                        f"mount {mount.name} sits at the centre of gravity: its motion has no "
-                        "lever; check the positions"
-                    )
-                moved = stated.sensor_position / distance
-            gain[point] = math.hypot(stated.sensor_gain, moved)
-            leakage[point] = math.hypot(turned, moved)
-    return motion_error(origin, gain, leakage, from_surface)

@@ -18,7 +18,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
@@ -232,7 +232,7 @@ def run_noise(origin: str, relative: float) -> UncertaintySource:
     return UncertaintySource(NOISE, origin, f"{100 * relative:.2g} % per line", again)
 
 
-@dataclass(frozen=True, eq=False)
+@checked()
 class UncertainData:
     """Vehicles and load cases with the sources of their errors.
 
@@ -249,28 +249,23 @@ class UncertainData:
     band: Band
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "load_cases", tuple(self.load_cases))
-        object.__setattr__(self, "sources", tuple(self.sources))
         refuse_doubled(self.names, "source of uncertainty")
         if not self.load_cases:
             raise InputError("uncertain data without a load case: give at least one")
-        first, paths = self.load_cases[0], self.fleet.vehicles[0].noise_transfer.inputs
-        for case in self.load_cases:
-            same = case.force.channels == first.force.channels
-            if not (same and np.array_equal(case.force.frequency, first.force.frequency)):
+        first, transfers = self.load_cases[0].force, [v.noise_transfer for v in self.fleet.vehicles]
+        differing = [
+            (case.name, case.force.channels != first.channels, case.force.frequency)
+            for case in self.load_cases
+        ] + [
+            (name, set(transfer.inputs) != set(transfers[0].inputs), transfer.frequency)
+            for name, transfer in zip(self.fleet.names, transfers, strict=True)
+        ]
+        for name, others, frequency in differing:
+            if others or not np.array_equal(frequency, first.frequency):
                 raise InputError(
-                    f"load cases {first.name} and {case.name} differ in channels or lines: draw "
-                    "their uncertainty apart from each other"
-                )
-        for vehicle in self.fleet.vehicles:
-            transfer = vehicle.noise_transfer
-            if set(transfer.inputs) != set(paths) or not np.array_equal(
-                transfer.frequency, first.force.frequency
-            ):
-                raise InputError(
-                    f"vehicle {vehicle.name}: its noise transfer functions have other paths or "
-                    f"lines than vehicle {self.fleet.names[0]} or load case {first.name}: bring "
-                    "all to the same ones"
+                    f"{name} has other channels, paths or lines than load case "
+                    f"{self.load_cases[0].name} and vehicle {self.fleet.names[0]}: bring all to "
+                    "the same ones"
                 )
 
     @property
@@ -308,11 +303,9 @@ class UncertainData:
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")
         paths = self.fleet.vehicles[0].noise_transfer.inputs
-        transfers = [
-            vehicle.noise_transfer.select(inputs=paths).values[inside, 0]
-            for vehicle in self.fleet.vehicles
-        ]
-        frequency, transfer = first.force.frequency[inside], np.stack(transfers)
+        measured = [v.noise_transfer.select(inputs=paths) for v in self.fleet.vehicles]
+        transfer = np.stack([one.values[inside, 0] for one in measured])
+        frequency = first.force.frequency[inside]
         return MeasuredArrays(
             frequency=frequency,
             transfer=transfer,
@@ -326,10 +319,8 @@ class UncertainData:
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:
         vehicles = []
         for vehicle, values in zip(self.fleet.vehicles, data.transfer, strict=True):
-            before = vehicle.noise_transfer
-            frf = Frf(
-                data.frequency, values[:, np.newaxis], before.outputs, data.paths, before.unit
-            )
+            ears, unit = vehicle.noise_transfer.outputs, vehicle.noise_transfer.unit
+            frf = Frf(data.frequency, values[:, np.newaxis], ears, data.paths, unit)
             vehicles.append(replace(vehicle, noise_transfer=frf))
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")

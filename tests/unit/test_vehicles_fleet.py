@@ -133,10 +133,9 @@ def contributed(vehicle=None, mounts=MOUNTS, case=None, band=(20.0, 60.0)):
         ),
         (
             {"vehicle": _vehicle(frequency=LINES * (1 + 1e-15)), "band": (19.0, 61.0)},
-            r"vehicle A-1: .*load case g5 between 19 and 61 Hz \(first 20.000000000000.* against "
-            r"20.0 Hz\).*nothing is interpolated",
+            r"vehicle A-1: .*load case g5 between 19 and 61 Hz: .*nothing is interpolated",
         ),
-        ({"vehicle": _vehicle(frequency=LINES[:3])}, r"vehicle A-1: .*2 against 3 lines"),
+        ({"vehicle": _vehicle(frequency=LINES[:3])}, r"vehicle A-1: .*other lines than load case"),
         ({"band": (41.0, 59.0)}, r"load case g5: no line between 41 and 59 Hz.*18 to 62 Hz"),
         (
             {"vehicle": _vehicle(frequency=LINES + 0.5), "band": (40.0, 40.0)},

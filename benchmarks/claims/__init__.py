@@ -7,6 +7,9 @@ here stands what takes many draws, and what the shipped studies find.
 import os
 from dataclasses import dataclass
 
+import numpy as np
+from numpy.typing import ArrayLike
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -25,3 +28,37 @@ class Claim:
 def draws(few: int) -> int:
     """Return how many draws a claim takes: few, times the environment variable ``DRAWS``."""
     return max(1, round(few * float(os.environ.get("DRAWS", "1"))))
+
+
+def at_most(topic: str, limits: ArrayLike, values: ArrayLike, digits: int = 2) -> Claim:
+    """Claim that no value lies above its limit; one limit may serve all values."""
+    return _bounded(topic, "at most", limits, values, digits, np.all(values <= np.array(limits)))
+
+
+def at_least(topic: str, limits: ArrayLike, values: ArrayLike, digits: int = 2) -> Claim:
+    """Claim that no value lies below its limit; one limit may serve all values."""
+    return _bounded(topic, "at least", limits, values, digits, np.all(values >= np.array(limits)))
+
+
+def between(topic: str, limits: tuple[float, float], values: ArrayLike, digits: int = 2) -> Claim:
+    """Claim that all values lie between two limits."""
+    low, high = limits
+    holds = np.all((low <= np.array(values)) & (np.array(values) <= high))
+    return Claim(topic, f"{low:g} to {high:g}", listed(values, digits), bool(holds))
+
+
+def reported(topic: str, measured: str) -> Claim:
+    """State a figure for which no bound is claimed."""
+    return Claim(topic, "no claim", measured, True)
+
+
+def listed(values: ArrayLike, digits: int) -> str:
+    """Write numbers with a number of digits, separated by commas."""
+    return ", ".join(f"{value:.{digits}f}" for value in np.atleast_1d(values))
+
+
+def _bounded(
+    topic: str, word: str, limits: ArrayLike, values: ArrayLike, digits: int, holds: np.bool
+) -> Claim:
+    asked = ", ".join(f"{limit:g}" for limit in np.atleast_1d(limits))
+    return Claim(topic, f"{word} {asked}", listed(values, digits), bool(holds))

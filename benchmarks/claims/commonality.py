@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 from pathlib import Path
 
-from claims import Claim
+from claims import Claim, at_least, at_most, between
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study
 
@@ -25,30 +25,24 @@ def claims() -> list[Claim]:
     one_set = float(summary["one_set_price_worst_db"])
     groups = float(summary["group_sets_price_worst_db"])
     return [
-        Claim(
+        between(
             "part numbers for 15 vehicles within 0.5 dB of mounts of their own (60 would be their "
             "own); none fewer than the lower bound",
-            f"at least {bound}",
-            f"{total}",
-            bound <= total < 60,
+            (bound, 59),
+            total,
+            0,
         ),
-        Claim(
-            "price of sharing them, mean and worst vehicle",
-            "<= 0.5 dB",
-            f"{price:.2f}, {worst:.2f} dB",
-            worst <= 0.5 + 1e-6,
+        at_most("price of sharing them, mean and worst vehicle [dB]", 0.5 + 1e-6, [price, worst]),
+        at_least(
+            "worst vehicle with one set for all (4 numbers), with one per group (12) [dB]",
+            worst,
+            [one_set, groups],
         ),
-        Claim(
-            "worst vehicle with one set for all (4 numbers), with one per group (12)",
-            "more than that",
-            f"{one_set:.2f}, {groups:.2f} dB",
-            min(one_set, groups) > worst,
+        at_least(
+            "cars of the worst vehicle within its limit as mounts scatter by ±15 % [%]",
+            95,
+            100 * float(summary["share_verified_min"]),
+            1,
         ),
-        Claim(
-            "cars of the worst vehicle within its limit as mounts scatter by ±15 %",
-            ">= 95 %",
-            f"{100 * float(summary['share_verified_min']):.1f} %",
-            float(summary["share_verified_min"]) >= 0.95,
-        ),
-        Claim("the study with its defaults", "<= 60 s", f"{seconds:.0f} s", seconds <= 60),
+        at_most("the study with its defaults [s]", 60, seconds, 0),
     ]

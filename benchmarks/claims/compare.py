@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim, draws
+from claims import Claim, at_least, draws, listed, reported
 from deboom.explore.front import Verdict
 from deboom.explore.robust import RobustResponse
 from deboom.explore.search import nsga2
@@ -43,17 +43,12 @@ def claims() -> list[Claim]:
     gap = -whole.gap(names[0], names[1]) * whole.per_line
     n_designs = [np.median([len(one.objectives) for one in part]) for part in (shared, fresh)]
     return [
-        Claim(
-            "two seeds of one study: within noise",
-            "≥ 90 %",
-            f"{noise} of {half}",
-            noise >= 0.9 * half,
-        ),
-        Claim(
-            "one run with shared, one with fresh draws: real difference",
-            "≥ 90 %",
-            f"{real} of {half}",
-            real >= 0.9 * half,
+        at_least(
+            f"two seeds of one study that are within noise, one run with shared and one with fresh "
+            f"draws that differ really, of {half}",
+            0.9 * half,
+            [noise, real],
+            0,
         ),
         Claim(
             f"{half} seeds of each: hypervolume that fresh draws lose [%]",
@@ -61,14 +56,10 @@ def claims() -> list[Claim]:
             f"{lost:.0f} ({found.verdict.value}; noise ±{100 * found.noise / volumes[0]:.1f})",
             found.verdict is Verdict.real,
         ),
-        Claim(
-            "the same as level per line at equal σ [dB]", "> 0.1", f"{gap:.2f} louder", gap > 0.1
-        ),
-        Claim(
+        at_least("the same as level per line at equal σ, louder by [dB]", 0.1, gap),
+        reported(
             "designs on a front, median: shared, fresh draws",
-            "fresh fewer",
-            f"{n_designs[0]:.0f}, {n_designs[1]:.0f}",
-            bool(n_designs[1] < n_designs[0]),
+            listed(n_designs, 0),
         ),
     ]
 

@@ -10,7 +10,7 @@ only.
 Errors of an identification are 90 % quantiles: inertia, the worst moment; K_VP, Frobenius norm with
 rotations scaled by the radius of gyration, at 20 Hz; gain, the largest in 10-30 Hz with a real part
 of 1 at 20 Hz. Its "cover" is the share of the 35 parameters, pooled, that lie within their stated
-standard deviation of the truth. Times are CPU seconds of one thread.
+standard deviation of the truth.
 
 Routes to the unbalance: a, measured apparent mass by the position sheet (thesis); d, the same by
 self-calibrated sensors and impacts (default); e, self-calibrated model with the mounts updated by
@@ -28,12 +28,10 @@ true values, from above and from below. A part that passes there is a false acce
 
 from __future__ import annotations
 
-import time
 from collections import defaultdict
 from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from itertools import pairwise
 from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -44,7 +42,7 @@ import pandas as pd
 from scipy.stats import binom
 from threadpoolctl import threadpool_limits
 
-from claims import Claim, draws
+from claims import Claim, at_least, at_most, between, draws
 from deboom.arrays import AXES
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
@@ -67,7 +65,6 @@ from deboom.compressor.identify import (
     identified_compressor,
     identify,
 )
-from deboom.compressor.thesis_fit import fit_thesis_parameters
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
@@ -81,7 +78,7 @@ from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_tru
 
 SEEDS = range(2, 2 + draws(10))
 FEW = range(2, 2 + draws(4))
-"""Whose mass is identified without scales, whose mounts by the thesis, and that level C0.5 has."""
+"""Whose mass is identified without scales, and that level C0.5 has."""
 N_PARTS = draws(4000)
 STATES = {
     "struck": OperationPlan(),
@@ -115,12 +112,6 @@ def claims() -> list[Claim]:
 # What is asked, bounds, quantile over the compressors, figures.
 ROWS = (
     ("C2: mass from FRFs alone, hammer known to 1 % [%]", (2,), 0.9, ("mass alone",)),
-    (
-        "time of minimal model with its linear start, self-calibration, 44-number fit, median [s]",
-        (2, 5, 10),
-        0.5,
-        ("minimal model", "self-calibration", "thesis"),
-    ),
     (
         "mounts as struck, route d: static unbalance in 50-150, 20-50 Hz [%]",
         (2, 3),
@@ -170,13 +161,7 @@ ROWS = (
 def _at_most(
     table: pd.DataFrame, what: str, asked: Sequence[float], quantile: float, names: Sequence[str]
 ) -> Claim:
-    found = [float(table[name].quantile(quantile)) for name in names]
-    return Claim(
-        what,
-        "at most " + ", ".join(f"{limit:g}" for limit in asked),
-        ", ".join(f"{value:.2f}" for value in found),
-        all(value <= limit for value, limit in zip(found, asked, strict=True)),
-    )
+    return at_most(what, asked, [table[name].quantile(quantile) for name in names])
 
 
 def _finely(seed: int) -> Figures:
@@ -200,10 +185,6 @@ def _compressor(seed: int) -> Figures:
         if seed in FEW:
             alone = replace(hammer, weighed_mass=None, weighed_mass_deviation=0.0)
             figures["mass alone"] = 100 * errors_of(identify(alone, OPTIONS), truth).mass
-            assert hammer.drawing is not None
-            begin = time.process_time()
-            fit_thesis_parameters(found, hammer.drawing)
-            figures["thesis"] = time.process_time() - begin
         for state, test in tests.items():
             # the same hammer test: the bench draws its sweeps apart
             result = unbalance(test, found, UnbalanceOptions(routes=ROUTES))
@@ -219,10 +200,7 @@ def _compressor(seed: int) -> Figures:
 
 
 def _identified(test: InertanceTest, truth: CompressorTruth) -> tuple[Identification, Figures]:
-    begun: list[tuple[str, float]] = []
-    found = identify(test, OPTIONS, lambda text: begun.append((text, time.process_time())))
-    begun.append(("end", time.process_time()))
-    seconds = {text: after - at for (text, at), (_, after) in pairwise(begun)}
+    found = identify(test, OPTIONS)
     error = errors_of(found, truth)
     return found, {
         "centre": 1e3 * error.centre,
@@ -232,8 +210,6 @@ def _identified(test: InertanceTest, truth: CompressorTruth) -> tuple[Identifica
         "gain_imaginary": 100 * error.gain_imaginary,
         "scores": error.scores,
         "chi": found.calibrated.reduced_chi,
-        "minimal model": seconds["linear start"] + seconds["fit at the virtual point"],
-        "self-calibration": seconds["self-calibration"],
     }
 
 
@@ -245,11 +221,12 @@ def _identification(level: str, table: pd.DataFrame, asked: Sequence[float]) -> 
     return [
         _at_most(table, body, asked, 0.9, ("centre", "inertia", "stiffness")),
         _at_most(table, gain, (0.1, 0.2), 0.9, ("gain_real", "gain_imaginary")),
-        Claim(
-            f"{level}: cover of 68 % intervals [%], {scores.size} parameters; reduced χ",
-            "55 to 80",
-            f"{share:.0f}; {chi.min():.2f} to {chi.max():.2f}",
-            55 <= share <= 80,
+        between(
+            f"{level}: cover of 68 % intervals, {scores.size} parameters; reduced χ {chi.min():.2f} "
+            f"to {chi.max():.2f} [%]",
+            (55, 80),
+            share,
+            0,
         ),
     ]
 
@@ -302,24 +279,24 @@ def _unbalance(table: pd.DataFrame) -> list[Claim]:
     seen, false = int(table["changed"].sum()), int(table["struck"].sum())
     worst = 100 * float((table["changed storage"] + 0.1).abs().max())
     return [
-        Claim(
-            "mounts changed, route a: static unbalance in 20-50 Hz [%]",
-            "about 25: the thesis's picture",
-            f"{by_sheet:.0f}",
-            15 <= by_sheet <= 40,
+        between(
+            "mounts changed, route a: static unbalance in 20-50 Hz, about 25 in the thesis's "
+            "picture [%]",
+            (15, 40),
+            by_sheet,
+            0,
         ),
-        Claim(
+        at_least(
             "cover of 95 % bands, static and dynamic: d with mounts as struck, e with changed ones "
             "[%]",
-            "at least 85",
-            ", ".join(f"{value:.0f}" for value in cover),
-            min(cover) >= 85,
+            85,
+            cover,
+            0,
         ),
-        Claim(
+        between(
             "errors of u and u_d from all lines over their stated deviations, rms [1]",
-            "0.6 to 1.5",
-            ", ".join(f"{value:.2f}" for value in scores),
-            all(0.6 < value < 1.5 for value in scores),
+            (0.6, 1.5),
+            scores,
         ),
         Claim(
             "changed mounts: seen; wrongly seen; worst error of the 10 % found [% of the "
@@ -350,11 +327,12 @@ def _rule() -> list[Claim]:
         ]
         shares = [100 * np.mean([one.decision is wrong for one in found]) for wrong in BOTH]
         rows.append(
-            Claim(
-                f"{N_PARTS} simulated parts on their limit, {name}: false accepts, rejects [%]",
-                "at most 5, 5",
-                ", ".join(f"{share:.1f}" for share in shares),
-                max(shares) <= 100 * (RISK + 3 * np.sqrt(RISK * (1 - RISK) / N_PARTS)),
+            at_most(
+                f"{N_PARTS} simulated parts on their limit, {name}: false accepts, rejects; 5 and "
+                "three standard errors [%]",
+                100 * (RISK + 3 * np.sqrt(RISK * (1 - RISK) / N_PARTS)),
+                shares,
+                1,
             )
         )
     return rows

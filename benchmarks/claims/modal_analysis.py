@@ -92,42 +92,7 @@ def _case(
 
 def claims() -> list[Claim]:
     """Compute the claims of the room."""
-    return [*_noise(), *_other_days(), *_fleet()]
-
-
-def _noise() -> list[Claim]:
-    held, flagged = {}, {}
-    for noise in (0.02, 0.03):
-        cases = [_case(name, 1, NO_SPREAD, noise=noise) for name in VEHICLES]
-        held[noise] = sum(case.holds for case in cases)
-        flagged[noise] = sum(not c.holds and c.part.model.total_error > LARGE_ERROR for c in cases)
-    return [
-        Claim(
-            "noise of 2 % and of 3 % left in the FRFs: vehicles whose five modes hold all three "
-            "limits; of the others flagged by the rebuilt FRFs",
-            "5 of 5 at 2 %",
-            "; ".join(
-                f"{held[n]} of 5, {flagged[n]} of {5 - held[n]} flagged ({n:.0%})" for n in held
-            ),
-            held[0.02] == len(VEHICLES),
-        )
-    ]
-
-
-def _other_days() -> list[Claim]:
-    """Let the loudspeaker find the body as it is that day; the truth is its average."""
-    cases = [_case(name, 1, BodySpread()) for name in VEHICLES]
-    frequency = np.array([case.frequency_error for case in cases])
-    agreement = min(case.mac.min() for case in cases)
-    return [
-        Claim(
-            "the same with bodies that change from day to day (0.1 %, the lowest mode 0.5 %), "
-            "against their average: frequency, median (largest) error [%]; smallest MAC",
-            "as large as the days differ",
-            f"{np.median(frequency):.2f} ({frequency.max():.2f}); {agreement:.3f}",
-            bool(frequency.max() <= 2.0 and agreement >= 0.95),
-        )
-    ]
+    return _fleet()
 
 
 def _fleet() -> list[Claim]:

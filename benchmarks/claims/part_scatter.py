@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim, draws
+from claims import Claim, at_most, draws
 from deboom.arrays import RealArray
 from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
@@ -49,12 +49,12 @@ def _covariance() -> Claim:
     wanted = cut_normal_moments()[0] * structure.loadings @ structure.loadings.T
     error = np.sqrt((np.outer(np.diag(wanted), np.diag(wanted)) + wanted**2) / count)
     worst = float(np.abs((found - wanted) / error).max())
-    return Claim(
+    return at_most(
         "covariance of 100 000 drawn parts against the stated one, 78 entries, largest deviation "
         "in standard errors",
-        "≤ 4",
-        f"{worst:.1f}",
-        worst <= 4.0,
+        4,
+        worst,
+        1,
     )
 
 
@@ -96,12 +96,7 @@ def _coverage() -> list[Claim]:
         "share of the hardness, 12 parts of 3 axes": (np.mean(axes), 92.0, 98.0),
     }
     return [
-        Claim(
-            f"coverage of the 95 % interval, {name} [%]",
-            f"{low:g} to {high:g}",
-            f"{100 * value:.1f}",
-            bool(low <= 100 * value <= high),
-        )
+        between(f"coverage of the 95 % interval, {name} [%]", (low, high), 100 * value, 1)
         for name, (value, low, high) in rows.items()
     ]
 
@@ -136,11 +131,11 @@ def _bench() -> list[Claim]:
             f"measuring dominates: {', '.join(name for name, _ in dominated) or 'nowhere'})",
             min(ratios) >= 0.9 and max(ratios) <= 1.1,
         ),
-        Claim(
-            "95 % interval of the share of hardness; the bench's axes have nothing in common",
-            "holds 0",
-            f"{hardness.lower:.2f} to {hardness.upper:.2f}",
-            hardness.lower <= 0.0,
+        at_most(
+            "lower end of the 95 % interval of the share of hardness, where axes have nothing in "
+            "common [1]",
+            0,
+            hardness.lower,
         ),
     ]
 

@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim, draws
+from claims import Claim, at_least, at_most, draws
 from deboom.explore.front import hypervolume
 from deboom.explore.moments import Estimator
 from deboom.explore.robust import RobustResponse
@@ -92,13 +92,7 @@ def front_kept(task: tuple[str, int]) -> tuple[float, float]:
 def claims() -> list[Claim]:
     errors = fleet_errors()
     lines = [
-        Claim(
-            f"U06, {name}: rms error of σ",
-            "≤ 1.2 %",
-            f"{error:.2f} %",
-            error <= 1.2,
-        )
-        for name, error in errors.items()
+        at_most(f"U06, {name}: rms error of σ [%]", 1.2, error) for name, error in errors.items()
     ]
     tasks = [(name, seed) for name in PROBLEMS for seed in range(1, INSTANCES + 1)]
     with ProcessPoolExecutor(os.cpu_count(), get_context("spawn")) as pool:
@@ -107,17 +101,14 @@ def claims() -> list[Claim]:
         figures = np.array([outcomes[name, seed] for seed in range(1, INSTANCES + 1)])
         kept, bias = figures.T
         lines += [
-            Claim(
-                f"{name}: true hypervolume kept, median of {INSTANCES} instances",
-                "≥ 97 %",
-                f"{np.median(kept):.1f} % ({kept.min():.1f} to {kept.max():.1f})",
-                bool(np.median(kept) >= 97.0),
+            at_least(
+                f"{name}: true hypervolume kept, median of {INSTANCES} instances [%]",
+                97,
+                np.median(kept),
+                1,
             ),
-            Claim(
-                f"{name}: size of the σ bias on the front, median",
-                "≤ 1 %",
-                f"{np.median(np.abs(bias)):.2f} %",
-                bool(np.median(np.abs(bias)) <= 1.0),
+            at_most(
+                f"{name}: size of the σ bias on the front, median [%]", 1, np.median(abs(bias))
             ),
         ]
     return lines

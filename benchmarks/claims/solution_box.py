@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim, draws
+from claims import Claim, at_least, at_most, between, draws
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.study.platform_model import Motion, MotionOptions
@@ -71,25 +71,18 @@ def fleet_claims() -> list[Claim]:
     study = fleet()
     found, check = study.found, study.found.verified
     where = f"U06 at {study.question.limit[0]:.2f} dB(A)"
-    width = study.width_over_plain
     return [
-        Claim(
-            f"{where}: seconds to the verified box",
-            "≤ 60 s",
-            f"{found.seconds:.1f} s",
-            found.seconds <= 60.0,
+        at_most(f"{where}: seconds to the verified box", 60, found.seconds, 1),
+        at_least(
+            f"{where}: bound of the verified share, {check.n_parts} parts [%]",
+            95,
+            100 * check.bound,
         ),
-        Claim(
-            f"{where}: verified share, and its bound, of 95 % stated",
-            "≥ 95 %",
-            f"{100 * check.share:.2f} %, {100 * check.bound:.2f} % ({check.n_parts} parts)",
-            check.bound >= 0.95,
-        ),
-        Claim(
-            f"{where}: width against ±15 %, geometric mean of the axes with an effect",
-            "> 1",
-            f"{width:.2f} ({study.on_bounds.sum()} ends lie on bounds)",
-            width > 1.0,
+        at_least(
+            f"{where}: width over ±15 %, geometric mean of the axes with an effect "
+            f"({study.on_bounds.sum()} ends lie on bounds)",
+            1,
+            study.width_over_plain,
         ),
     ]
 
@@ -114,39 +107,28 @@ def claims() -> list[Claim]:
     for kind, name in names.items():
         ratios = np.array([outcomes[task][0] for task in tasks if task[:2] == kind])
         lines.append(
-            Claim(
+            between(
                 f"{name}: volume over the exact one, {len(ratios)} instances",
-                "0.98 to 1.02",
-                f"{ratios.min():.4f} to {ratios.max():.4f}",
-                bool(np.all(np.abs(ratios - 1.0) <= 0.02)),
+                (0.98, 1.02),
+                [ratios.min(), ratios.max()],
+                4,
             )
         )
-    bounded, true, verified = repeated.sum(axis=0)
-    true_in, confirmed = (sum(row[k] for row in outcomes.values()) for k in (1, 2))
+    true_in, confirmed = (100 * np.mean([row[k] for row in outcomes.values()]) for k in (1, 2))
     lines += [
-        Claim(
-            "of these instances, true share at least its bound and the stated share",
-            "all",
-            f"{true_in} of {len(outcomes)}",
-            true_in == len(outcomes),
+        at_least(
+            f"of these {len(outcomes)} instances: true share at least its bound and the stated "
+            "share; bound at least the stated share (two standard errors of reserve) [%]",
+            [100, 90],
+            [true_in, confirmed],
+            0,
         ),
-        Claim(
-            "of these instances, bound at least the stated share (two standard errors of reserve)",
-            "≥ 90 %",
-            f"{confirmed} of {len(outcomes)}",
-            confirmed >= 0.9 * len(outcomes),
-        ),
-        Claim(
-            f"true share above its 95 % bound, {REPETITIONS} repetitions",
-            "≥ 95 %",
-            f"{100 * bounded / REPETITIONS:.1f} %",
-            bool(bounded >= 0.95 * REPETITIONS),
-        ),
-        Claim(
-            f"true share, and verified share, at least the stated one, {REPETITIONS} repetitions",
-            "≥ 95 %",
-            f"{100 * true / REPETITIONS:.1f} %, {100 * verified / REPETITIONS:.1f} %",
-            bool(min(true, verified) >= 0.95 * REPETITIONS),
+        at_least(
+            f"{REPETITIONS} repetitions: true share above its 95 % bound; true share, and verified "
+            "share, at least the stated one [%]",
+            95,
+            100 * repeated.mean(axis=0),
+            1,
         ),
     ]
     return lines + fleet_claims()

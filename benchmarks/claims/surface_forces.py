@@ -20,7 +20,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim
+from claims import Claim, at_most, listed, reported
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json
@@ -71,12 +71,11 @@ def _own_runs() -> list[Claim]:
             forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
             found.append(_at_peaks(platform, cases, forces).max())
     return [
-        Claim(
+        at_most(
             f"runs of the library's own campaign{words}: largest difference at booming peaks, "
             f"benches {', '.join(map(str, OWN))} [dB]",
-            "≤ 0.3",
-            ", ".join(f"{value:.2f}" for value in found),
-            bool(max(found) <= 0.3),
+            0.3,
+            found,
         )
         for words, found in (("", known), (", held out", held_out))
     ]
@@ -97,24 +96,22 @@ def _claims(platform: Platform, whose: str) -> list[Claim]:
     outside, total = np.sum(lines, axis=0)
     between = _at_peaks(platform, cases, modelled)
     surfaces, spectra = (_at_peaks(platform, true, forces) for forces in (modelled, measured))
+    share = 100 * outside / total
+    quantiles = (0.9, 0.5, 1.0)
     return [
-        Claim(
-            f"{whose}: lines outside of the measured region, x and z",
-            "≤ 0.1 %",
-            f"{outside} of {total}",
-            bool(outside <= 1e-3 * total),
+        at_most(f"{whose}: lines outside of the measured region, x and z [%]", 0.1, share),
+        *(
+            at_most(
+                f"{whose}: surfaces against {what} at booming peaks, 90 % of the curves, median "
+                "and largest [dB]",
+                [0.3, 0.3, np.inf],
+                np.quantile(values, quantiles),
+            )
+            for what, values in (("spectra", between), ("the truth", surfaces))
         ),
-        Claim(
-            f"{whose}: surfaces against spectra at booming peaks, 90 % of the curves [dB]",
-            "≤ 0.3",
-            _quantiles(between),
-            bool(np.quantile(between, 0.9) <= 0.3),
-        ),
-        Claim(
-            f"{whose}: surfaces against the truth, the same [dB]",
-            "≤ 0.3",
-            f"{_quantiles(surfaces)}; spectra: {_quantiles(spectra)}",
-            bool(np.quantile(surfaces, 0.9) <= 0.3),
+        reported(
+            f"{whose}: spectra against the truth, the same [dB]",
+            listed(np.quantile(spectra, quantiles), 2),
         ),
     ]
 
@@ -137,9 +134,3 @@ def _true_cases(platform: Platform) -> tuple[LoadCase, ...]:
         spectrum = Spectrum(case.force.frequency, values, case.force.channels, case.force.unit)
         cases.append(replace(case, force=spectrum))
     return tuple(cases)
-
-
-def _quantiles(values: np.ndarray) -> str:
-    return (
-        f"{np.quantile(values, 0.9):.2f} (median {np.median(values):.2f}, all {values.max():.2f})"
-    )

@@ -27,7 +27,7 @@ from multiprocessing import get_context
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from claims import Claim, draws
+from claims import Claim, at_most, draws, reported
 from deboom.study.runner import load_study
 from deboom.vehicles.synthesis import (
     BLOCKED,
@@ -75,31 +75,25 @@ def _words(values: pd.Series[float], digits: int = 1) -> str:
 
 def _road(comparisons: pd.DataFrame) -> list[Claim]:
     road = comparisons[comparisons["comparison"] == ON_ROAD]
-    by_seed = road.groupby("seed")
     peaks = road[PEAK].dropna()
+    paired, alone = road["paired peaks"].sum(), road["unpaired peaks"].sum()
     return [
         Claim(
-            f"corr_f of the complex pressure, {len(road)} cars, median (range) [%]; medians of the "
-            "fleets",
-            "median ≤ 5; thesis 5",
-            f"{_words(road[CORR_F])}; {_list(by_seed[CORR_F].median())}",
-            bool(road[CORR_F].median() <= 5),
-        ),
-        Claim(
-            "corr_s of the magnitude, over the measured pressure, the same",
-            "median ≤ 15; thesis 10",
-            f"{_words(road[CORR_S])}; {_list(by_seed[CORR_S].median())}",
-            bool(road[CORR_S].median() <= 15),
-        ),
-        Claim(
-            "booming peaks, largest deviation of a car, the same [dB]; cars within 3 dB; peaks of "
-            "one curve alone",
-            "all ≤ 3; thesis 3",
-            f"{_words(peaks)}; {_list(by_seed[PEAK].max())} at most; {(peaks <= 3).sum()} of "
-            f"{len(peaks)}; {road['unpaired peaks'].sum()} beside {road['paired peaks'].sum()} "
-            "pairs",
-            bool(peaks.max() <= 3),
-        ),
+            f"{what}, {len(road)} cars, median (range)",
+            asked,
+            _words(values),
+            bool(figure <= limit),
+        )
+        for what, asked, values, figure, limit in (
+            ("corr_f of the complex pressure [%]", "median at most 5; thesis 5")
+            + (road[CORR_F], road[CORR_F].median(), 5),
+            ("corr_s of the magnitude [%]", "median at most 15; thesis 10")
+            + (road[CORR_S], road[CORR_S].median(), 15),
+            (
+                f"booming peaks, {paired} pairs and {alone} of one curve alone, largest of a car [dB]",
+            )
+            + ("all at most 3; thesis 3", peaks, peaks.max(), 3),
+        )
     ]
 
 
@@ -107,35 +101,31 @@ def _steps(comparisons: pd.DataFrame) -> list[Claim]:
     what = comparisons["comparison"]
     surfaces = comparisons.loc[what == BY_SURFACES, PEAK].dropna()
     hammer = comparisons.loc[what == BY_HAMMER, PEAK].dropna()
-    rows = [
-        Claim(
-            "forces from surfaces, run held out, against measured forces at peaks, median (range) "
-            "[dB] (figure 38)",
-            "≤ 0.3",
-            _words(surfaces, 2),
-            bool(surfaces.max() <= 0.3),
-        )
-    ]
-    for way in dict.fromkeys(what[what.str.startswith(DESIGN)]):
-        found = comparisons.loc[what == way, PEAK].dropna()
-        rows.append(
-            Claim(
-                f"{way}, EnM1-GeM2-TSM3-Du4 in five vehicles, at peaks, median (range) [dB] "
-                "(figure 40)",
-                "≤ 0.5",
-                _words(found, 2),
-                bool(found.max() <= 0.5),
+    ways = {
+        way: comparisons.loc[what == way, PEAK].dropna()
+        for way in dict.fromkeys(what[what.str.startswith(DESIGN)])
+    }
+    return [
+        at_most(
+            "forces from surfaces, run held out, against measured forces at peaks, largest [dB] "
+            "(figure 38)",
+            0.3,
+            surfaces.max(),
+        ),
+        *(
+            at_most(
+                f"{way}, EnM1-GeM2-TSM3-Du4 in five vehicles, at peaks, largest [dB] (figure 40)",
+                0.5,
+                peaks.max(),
             )
-        )
-    rows.append(
-        Claim(
-            "hammer against reciprocal functions at peaks, median (range) [dB] (figure 41)",
-            "no claim; thesis 1 to 2",
+            for way, peaks in ways.items()
+        ),
+        reported(
+            "hammer against reciprocal functions at peaks, median (range) [dB] (figure 41; thesis "
+            "1 to 2)",
             _words(hammer),
-            True,
-        )
-    )
-    return rows
+        ),
+    ]
 
 
 def _causes(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Claim]:
@@ -149,14 +139,12 @@ def _causes(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Claim]:
     ):
         own = causes[causes["what is compared"] == what]
         rows.append(
-            Claim(
+            reported(
                 f"{words}: corr_f, corr_s [%], peaks [dB], medians (largest)",
-                "no claim",
                 "; ".join(
                     f"{own[name].median():.1f} ({own[name].max():.1f})"
                     for name in (CORR_F, CORR_S, PEAK)
                 ),
-                True,
             )
         )
     inversion, blocked = (

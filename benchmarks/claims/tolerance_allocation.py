@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim, draws
+from claims import Claim, at_most, between, draws
 from deboom.explore.tolerance_allocation import (
     ToleranceEffect,
 )
@@ -74,23 +74,18 @@ def _shipped() -> list[Claim]:
         Claim(
             "derivatives of σ by the tolerances against central differences, shipped fleet with "
             "batches and hardness, of the largest [1]",
-            "≤ 1e-6",
+            "at most 1e-6",
             f"{error:.1e}",
             bool(error <= 1e-6),
         ),
-        Claim(
-            "cost of the cheapest tolerances over one tolerance everywhere, same σ, shipped fleet",
-            "< 1",
-            f"{ratio:.2f} ({fair:.2f} where directions without effect are free for both)",
-            ratio < 1.0,
+        at_most(
+            "cost of the cheapest tolerances over one tolerance everywhere, same σ, shipped fleet; "
+            "where directions without effect are free for both",
+            1,
+            [ratio, fair],
         ),
-        Claim(
-            "σ of both with new draws: cheapest over uniform [%]",
-            "within ±2",
-            f"{100 * verified:+.2f}",
-            abs(verified) <= 0.02,
-        ),
-        Claim("time of the study with its defaults [s]", "≤ 60", f"{seconds:.0f}", seconds <= 60.0),
+        between("σ of both with new draws: cheapest over uniform [%]", (-2, 2), 100 * verified),
+        at_most("time of the study with its defaults [s]", 60, seconds, 0),
     ]
 
 

@@ -222,8 +222,8 @@ def _identification(level: str, table: pd.DataFrame, asked: Sequence[float]) -> 
         _at_most(table, body, asked, 0.9, ("centre", "inertia", "stiffness")),
         _at_most(table, gain, (0.1, 0.2), 0.9, ("gain_real", "gain_imaginary")),
         between(
-            f"{level}: cover of 68 % intervals, {scores.size} parameters; reduced χ {chi.min():.2f} "
-            f"to {chi.max():.2f} [%]",
+            f"{level}: cover of 68 % intervals of {scores.size} parameters, reduced χ "
+            f"{chi.min():.2f} to {chi.max():.2f} [%]",
             (55, 80),
             share,
             0,

@@ -75,25 +75,25 @@ def _words(values: pd.Series[float], digits: int = 1) -> str:
 
 def _road(comparisons: pd.DataFrame) -> list[Claim]:
     road = comparisons[comparisons["comparison"] == ON_ROAD]
-    peaks = road[PEAK].dropna()
-    paired, alone = road["paired peaks"].sum(), road["unpaired peaks"].sum()
+    corr_f, corr_s, peaks = road[CORR_F], road[CORR_S], road[PEAK].dropna()
+    alone, paired = road["unpaired peaks"].sum(), road["paired peaks"].sum()
     return [
-        Claim(
-            f"{what}, {len(road)} cars, median (range)",
-            asked,
-            _words(values),
-            bool(figure <= limit),
-        )
-        for what, asked, values, figure, limit in (
-            ("corr_f of the complex pressure [%]", "median at most 5; thesis 5")
-            + (road[CORR_F], road[CORR_F].median(), 5),
-            ("corr_s of the magnitude [%]", "median at most 15; thesis 10")
-            + (road[CORR_S], road[CORR_S].median(), 15),
-            (
-                f"booming peaks, {paired} pairs and {alone} of one curve alone, largest of a car [dB]",
-            )
-            + ("all at most 3; thesis 3", peaks, peaks.max(), 3),
-        )
+        at_most(
+            f"corr_f of the complex pressure and corr_s of the magnitude, median of {len(road)} "
+            "cars (thesis 5, 10) [%]",
+            [5, 15],
+            [corr_f.median(), corr_s.median()],
+            1,
+        ),
+        reported("the same, median (range) [%]", f"{_words(corr_f)}; {_words(corr_s)}"),
+        at_most(
+            f"booming peaks, {paired} pairs, {alone} of one curve alone, largest deviation (thesis "
+            "3) [dB]",
+            3,
+            peaks.max(),
+            1,
+        ),
+        reported("largest deviation of each car, median (range) [dB]", _words(peaks)),
     ]
 
 

@@ -14,7 +14,7 @@ from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
-from deboom.plot.modal import BodyMotion, mode_shapes, moving_mode_shapes, stabilisation_chart
+from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,7 +36,6 @@ __all__ = [
     "interval_panels",
     "line_maps",
     "mode_shapes",
-    "moving_mode_shapes",
     "parallel_coordinates",
     "pareto_front",
     "scatter_matrix",

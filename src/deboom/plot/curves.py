@@ -20,9 +20,8 @@ from deboom.plot.style import (
     VEHICLE_PALETTE,
     RealArray,
     finite,
-    freeze_layout,
+    halo,
     panel_grid,
-    place_labels,
     signed,
 )
 
@@ -341,6 +340,7 @@ def rpm_axis(axes: Axes, order: float, label: str = "engine speed [rpm]") -> Non
 _RANGE = 50.0  # dB below the loudest line; deeper notches leave the panel
 _HEADROOM = 9.0  # dB above the loudest line, for marker and label
 _ABOVE = 1.8  # dB between a curve and the tip that points at its peak
+_CLOSE = 0.09  # share of the axis; of two peaks nearer than that the second is labelled higher
 _SAME_PEAK = 1.5  # Hz; a peak that stayed where it was is labelled once
 
 
@@ -408,7 +408,6 @@ def spl_curves(
         _level_axis(panels[0], lines, np.vstack([rows["baseline"], rows["optimised"]]))
         if width == FULL_WIDTH:  # beside another figure the caption says it
             _spl_legend(figure, panels)
-        freeze_layout(figure)
         for place, axes in enumerate(panels):
             curves = (rows["baseline"][place], rows["optimised"][place])
             peaks = (np.asarray(peaks_before[place]), np.asarray(peaks_after[place]))
@@ -499,13 +498,18 @@ def _peaks(
     before, after = peaks
     moved = [f for f in after if not np.any(np.abs(before - f) < _SAME_PEAK)]
     labelled = np.concatenate([before, np.asarray(moved, dtype=float)])
+    labelled.sort()
     heights = np.maximum(*(np.interp(labelled, frequency, curve) for curve in curves)) + _ABOVE
-    every = np.concatenate([np.column_stack([frequency, curve]) for curve in curves])
-    place_labels(
-        axes,
-        np.column_stack([labelled, heights]),
-        [f"{f:.1f}" for f in labelled],
-        [INK] * labelled.size,
-        obstacles=every,
-        size=7.0,
-    )
+    close = np.diff(labelled, prepend=-np.inf) < _CLOSE * np.ptp(frequency)
+    raised = False
+    for peak, height, near in zip(labelled, heights, close, strict=True):
+        raised = bool(near) and not raised
+        axes.annotate(
+            f"{peak:.1f}",
+            (peak, height),
+            xytext=(0, 11 if raised else 3),
+            textcoords="offset points",
+            ha="center",
+            fontsize=7.0,
+            path_effects=halo(2.0),
+        )

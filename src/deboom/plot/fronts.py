@@ -17,8 +17,6 @@ from deboom.plot.style import (
     canvas,
     figure_of,
     finite,
-    freeze_layout,
-    place_labels,
     place_legend,
 )
 
@@ -89,7 +87,6 @@ def pareto_front(
     if today:
         finite("pareto_front", {"baseline": today})
     finite("pareto_front", picks)
-    chosen = _by_place(picks)
     order = np.argsort(front["mean"], kind="stable")
     points = np.column_stack([front["mean"], front["sigma"]])[order]
     with canvas(ax, width, min(4.0, 0.85 * width)) as axes:
@@ -109,30 +106,23 @@ def pareto_front(
             label=label,
         )
         for place in today:
-            axes.plot(*place, "X", color=INK, markersize=8, zorder=4)
-        for number, position in enumerate(chosen):
+            axes.plot(*place, "X", color=INK, markersize=8, ls="none", zorder=4, label="baseline")
+        for number, (position, name) in enumerate(_by_place(picks).items()):
             axes.plot(
                 *position,
                 marker=_PICK_MARKERS[number % len(_PICK_MARKERS)],
                 color=VEHICLE_PALETTE[1],
                 markeredgecolor="white",
                 markersize=8.5,
+                linestyle="none",
                 zorder=5,
+                label=name,
             )
         axes.margins(0.08)
         axes.set_xlabel(f"← better    {mean_label}")
         axes.set_ylabel(f"← better    {sigma_label}")
         axes.ticklabel_format(useOffset=False, style="plain")
-        place_legend(axes, ax, loc="outside upper right")
-        freeze_layout(figure_of(axes))
-        place_labels(
-            axes,
-            np.array([*today, *chosen]),
-            ["baseline"] * len(today) + list(chosen.values()),
-            [INK] * len(today) + [VEHICLE_PALETTE[1]] * len(chosen),
-            obstacles=points,
-            size=9.0,
-        )
+        place_legend(axes, ax, loc="outside upper right", ncols=2)
         return axes
 
 

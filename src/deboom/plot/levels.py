@@ -11,17 +11,7 @@ import numpy.typing as npt
 
 from deboom.errors import InputError
 from deboom.plot.curves import rpm_axis
-from deboom.plot.style import (
-    INK,
-    MUTED,
-    canvas,
-    figure_of,
-    finite,
-    freeze_layout,
-    panel_grid,
-    place_labels,
-    place_legend,
-)
+from deboom.plot.style import INK, MUTED, canvas, finite, halo, panel_grid, place_legend
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,8 +19,6 @@ if TYPE_CHECKING:
 
 _NAMED = 0.05
 """Share of the pressure from which a path is named [1]."""
-_ALONG = 20
-"""Points of a line that labels keep clear of."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -121,8 +109,6 @@ def vector_sum(
     if not contributions:
         raise InputError("figure vector_sum: there is no state to draw")
     with canvas(ax, 5.4, 3.0) as axes:
-        middles: dict[str, complex] = {}
-        drawn = []
         for number, (state, given) in enumerate(contributions.items()):
             values = np.asarray(given, dtype=complex)
             finite("vector_sum", {"paths": np.zeros(len(paths)), state: np.abs(values)})
@@ -130,27 +116,25 @@ def vector_sum(
             style = "-" if number else "--"
             for path, start, end, colour in zip(paths, ends, ends[1:], colours, strict=False):
                 axes.plot([start.real, end.real], [start.imag, end.imag], style, color=colour)
-                drawn.append(np.linspace(start, end, _ALONG))
                 if number == 0 and abs(end - start) > _NAMED * abs(ends[-1]):
-                    middles[path] = (start + end) / 2
+                    middle = (start + end) / 2
+                    axes.annotate(
+                        path,
+                        (middle.real, middle.imag),
+                        xytext=(4, 4),
+                        textcoords="offset points",
+                        color=colour,
+                        fontsize=9.0,
+                        path_effects=halo(2.0),
+                        zorder=5,
+                    )
             tip, colour = ends[-1], INK if number else MUTED
             label = f"{state}: {abs(tip):.3g} {unit}"
             axes.plot([0, tip.real], [0, tip.imag], color=colour, linewidth=2.4, label=label)
             axes.plot(tip.real, tip.imag, "o", color=colour, markersize=6)
-            drawn.append(np.linspace(0.0, tip, _ALONG))
         axes.margins(0.1)
         axes.set_aspect("equal", adjustable="datalim")
         axes.set_xlabel(f"real part [{unit}]")
         axes.set_ylabel(f"imaginary part [{unit}]")
         place_legend(axes, ax, loc="outside upper right", ncols=len(contributions))
-        freeze_layout(figure_of(axes))
-        paint = dict(zip(paths, colours, strict=False))
-        place_labels(
-            axes,
-            np.array([*middles.values()], dtype=complex).view(float).reshape(-1, 2),
-            list(middles),
-            [paint[path] for path in middles],
-            obstacles=np.concatenate(drawn).view(float).reshape(-1, 2),
-            size=9.0,
-        )
         return axes

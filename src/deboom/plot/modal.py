@@ -27,7 +27,6 @@ from deboom.plot.style import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
     from matplotlib.lines import Line2D
 
 _STABLE, _ALONE = VEHICLE_PALETTE[0], VEHICLE_PALETTE[1]
@@ -108,30 +107,15 @@ def stabilisation_chart(
 
 
 RealArray = npt.NDArray[np.float64]
-ComplexArray = npt.NDArray[np.complex128]
 
 LARGEST = 0.28
 """Largest displacement in the drawing [m]; a real one is below a tenth of a millimetre."""
 
-_ENDS = ((0.0, VEHICLE_PALETTE[0], "one end"), (np.pi, VEHICLE_PALETTE[1], "half a period later"))
 N_FRAMES = 12
 _PANEL_LENGTH = 0.45
 _MARGIN = 0.4
 """Around the points, for what moves [m]."""
-
-
-@dataclass(frozen=True)
-class _View:
-    name: str
-    plane: tuple[int, int]
-    axes: tuple[str, str]
-    with_panels: bool
-    names_carrier: bool
-
-
-_SIDE = _View("side view", (0, 2), ("x", "z"), with_panels=True, names_carrier=False)
-_TOP = _View("top view", (0, 1), ("x", "y"), with_panels=True, names_carrier=False)
-_FRONT = _View("front view", (1, 2), ("y", "z"), with_panels=False, names_carrier=True)
+_VIEWS = (("x", "z", "side view"), ("y", "z", "front view"))
 
 
 @dataclass(frozen=True, eq=False)
@@ -153,38 +137,11 @@ class BodyMotion:
     motion: npt.ArrayLike
 
 
-def mode_shapes(body: BodyMotion) -> Figure:
-    """Draw every mode in three views, undeformed and at both ends of its motion.
-
-    - raises InputError: shapes that disagree, values that are not finite.
-    """
-    drawing = _Drawing(body)
-    rows = len(body.titles)
-    views = (_SIDE, _TOP, _FRONT)
-    with styled_figure(FULL_WIDTH, 0.7 + 1.45 * rows) as figure:
-        widths = [max(sum(drawing.extent(view)[0]), 2.4) for view in views]
-        grid = figure.subplots(rows, len(views), squeeze=False, width_ratios=widths)
-        for mode, line in enumerate(grid):
-            for axes, view in zip(line, views, strict=True):
-                drawing.at_rest(axes, view, last=mode == rows - 1)
-                for phase, colour, label in _ENDS:
-                    for drawn in drawing.moved(axes, view, mode, phase, colour):
-                        drawn.set_label(label)
-                if mode == 0:
-                    drawing.name_points(axes, view)
-            title = f"{body.titles[mode]}; {drawing.scale_text(mode)}"
-            line[0].set_title(title, loc="left", fontweight="bold", fontsize=8.0)
-        handles, labels = grid[0, 0].get_legend_handles_labels()
-        shown = dict(zip(labels, handles, strict=True))
-        figure.legend(shown.values(), shown.keys(), loc="outside lower center", ncols=3)
-        return figure
-
-
-def moving_mode_shapes(body: BodyMotion) -> bytes:
+def mode_shapes(body: BodyMotion) -> bytes:
     """Draw the modes in motion, one period that repeats: from the side, the carrier from the front.
 
-    - returns animated PNG.
-    - raises InputError: as `mode_shapes`.
+    - returns animated PNG; a reader that does not move it shows one end of the motion.
+    - raises InputError: shapes that disagree, values that are not finite, no point of a carrier.
     """
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from PIL import Image
@@ -194,25 +151,22 @@ def moving_mode_shapes(body: BodyMotion) -> bytes:
     frames: list[Image.Image] = []
     with styled_figure(1.75 * columns, 3.0) as figure:
         grid = figure.subplots(2, columns, squeeze=False)
-        for mode in range(columns):
-            for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True):
-                drawing.at_rest(axes, view, last=True)
-                if mode:
-                    axes.set_ylabel("")
-                    axes.tick_params(labelleft=False)
-            grid[0, mode].set_title(body.titles[mode], loc="left", fontsize=8.0)
+        for (view, mode), axes in np.ndenumerate(grid):
+            drawing.at_rest(axes, view, named=mode == 0)
+            if view == 0:
+                axes.set_title(body.titles[mode], loc="left", fontsize=8.0)
         figure.set_dpi(100)
         agg = FigureCanvasAgg(figure)
         agg.draw()
         at_rest = agg.copy_from_bbox(figure.bbox)  # drawn once, under every frame
         for frame in range(N_FRAMES):
-            phase = 2 * np.pi * frame / N_FRAMES
             agg.restore_region(at_rest)
-            for mode in range(columns):
-                for axes, view in zip(grid[:, mode], (_SIDE, _FRONT), strict=True):
-                    for line in drawing.moved(axes, view, mode, phase, VEHICLE_PALETTE[0]):
-                        axes.draw_artist(line)
-                        line.remove()
+            turned = np.exp(2j * np.pi * frame / N_FRAMES)
+            for (view, mode), axes in np.ndenumerate(grid):
+                points = drawing.positions + (drawing.motion[mode] * turned).real
+                for line in drawing.lines(axes, view, points, VEHICLE_PALETTE[0], 1.4, "-"):
+                    axes.draw_artist(line)
+                    line.remove()
             still = Image.fromarray(np.asarray(agg.buffer_rgba())).convert("RGB")
             frames.append(still.quantize(64, palette=frames[0] if frames else None))
     close(figure)
@@ -237,82 +191,42 @@ class _Drawing:
                 f"figure mode_shapes: {expected[0]} modes and {expected[1]} points are named, but "
                 f"motion is {motion.shape} and positions {self.positions.shape}"
             )
-        finite("mode_shapes", {"motion": np.abs(motion)})
+        length = np.sqrt(
+            np.sum(finite("mode_shapes", {"motion": np.abs(motion)})["motion"] ** 2, 2)
+        )
         self.is_panel = np.any(self.normals != 0, axis=1)
         if self.is_panel.all():
             raise InputError("figure mode_shapes: there is no point of the carrier to draw")
-        self.sizes = [self._sizes(shape) for shape in motion]
-        self.motion: ComplexArray = np.stack(
-            [
-                np.where(self.is_panel[:, None], shape / panels, shape / carrier) * LARGEST
-                for shape, (carrier, panels) in zip(motion, self.sizes, strict=True)
-            ]
-        )
-        self.outline = self._outline()
-
-    def _sizes(self, shape: ComplexArray) -> tuple[float, float]:
-        """Largest motion of the carrier and of the panels; 1 where there is none."""
-        length = np.sqrt(np.sum(np.abs(shape) ** 2, axis=1))
-        carrier = float(length[~self.is_panel].max(initial=0.0)) or 1.0
-        return carrier, float(length[self.is_panel].max(initial=0.0)) or 1.0
-
-    def _outline(self) -> npt.NDArray[np.intp]:
-        """Carrier points in the order of a closed line, seen from the front."""
+        for part in (self.is_panel, ~self.is_panel):
+            size = length[:, part].max(axis=1, initial=0.0)
+            motion[:, part] *= (LARGEST / np.where(size > 0.0, size, 1.0))[:, None, None]
+        self.motion = motion
+        # carrier points in the order of a closed line, seen from the front
         carrier = np.flatnonzero(~self.is_panel)
         offset = self.positions[carrier, 1:] - self.positions[carrier, 1:].mean(axis=0)
         order = carrier[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))]
-        return np.append(order, order[0])
+        self.outline = np.append(order, order[0])
 
-    def scale_text(self, mode: int) -> str:
-        """How much more the carrier is magnified than the panels."""
-        carrier, panels = self.sizes[mode]
-        if not self.is_panel.any():
-            return "all points on one scale"
-        return f"carrier magnified {panels / carrier:.1f} times as much as panels"
-
-    def extent(self, view: _View) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Reach of a view left and right of, and below and above, the origin [m]."""
-        shown = self.positions if view.with_panels else self.positions[~self.is_panel]
-        points = shown[:, list(view.plane)]
-        low, high = points.min(axis=0) - _MARGIN, points.max(axis=0) + _MARGIN
-        return (float(-low[0]), float(high[0])), (float(-low[1]), float(high[1]))
-
-    def at_rest(self, axes: Axes, view: _View, *, last: bool) -> None:
-        """Draw the body undeformed, with axes to scale."""
-        across, up = self.extent(view)
-        axes.set_xlim(-across[0], across[1])
-        axes.set_ylim(-up[0], up[1])
+    def at_rest(self, axes: Axes, view: int, *, named: bool) -> None:
+        """Draw the body undeformed, with axes to scale, and the names of what a view shows."""
+        across, up, title = _VIEWS[view]
+        shown = self.positions[~self.is_panel | (view == 0)][:, _plane(view)]
+        low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+        axes.set_xlim(low[0], high[0])
+        axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
-        for drawn in self._body(axes, view, self.positions, MUTED, 0.8, (0, (3, 2))):
-            drawn.set_label("at rest")
-        axes.set_ylabel(f"{view.axes[1]} [m]")
-        axes.tick_params(labelbottom=last)
-        if last:
-            axes.set_xlabel(f"{view.axes[0]} [m], {view.name}")
-
-    def moved(self, axes: Axes, view: _View, mode: int, phase: float, colour: str) -> list[Line2D]:
-        """Draw the body as a mode holds it at one phase."""
-        points = self.positions + (self.motion[mode] * np.exp(1j * phase)).real
-        return self._body(axes, view, points, colour, 1.4, "-")
-
-    def name_points(self, axes: Axes, view: _View) -> None:
-        """Write each name once: panels where their motion shows, the carrier from the front."""
-        first, second = view.plane
-        for place, label in enumerate(self.labels):
-            above = True
-            if self.is_panel[place]:
-                in_plane = float(np.linalg.norm(self.normals[place][list(view.plane)]))
-                written = view.with_panels and in_plane > 0.1
-                written = written and (view is _SIDE or abs(self.normals[place][1]) > 0.5)
-            else:
-                written = view.names_carrier
-                others = self.positions[~self.is_panel, second]
-                above = self.positions[place, second] > others.min() + 0.1 * np.ptp(others)
-            if written:
+        self.lines(axes, view, self.positions, MUTED, 0.8, (0, (3, 2)))
+        axes.set_xlabel(f"{across} [m], {title}")
+        if not named:
+            axes.tick_params(labelleft=False)
+            return
+        axes.set_ylabel(f"{up} [m]")
+        for label, place, is_panel in zip(self.labels, self.positions, self.is_panel, strict=True):
+            if is_panel == (view == 0):
                 axes.annotate(
                     label,
-                    (self.positions[place, first], self.positions[place, second]),
-                    xytext=(0, 7 if above else -11),
+                    tuple(place[_plane(view)]),
+                    xytext=(0, 7),
                     textcoords="offset points",
                     ha="center",
                     fontsize=5.5,
@@ -320,19 +234,20 @@ class _Drawing:
                     path_effects=halo(1.5),
                 )
 
-    def _body(
+    def lines(
         self,
         axes: Axes,
-        view: _View,
+        view: int,
         points: RealArray,
         colour: str,
         width: float,
         style: str | tuple[int, tuple[int, ...]],
     ) -> list[Line2D]:
-        plane = list(view.plane)
+        """Draw the outline of the carrier and, from the side, the panels."""
+        plane = _plane(view)
         line = points[self.outline][:, plane]
         drawn = axes.plot(*line.T, color=colour, lw=width, ls=style, marker=".", ms=3.0)
-        for place in np.flatnonzero(self.is_panel & view.with_panels):
+        for place in np.flatnonzero(self.is_panel & (view == 0)):
             normal = self.normals[place][plane]
             length = float(np.linalg.norm(normal))
             if length < 0.1:
@@ -341,3 +256,8 @@ class _Drawing:
             ends = np.stack([points[place][plane] - along, points[place][plane] + along])
             drawn += axes.plot(*ends.T, color=colour, lw=width + 0.6, ls=style)
         return drawn
+
+
+def _plane(view: int) -> list[int]:
+    """Return the columns of positions across and up in a view."""
+    return ["xyz".index(axis) for axis in _VIEWS[view][:2]]

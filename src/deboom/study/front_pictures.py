@@ -231,7 +231,7 @@ def _modes(report: Report, front: RobustFront) -> None:
     titles = [f"{new:.1f} Hz (today {old:.1f})" for old, new in zip(*frequency, strict=True)]
     report.figure(
         "modes",
-        lambda: plot.moving_mode_shapes(
+        lambda: plot.mode_shapes(
             plot.BodyMotion(labels, places, np.zeros_like(places), titles, motion)
         ),
         "The powertrain's rigid-body modes with best mean, in motion at the mounts.",

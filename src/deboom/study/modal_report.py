@@ -35,8 +35,12 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
     )
     caption = "Stabilisation chart: poles over the order of the polynomial."
     report.figure("stabilisation", _stabilisation(modes), caption)
-    moved = plot.mode_shapes(body_motion(modes))
-    report.figure("mode_shapes", moved, "Shapes of the modes at the mounts and panels.")
+    report.figure(
+        "mode_shapes",
+        lambda: plot.mode_shapes(body_motion(modes)),
+        "Shapes of the modes at the mounts and panels, in motion; carrier and panels are scaled "
+        "apart.",
+    )
     titles = [f"{value:.1f} Hz" for value in modes.frequency]
     panels = modes.panels
     numbers = [f"mode {n}" for n in range(1, modes.n_modes + 1)]

@@ -14,11 +14,10 @@ n_parts_verified; seconds (of the box); surface_difference_at_peaks_db (library 
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import numpy as np
 import numpy.typing as npt
@@ -30,15 +29,12 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.explore.box import Box, BoxQuestion, VerifiedShare, face_shares, verified_share
+from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import (
-    BoxEffort,
     FoundBox,
-    UnreachableLimit,
     kept_offset,
     largest_box,
     tolerance_box,
-    trade_off,
 )
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
@@ -48,7 +44,7 @@ from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.mounts.mount import mean_operating_stiffness
-from deboom.plot.style import INK, MUTED, mount_colours, vehicle_colours
+from deboom.plot.style import mount_colours
 from deboom.report import Report
 from deboom.study.made_parts import tolerance_cost
 from deboom.study.options import Quantity, Seed, factor_space, limited_response
@@ -72,9 +68,6 @@ POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
 SHOWN_PARTS = 4096
 """Parts of the box whose levels are drawn, and of each of its faces."""
-CURVE = (-0.5, -0.25, 0.0, 0.25, 0.5, 0.75)
-"""Steps of the curve over the limit, in parts of what the limit could be lowered by at most [1]."""
-CURVE_EFFORT = BoxEffort(starts=1, fine=((0.15, 1024),), calibration=16384)
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 PERCENT = 100.0
@@ -102,7 +95,6 @@ class Options:
     pick: Annotated[Pick, Option(help="Design of the front.")] = Pick.best_mean
     bounds: Annotated[float, Option(help="Designs lie within 1 ± this [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the box beside [1].")] = 0.15
-    curve: Annotated[bool, Option(help="Boxes at other limits, too.")] = True
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
     workers: Annotated[int, Option(help="Processes; any number gives the same box.")] = 1
@@ -178,7 +170,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "share_verified": check.share,
         "share_bound": check.bound,
         "width_ratio_pm15": study.width_over_plain,
-        "share_pm15": study.verified(study.plain, asked).share,
+        "share_pm15": verified_share(
+            asked, study.plain, seed=study.seed, n_parts=check.n_parts, confidence=check.confidence
+        ).share,
         "n_axes": int(study.effective.sum()),
         "n_ends_on_bounds": int(study.on_bounds.sum()),
         "limit_db_first_vehicle": float(asked.limit[0]),
@@ -197,7 +191,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     _box(report, study)
     _levels(report, study, certainty, what)
-    _curve(report, study)
     model.runs.append_to(report)
     return report
 
@@ -255,7 +248,6 @@ class BoxStudy:
     - `space`: designs and their tolerance.
     - `point` (k,): the Pareto point [1].
     - `found`: the largest box, verified.
-    - `curve`: what the limits were lowered by [dB], and the box there.
     """
 
     runs: Operation
@@ -263,7 +255,6 @@ class BoxStudy:
     space: DesignSpace
     point: RealArray
     found: FoundBox
-    curve: Sequence[tuple[float, FoundBox | UnreachableLimit]]
     seed: int
 
     @property
@@ -380,17 +371,6 @@ class BoxStudy:
             f"{lines[-1]:g} Hz, load case {case.name}, motion as in that run"
         )
 
-    def half_widths(self, box: Box) -> RealArray:
-        """Relative half widths of the intervals with an effect, shape (n_effective,) [1]."""
-        return np.asarray(0.5 * box.width[self.effective] / box.centre[self.effective])
-
-    def verified(self, box: Box, question: BoxQuestion) -> VerifiedShare:
-        """Verify another box with the parts that verified the largest one."""
-        check = self.found.verified
-        return verified_share(
-            question, box, seed=self.seed, n_parts=check.n_parts, confidence=check.confidence
-        )
-
     @property
     def _unit(self) -> RealArray:
         size = len(self.variables)
@@ -400,7 +380,7 @@ class BoxStudy:
 def box_study(
     model: Model, point: RealArray, question: BoxQuestion, options: Options, progress: Progress
 ) -> BoxStudy:
-    """Find the box of a question, those at other limits, and what they are compared with.
+    """Find the box of a question, and what it is compared with.
 
     - raises InputError: variables that are not the mounts' stiffness factors, a share or limit that
       no box keeps.
@@ -413,12 +393,7 @@ def box_study(
         )
     seed, workers = options.seed, options.workers
     found = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
-    steps = [part * found.room for part in CURVE if part != 0.0] if options.curve else []
-    boxes = trade_off(
-        question, steps, seed=seed, points=[point], effort=CURVE_EFFORT, workers=workers
-    )
-    pairs = sorted([(0.0, found), *zip(steps, boxes, strict=True)], key=lambda pair: pair[0])
-    return BoxStudy(model.runs, model.index, model.space, point, found, tuple(pairs), seed)
+    return BoxStudy(model.runs, model.index, model.space, point, found, seed)
 
 
 def share_measured_again(study: BoxStudy) -> Interval:
@@ -561,74 +536,6 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         "parts that miss the limit [%]": PERCENT * study.missed,
     }
     report.table("vehicles", pd.DataFrame(table), f"{study.response.quantity}: limits, levels.")
-
-
-def _curve(report: Report, study: BoxStudy) -> None:
-    """Show what other limits cost."""
-    table = curve_table(study)
-    if len(study.curve) < 2:
-        report.table("curve", table)
-        return
-    report.section(
-        "What the limit costs",
-        f"The limit could be lowered by {study.found.room:.2f} dB at most, where the box shrinks "
-        "to a point. Each box of the curve is verified as the one above.",
-    )
-    boxes = table[table["box"] == "found"]
-    column, width = "limit against the stated one [dB]", "geometric mean half width [%]"
-    rising = boxes.sort_values(column)
-    plain = f"share that ±{PERCENT * study.tolerance:g} % keeps"
-    shares = {
-        "mean half width of the box": {"half width": rising[width]},
-        plain: {"share": rising["share of one tolerance [%]"]},
-        "parts that miss a limit": {
-            name: rising[f"{name} missed by [%]"] for name in study.vehicles
-        },
-    }
-    colours = vehicle_colours(study.runs.platform.fleet.names)
-    report.figure(
-        "trade_off",
-        lambda: plot.curve_panels(
-            [plot.CurvePanel(title, rising[column], values) for title, values in shares.items()],
-            x_label=column,
-            y_label="[%]",
-            colours={"half width": INK, "share": MUTED} | colours,
-        ),
-        "Width of the box, what one tolerance keeps, and which vehicle's limit the parts of the "
-        "box miss, over the limit.",
-    )
-    shown = table[[name for name in table.columns if not name.endswith("missed by [%]")]]
-    fine = ("share [%]", "share at least [%]", "limit of the first vehicle [dB(A)]")
-    decimals = {name: 2 for name in shown.columns if name in fine}
-    report.table("curve", table, "Boxes over the limit.", decimals, shown=shown)
-
-
-def curve_table(study: BoxStudy) -> pd.DataFrame:
-    """One row per limit: the largest box there, and what the box of one tolerance keeps."""
-    rows: list[dict[str, Any]] = []
-    for step, one in study.curve:
-        question = study.question.lowered(step)
-        rows.append(
-            {
-                "limit against the stated one [dB]": -step,
-                "limit of the first vehicle [dB(A)]": question.limit[0],
-                "box": "found",
-            }
-        )
-        if isinstance(one, UnreachableLimit):
-            rows[-1] |= {"box": "none", "binding vehicle": one.binding}
-            continue
-        missed = 1.0 - one.verified.by_response
-        rows[-1] |= {
-            "geometric mean half width [%]": PERCENT * gmean(study.half_widths(one.box)),
-            "share [%]": PERCENT * one.verified.share,
-            "share at least [%]": PERCENT * one.verified.bound,
-            "share of one tolerance [%]": PERCENT * study.verified(study.plain, question).share,
-            "binding vehicle": study.vehicles[int(np.argmax(missed))],
-        }
-        names = (f"{name} missed by [%]" for name in study.vehicles)
-        rows[-1] |= dict(zip(names, PERCENT * missed, strict=True))
-    return pd.DataFrame(rows)
 
 
 def acceptance_box(study: BoxStudy, certainty: Interval) -> AcceptanceBox:

@@ -50,8 +50,6 @@ SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
-ON_CURVE = 8
-"""Targets on the curve of cost over target."""
 PERCENT = 100.0
 
 
@@ -257,31 +255,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         }
     )
     report.table("allocation", allocation, "Half widths, three standard deviations.")
-
-    report.section("What other targets cost", "The same design with more or less scatter.")
-    curve = task.cost_of_targets(ON_CURVE)
-    label = "σ of the mean level [dB]" if by_sigma else "parts × vehicles within limits [%]"
-    column = curve.columns[0]
-    report.figure(
-        "cost_of_target",
-        plot.curve_panels(
-            [
-                plot.CurvePanel(
-                    "same design, same target",
-                    (1.0 if by_sigma else PERCENT) * curve[column],
-                    {
-                        "cheapest tolerances": curve["cost cheapest [1]"],
-                        "one tolerance everywhere": curve["cost uniform [1]"],
-                    },
-                )
-            ],
-            x_label=label,
-            y_label="cost of the tolerances [1]",
-            columns=1,
-        ),
-        "Least cost over the target, and uniform.",
-    )
-    report.table("cost_of_target", curve)
 
     report.section("Verification", f"{DRAWS} draws of the parts that nothing was chosen by.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"

@@ -28,8 +28,6 @@ QUICK = BoxEffort(
 def few_parts():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(STUDY.module, "largest_box", partial(largest_box, effort=QUICK))
-        patch.setattr(STUDY.module, "CURVE_EFFORT", QUICK)
-        patch.setattr(STUDY.module, "CURVE", (0.5, 1.5))
         patch.setattr(STUDY.module, "POPULATION", 20)
         patch.setattr(STUDY.module, "GENERATIONS", 15)
         yield
@@ -42,7 +40,7 @@ def finished(tmp_path_factory):
 
 
 def run(tmp_path, **options):
-    return run_study(STUDY, tmp_path, {**ASKED, "curve": False, **options})
+    return run_study(STUDY, tmp_path, {**ASKED, **options})
 
 
 def test_the_box_keeps_its_share_and_is_larger_than_the_others(finished):
@@ -64,12 +62,8 @@ def test_tables_and_pictures_are_there(finished):
     assert ends["TSM x"] == "to"
     # one end of TSM x and one of Du x, as n_ends_on_bounds counts them
     assert (ends != "neither").sum() == 2
-    curve = pd.read_csv(finished / "curve.csv")
-    assert curve["box"].tolist() == ["found", "found", "none"]
-    width = curve["geometric mean half width [%]"].dropna()
-    assert width.is_monotonic_decreasing
     figures = {path.stem for path in (finished / "figures").iterdir()}
-    assert figures == {"box", "levels", "trade_off"}
+    assert figures == {"box", "levels"}
     assert "U06-3" in (finished / "report.html").read_text(encoding="utf-8")
 
 
@@ -102,7 +96,6 @@ def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):
     assert box.band_hz == (25.0, 40.0)
     assert {response.limit for response in box.responses} == {74.5}
     assert box.share_verified > 0.94
-    assert not (folder / "figures" / "trade_off.png").exists()
 
 
 def test_a_limit_below_today_is_one_of_each_vehicle(tmp_path):

@@ -122,7 +122,6 @@ def largest_box(
     *,
     seed: int,
     points: Sequence[npt.ArrayLike] = (),
-    boxes: Sequence[Box] = (),
     effort: BoxEffort | None = None,
     workers: int = 1,
     progress: Progress | None = None,
@@ -135,9 +134,8 @@ def largest_box(
         What is asked.
     seed : int
         Seed from 1 upwards. Same seed, same box, whatever the number of workers.
-    points, boxes : sequence of array, shape (k,), sequence of Box
-        Designs and boxes to start from as well, such as those of a front or of a neighbouring
-        limit.
+    points : sequence of array, shape (k,)
+        Designs to start from as well, such as those of a front.
     effort : BoxEffort, optional
         How hard it is searched for.
     workers, progress : int, callable, optional
@@ -190,7 +188,6 @@ def largest_box(
     few = search[: effort.coarse[0][1]]
     shares = [(x, question.share) for x in designs] + [(designs[0], _OUTSIDE * question.share)]
     begins = [_box_around(question, x, _largest_size(question, x, few, part)) for x, part in shares]
-    begins += boxes
     coarse = partial(_coarse, question, effort, search, sample)
     if workers == 1:
         ends = [coarse(begin) for begin in begins]
@@ -488,38 +485,6 @@ def _refuse_flat(question: BoxQuestion, box: Box) -> None:
             f"between {box.lower[column]:.6g} and {box.upper[column]:.6g}; raise the limit, lower "
             "the share or widen the bounds"
         )
-
-
-def trade_off(
-    question: BoxQuestion,
-    steps: Sequence[float],
-    *,
-    seed: int,
-    points: Sequence[npt.ArrayLike] = (),
-    effort: BoxEffort | None = None,
-    workers: int = 1,
-) -> tuple[FoundBox | UnreachableLimit, ...]:
-    """Find the largest box with all limits lowered by each step, starting from the one before too.
-
-    For a limit that cannot be reached, the error that says why stands in place of the box. Other
-    parameters are as for `largest_box`.
-    """
-    boxes: dict[float, FoundBox | UnreachableLimit] = {}
-    before: tuple[Box, ...] = ()
-    for step in sorted(steps):
-        try:
-            largest = largest_box(
-                question.lowered(step),
-                seed=seed,
-                points=points,
-                boxes=before,
-                effort=effort,
-                workers=workers,
-            )
-            boxes[step], before = largest, (largest.box,)
-        except UnreachableLimit as error:
-            boxes[step] = error
-    return tuple(boxes[step] for step in steps)
 
 
 def tolerance_box(names: Sequence[str], design: RealArray, tolerance: float) -> Box:

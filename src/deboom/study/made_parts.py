@@ -384,36 +384,6 @@ class ToleranceTask:
         share = float(good.mean())
         return Verified(sigma, share, share - ONE_SIDED_95 * error)
 
-    def cost_of_targets(self, n: int) -> pd.DataFrame:
-        """Tabulate the cost of n targets between the tightest and the widest tolerances."""
-        bounds = (self.allocator.lower, self.allocator.upper)
-        tightest, widest = (self.allocator.at(np.asarray(bound)) for bound in bounds)
-        targets: Sequence[SigmaTarget | ShareTarget]
-        if self.limits is None:
-            label = "sigma of the level [dB]"
-            steps = np.linspace(1.02 * tightest.sigma_sum, 0.98 * widest.sigma_sum, n)
-            targets = [self._sigma(float(step)) for step in steps]
-            asked = steps * self.per_line
-        else:
-            label = "share within limits [1]"
-            low, high = (
-                float(found.scattered.soft_share(self.limits)[0].mean())
-                for found in (widest, tightest)
-            )
-            margin = 0.02 * np.ptp([low, high])
-            asked = np.linspace(low + margin, high - margin, n)
-            targets = [self._share(float(step)) for step in asked]
-        cheapest = np.array([self.allocator.cheapest(target).total_cost for target in targets])
-        uniform = np.array([self.allocator.uniform(target).total_cost for target in targets])
-        return pd.DataFrame(
-            {
-                label: asked,
-                "cost cheapest [1]": cheapest,
-                "cost uniform [1]": uniform,
-                "ratio [1]": cheapest / uniform,
-            }
-        )
-
     def _sigma(self, total: float) -> SigmaTarget:
         return SigmaTarget(total, self.per_line, "σ of the mean level [dB]")
 

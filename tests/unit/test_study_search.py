@@ -15,7 +15,7 @@ from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.study.front import Front
 from deboom.study.options import Aim, aim_note, robust_response
-from deboom.study.search import Budget, ThoroughSearchOptions, robust_search
+from deboom.study.search import ThoroughSearchOptions, robust_search
 from known_truth import quad2
 
 MODEL = quad2(5, seed=1)
@@ -32,13 +32,13 @@ def found(budget, seed=3, robust=ROBUST):
 
 
 def test_one_search_is_that_of_nsga2():
-    whole, alone = found(Budget(12, 5)), nsga2(ROBUST, 12, 5, seed=3)
+    whole, alone = found(ThoroughSearchOptions(5, 12)), nsga2(ROBUST, 12, 5, seed=3)
     np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
     np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
 
 
 def test_several_searches_give_the_front_of_all():
-    whole = found(Budget(12, 5, searches=3))
+    whole = found(ThoroughSearchOptions(5, 12, searches=3))
     each = [nsga2(ROBUST, 12, 5, seed=seed) for seed in (3, 4, 5)]
     expected = pareto_front(*(search.front for search in each))
     np.testing.assert_array_equal(whole.front.designs, expected.designs)
@@ -71,7 +71,7 @@ def test_searches_begin_with_given_designs():
 
 def test_bad_budgets_are_refused():
     with pytest.raises(InputError, match="0 searches find nothing"):
-        found(Budget(12, 5, searches=0))
+        found(ThoroughSearchOptions(5, 12, searches=0))
 
 
 @dataclass(frozen=True)

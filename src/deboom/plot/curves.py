@@ -29,8 +29,6 @@ if TYPE_CHECKING:
     from matplotlib.artist import Artist
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
 
 _PANEL_HEIGHT = {1: 2.3, 2: 1.85, 3: 1.6, 4: 1.6}  # in, by the number of columns
 _DASH, _GAP = 4.0, 1.6  # in line widths
@@ -406,12 +404,12 @@ def spl_curves(
             if place % columns == 0:
                 axes.set_ylabel("SPL [dB(A)]")
         _level_axis(panels[0], lines, np.vstack([rows["baseline"], rows["optimised"]]))
-        if width == FULL_WIDTH:  # beside another figure the caption says it
-            _spl_legend(figure, panels)
         for place, axes in enumerate(panels):
             curves = (rows["baseline"][place], rows["optimised"][place])
             peaks = (np.asarray(peaks_before[place]), np.asarray(peaks_after[place]))
             _peaks(axes, lines, curves, peaks, colours[vehicles[place]])
+        if width == FULL_WIDTH:  # beside another figure the caption says it
+            _spl_legend(figure, panels)
         return figure
 
 
@@ -419,11 +417,16 @@ def _curves(
     axes: Axes, frequency: RealArray, before: RealArray, after: RealArray, colour: str
 ) -> None:
     quieter = after < before
+    axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="baseline")
+    axes.plot(frequency, after, color=colour, linewidth=1.5, label="optimised")
     axes.fill_between(
-        frequency, before, after, where=quieter, color=colour, alpha=0.22, linewidth=0.0
+        *(frequency, before, after),
+        where=quieter,
+        color=colour,
+        alpha=0.22,
+        linewidth=0.0,
+        label="quieter than baseline",
     )
-    axes.plot(frequency, before, color=MUTED, linewidth=1.1, linestyle=(0, (4, 1.6)))
-    axes.plot(frequency, after, color=colour, linewidth=1.5)
 
 
 def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:
@@ -441,39 +444,12 @@ def _level_axis(axes: Axes, frequency: RealArray, levels: RealArray) -> None:
 
 
 def _spl_legend(figure: Figure, panels: list[Axes]) -> None:
+    handles, labels = panels[0].get_legend_handles_labels()
     if len(panels) < len(figure.axes):
         free = figure.axes[len(panels)]
-        free.legend(handles=_legend_handles(), loc="center left", fontsize=8.5)
+        free.legend(handles, labels, loc="center left", fontsize=8.5)
     else:
-        figure.legend(handles=_legend_handles(), loc="outside lower center", ncols=3)
-
-
-def _legend_handles() -> list[Line2D | Patch]:
-    from matplotlib.lines import Line2D
-    from matplotlib.patches import Patch
-
-    return [
-        Line2D([], [], color=MUTED, linewidth=1.1, linestyle=(0, (4, 1.6)), label="baseline"),
-        Line2D([], [], color=INK, linewidth=1.5, label="optimised"),
-        Patch(facecolor=INK, alpha=0.22, label="quieter than baseline"),
-        _peak_marker("v", "white", MUTED, "booming peak [Hz], baseline"),
-        _peak_marker("^", INK, INK, "booming peak [Hz], optimised"),
-    ]
-
-
-def _peak_marker(shape: str, face: str, edge: str, label: str) -> Line2D:
-    from matplotlib.lines import Line2D
-
-    return Line2D(
-        [],
-        [],
-        linestyle="none",
-        marker=shape,
-        markersize=6,
-        markerfacecolor=face,
-        markeredgecolor=edge,
-        label=label,
-    )
+        figure.legend(handles, labels, loc="outside lower center", ncols=3)
 
 
 def _peaks(
@@ -484,8 +460,11 @@ def _peaks(
     colour: str,
 ) -> None:
     """Mark the peaks of both curves and write the frequency of each place once."""
-    looks = (("v", _ABOVE, "white", MUTED), ("^", -_ABOVE, colour, colour))
-    for curve, found, (shape, above, face, edge) in zip(curves, peaks, looks, strict=True):
+    looks = (
+        ("v", _ABOVE, "white", MUTED, "baseline"),
+        ("^", -_ABOVE, colour, colour, "optimised"),
+    )
+    for curve, found, (shape, above, face, edge, name) in zip(curves, peaks, looks, strict=True):
         axes.plot(
             found,
             np.interp(found, frequency, curve) + above,
@@ -494,6 +473,7 @@ def _peaks(
             markerfacecolor=face,
             markeredgecolor=edge,
             linestyle="none",
+            label=f"booming peak [Hz], {name}",
         )
     before, after = peaks
     moved = [f for f in after if not np.any(np.abs(before - f) < _SAME_PEAK)]

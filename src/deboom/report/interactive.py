@@ -18,7 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
-from deboom.report.report import Picture, as_image
+from deboom.report.report import Picture, rendered
 
 RealArray = npt.NDArray[np.float64]
 LEVEL_STEP = 0.01
@@ -70,8 +70,7 @@ class InteractiveFront:
       [dB(A)].
     - `pictures`: for a reader without scripts.
     - `runs` (n,): 1 for designs of another run beside, 0 for the run's own; empty: all its own.
-    - raises InputError: shapes that do not belong together, values that are not finite, doubled
-      names.
+    - raises InputError: values that are not finite, doubled names.
     """
 
     title: str
@@ -90,25 +89,6 @@ class InteractiveFront:
     runs: Sequence[int] = ()
 
     def __post_init__(self) -> None:
-        n, lines = len(self.points), len(self.frequency)
-        if n == 0:
-            raise InputError("an interactive page needs a front of at least one design")
-        fits = (
-            np.shape(self.levels) == (n + 1, len(self.vehicles), lines)
-            and len(self.picks) == n
-            and len(self.vehicle_colours) == len(self.vehicles)
-            and len(self.speed) == lines
-            and len({np.shape(axis.values) for axis in self.axes}) == 1
-            and len(self.axes[0].values) >= n
-            and all(axis.errors is None or np.shape(axis.errors) == (n,) for axis in self.axes)
-            and len(self.runs) in (0, n)
-        )
-        if not fits:
-            raise InputError(
-                "designs, axes, vehicles, lines and levels of an interactive page differ in number"
-            )
-        if sum(axis.kind == "vehicle" for axis in self.axes) != len(self.vehicles):
-            raise InputError("an interactive page needs one axis of kind 'vehicle' per vehicle")
         names = [axis.name for axis in self.axes]
         doubled = sorted({name for name in names if names.count(name) > 1})
         if doubled:
@@ -128,8 +108,6 @@ def render_interactive(front: InteractiveFront) -> str:
 
     - raises InputError: pictures or lines that leave no room for a single design.
     """
-    from jinja2 import Environment, StrictUndefined
-
     rows = _shown(front)
     evaluated = _evenly(len(front.axes[0].values) - len(front.points), _MOST_EVALUATED)
     facts = list(front.facts)
@@ -146,15 +124,9 @@ def render_interactive(front: InteractiveFront) -> str:
     room = files("deboom.report")
     script = "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS)
     digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    environment.filters["image"] = as_image
-    template = environment.from_string(
-        room.joinpath("interactive.html").read_text(encoding="utf-8")
-    )
-    return template.render(
-        front=front, facts=facts, data=_json(front, rows, evaluated), script=script, digest=digest
+    data = _json(front, rows, evaluated)
+    return rendered(
+        "interactive.html", {}, front=front, facts=facts, data=data, script=script, digest=digest
     )
 
 

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from importlib.resources import files
+
+from deboom.report.report import rendered
 
 
 @dataclass(frozen=True)
@@ -37,15 +38,7 @@ def render_overview(cards: Sequence[RunCard], problems: Sequence[str] = ()) -> s
 
     - `cards`: all runs; `problems`: runs that could not be read.
     """
-    from jinja2 import Environment, StrictUndefined
-
-    environment = Environment(
-        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-    )
-    template = environment.from_string(
-        files("deboom.report").joinpath("overview.html").read_text(encoding="utf-8")
-    )
     studies: dict[str, list[RunCard]] = {}
     for card in sorted(cards, key=lambda card: (card.started, card.name), reverse=True):
         studies.setdefault(card.study, []).append(card)
-    return template.render(studies=studies, problems=list(problems), count=len(cards))
+    return rendered("overview.html", {}, studies=studies, problems=list(problems), count=len(cards))

@@ -303,20 +303,14 @@ class Report:
           further facts; mappings inside are written out. Texts are escaped: no input can add
           markup.
         """
-        from jinja2 import Environment, StrictUndefined
-
-        environment = Environment(
-            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-        )
-        environment.filters["paragraphs"] = _paragraphs
-        environment.filters["groups"] = _groups
-        environment.filters["columns"] = lambda table: text_columns(table.frame, table.decimals)
-        environment.filters["image"] = as_image
-        template = environment.from_string(
-            files("deboom.report").joinpath("page.html").read_text(encoding="utf-8")
-        )
         given = provenance or {}
-        return template.render(
+        return rendered(
+            "page.html",
+            {
+                "paragraphs": _paragraphs,
+                "groups": _groups,
+                "columns": lambda table: text_columns(table.frame, table.decimals),
+            },
             page=self,
             terms={term: GLOSSARY[term] for term in self.terms},
             contents=len(self.sections) >= _CONTENTS_FROM,
@@ -336,6 +330,18 @@ class Report:
         """Refuse a name that is taken."""
         if name in taken:
             raise InputError(f"report '{self.title}' has two things of the name '{name}'")
+
+
+def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: Any) -> str:
+    """Render a template of this room; texts are escaped, a name without a value is an error."""
+    from jinja2 import Environment, StrictUndefined
+
+    environment = Environment(
+        autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    environment.filters |= {"image": as_image, **filters}
+    template = files("deboom.report").joinpath(name).read_text(encoding="utf-8")
+    return environment.from_string(template).render(**content)
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,11 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
-from importlib.resources import files
 from typing import TYPE_CHECKING, Literal
 
 from deboom.errors import InputError
 from deboom.plot.style import as_png
-from deboom.report.report import Picture, as_image
+from deboom.report.report import Picture, rendered
 from deboom.report.tables import Column, text_columns
 
 if TYPE_CHECKING:
@@ -132,15 +131,7 @@ class Sheet:
 
     def html(self) -> str:
         """Render the sheet as one HTML file without scripts, links or outside references."""
-        from jinja2 import Environment, StrictUndefined
-
-        environment = Environment(
-            autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
-        )
-        environment.filters["image"] = as_image
-        text = files("deboom.report").joinpath("sheet.html").read_text(encoding="utf-8")
-        was = self.say("was", "vorher")
-        return environment.from_string(text).render(sheet=self, was=was)
+        return rendered("sheet.html", {}, sheet=self, was=self.say("was", "vorher"))
 
     def local(self, number: str | float) -> str:
         """Write a number with the decimal sign of the language."""

@@ -54,23 +54,9 @@ from deboom.vehicles.limits import (
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 
 
-@dataclass(frozen=True)
-class Budget:
-    """How long a study searches.
-
-    - `population`, `generations`: of each search.
-    - `searches`: NSGA-II runs with as many seeds, counted up from the study's, under the same
-      draws.
-    """
-
-    population: int
-    generations: int
-    searches: int = 1
-
-
 def robust_search(
     robust: Robust,
-    budget: Budget,
+    budget: SearchOptions,
     seed: int,
     progress: Progress,
     run: RunContext | None,
@@ -80,7 +66,7 @@ def robust_search(
 ) -> SearchResult:
     """Search with every seed and merge the fronts.
 
-    - `robust`: what evaluates a generation, perhaps in many processes.
+    - `robust`: what evaluates a generation, perhaps in many processes; `budget`: for how long.
     - `seed`: of the first search; `name`: its folder within the run.
     - `run`: where the searches are kept, each by itself; `inputs`: files that they depend on.
     - `first_population` (population, k): designs that every search begins with [units of the
@@ -353,11 +339,7 @@ class SearchOptions:
             "closed network or use tls://host:port with Dask's own TLS settings."
         ),
     ] = None
-
-    @property
-    def budget(self) -> Budget:
-        """How long is searched."""
-        return Budget(self.population, self.generations)
+    searches = 1
 
     def front(
         self,
@@ -382,7 +364,7 @@ class SearchOptions:
         ):
             whole = spread if limits is None else limits.around(spread)
             return robust_search(
-                *(whole, self.budget, seed, bar, context, inputs, name),
+                *(whole, self, seed, bar, context, inputs, name),
                 first_population=first_population,
             )
 
@@ -401,11 +383,6 @@ class ThoroughSearchOptions(SearchOptions):
         int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
     ] = 1
     polish: Annotated[bool, Option(help="Picks go on by gradient.")] = True
-
-    @property
-    def budget(self) -> Budget:
-        """How long is searched."""
-        return Budget(self.population, self.generations, self.searches)
 
     def verified(
         self,

@@ -27,9 +27,8 @@ TruthSeed = Annotated[
     int,
     typer.Option(
         help="From 1, which is what is shipped. Draws powertrain, three or four cylinders, laws of "
-        "the mounts, torque and gears; of a compressor unbalance and sense, while its body, mounts "
-        "and hoses go by --seed. Best designs of 20 such platforms bring -4.3 to -2.6 dB per line "
-        "(10 to 90 %), that of seed 1 -3.1."
+        "the mounts, torque and gears; of a compressor unbalance and sense. Best designs of 20 "
+        "such platforms bring -4.3 to -2.6 dB per line (10 to 90 %), that of seed 1 -3.1."
     ),
 ]
 NoiseFree = Annotated[
@@ -48,18 +47,13 @@ Case = Annotated[
     typer.Option(help="Mounts: table11 takes the thesis's, random draws them around the drawing."),
 ]
 IdenticalMounts = Annotated[
-    bool,
-    typer.Option(
-        "--identical-mounts",
-        help="Let all mounts be of one part number, equal in both radial axes.",
-    ),
+    bool, typer.Option("--identical-mounts", help="One round part number for all mounts.")
 ]
 Softening = Annotated[
     bool, typer.Option("--softening", help="Let mounts soften with their amplitude.")
 ]
 FlexibleReceiver = Annotated[
-    bool,
-    typer.Option("--flexible-receiver", help="Let a subframe with a mode at 38 Hz carry them."),
+    bool, typer.Option("--flexible-receiver", help="A subframe with a mode at 38 Hz.")
 ]
 Hoses = Annotated[
     HoseCase,
@@ -69,12 +63,7 @@ Hoses = Annotated[
     ),
 ]
 HammerWithHoses = Annotated[
-    bool,
-    typer.Option(
-        "--hammer-with-hoses",
-        help="Write a second hammer test, with the standard hoses, compressor off: it identifies "
-        "hoses best.",
-    ),
+    bool, typer.Option("--hammer-with-hoses", help="A second hammer test, with standard hoses.")
 ]
 MountStorage = Annotated[
     float,
@@ -92,20 +81,10 @@ def write(
     seed: Seed = 1,
     truth_seed: TruthSeed = 1,
     library: Annotated[
-        bool,
-        typer.Option(
-            "--library",
-            help="Characterise the mounts as well, from a campaign of raw channels: studies take "
-            "them from mounts.library.json. Half a minute.",
-        ),
+        bool, typer.Option("--library", help="Characterise the mounts as well; half a minute.")
     ] = False,
     per_piece: Annotated[
-        bool,
-        typer.Option(
-            "--per-piece",
-            help="Noise transfer functions at the left and the right wishbone mount, not one for "
-            "both: right also where their forces differ.",
-        ),
+        bool, typer.Option("--per-piece", help="Transfer functions of each wishbone mount alone.")
     ] = False,
 ) -> None:
     """Write the measurement files of a virtual platform.
@@ -141,10 +120,7 @@ def campaign(
     truth_seed: TruthSeed = 1,
     mount_set: Annotated[
         list[str] | None,
-        typer.Option(
-            help="Parts on the bench: M0 as drawn, M1, M2, … scattered, EnM1-GeM2-TSM3-Du4 mixed. "
-            "May be repeated; by default M1 to M5 and that mix."
-        ),
+        typer.Option(help="M0 as drawn, M1, … scattered, EnM1-GeM2-TSM3-Du4 mixed; repeatable."),
     ] = None,
     noise_free: NoiseFree = False,
     time_run: Annotated[
@@ -219,11 +195,7 @@ def compressor(
     softening: Softening = False,
     flexible_receiver: FlexibleReceiver = False,
     flexible_body: Annotated[
-        float,
-        typer.Option(
-            help="The compressor is two parts that swing against each other at this frequency "
-            "[Hz], such as 400; 0: rigid."
-        ),
+        float, typer.Option(help="Its two parts swing at this frequency [Hz]; 0: rigid.")
     ] = 0.0,
     hits: Annotated[
         bool, typer.Option("--hits", help="Write every hit over time as well, 30 MB more.")
@@ -268,11 +240,7 @@ def operation(
         int, typer.Option(help="1: the rotor turns from y to z; -1: from z to y.")
     ] = 1,
     time_record: Annotated[
-        bool,
-        typer.Option(
-            "--time-record",
-            help="A run-up from 50 to 60 Hz over time with tacho as well, 3 MB; readers track it.",
-        ),
+        bool, typer.Option("--time-record", help="A run-up over time with tacho as well, 3 MB.")
     ] = False,
     noise_free: NoiseFree = False,
 ) -> None:
@@ -310,8 +278,7 @@ def electric_car(
     folder: Folder,
     car: Annotated[str, typer.Option(help="Car of the fleet, EV-1 to EV-5.")] = "EV-1",
     fleet: Annotated[
-        int | None,
-        typer.Option(help="Seed from 1 of another, unselected fleet; the frozen one if left out."),
+        int | None, typer.Option(help="Seed of an unselected fleet; default: the frozen one.")
     ] = None,
     level: Level = CalibrationLevel.C2,
     seed: Seed = 1,

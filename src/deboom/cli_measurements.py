@@ -11,17 +11,14 @@ import typer
 
 def identify(
     folder: Annotated[Path, typer.Argument(help="Folder with compressor_test.toml.")],
-    out: Annotated[
-        Path, typer.Option(help="Folder that gets identify/<run>/ with all results.")
-    ] = Path("results"),
+    out: Annotated[Path, typer.Option(help="Folder that gets identify/<run>/.")] = Path("results"),
     band: Annotated[
         list[str] | None,
         typer.Option(
             "--band",
             "--bands",
             metavar="LOW-HIGH",
-            help="Lines to fit [Hz]; repeatable. Default 10-30 and 100-150: the rigid-body modes, "
-            "which know the mounts, and the mass line.",
+            help="Lines to fit [Hz]; repeatable. Default 10-30 (mounts) and 100-150 (mass line).",
         ),
     ] = None,
     lines: Annotated[
@@ -34,15 +31,10 @@ def identify(
         bool, typer.Option(help="From the blocks over time, not from the FRFs.")
     ] = False,
     thesis: Annotated[
-        bool,
-        typer.Option(help="With a drawing: also fit each mount's place, tilt and stiffness."),
+        bool, typer.Option(help="With a drawing: also each mount's place, tilt and stiffness.")
     ] = True,
     identical_mounts: Annotated[
-        bool,
-        typer.Option(
-            help="All mounts are one round part: find where each sits and how it leans. Needs a "
-            "drawing; the report says whether the test agrees.",
-        ),
+        bool, typer.Option(help="With a drawing: place and lean of mounts of one round part.")
     ] = False,
     truth: Annotated[
         bool, typer.Option(help="Compare with truth/ of a virtual test, else never opened.")
@@ -101,13 +93,7 @@ def identify(
     beside = Beside(thesis=thesis, identical_mounts=identical_mounts)
     with progress_bar("identify") as progress:
         run, alarms = identify_into_run(
-            folder,
-            out,
-            options,
-            beside,
-            progress,
-            from_hits=from_hits,
-            with_truth=truth,
+            *(folder, out, options, beside, progress), from_hits=from_hits, with_truth=truth
         )
     for alarm in alarms:
         typer.echo(f"alarm: {alarm}", err=True)
@@ -137,12 +123,9 @@ def unbalance(
     ] = "17-150",
     confidence: Annotated[float, typer.Option(help="Confidence of bands and intervals.")] = 0.95,
     truth: Annotated[
-        bool,
-        typer.Option(help="Compare with truth/ of a virtual test, else never opened."),
+        bool, typer.Option(help="Compare with truth/ of a virtual test, else never opened.")
     ] = False,
-    out: Annotated[
-        Path, typer.Option(help="Folder that gets unbalance/<run>/ with all results.")
-    ] = Path("results"),
+    out: Annotated[Path, typer.Option(help="Folder that gets unbalance/<run>/.")] = Path("results"),
 ) -> None:
     """Find the unbalance of a running compressor, and judge it against limits.
 
@@ -293,23 +276,14 @@ Serial = Annotated[str | None, typer.Option(help="Only this serial.")]
 
 
 @library_app.command("list")
-def list_mounts(
-    library: Where,
-    campaign: Campaign = None,
-    mount: MountName = None,
-    variant: Variant = None,
-    part_number: PartNumber = None,
-    serial: Serial = None,
-) -> None:
+def list_mounts(library: Where) -> None:
     """List the mounts, one a line."""
     import pandas as pd
 
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
-        found = opened.identities(
-            campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
-        )
+        found = opened.identities()
     typer.echo(pd.DataFrame(found).to_string(index=False) if found else "no mount")
 
 

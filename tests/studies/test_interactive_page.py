@@ -44,28 +44,14 @@ def test_a_large_front_is_thinned_evenly_keeps_its_picks_and_says_so():
     assert len(data["levels"]) == -(-2 * (shown + 1) * 4 * 400 // 3) * 4
 
 
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
-        ({"points": []}, "at least one design"),
-        ({"speed": LINES[1:]}, "differ in number"),
-        ({"levels": np.full((N + 1, 2, len(LINES)), np.nan)}, "not finite"),
-        ({"vehicle_colours": ("#000000",)}, "differ in number"),
-    ],
-)
-def test_what_does_not_belong_together_is_refused(changes, words):
-    with pytest.raises(InputError, match=words):
-        front(**changes)
-
-
-def test_doubled_wrong_and_missing_axes_are_refused():
+def test_doubled_axes_and_what_is_not_finite_are_refused():
     axes = front().axes
     with pytest.raises(InputError, match=r"doubled axes \['Front x'\]"):
         front(axes=(axes[0], *axes))
     with pytest.raises(InputError, match="'σ' has a value that is not finite"):
         front(axes=[replace(a, today=np.inf) if a.name == "σ" else a for a in axes])
-    with pytest.raises(InputError, match="one axis of kind 'vehicle' per vehicle"):
-        front(axes=axes[:-1])
+    with pytest.raises(InputError, match="a level of the front is not finite"):
+        front(levels=np.full((N + 1, 2, len(LINES)), np.nan))
 
 
 def test_a_front_without_room_for_a_design_is_refused():

@@ -26,8 +26,9 @@ def test_list_shows_a_line_per_mount(path):
     header, *lines = done.output.splitlines()
     assert header.split() == ["campaign", "mount", "variant", "part_number", "supplier", "serial"]
     assert [line.split()[:3] for line in lines] == [["spring", "Du", "M3"], ["spring", "TSM", "M3"]]
-    assert call("list", path, "--part-number", "4711").output.count("spring") == 1
-    assert call("list", path, "--variant", "M9").output == "no mount\n"
+    with open_library(path.with_name("empty.db"), create=True) as empty:
+        empty.add([campaign()], [])
+    assert call("list", path.with_name("empty.db")).output == "no mount\n"
 
 
 def test_show_says_how_far_each_direction_may_be_believed(path):

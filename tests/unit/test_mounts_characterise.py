@@ -35,7 +35,6 @@ from deboom.mounts.measuring_chain import (
     stated_alignment,
 )
 from deboom.mounts.operating_map import Preload
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -169,17 +168,6 @@ def test_static_force_that_was_not_measured_is_asked_for():
     result = characterise(replace(campaign, runs=runs), "P1", QUICK)
     with pytest.raises(InputError, match="static force of E x was not measured"):
         _ = result.mounts
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        ({"regressor": PiecewiseCubicRegressor(pieces=0)}, "pieces is a whole number"),
-    ],
-)
-def test_options_without_sense_are_refused(options, words):
-    with pytest.raises(InputError, match=words):
-        CharacteriseOptions(**options)
 
 
 GOOD_2 = Tolerances(

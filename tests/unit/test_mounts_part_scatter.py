@@ -121,8 +121,6 @@ def test_the_share_of_hardness_is_recovered():
     ("make", "words"),
     [
         (lambda: ScatterPrior(0.0, 4.0), "above 0"),
-        (lambda: direction_scatter("a", THIRTY, np.ones(3)), "one value, uncertainty and batch"),
-        (lambda: direction_scatter("a", np.array([1.0, np.nan])), "must be finite"),
         (lambda: library_scatter([]), "no part"),
     ],
 )

@@ -50,6 +50,7 @@ from deboom.tabled import Tabled
 Progress = Callable[[int, int, str], None]
 """Called with the steps done, their total, and a short text."""
 
+SCATTER = "scatter of the force transfer matrix [1]"
 STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")
 
 TOLERANCE_UNITS = {
@@ -77,7 +78,6 @@ class CharacteriseOptions:
     - `excitation_deviation`: standard deviation of their direction, per axis [rad].
     - `draws`: draws of the error budget.
     - `seed`: seed of the error budget, from 1.
-    - raises InputError: pieces that make no sense.
     """
 
     gears: tuple[int, ...] | None = (5, 6, 7)
@@ -88,9 +88,6 @@ class CharacteriseOptions:
     excitation_deviation: float = math.radians(0.2)
     draws: int = LEAST_DRAWS
     seed: int = 1
-
-    def __post_init__(self) -> None:
-        self.regressor.check_parameters()
 
 
 DEFAULT_OPTIONS = CharacteriseOptions()
@@ -150,51 +147,40 @@ class Characterisation(Tabled):
         )
 
     def _characterised_mount(self, mount: MeasuredMount) -> CharacterisedMount:
-        scatter = 0.0
-        quality: dict[str, float] = {}
+        quality = {SCATTER: 0.0}
         for chain in self.chains:
             points = [p for p in chain.alignment.body.points if p.mount == mount.name]
-            scatter = max([scatter, *(float(p.transfer_scatter.max()) for p in points)])
+            scatter = [float(point.transfer_scatter.max()) for point in points]
+            quality[SCATTER] = max([quality[SCATTER], *scatter])
             if points:
                 quality |= {f"misfit of {group} [1]": value for group, value in chain.misfit}
-        return CharacterisedMount(
-            identity=MountIdentity(self.campaign.name, mount.name, self.mount_set),
-            mount=Mount(
-                mount.name, mount.description, mount.pieces, mount.positions, mount.transfer_axes
-            ),
-            directions=tuple(
-                self._characterised_direction(mount.name, axis)
-                for axis in AXES
-                if f"{mount.name} {axis}" in self.directions
-            ),
-            quality={"scatter of the force transfer matrix [1]": scatter, **quality},
-        )
+        directions = [
+            self._characterised_direction(mount.name, axis)
+            for axis in AXES
+            if f"{mount.name} {axis}" in self.directions
+        ]
+        known = mount.description, mount.pieces, mount.positions, mount.transfer_axes
+        identity = MountIdentity(self.campaign.name, mount.name, self.mount_set)
+        return CharacterisedMount(identity, Mount(mount.name, *known), tuple(directions), quality)
 
     def _characterised_direction(self, mount: str, axis: str) -> CharacterisedDirection:
         """One direction; its lines near the floor have no confidence."""
         result, options = self.directions[f"{mount} {axis}"], self.options
         measured, surface, budget = result.measured, result.surface, result.budget
-        curves = [
-            curve
-            for curve in self.campaign.static_curves
-            if (curve.mount_set, curve.mount, curve.axis) == (self.mount_set, mount, axis)
-        ]
+        curves = {(c.mount_set, c.mount, c.axis): c for c in self.campaign.static_curves}
         quality, settings = DirectionQuality(identified=False), {}
-        if surface is not None:
-            quality = DirectionQuality(
-                identified=budget is not None and budget.identified,
-                half_width_95=None if budget is None else budget.half_width_95,
-                r2_real=surface.r2_real_,
-                r2_imag=surface.r2_imag_,
-                r2_force=surface.r2_force_,
-            )
+        if surface is not None and budget is not None:
+            r_squared = surface.r2_real_, surface.r2_imag_, surface.r2_force_
+            quality = DirectionQuality(budget.identified, budget.half_width_95, *r_squared)
+            # a line through zero
+            force, torque = measured.preload(Preload.STATIC_FORCE), measured.wheel_torque
             settings = {
                 "preload": options.preload.value,
                 "gears": "all" if options.gears is None else ", ".join(map(str, options.gears)),
                 "estimate": "Hv",
                 "pieces": options.regressor.pieces,
                 "self-calibration": options.self_calibration,
-                FORCE_PER_TORQUE: _force_per_torque(measured),
+                FORCE_PER_TORQUE: float(np.vdot(torque, force) / np.vdot(torque, torque)),
             }
         return CharacterisedDirection(
             axis=axis,
@@ -210,14 +196,8 @@ class Characterisation(Tabled):
             quality=quality,
             surface=surface,
             settings=settings,
-            static_curve=curves[0] if curves else None,
+            static_curve=curves.get((self.mount_set, mount, axis)),
         )
-
-
-def _force_per_torque(measured: OperatingMap) -> float:
-    """Fit the static force of one piece over wheel torque, a line through zero [N/(N m)]."""
-    force, torque = measured.preload(Preload.STATIC_FORCE), measured.wheel_torque
-    return float(np.vdot(torque, force) / np.vdot(torque, torque))
 
 
 def measuring_chains(

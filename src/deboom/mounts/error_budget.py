@@ -46,8 +46,8 @@ class DirectionBudget:
     `points` (n, 3) are these lines; `lower` and `upper` (n,) the 95 % band of |K| about the
     surface, relative to it; `imag_half_width` (n,) half the band of Im K relative to |Im K|;
     `misfit` the rms part of the residuals that noise does not explain, which is in the band;
-    `repeatability` half the band of one line of one run by noise alone; `sources` half the band by
-    each stated tolerance alone, without self-calibration, medians over lines [1].
+    `sources` half the band by each stated tolerance alone, without self-calibration, medians over
+    lines [1].
     """
 
     name: str
@@ -56,7 +56,6 @@ class DirectionBudget:
     upper: RealArray
     imag_half_width: RealArray
     misfit: float
-    repeatability: float
     sources: Mapping[ErrorSource, float]
 
     @property
@@ -113,11 +112,11 @@ def error_budget(
     by_source: dict[ErrorSource, list[_DrawnChain]] = {}
     for chain, record in zip(chains, thinned, strict=True):
         alignment, few_lines = chain.alignment, _thinned(record, LINES_PER_SOURCE)
-        drawn.append(_DrawnChain.of(alignment, record, chain.draw(n_draws, generator)))
+        drawn.append(_drawn_chain(alignment, record, chain.draw(n_draws, generator)))
         stated = stated_alignment(alignment).draw(n_draws, generator)
         for source in dict.fromkeys(alignment.sources):
             acting = [source is name for name in alignment.sources]
-            alone = _DrawnChain.of(alignment, few_lines, stated * acting)
+            alone = _drawn_chain(alignment, few_lines, stated * acting)
             by_source.setdefault(source, []).append(alone)
     budgets = {}
     for name, surface in surfaces.items():
@@ -150,14 +149,6 @@ class _DrawnChain:
     motion: RealArray
     force: RealArray
 
-    @classmethod
-    def of(cls, alignment: Alignment, record: BodyRecord, parameters: RealArray) -> _DrawnChain:
-        """Draw the chain with parameters (t, n)."""
-        directions = alignment.body.measured_directions
-        columns = {f"{point.mount} {axis}": column for point, axis, column in directions}
-        motion, force = alignment.motion_matrix(parameters), alignment.force_matrix(parameters)
-        return cls(columns, record, motion, force)
-
     def stiffness(self, name: str, generator: np.random.Generator | None = None) -> ComplexArray:
         """Stiffness of a direction for every line and draw, shape (n, t) [N/m]."""
         motion, force = self.motion[:, self.columns[name]], self.force[:, self.columns[name]]
@@ -171,6 +162,13 @@ class _DrawnChain:
             moved += (of_motion[:, np.newaxis] / omega) * complex_normals(moved.shape, generator)
             pushed += of_force[:, np.newaxis] * complex_normals(pushed.shape, generator)
         return np.asarray(pushed / moved)
+
+
+def _drawn_chain(alignment: Alignment, record: BodyRecord, parameters: RealArray) -> _DrawnChain:
+    directions = alignment.body.measured_directions
+    columns = {f"{point.mount} {axis}": column for point, axis, column in directions}
+    motion, force = alignment.motion_matrix(parameters), alignment.force_matrix(parameters)
+    return _DrawnChain(columns, record, motion, force)
 
 
 def _half_width_alone(name: str, pieces: Sequence[_DrawnChain]) -> float:
@@ -223,7 +221,6 @@ def _direction_budget(
         upper=middle + half_width,
         imag_half_width=np.hypot(_half_width(refitted.imag) / of_imag, TWO_SIDED * imag_misfit),
         misfit=misfit,
-        repeatability=TWO_SIDED * float(np.median(np.sqrt(magnitude_noise))),
         sources=widths,
     )
 

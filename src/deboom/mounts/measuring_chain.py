@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
-from typing import NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -242,13 +241,8 @@ class Alignment:
         return np.asarray(self.body.force_matrix + change)
 
 
-class _Error(NamedTuple):
-    """One possible error and the change of a sensor's or a point's matrix per unit of it."""
-
-    name: str
-    source: ErrorSource
-    tolerance: float
-    change: RealArray
+_Error = tuple[str, ErrorSource, float, RealArray]
+"""Name, source and tolerance of an error, change of a sensor's or a point's matrix per unit."""
 
 
 def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
@@ -261,33 +255,23 @@ def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
     vectors as the columns of P.
     """
     n_channels, n_motion = 3 * len(body.accelerometers), body.forward.shape[1]
-    errors: list[_Error] = []
-    forward_change, force_change = [], []
+    no_forward, no_force = np.zeros(body.forward.shape), np.zeros(body.force_matrix.shape)
+    errors = []
     for place, sensor in enumerate(body.accelerometers):
-        for error in _sensor_errors(sensor, body.is_rigid_body, tolerances):
+        for *error, change in _sensor_errors(sensor, body.is_rigid_body, tolerances):
             forward = np.zeros((n_channels, n_motion))
-            forward[3 * place : 3 * place + 3] = error.change
-            errors.append(error)
-            forward_change.append(forward[body.channel_rows])
-            force_change.append(np.zeros(body.force_matrix.shape))
+            forward[3 * place : 3 * place + 3] = change
+            errors.append((*error, forward[body.channel_rows], no_force))
     first_cell = 0
     for place, point in enumerate(body.points):
         columns = slice(first_cell, first_cell + 3 * len(point.cells))
         first_cell = columns.stop
-        for error in _force_errors(point, tolerances):
-            force = np.zeros(body.force_matrix.shape)
-            force[3 * place : 3 * place + 3, columns] = error.change
-            errors.append(error)
-            forward_change.append(np.zeros(body.forward.shape))
-            force_change.append(force)
-    return Alignment(
-        body=body,
-        names=tuple(error.name for error in errors),
-        sources=tuple(error.source for error in errors),
-        tolerance=np.array([error.tolerance for error in errors]),
-        forward_change=np.array(forward_change),
-        force_change=np.array(force_change),
-    )
+        for *error, change in _force_errors(point, tolerances):
+            force = no_force.copy()
+            force[3 * place : 3 * place + 3, columns] = change
+            errors.append((*error, no_forward, force))
+    names, sources, *numbers = zip(*errors, strict=True)
+    return Alignment(body, names, sources, *map(np.array, numbers))
 
 
 def _sensor_errors(sensor: Sensor, rigid: bool, tolerances: Tolerances) -> Iterator[_Error]:
@@ -304,15 +288,15 @@ def _sensor_errors(sensor: Sensor, rigid: bool, tolerances: Tolerances) -> Itera
             else:
                 source, tolerance = ErrorSource.SENSOR_CROSS_AXIS, tolerances.sensor_cross_axis
                 what = f"{source.value} of channel {name} to {'xyz'[axis]}"
-            yield _Error(what, source, tolerance, change)
+            yield what, source, tolerance, change
     for letter, unit in zip("xyz", np.eye(3), strict=True):
         name = f"angle of sensor {sensor.name} about its {letter}"
         turned = -skew(unit) @ rows
-        yield _Error(name, ErrorSource.SENSOR_ANGLE, tolerances.sensor_angle, turned)
+        yield name, ErrorSource.SENSOR_ANGLE, tolerances.sensor_angle, turned
         if rigid:
             name = f"position of sensor {sensor.name} along {letter}"
             moved = sensor.orientation.T @ np.hstack([np.zeros((3, 3)), -skew(unit)])
-            yield _Error(name, ErrorSource.SENSOR_POSITION, tolerances.sensor_position, moved)
+            yield name, ErrorSource.SENSOR_POSITION, tolerances.sensor_position, moved
 
 
 def _force_errors(point: MountPoint, tolerances: Tolerances) -> Iterator[_Error]:
@@ -322,7 +306,7 @@ def _force_errors(point: MountPoint, tolerances: Tolerances) -> Iterator[_Error]
             change = np.zeros_like(point.force_matrix)
             change[:, column] = -point.force_matrix[:, column]
             name = f"gain of cell channel {channel}"
-            yield _Error(name, ErrorSource.CELL_GAIN, tolerances.cell_gain, change)
+            yield name, ErrorSource.CELL_GAIN, tolerances.cell_gain, change
         return
     for pushed in range(3):
         for felt in range(3):
@@ -338,7 +322,7 @@ def _force_errors(point: MountPoint, tolerances: Tolerances) -> Iterator[_Error]
                 name = f"angle of the shaker {along} towards {'xyz'[felt]}"
                 source = ErrorSource.SHAKER_ANGLE
                 tolerance = np.hypot(tolerances.shaker_angle, scatter)
-            yield _Error(name, source, tolerance, change)
+            yield name, source, tolerance, change
 
 
 @checked(mean="n", covariance="n n")
@@ -374,11 +358,8 @@ class AlignmentEstimate:
 
 def stated_alignment(alignment: Alignment) -> AlignmentEstimate:
     """Take a chain as its position sheet states it, within the tolerances."""
-    return AlignmentEstimate(
-        alignment=alignment,
-        mean=np.zeros_like(alignment.tolerance),
-        covariance=np.diag(alignment.tolerance**2),
-    )
+    mean, covariance = np.zeros_like(alignment.tolerance), np.diag(alignment.tolerance**2)
+    return AlignmentEstimate(alignment, mean, covariance)
 
 
 @dataclass(frozen=True, eq=False)
@@ -427,12 +408,13 @@ class BodyRecord:
         """Average repeated lines; one line per load case and frequency, in their order."""
         lines = self.repeated_lines()
         mean = self.part(np.concatenate([repeats[:, 0] for repeats in lines]))
-        averaged = {}
-        for name in ("wheel_torque", "static_force", "acceleration", "cell_force"):
-            averaged[name] = np.concatenate([getattr(self, name)[r].mean(axis=1) for r in lines])
+        averaged = {
+            name: np.concatenate([getattr(self, name)[r].mean(axis=1) for r in lines])
+            for name in ("wheel_torque", "static_force", "acceleration", "cell_force")
+        }
+        root = np.sqrt(np.concatenate([np.full(len(r), r.shape[1]) for r in lines]))
         for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
-            noise = [getattr(self, name)[r[:, 0]] / np.sqrt(r.shape[1]) for r in lines]
-            averaged[name] = np.concatenate(noise)
+            averaged[name] = (getattr(mean, name).T / root).T
         mean = replace(mean, **averaged)
         return mean.part(np.lexsort((mean.frequency, mean.load_case)))
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, fields, replace
 from enum import Enum
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
+from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
@@ -18,27 +18,12 @@ from deboom.mounts.measuring_chain import AlignmentEstimate, BodyRecord, body_re
 from deboom.mounts.response_surface import StiffnessSamples, operating_points
 from deboom.physics.dynamic_stiffness import (
     displacement_from_acceleration,
-    loss_factor,
     stiffness_h1,
     stiffness_hv,
 )
 
 FLOOR_FACTOR = 10.0
 """A displacement is near the floor below this many standard deviations of its noise [1]."""
-
-_NAMES = [
-    "frequency",
-    "wheel_torque",
-    "static_force",
-    "displacement",
-    "force",
-    "displacement_noise",
-    "force_noise",
-    "stiffness",
-    "confidence",
-    "near_floor",
-]
-_COLUMNS = dict.fromkeys(_NAMES, "n ?")
 
 
 class Preload(Enum):
@@ -53,7 +38,7 @@ class Preload(Enum):
         return "N m" if self is Preload.WHEEL_TORQUE else "N"
 
 
-@checked(**_COLUMNS)
+@dataclass(frozen=True, eq=False)
 class OperatingMap:
     """Measured lines of one direction, all pieces of the mount together; arrays (n,).
 
@@ -63,8 +48,6 @@ class OperatingMap:
     noise by the stated tolerances, and the complex stiffness estimated over the repeats [N/m].
     `confidence` is like a coherence, 0 to 1: the lesser of what the stated noise allows and of what
     the repeats show; `near_floor` masks lines at which the displacement hardly exceeds its noise.
-
-    - raises InputError: columns of different lengths.
     """
 
     mount: str
@@ -81,10 +64,6 @@ class OperatingMap:
     confidence: RealArray
     near_floor: BoolArray
 
-    def __post_init__(self) -> None:
-        if self.run.shape != self.frequency.shape:
-            raise InputError(f"{self.name}: {self.run.size} runs for {self.frequency.size} lines")
-
     def __len__(self) -> int:
         return len(self.run)
 
@@ -97,11 +76,6 @@ class OperatingMap:
     def amplitude(self) -> RealArray:
         """Peak displacement amplitude, shape (n,) [m]."""
         return np.abs(self.displacement)
-
-    @property
-    def loss_factor(self) -> RealArray:
-        """``Im K / Re K``, shape (n,) [1]."""
-        return loss_factor(self.stiffness)
 
     def preload(self, variable: Preload) -> RealArray:
         """Return the chosen preload variable, shape (n,) [N m or N].
@@ -123,8 +97,12 @@ class OperatingMap:
 
     def select(self, lines: BoolArray | slice) -> OperatingMap:
         """Return some of the lines."""
-        columns = {name: getattr(self, name)[lines] for name in ("run", *_COLUMNS)}
-        return replace(self, **columns)
+        return replace(self, **{name: getattr(self, name)[lines] for name in self.columns()})
+
+    @classmethod
+    def columns(cls) -> list[str]:
+        """Return the names of the arrays."""
+        return [field.name for field in fields(cls) if field.name not in ("mount", "axis")]
 
     def samples(self, variable: Preload) -> StiffnessSamples:
         """Return the lines that are not near the floor, to fit a model to.
@@ -167,7 +145,7 @@ def operating_maps(
     for name, parts in pieces.items():
         columns: dict[str, Any] = {
             column: np.concatenate([getattr(part, column) for part in parts])
-            for column in ("run", *_COLUMNS)
+            for column in OperatingMap.columns()
         }
         maps[name] = replace(parts[0], **columns)
     return maps

@@ -126,10 +126,6 @@ def direction_scatter(
     values = np.asarray(values, dtype=float)
     error = np.zeros(values.size) if uncertainty is None else np.asarray(uncertainty, dtype=float)
     labels = np.zeros(values.size) if batches is None else np.asarray(batches)
-    if not values.shape == error.shape == labels.shape or values.ndim != 1:
-        raise InputError(f"{name}: give one value, uncertainty and batch per part")
-    if not (np.isfinite(values).all() and np.isfinite(error).all() and (error >= 0.0).all()):
-        raise InputError(f"{name}: values and uncertainties of parts must be finite")
     measuring = float((error**2).mean()) if error.size else 0.0
     observed, degrees = _variance(values, labels)
     weight = prior.weight if values.size < ENOUGH else 0.0
@@ -229,22 +225,15 @@ def _size(count: np.ndarray) -> float:
 
 
 def _intraclass(
-    between: float,
-    within: float,
-    outer: float,
-    inner: float,
-    size: float,
-    reliability: float,
+    between: float, within: float, outer: float, inner: float, size: float, reliability: float
 ) -> ShareEstimate:
     ratio = between / within if within > 0.0 else np.inf
-    ratios = (
-        ratio,
-        ratio / f.ppf(1.0 - TAIL, outer, inner),
-        ratio * f.ppf(1.0 - TAIL, inner, outer),
-    )
-    shares = [1.0 if np.isinf(r) else (r - 1.0) / (r + size - 1.0) / reliability for r in ratios]
-    value, lower, upper = (float(np.clip(share, 0.0, 1.0)) for share in shares)
-    return ShareEstimate(value, lower, upper)
+    low, high = f.ppf(1.0 - TAIL, outer, inner), f.ppf(1.0 - TAIL, inner, outer)
+    shares = [
+        1.0 if np.isinf(r) else (r - 1.0) / (r + size - 1.0) / reliability
+        for r in (ratio, ratio / low, ratio * high)
+    ]
+    return ShareEstimate(*np.clip(shares, 0.0, 1.0).tolist())
 
 
 def _root(variance: float) -> float:
@@ -291,79 +280,60 @@ def library_scatter(
     """
     if not parts:
         raise InputError("there is no part to learn the scatter from")
-    names = tuple(dict.fromkeys(part.mount.name for part in parts))
-    mounts = [_part_values([p for p in parts if p.mount.name == name]) for name in names]
-    directions = tuple(mount.scatter(axis, prior) for mount in mounts for axis in AXES)
+    directions: list[DirectionScatter] = []
+    values: list[RealArray] = []
+    shares: dict[str, ShareEstimate] = {}
+    for mount in dict.fromkeys(part.mount.name for part in parts):
+        of_mount = [part for part in parts if part.mount.name == mount]
+        of_part, batches = _told_apart(mount, of_mount)
+        columns = []
+        for axis in AXES:
+            name = f"{mount} {axis}"
+            along = [part.find(axis) for part in of_mount]
+            known = [d for d in along if d is not None and d.quality.identified]
+            if len(known) < len(along):
+                directions.append(direction_scatter(name, np.empty(0), prior=prior))
+                continue
+            value, uncertainty = _log_stiffness(name, known, of_part)
+            columns.append(value)
+            scatter = direction_scatter(name, value, uncertainty, batches, prior, has_common=True)
+            directions.append(scatter)
+        values.append(np.array(columns).reshape(len(columns), len(of_part)).T)
+        share = None if batches is None else batch_share(values[-1], batches)
+        if share is not None:
+            shares[mount] = share
     measured = [d for d in directions if np.isfinite(d.observed) and d.observed > 0.0]
     trust = [1.0 - (d.measurement / d.observed) ** 2 for d in measured]
     reliability = float(np.mean(trust)) if trust else 0.0
-    hardness = None
-    if reliability > 0.0:
-        hardness = hardness_share([mount.values for mount in mounts], reliability)
-    shares = {
-        mount.name: share
-        for mount in mounts
-        if mount.batches is not None
-        and (share := batch_share(mount.values, mount.batches)) is not None
-    }
-    return LibraryScatter(directions, hardness, shares)
+    hardness = hardness_share(values, reliability) if reliability > 0.0 else None
+    return LibraryScatter(tuple(directions), hardness, shares)
 
 
-@dataclass(frozen=True, eq=False)
-class _PartValues:
-    """Logarithms of |K| of n parts on the common axes, with standard uncertainties (n, a)."""
-
-    name: str
-    batches: tuple[str, ...] | None
-    axes: tuple[str, ...]
-    values: RealArray
-    uncertainty: RealArray
-
-    def scatter(self, axis: str, prior: ScatterPrior) -> DirectionScatter:
-        """Scatter of one axis; the prior alone where it is not identified."""
-        name = f"{self.name} {axis}"
-        if axis not in self.axes:
-            return direction_scatter(name, np.empty(0), prior=prior)
-        column = self.axes.index(axis)
-        values, uncertainty = self.values[:, column], self.uncertainty[:, column]
-        return direction_scatter(name, values, uncertainty, self.batches, prior, has_common=True)
-
-
-def _part_values(parts: Sequence[CharacterisedMount]) -> _PartValues:
-    """Stiffness of the parts of one mount and part number under equal conditions."""
-    mount = parts[0].mount.name
+def _told_apart(
+    mount: str, parts: Sequence[CharacterisedMount]
+) -> tuple[list[list[int]], tuple[str, ...] | None]:
+    """Return the places of each part, and maybe its batch; all must have one part number."""
     numbers = sorted({part.identity.part_number for part in parts})
     if len(numbers) > 1:
         raise InputError(
             f"mount {mount} has parts of the numbers {numbers} in the library: their scatter is "
             "not that of one part, choose one number"
         )
-    labels = [(part.identity.variant, part.identity.serial) for part in parts]
-    unique = list(dict.fromkeys(labels))
-    of_part = [[place for place, label in enumerate(labels) if label == key] for key in unique]
-    axes = [axis for axis in AXES if all(_is_identified(part, axis) for part in parts)]
-    values, uncertainty = np.empty((len(unique), len(axes))), np.empty((len(unique), len(axes)))
-    for column, axis in enumerate(axes):
-        directions = [part.direction(axis) for part in parts]
-        stiffness = _log_stiffness(f"{mount} {axis}", directions)
-        widths = [direction.quality.half_width_95 or 0.0 for direction in directions]
-        squares = (np.array(widths) / TWO_SIDED) ** 2
-        values[:, column] = [stiffness[places].mean() for places in of_part]
-        uncertainty[:, column] = [np.sqrt(squares[places].mean()) for places in of_part]
-    serials = [serial for _, serial in unique]
-    batches = None
-    if all("/" in serial for serial in serials):
-        batches = tuple(serial.partition("/")[0] for serial in serials)
-    return _PartValues(mount, batches, tuple(axes), values, uncertainty)
+    places: dict[tuple[str, str], list[int]] = {}
+    for place, part in enumerate(parts):
+        places.setdefault((part.identity.variant, part.identity.serial), []).append(place)
+    batched = all("/" in serial for _, serial in places)
+    batches = tuple(serial.partition("/")[0] for _, serial in places) if batched else None
+    return list(places.values()), batches
 
 
-def _is_identified(part: CharacterisedMount, axis: str) -> bool:
-    direction = part.find(axis)
-    return direction is not None and direction.quality.identified
+def _log_stiffness(
+    name: str, directions: Sequence[CharacterisedDirection], of_part: Sequence[list[int]]
+) -> tuple[RealArray, RealArray]:
+    """Mean of ln |K| over the points that all surfaces were measured at, with its uncertainty.
 
-
-def _log_stiffness(name: str, directions: Sequence[CharacterisedDirection]) -> RealArray:
-    """Mean of ln |K| over the points that all surfaces were measured at, one value each."""
+    One value of each part, the mean where it was characterised several times.
+    """
     surfaces = [direction.surface for direction in directions if direction.surface is not None]
     if len({surface.preload_unit for surface in surfaces}) > 1:
         raise InputError(f"{name}: its parts are characterised over different variables")
@@ -374,5 +344,11 @@ def _log_stiffness(name: str, directions: Sequence[CharacterisedDirection]) -> R
             f"{name}: its {len(surfaces)} parts were measured at only {int(common.sum())} common "
             f"points, {FEWEST_POINTS} are needed: measure them in the same runs"
         )
-    stiffness = [surface.predict(points[common], extrapolate=True) for surface in surfaces]
-    return np.array([np.log(np.abs(values)).mean() for values in stiffness])
+    values = [surface.predict(points[common], extrapolate=True) for surface in surfaces]
+    stiffness = np.array([np.log(np.abs(value)).mean() for value in values])
+    widths = [direction.quality.half_width_95 or 0.0 for direction in directions]
+    squares = (np.array(widths) / TWO_SIDED) ** 2
+    return (
+        np.array([stiffness[places].mean() for places in of_part]),
+        np.array([np.sqrt(squares[places].mean()) for places in of_part]),
+    )

@@ -7,7 +7,6 @@ from collections.abc import Mapping
 from functools import cache, cached_property
 from itertools import pairwise
 from math import comb
-from numbers import Integral
 from typing import Any, Literal, Self
 
 import numpy as np
@@ -175,20 +174,6 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         self.max_pieces = max_pieces
         self.logarithmic = logarithmic
 
-    def check_parameters(self) -> None:
-        """Refuse parameters that make no sense, before any row is seen.
-
-        - raises InputError: the parameter, and what it may be.
-        """
-        for name in ("max_pieces", "pieces"):
-            value, others = getattr(self, name), ' or "cv"' if name == "pieces" else ""
-            if value == "cv" and others:
-                continue
-            if not isinstance(value, Integral) or value < 1:
-                raise InputError(f"{name} is a whole number of at least 1{others}, not {value!r}")
-        if not 0 <= self.overlap < 1:
-            raise InputError(f"overlap is a fraction of at least 0 and below 1: {self.overlap!r}")
-
     def fit(
         self,
         X: npt.ArrayLike,
@@ -208,7 +193,14 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         - raises InputError: parameters without sense, split points outside of the range, a piece
           without rows, groups that cannot be cross-validated.
         """
-        self.check_parameters()
+        counts = [count for count in (self.max_pieces, self.pieces) if count != "cv"]
+        if not all(isinstance(count, int | np.integer) and count >= 1 for count in counts):
+            raise InputError(
+                f"pieces {self.pieces!r}, max_pieces {self.max_pieces!r}: whole numbers of at "
+                'least 1, or "cv" pieces'
+            )
+        if not 0 <= self.overlap < 1:
+            raise InputError(f"overlap is a fraction of at least 0 and below 1: {self.overlap!r}")
         rows: RealArray
         rows, observed = validate_data(
             self, X, y, dtype=np.float64, multi_output=True, y_numeric=True
@@ -400,7 +392,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             left_out &= np.all([pieces.leverage_ratio(X) <= 1 for pieces in fits], axis=0)
             if not left_out.any():
                 continue
-            score = np.full(len(candidates), np.inf)
+            score = [np.inf] * len(candidates)
             for k, pieces in enumerate(fits):
                 error = np.sum(((pieces._values(X[left_out]) - y[left_out]) / scale) ** 2, axis=1)
                 score[k] = np.average(error, weights=weight[left_out])

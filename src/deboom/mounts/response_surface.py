@@ -10,7 +10,6 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -38,6 +37,12 @@ SMALL = 1e-4
 PROCESS_LINES = 600
 """Lines that the Gaussian process is fitted to: its effort grows with their cube."""
 
+COMPARED = {
+    "r2_real": "R² Re K [%]",
+    "r2_imag": "R² Im K [%]",
+    "r2_force_real": "R² Re force [%]",
+    "r2_force_imag": "R² Im force [%]",
+}
 _NODES = np.cos(np.pi * (np.arange(4) + 0.5) / 4)
 _PLAIN = ("preload_unit", "n_lines", "r2_real", "r2_imag", "r2_force")
 _REGION = ("points", "lower", "upper", "reach")
@@ -102,49 +107,38 @@ class StiffnessSamples:
         )
 
 
-@dataclass(frozen=True)
-class Agreement:
-    """Agreement of a model with measured lines, as in the thesis's tables 6 to 8.
-
-    R² of Re K and Im K, of both parts of the force ``K s`` in the phase of the measured
-    displacement, and rms of ``|K_model - K| / |K|`` [1]. R² compares with what was measured,
-    systematic errors included: it is no accuracy.
-    """
-
-    n_lines: int
-    r2_real: float
-    r2_imag: float
-    r2_force_real: float
-    r2_force_imag: float
-    rms_error: float
-
-
 def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:
     """Return the coefficient of determination, ``1 - Σ(y - ŷ)² / Σ(y - ȳ)²``, of two arrays (n,).
 
-    - raises InputError: shapes that differ, or a measured quantity that does not vary.
+    - raises InputError: a measured quantity that does not vary.
     """
     y, fitted = np.asarray(measured, dtype=float), np.asarray(modelled, dtype=float)
-    if y.shape != fitted.shape or y.ndim != 1:
-        raise InputError(f"{y.shape} measured and {fitted.shape} modelled values: one each")
     total = float(np.sum((y - y.mean()) ** 2))
     if total == 0:
         raise InputError("the measured values are all equal: R² has no meaning for them")
     return float(1 - np.sum((y - fitted) ** 2) / total)
 
 
-def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> Agreement:
-    """Compare measured lines with a model's stiffness at the same lines, shape (n,) [N/m]."""
+def agreement(samples: StiffnessSamples, modelled: ComplexArray) -> dict[str, float]:
+    """Compare measured lines with a model's stiffness at the same lines, shape (n,) [N/m].
+
+    R² of Re K and Im K, ``r2_real`` and ``r2_imag``, and of both parts of the force ``K s`` in the
+    phase of the measured displacement, ``r2_force_real`` and ``r2_force_imag`` [1], as in the
+    thesis's tables 6 to 8. R² compares with what was measured, systematic errors included: it is no
+    accuracy.
+    """
     force = modelled * samples.displacement
-    error = np.abs(modelled - samples.stiffness) / np.abs(samples.stiffness)
-    return Agreement(
-        n_lines=len(samples),
-        r2_real=r_squared(samples.stiffness.real, modelled.real),
-        r2_imag=r_squared(samples.stiffness.imag, modelled.imag),
-        r2_force_real=r_squared(samples.force.real, force.real),
-        r2_force_imag=r_squared(samples.force.imag, force.imag),
-        rms_error=float(np.sqrt(np.mean(error**2))),
-    )
+    return {
+        "r2_real": r_squared(samples.stiffness.real, modelled.real),
+        "r2_imag": r_squared(samples.stiffness.imag, modelled.imag),
+        "r2_force_real": r_squared(samples.force.real, force.real),
+        "r2_force_imag": r_squared(samples.force.imag, force.imag),
+    }
+
+
+def rms_error(modelled: ComplexArray, reference: ComplexArray) -> float:
+    """Return the rms of ``|K_model - K| / |K|`` over lines (n,) [1]."""
+    return float(np.sqrt(np.mean((np.abs(modelled - reference) / np.abs(reference)) ** 2)))
 
 
 class _Lines(NamedTuple):
@@ -567,34 +561,30 @@ class KelvinVoigtModel(StiffnessModel):
         return kelvin_voigt(points[:, 2], spring, damper)
 
 
-@dataclass(frozen=True)
-class BergShape:
-    """Amplitude and frequency dependence of Berg's element, relative to its elastic part.
+def berg_shape(
+    parameters: npt.ArrayLike, amplitude: RealArray, frequency: RealArray
+) -> ComplexArray:
+    """Return the stiffness of Berg's element over its elastic part [1].
 
-    Stiffness of the friction element at vanishing amplitude [1], displacement at which half of the
-    friction force is reached [m], stiffness of the Maxwell element far above its corner frequency
-    [1], and that frequency [Hz].
+    - `parameters` (4,): stiffness of the friction element at vanishing amplitude [1], displacement
+      at which half of the friction force is reached [m], stiffness of the Maxwell element far above
+      its corner frequency [1], and that frequency [Hz].
+    - `amplitude`, `frequency` (n,): displacement amplitude [m], frequency [Hz].
     """
-
-    friction: float
-    friction_amplitude: float
-    viscous: float
-    corner_frequency: float
-
-    def __call__(self, amplitude: RealArray, frequency: RealArray) -> ComplexArray:
-        """Return the stiffness over the elastic one [1] at amplitude [m] and frequency [Hz]."""
-        relative = 1j * frequency / self.corner_frequency
-        maxwell = relative / (1 + relative)
-        friction = friction_stiffness(amplitude / self.friction_amplitude)
-        return np.asarray(1 + self.friction * friction + self.viscous * maxwell, dtype=complex)
+    friction, half_force, viscous, corner_frequency = np.asarray(parameters, dtype=float)
+    relative = 1j * frequency / corner_frequency
+    maxwell = relative / (1 + relative)
+    stuck = friction * friction_stiffness(amplitude / half_force)
+    return np.asarray(1 + stuck + viscous * maxwell, dtype=complex)
 
 
 class BergModel(StiffnessModel):
     """Elastic, friction and Maxwell element side by side, all following the preload alike.
 
-    ``K = k(F0) [1 + φ κ(|s|/x_2) + v jf/(f_c + jf)]`` with κ from `friction_stiffness`. For given
-    shape, k(F0) is a linear least-squares problem, solved inside of the search for the shape
-    (variable projection; Golub and Pereyra, 1973).
+    ``K = k(F0) [1 + φ κ(|s|/x_2) + v jf/(f_c + jf)]`` with κ from `friction_stiffness`; `shape_`
+    holds the parameters of `berg_shape`. For a given shape, k(F0) is a linear least-squares
+    problem, solved inside of the search for the shape (variable projection; Golub and Pereyra,
+    1973).
     """
 
     def _fit(self, lines: _Lines) -> None:
@@ -602,31 +592,30 @@ class BergModel(StiffnessModel):
         middle = np.array([0.5, np.median(amplitude), 0.5, np.median(frequency)])
         scale = np.sqrt(lines.weight) / np.abs(lines.stiffness).mean()
 
-        def shape_of(logarithms: RealArray) -> BergShape:
-            return BergShape(*(middle * np.exp(logarithms)).tolist())
-
-        def elastic_for(shape: BergShape, **pieces: Any) -> PiecewiseCubicRegressor:
-            relative = shape(amplitude, frequency)
+        def elastic_for(relative: ComplexArray, **pieces: Any) -> PiecewiseCubicRegressor:
             squared = np.abs(relative) ** 2
             projected = (lines.stiffness * relative.conj()).real / squared
             regressor: PiecewiseCubicRegressor = self._copy(**pieces)
             return regressor.fit(preload, projected, lines.weight * squared)
 
-        split_points = elastic_for(shape_of(np.zeros(4))).split_points_
+        def relative_for(logarithms: RealArray) -> ComplexArray:
+            return berg_shape(middle * np.exp(logarithms), amplitude, frequency)
+
+        split_points = elastic_for(relative_for(np.zeros(4))).split_points_
 
         def misfit(logarithms: RealArray) -> RealArray:
-            shape = shape_of(logarithms)
-            elastic = elastic_for(shape, split=split_points).predict(preload)
-            error = scale * (elastic * shape(amplitude, frequency) - lines.stiffness)
+            relative = relative_for(logarithms)
+            elastic = elastic_for(relative, split=split_points).predict(preload)
+            error = scale * (elastic * relative - lines.stiffness)
             return np.concatenate([error.real, error.imag])
 
         # four decades to either side: beyond them an element is not there
         best = least_squares(misfit, np.zeros(4), bounds=(-np.log(1e4), np.log(1e4)))
-        self.shape_ = shape_of(best.x)
-        self.elastic_ = elastic_for(self.shape_)
+        self.shape_ = middle * np.exp(best.x)
+        self.elastic_ = elastic_for(relative_for(best.x))
 
     def _values(self, points: RealArray) -> ComplexArray:
-        relative = self.shape_(points[:, 1], points[:, 2])
+        relative = berg_shape(self.shape_, points[:, 1], points[:, 2])
         return np.asarray(self.elastic_.predict(points[:, :1]) * relative)
 
 
@@ -713,21 +702,17 @@ def compare_models(
     rows = []
     for name, model in fitted.items():
         modelled = model.predict(compared.points)
-        result = agreement(compared, modelled)
+        agreed = agreement(compared, modelled)
         row = {
             "model": name,
-            "lines compared [1]": result.n_lines,
-            "share of lines [%]": 100 * result.n_lines / len(check),
-            "R² Re K [%]": 100 * result.r2_real,
-            "R² Im K [%]": 100 * result.r2_imag,
-            "R² Re force [%]": 100 * result.r2_force_real,
-            "R² Im force [%]": 100 * result.r2_force_imag,
-            "rms error [%]": 100 * result.rms_error,
+            "lines compared [1]": len(compared),
+            "share of lines [%]": 100 * len(compared) / len(check),
+            **{COMPARED[part]: 100 * value for part, value in agreed.items()},
+            "rms error [%]": 100 * rms_error(modelled, compared.stiffness),
         }
         if truth is not None:
-            true = np.asarray(truth)[inside]
-            error = np.abs(modelled - true) / np.abs(true)
-            row["rms error against truth [%]"] = 100 * float(np.sqrt(np.mean(error**2)))
+            error = rms_error(modelled, np.asarray(truth)[inside])
+            row["rms error against truth [%]"] = 100 * error
         rows.append(row)
     return pd.DataFrame(rows)
 

@@ -8,7 +8,6 @@ mount set, whatever the mounts are; alignment errors alone break them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import block_diag
@@ -102,15 +101,9 @@ class FreeBody:
         return changes
 
 
-@dataclass(frozen=True, eq=False)
-class _Equations:
-    """Whitened complex equations ``jacobian @ change of the parameters = residual``."""
-
-    group: str
-    jacobian: ComplexArray
-    residual: ComplexArray
-    misfit: float
-    freedom: int
+_Equations = tuple[str, ComplexArray, ComplexArray, float, int]
+"""Group, jacobian and residual of whitened ``jacobian @ change of the parameters = residual``, the
+group's misfit, its degrees of freedom."""
 
 
 def self_calibrated(
@@ -181,12 +174,13 @@ def _normal_equations(
     counts: dict[str, int] = {}
     n_lines = sum(len(record) for record in records)
     for record in records:
-        for block in _equations(alignment, record, free_body, parameters, n_lines, misfit):
+        blocks = _equations(alignment, record, free_body, parameters, n_lines, misfit)
+        for group, jacobian, residual, misfit_of_group, freedom in blocks:
             # a complex normal deviation of variance 1 has two real ones of variance 1/2
-            normal += 2 * (block.jacobian.conj().T @ block.jacobian).real
-            gradient += 2 * (block.jacobian.conj().T @ block.residual).real
-            squares[block.group] = squares.get(block.group, 0.0) + block.misfit * block.freedom
-            counts[block.group] = counts.get(block.group, 0) + block.freedom
+            normal += 2 * (jacobian.conj().T @ jacobian).real
+            gradient += 2 * (jacobian.conj().T @ residual).real
+            squares[group] = squares.get(group, 0.0) + misfit_of_group * freedom
+            counts[group] = counts.get(group, 0) + freedom
     return normal, gradient, {name: squares[name] / counts[name] for name in squares}
 
 
@@ -221,7 +215,7 @@ def _equations(
     jacobian = np.zeros((columns.shape[0] * columns.shape[1], parameters.size), dtype=complex)
     jacobian[:, : of_chain.size] = columns[:, :, :-1].reshape(len(jacobian), -1)
     squares = float(np.sum(np.abs(columns[:, :, -1]) ** 2 * expected))
-    yield _Equations(RIGID_MOTION, jacobian, columns[:, :, -1].ravel(), squares / freedom, freedom)
+    yield RIGID_MOTION, jacobian, columns[:, :, -1].ravel(), squares / freedom, freedom
     if free_body is None:
         return
 
@@ -257,13 +251,9 @@ def _equations(
     variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest
     white = 1 / np.sqrt(variance)
     residual = -load @ select.T
-    yield _Equations(
-        NEWTON,
-        (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size),
-        (white * residual).ravel(),
-        float(np.mean(np.abs(residual) ** 2 / (noise + rest))),
-        residual.size,
-    )
+    whitened = (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size)
+    squares = float(np.mean(np.abs(residual) ** 2 / (noise + rest)))
+    yield NEWTON, whitened, (white * residual).ravel(), squares, residual.size
 
 
 def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:

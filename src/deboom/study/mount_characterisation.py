@@ -327,13 +327,7 @@ def _r2(
 ) -> dict[str, float]:
     if len(lines) < 2:
         return {}
-    found = agreement(lines.samples(bench.result.options.preload), bench.modelled(surface, lines))
-    return {
-        "r2_real": found.r2_real,
-        "r2_imag": found.r2_imag,
-        "r2_force_real": found.r2_force_real,
-        "r2_force_imag": found.r2_force_imag,
-    }
+    return agreement(lines.samples(bench.result.options.preload), bench.modelled(surface, lines))
 
 
 def _errors(
@@ -358,7 +352,6 @@ def _budget(bench: CharacterisedBench, name: str) -> dict[str, object]:
         "half_width": budget.half_width_95,
         "half_width_imag": budget.imag_half_width_95,
         "misfit": budget.misfit,
-        "repeatability": budget.repeatability,
         **{source.value: width for source, width in budget.sources.items()},
     }
     if bench.truth is not None:
@@ -449,7 +442,6 @@ def uncertainty_table(numbers: pd.DataFrame) -> pd.DataFrame:
         "95 % half width of |K| [%]": percent(numbers, "half_width"),
         "95 % half width of Im K [%]": percent(numbers, "half_width_imag"),
         "misfit of the surface [%]": percent(numbers, "misfit"),
-        "repeatability of a line [%]": percent(numbers, "repeatability"),
         "truth inside the band [%]": percent(numbers, "coverage"),
     }
     for source in ErrorSource:

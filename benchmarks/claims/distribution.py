@@ -1,7 +1,7 @@
 """Figures over unselected draws of the bench.
 
 Neither platform nor compressor is that which is shipped: fleets, powertrains, laws of the mounts,
-torque, gears, three or four cylinders (`deboom.bench.powertrain.TruthPrior`), compressors, hoses,
+torque, gears, three or four cylinders (`deboom.bench.powertrain.load_bench`), compressors, hoses,
 unbalance up to 40 g mm and 2500 g mm² and its sense are drawn (`--seed N --truth-seed N`, C2).
 Median and the range of 10 to 90 %; the shipped case stands beside. dB per line: best nominal design
 within ±20 % of coupled motion, U06, 20 to 60 Hz, 5th gear, 220 N m, from measured files with

@@ -43,7 +43,7 @@ def as_stated():
 
 
 def sensor_rows(sheet=SHEET):
-    return rows_along(sheet.sensor_angles, sheet.sensor_positions)
+    return rows_along([row.angles for row in sheet.sensors], sheet.sensor_positions)
 
 
 def impact_rows(sheet=SHEET):
@@ -130,10 +130,10 @@ def test_a_receiver_is_its_own_degrees_of_freedom():
     law = DATA["operation"]["flexible_receiver"]
     for f, found in zip(FEW, body.inertance(FEW), strict=True):
         squared = (2 * np.pi * f) ** 2
-        modal = law["modal_mass_kg"] * (
-            (2 * np.pi * law["mode_Hz"]) ** 2 * (1 + 1j * law["loss"]) - squared
+        modal = law["mass"] * (
+            (2 * np.pi * law["frequency"]) ** 2 * (1 + 1j * law["loss"]) - squared
         )
-        residual = law["residual_stiffness_N_per_m"] * (1 + 1j * law["residual_loss"])
+        residual = law["residual"] * (1 + 1j * law["residual_loss"])
         springs = np.diag(gain(f) * stiffness)
         foot = springs + np.eye(9) / (1 / modal + 1 / residual)
         both = np.block(
@@ -180,15 +180,15 @@ def test_a_softening_mount_is_as_soft_as_its_stroke_makes_it():
     """Amplitudes by a root finder, with the motion of the mounts from the closed form."""
     plan = replace(without_noise(hit_plan()), hits=1)
     body, placed = compressor(replace(TABLE11, softening=True)), as_stated()
-    blows = strike(body, SHEET, placed, plan, np.random.default_rng(3))
+    blows = strike(body, placed, plan, np.random.default_rng(3))
     law = DATA["operation"]["amplitude_law"]
     whole, axes, stiffness = table11()
     lines = plan.spectrum_lines
     squared = (2 * np.pi * lines)[:, None, None] ** 2
 
     def factor(amplitude):
-        fall = 1 / (1 + amplitude / law["s_c_m"]) - 1 / (1 + law["s_hammer_m"] / law["s_c_m"])
-        return 1 + law["beta"] * fall
+        fall = 1 / (1 + amplitude / law["scale"]) - 1 / (1 + law["reference"] / law["scale"])
+        return 1 + law["share"] * fall
 
     for impact in (0, 8):
         load = np.fft.rfft(blows.force[impact, 0])[:, None] * impact_rows()[impact]
@@ -205,7 +205,6 @@ def test_a_softening_mount_is_as_soft_as_its_stroke_makes_it():
 
         solved = root(unbalanced, np.full(3, 100.0), tol=1e-10)
         assert solved.success
-        np.testing.assert_allclose(blows.amplitudes[impact, 0], 1e-6 * solved.x, rtol=1e-8)
         np.testing.assert_allclose(blows.factors[impact, 0], factor(1e-6 * solved.x), rtol=1e-9)
         acceleration = -squared[:, :, 0] * motion(1e-6 * solved.x) @ sensor_rows().T
         expected = np.fft.irfft(acceleration, plan.n_sample, axis=0)
@@ -219,10 +218,10 @@ def test_noise_has_the_size_of_the_study():
     plan = replace(hit_plan(), scatter=0.0)
     placed = place(SHEET, placement_errors(CalibrationLevel.C2), np.random.default_rng(4))
     body = compressor()
-    blows = strike(body, SHEET, placed, plan, np.random.default_rng(5))
+    blows = strike(body, placed, plan, np.random.default_rng(5))
     found, coherence = averaged(blows, plan)
     ones = np.ones((18, 3))
-    off = found - exact_inertance(body, SHEET, placed, plan.lines, ones)
+    off = found - exact_inertance(body, placed, plan.lines, ones)
     for low, high in ((10, 12), (90, 110)):
         band = (plan.lines >= low) & (plan.lines <= high)
         f = plan.lines[band].mean()

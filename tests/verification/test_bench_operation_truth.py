@@ -315,8 +315,8 @@ def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
     law, truth = DATA["operation"]["amplitude_law"], DATA["truth"]
 
     def factor(stroke):
-        fall = 1 / (1 + stroke / law["s_c_m"]) - 1 / (1 + law["s_hammer_m"] / law["s_c_m"])
-        return 1 + law["beta"] * fall
+        fall = 1 / (1 + stroke / law["scale"]) - 1 / (1 + law["reference"] / law["scale"])
+        return 1 + law["share"] * fall
 
     turns = np.exp(2j * np.pi * np.linspace(0, 1, 2001))
     bodies = there.laboratory.compressor

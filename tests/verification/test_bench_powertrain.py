@@ -95,22 +95,22 @@ def printed_stiffness(mount, axis, static, amplitudes, frequency):
     """Evaluate the law of one direction as the study prints it, from the JSON file."""
     data = read_data("powertrain.json")
     law = data["directions"][f"{mount} {'xyz'[axis]}"]
-    tangent = law["k0_N_per_m"]
-    for onset, width, stiffness in law["stages_u_m_w_m_dk_N_per_m"]:
+    tangent = law["stiffness"]
+    for onset, width, stiffness in law["stages"]:
         side = 1 if onset > 0 else -1
         tangent += stiffness / (1 + np.exp(-(side * static[axis] - abs(onset)) / width))
     reach, half = abs(static[0]), data["cross_amplitude_m"][mount]
     grown = 1 / (1 + np.exp(-(reach - half) / 1e-3)) + 0.15 * reach / half
     own = amplitudes[axis] ** 2
     felt = np.sqrt(own + 0.15 * (np.sum(amplitudes**2) - own))
-    z = (felt / law["payne_amplitude_m"]) ** law["payne_exponent"]
+    z = (felt / law["payne_amplitude"]) ** law["payne_exponent"]
     factor = (
         1
         + law["payne_storage"] / (1 + z**2)
         + 2j * law["payne_loss"] * z / (1 + z**2)
         + law["fractional_weight"] * (1j * frequency / 40) ** 0.25
     )
-    if law["hydraulic"]:
+    if law["fluid"]:
         r = 1j * frequency / 13
         factor += 0.55 * r**2 / (r**2 + 0.6 * r + 1)
     return tangent * (1 + law["cross_stiffening"] * grown) * factor
@@ -145,7 +145,7 @@ def test_equation_of_motion_with_the_printed_law(gear):
 
 def test_wheel_end_against_its_closed_form():
     for gear, run in RUNS.items():
-        data = read_data("powertrain.json")["wishbone"]
+        data = read_data("powertrain.json")
         ratio, omega = BENCH.total_ratios[gear - 1], 2 * np.pi * FREQUENCY
         r = FREQUENCY / 14
         push = order_load(run)[:, 4] * ratio * 0.40 / (1 - r**2 + 2j * 0.12 * r) / (2 * 0.312)

@@ -242,7 +242,7 @@ def test_exact_sweeps_are_the_coupled_car(exact: tuple[Path, ElectricCar]) -> No
     folder, car = exact
     transfer = wrench_noise_transfer(car)
     there = operation(SEED, CalibrationLevel.C2, CAR_PLAN, noise_free=True).laboratory
-    rows = there.placed.response_rows(there.sheet)
+    rows = there.placed.response_rows()
     forward = forward_matrices(there.compressor.positions)
     for number, sweep in enumerate(car.operation.sweeps):
         with np.load(folder / f"truth/{number}.npz") as truth:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, field, replace
-from enum import IntEnum
 from typing import Literal
 
 import numpy as np
@@ -19,9 +18,10 @@ from deboom.bench.compressor_truth import (
 )
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal, over_time, rotations, tacho_pulses
-from deboom.bench.writing import check_seed
+from deboom.bench.writing import check_seed, triple
 from deboom.choices import CalibrationLevel, HoseCase
 from deboom.errors import InputError
+from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
 LARGEST_SWEEPS = 50
@@ -47,28 +47,30 @@ NO_PLACEMENT_ERRORS = PlacementErrors(0.0, 0.0, 0.0, 0.0)
 
 @dataclass(frozen=True, eq=False)
 class Sheet:
-    """The position sheet of the laboratory.
+    """The position sheet of the laboratory around one point.
 
-    - `sensor_positions`, `sensor_angles` (n, 3): triaxial accelerometers; angles about the fixed
-      axes x, then y, then z [m], [rad].
-    - `impact_positions`, `impact_directions` (m, 3): impacts, and unit vectors along which the
-      hammer pushes [m], [1].
+    - `sensors`, `impacts`: rows of the n triaxial accelerometers and of the m impacts.
+    - `origin` (3,): true place of the point that positions below count from [m].
     """
 
-    sensor_positions: RealArray
-    sensor_angles: RealArray
-    impact_positions: RealArray
-    impact_directions: RealArray
+    sensors: tuple[PlacedSensor, ...]
+    impacts: tuple[PlacedImpact, ...]
+    origin: RealArray = field(default_factory=lambda: np.zeros(3))
 
     @property
-    def sensors(self) -> tuple[str, ...]:
-        """Names, such as ``A1``."""
-        return tuple(f"A{number}" for number in range(1, len(self.sensor_positions) + 1))
+    def sensor_positions(self) -> RealArray:
+        """Places of the accelerometers, shape (n, 3) [m]."""
+        return np.array([row.position for row in self.sensors]) - self.origin
 
     @property
-    def impacts(self) -> tuple[str, ...]:
-        """Names, such as ``I01``."""
-        return tuple(f"I{number:02d}" for number in range(1, len(self.impact_positions) + 1))
+    def impact_positions(self) -> RealArray:
+        """Places of the impacts, shape (m, 3) [m]."""
+        return np.array([row.position for row in self.impacts]) - self.origin
+
+    @property
+    def impact_directions(self) -> RealArray:
+        """Unit vectors along which the hammer pushes, shape (m, 3) [1]."""
+        return np.array([row.direction for row in self.impacts])
 
     @property
     def across(self) -> RealArray:
@@ -81,8 +83,9 @@ class Sheet:
 
 @dataclass(frozen=True, eq=False)
 class Placed:
-    """What the position sheet does not say.
+    """What is where, beside what the position sheet says.
 
+    - `sheet`: the position sheet.
     - `sensor_gain` (n, 3): relative error of each channel [1].
     - `sensor_offset`, `sensor_turn` (n, 3): errors against the sheet; turns about the axes of the
       sensor itself [m], [rad].
@@ -91,6 +94,7 @@ class Placed:
     - `impact_directions` (m, 3): True unit vectors [1].
     """
 
+    sheet: Sheet
     sensor_gain: RealArray
     sensor_offset: RealArray
     sensor_turn: RealArray
@@ -98,38 +102,44 @@ class Placed:
     impact_offset: RealArray
     impact_directions: RealArray
 
-    def response_rows(self, sheet: Sheet) -> RealArray:
+    def response_rows(self) -> RealArray:
         """Return motion of the virtual point → channels, shape (3 n, 6) [1, m]."""
-        turned = rotation_matrix(sheet.sensor_angles) @ rotation_matrix(self.sensor_turn)
-        rows = forward_matrices(sheet.sensor_positions + self.sensor_offset, turned)
+        angles = np.array([row.angles for row in self.sheet.sensors])
+        turned = rotation_matrix(angles) @ rotation_matrix(self.sensor_turn)
+        rows = forward_matrices(self.sheet.sensor_positions + self.sensor_offset, turned)
         return np.asarray((1 + self.sensor_gain).reshape(-1, 1) * rows)
 
-    def excitation_rows(self, sheet: Sheet, scatter: RealArray | None = None) -> RealArray:
+    def excitation_rows(self, scatter: RealArray | float = 0.0) -> RealArray:
         """Return the wrench at the virtual point per true newton of an impact, (..., m, 6) [1, m].
 
         Hits may scatter around their place by (..., m, 3) [m].
         """
-        places = sheet.impact_positions + self.impact_offset
-        places = places if scatter is None else places + scatter
+        places = self.sheet.impact_positions + self.impact_offset + scatter
         forces = np.broadcast_to(self.impact_directions, places.shape)
         return np.concatenate([forces, np.cross(places, forces)], axis=-1)
 
     def scattered_wrenches(
-        self, sheet: Sheet, hits: int, scatter: float, generator: np.random.Generator
+        self, hits: int, scatter: float, generator: np.random.Generator
     ) -> RealArray:
         """Draw the wrench of every hit around its place, shape (n_hit, m, 6) [1, m]."""
-        off = scatter * generator.standard_normal((hits, len(sheet.impact_positions), 2))
-        return self.excitation_rows(sheet, np.einsum("hmt,mta->hma", off, sheet.across))
+        off = scatter * generator.standard_normal((hits, len(self.sheet.impacts), 2))
+        return self.excitation_rows(np.einsum("hmt,mta->hma", off, self.sheet.across))
 
 
 def position_sheet() -> Sheet:
     """Return the position sheet of the frozen rig: 6 triaxial accelerometers, 18 impacts."""
     rig = read_data(COMPRESSOR_DATA)["rig"]
+    sensors = zip(rig["sensor_position_m"], np.deg2rad(rig["sensor_rotation_deg"]), strict=True)
+    impacts = zip(rig["impact_position_m"], rig["impact_direction"], strict=True)
     return Sheet(
-        sensor_positions=np.array(rig["sensor_position_m"]),
-        sensor_angles=np.deg2rad(rig["sensor_rotation_deg"]),
-        impact_positions=np.array(rig["impact_position_m"]),
-        impact_directions=np.array(rig["impact_direction"]),
+        tuple(
+            PlacedSensor(f"A{number}", 100 + number, triple(position), triple(angles))
+            for number, (position, angles) in enumerate(sensors, 1)
+        ),
+        tuple(
+            PlacedImpact(f"I{number:02d}", 200 + number, triple(position), triple(direction))
+            for number, (position, direction) in enumerate(impacts, 1)
+        ),
     )
 
 
@@ -143,7 +153,7 @@ def placement_errors(level: CalibrationLevel) -> PlacementErrors:
 
 def place(sheet: Sheet, errors: PlacementErrors, generator: np.random.Generator) -> Placed:
     """Glue the sensors on and mark the impacts, with the normal errors of a laboratory."""
-    n_sensor, n_impact = len(sheet.sensor_positions), len(sheet.impact_positions)
+    n_sensor, n_impact = len(sheet.sensors), len(sheet.impacts)
 
     def drawn(deviation: float, *shape: int) -> RealArray:
         return deviation * generator.standard_normal(shape)
@@ -155,6 +165,7 @@ def place(sheet: Sheet, errors: PlacementErrors, generator: np.random.Generator)
     shifts, tilts = drawn(errors.position, n_impact, 2), drawn(errors.angle, n_impact, 2)
     leaning = sheet.impact_directions + np.einsum("mt,mta->ma", tilts, sheet.across)
     return Placed(
+        sheet=sheet,
         sensor_gain=gain,
         sensor_offset=offset,
         sensor_turn=turn,
@@ -220,28 +231,16 @@ class Blows:
     - `force` (m, n_hit, n_sample): force that the hammer states [N].
     - `response` (m, n_hit, n_sample, n_channel): acceleration that the accelerometers state [m/s²].
     - `factors` (m, n_hit, n_mount): factors of softening [1].
-    - `amplitudes` (m, n_hit, n_mount): largest displacement of each mount [m]; 0 where mounts do
-      not soften, and nobody asks.
     """
 
     force: RealArray
     response: RealArray
     factors: RealArray
-    amplitudes: RealArray
 
 
 def hit_plan() -> HitPlan:
     """Return the frozen plan of the rig, with noise N1."""
-    rig = read_data(COMPRESSOR_DATA)["rig"]
-    return HitPlan(
-        hits=rig["hits"],
-        pulse=rig["pulse_s"],
-        impulse=rig["impulse_N_s"],
-        scatter=rig["hit_scatter_m"],
-        response_noise=rig["response_noise_m_s2_per_sqrtHz"],
-        corner=rig["noise_corner_Hz"],
-        force_noise=rig["force_noise_relative"],
-    )
+    return HitPlan(**read_data(COMPRESSOR_DATA)["rig"]["hits"])
 
 
 def without_noise(plan: HitPlan) -> HitPlan:
@@ -250,11 +249,7 @@ def without_noise(plan: HitPlan) -> HitPlan:
 
 
 def strike(
-    compressor: Compressor,
-    sheet: Sheet,
-    placed: Placed,
-    plan: HitPlan,
-    generator: np.random.Generator,
+    compressor: Compressor, placed: Placed, plan: HitPlan, generator: np.random.Generator
 ) -> Blows:
     """Strike every impact and record force and acceleration.
 
@@ -262,26 +257,25 @@ def strike(
     that of a hammer which strikes again every block. After a block of 2 s the slowest mode has
     fallen to a thousandth, so a single blow would look the same; the FRF is exact either way.
     """
-    n_impact = len(sheet.impact_positions)
+    sheet, n_impact = placed.sheet, len(placed.sheet.impacts)
     push = _pushes(plan, n_impact, generator)
-    wrenches = placed.scattered_wrenches(sheet, plan.hits, plan.scatter, generator).swapaxes(0, 1)
+    wrenches = placed.scattered_wrenches(plan.hits, plan.scatter, generator).swapaxes(0, 1)
     excitation = compressor.on_parts(
         wrenches.reshape(-1, 6), np.repeat(sheet.impact_positions, plan.hits, axis=0)
     ).reshape(n_impact, plan.hits, -1)
     channels = np.repeat(sheet.sensor_positions, 3, axis=0)
-    response_rows = compressor.on_parts(placed.response_rows(sheet), channels)
+    response_rows = compressor.on_parts(placed.response_rows(), channels)
 
     spectrum = np.fft.rfft(push)
     factors = np.ones((n_impact, plan.hits, len(compressor.positions)))
-    amplitudes = np.zeros_like(factors)
     answer = np.empty((*spectrum.shape, len(response_rows)), dtype=complex)
     seen = None
     for impact, (wrench, forces) in enumerate(zip(excitation, spectrum, strict=True)):
         for hit in range(plan.hits):
             if compressor.softening is not None:
                 load = forces[hit][:, None] * wrench[hit]
-                amplitudes[impact, hit] = mount_amplitudes(compressor, load, plan)
-                factors[impact, hit] = compressor.softening.factor(amplitudes[impact, hit])
+                amplitudes = mount_amplitudes(compressor, load, plan)
+                factors[impact, hit] = compressor.softening.factor(amplitudes)
             if seen is None or compressor.softening is not None:
                 inertance = compressor.inertance(plan.spectrum_lines, factors[impact, hit])
                 seen = response_rows @ inertance
@@ -295,7 +289,6 @@ def strike(
         force=force + force_noise * generator.standard_normal(push.shape),
         response=np.fft.irfft(answer, plan.n_sample, axis=2),
         factors=factors,
-        amplitudes=amplitudes,
     )
 
 
@@ -344,19 +337,15 @@ def first_estimate(force: ComplexArray, response: ComplexArray) -> tuple[Complex
 
 
 def exact_inertance(
-    compressor: Compressor,
-    sheet: Sheet,
-    placed: Placed,
-    frequency: RealArray,
-    factors: RealArray,
+    compressor: Compressor, placed: Placed, frequency: RealArray, factors: RealArray
 ) -> ComplexArray:
     """Return what the laboratory would find without noise and scatter, (f, n_channel, m).
 
     Factors of softening are (m, n_mount), per impact [1]; result in m/s² per N.
     """
-    channels = np.repeat(sheet.sensor_positions, 3, axis=0)
-    response = compressor.on_parts(placed.response_rows(sheet), channels)
-    excitation = compressor.on_parts(placed.excitation_rows(sheet), sheet.impact_positions)
+    channels = np.repeat(placed.sheet.sensor_positions, 3, axis=0)
+    response = compressor.on_parts(placed.response_rows(), channels)
+    excitation = compressor.on_parts(placed.excitation_rows(), placed.sheet.impact_positions)
     columns = [
         response @ compressor.inertance(frequency, factor) @ wrench
         for wrench, factor in zip(excitation, factors, strict=True)
@@ -386,15 +375,8 @@ def _response_noise(
     return np.asarray(deviation[:, None] * complex_normal(shape, generator))
 
 
-class Purpose(IntEnum):
-    """What random numbers are for: one compressor under every level, and so on."""
-
-    COMPRESSOR = 0
-    PLACING = 1
-    STRIKING = 2
-    WEIGHING = 3
-    STRIKING_WITH_HOSES = 4
-    RUNNING = 5
+COMPRESSOR, PLACING, STRIKING, WEIGHING, STRIKING_WITH_HOSES, RUNNING = range(6)
+"""What random numbers are for: one compressor under every level, and so on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -402,7 +384,6 @@ class Laboratory:
     """A compressor with its sensors glued on and its impacts marked, as stated and as they are."""
 
     compressor: Compressor
-    sheet: Sheet
     placed: Placed
 
 
@@ -419,10 +400,9 @@ def laboratory(
 
     With hoses or without, the compressor is the same one. A seed below 1 is refused.
     """
-    compressor = true_compressor(plan, draw(seed, Purpose.COMPRESSOR))
-    sheet = position_sheet()
+    compressor = true_compressor(plan, draw(seed, COMPRESSOR))
     errors = NO_PLACEMENT_ERRORS if noise_free else placement_errors(level)
-    return Laboratory(compressor, sheet, place(sheet, errors, draw(seed, Purpose.PLACING)))
+    return Laboratory(compressor, place(position_sheet(), errors, draw(seed, PLACING)))
 
 
 PRESSURES = (7.5, 13.5)
@@ -768,7 +748,7 @@ def true_sweep(
         compressor = replace(compressor, hoses=())
     run = running(compressor, running_rig.source, frequency, gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, np.newaxis]) ** 2
-    seen = -squared * run.displacement @ rig.placed.response_rows(rig.sheet).T
+    seen = -squared * run.displacement @ rig.placed.response_rows().T
     return TrueSweep(pressure, compressor.hoses, frequency, run, seen)
 
 

@@ -364,20 +364,11 @@ def true_compressor(plan: CompressorPlan, generator: np.random.Generator) -> Com
         case["stiffness"] = np.tile([axial, radial, radial], (len(stiffness), 1))
     if plan.free:
         case["stiffness"] = 1e-4 * case["stiffness"]
-    law = data["operation"]["amplitude_law"]
-    softening = Softening(law["beta"], law["s_c_m"], law["s_hammer_m"])
-    carried = data["operation"]["flexible_receiver"]
-    receiver = Receiver(
-        carried["mode_Hz"],
-        carried["modal_mass_kg"],
-        carried["loss"],
-        carried["residual_stiffness_N_per_m"],
-        carried["residual_loss"],
-    )
+    states = data["operation"]
     return Compressor(
         **case,
-        softening=softening if plan.softening else None,
-        receiver=receiver if plan.flexible_receiver else None,
+        softening=Softening(**states["amplitude_law"]) if plan.softening else None,
+        receiver=Receiver(**states["flexible_receiver"]) if plan.flexible_receiver else None,
         joint=Joint(plan.flexible_body) if plan.flexible_body else None,
         hoses=true_hoses(plan.hoses, generator) if plan.hoses else (),
     )

@@ -13,13 +13,16 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench.compressor_rig import (
     PRESSURES,
     RATE,
+    RUNNING,
     SCATTER,
+    STRIKING,
+    STRIKING_WITH_HOSES,
+    WEIGHING,
     Blows,
     HitPlan,
     Laboratory,
     Operation,
     OperationPlan,
-    Purpose,
     Sheet,
     Sweep,
     TrueSweep,
@@ -89,7 +92,7 @@ from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
 
-FIRST_SENSOR_NODE, FIRST_IMPACT_NODE, TACHO_NODE = 101, 201, 1
+TACHO_NODE = 1
 
 POSITIONS, FRF_FILE, COHERENCE_FILE, HITS = "positions.xlsx", "frf.uff", "coherence.uff", "hits"
 HAMMER, HAMMER_WITH_HOSES, SWEEPS, SENSORS = "hammer", "hammer_with_hoses", "sweeps", "sensors.csv"
@@ -97,24 +100,6 @@ RECORD_NAME = "soft 7.5 bar over time"
 
 SCALES = 1e-3
 """Standard deviation of the weighed mass: a kitchen scale [1]."""
-
-
-def placed_sensors(sheet: Sheet) -> tuple[PlacedSensor, ...]:
-    """Return the rows of the accelerometers."""
-    rows = zip(sheet.sensors, sheet.sensor_positions, sheet.sensor_angles, strict=True)
-    return tuple(
-        PlacedSensor(name, FIRST_SENSOR_NODE + number, triple(position), triple(angles))
-        for number, (name, position, angles) in enumerate(rows)
-    )
-
-
-def placed_impacts(sheet: Sheet) -> tuple[PlacedImpact, ...]:
-    """Return the rows of the impacts."""
-    rows = zip(sheet.impacts, sheet.impact_positions, sheet.impact_directions, strict=True)
-    return tuple(
-        PlacedImpact(name, FIRST_IMPACT_NODE + number, triple(position), triple(direction))
-        for number, (name, position, direction) in enumerate(rows)
-    )
 
 
 def impact_dof(impact: PlacedImpact) -> Dof:
@@ -126,15 +111,14 @@ def hammer_functions(
     kind: int,
     frequency: RealArray,
     values: RealOrComplexArray,
-    sensors: Sequence[PlacedSensor],
-    impacts: Sequence[PlacedImpact],
+    sheet: Sheet,
     title: str,
 ) -> list[UffFunction]:
     """Return FRFs or coherences (f, n_channel, n_impact) of a roving hammer.
 
     Channel and impact fill the title, the first line of each function.
     """
-    channels = [(row, axis) for row in sensors for axis in AXES]
+    channels = [(row, axis) for row in sheet.sensors for axis in AXES]
     return [
         function(
             kind,
@@ -145,7 +129,7 @@ def hammer_functions(
             title.format(f"{sensor.sensor} {axis}", impact.impact),
             "roving hammer, H1",
         )
-        for column, impact in enumerate(impacts)
+        for column, impact in enumerate(sheet.impacts)
         for row, (sensor, axis) in enumerate(channels)
     ]
 
@@ -202,36 +186,31 @@ def write_compressor_test(
     rig = laboratory(seed, level, plan, noise_free=noise_free)
     hits = without_noise(hit_plan()) if noise_free else hit_plan()
     # who strikes a second time, now with hoses, makes other errors
-    striking = Purpose.STRIKING if plan.hoses is None else Purpose.STRIKING_WITH_HOSES
+    striking = STRIKING if plan.hoses is None else STRIKING_WITH_HOSES
     title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
     if plan.hoses is not None:
         title += ", with hoses"
     weighed = rig.compressor.mass
     if not noise_free:
-        off = SCALES * float(draw(seed, Purpose.WEIGHING).standard_normal())
+        off = SCALES * float(draw(seed, WEIGHING).standard_normal())
         weighed = round(weighed * (1 + off), 3)
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        blows = strike(rig.compressor, rig.sheet, rig.placed, hits, draw(seed, striking))
-        _write_functions(unfinished, rig.sheet, blows, hits)
+        blows = strike(rig.compressor, rig.placed, hits, draw(seed, striking))
+        sheet = rig.placed.sheet
+        inertance, coherence = averaged(blows, hits)
+        for file, kind, values in (
+            (FRF_FILE, FRF, inertance),
+            (COHERENCE_FILE, COHERENCE, coherence),
+        ):
+            functions = hammer_functions(kind, hits.lines, values, sheet, "{} per {}")
+            write_uff(unfinished / file, functions, binary=True)
+        write_positions(unfinished / POSITIONS, sheet.sensors, sheet.impacts)
         if plan.hits:
-            _write_hits(unfinished / HITS, rig.sheet, blows, hits, title)
+            _write_hits(unfinished / HITS, sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
         _write_test_readme(unfinished, title, hits)
         _write_test_truth(unfinished / "truth", rig, plan, level, hits, blows)
     return Path(folder)
-
-
-def _write_functions(folder: Path, sheet: Sheet, blows: Blows, hits: HitPlan) -> None:
-    """Write FRFs, coherences and the position sheet."""
-    sensors, impacts = placed_sensors(sheet), placed_impacts(sheet)
-    inertance, coherence = averaged(blows, hits)
-    for file, kind, values in (
-        (FRF_FILE, FRF, inertance),
-        (COHERENCE_FILE, COHERENCE, coherence),
-    ):
-        functions = hammer_functions(kind, hits.lines, values, sensors, impacts, "{} per {}")
-        write_uff(folder / file, functions, binary=True)
-    write_positions(folder / POSITIONS, sensors, impacts)
 
 
 def _write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: str) -> None:
@@ -243,15 +222,16 @@ def _write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: 
         pretrigger=plan.pretrigger,
         points=tuple(
             HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
-            for row in placed_impacts(sheet)
+            for row in sheet.impacts
         ),
         channels=tuple(
             HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
-            for row in placed_sensors(sheet)
+            for row in sheet.sensors
             for axis in AXES
         ),
     )
-    hits = dict(zip(sheet.impacts, zip(blows.force, blows.response, strict=True), strict=True))
+    names = [row.impact for row in sheet.impacts]
+    hits = dict(zip(names, zip(blows.force, blows.response, strict=True), strict=True))
     write_hammer_test(folder, hammer_sheet, hits)
 
 
@@ -330,7 +310,7 @@ def _write_test_truth(
 ) -> None:
     """Write ``truth.npz`` and ``truth.json``."""
     folder.mkdir()
-    compressor, sheet, placed = rig.compressor, rig.sheet, rig.placed
+    compressor, placed = rig.compressor, rig.placed
     factors = blows.factors.mean(axis=1)
     # of the rigid body at the amplitude of a usual hit: what a model with six motions can find
     inertance = replace(compressor, joint=None).inertance(hits.lines)
@@ -339,11 +319,9 @@ def _write_test_truth(
         frequency=hits.lines,
         inertance=inertance,
         apparent_mass=np.linalg.inv(inertance),
-        response_matrix=placed.response_rows(sheet),
-        excitation_matrix=placed.excitation_rows(sheet) / (1 + placed.hammer_gain),
-        frf=exact_inertance(compressor, sheet, placed, hits.lines, factors),
-        softening_factor=blows.factors,
-        mount_amplitude=blows.amplitudes,
+        response_matrix=placed.response_rows(),
+        excitation_matrix=placed.excitation_rows() / (1 + placed.hammer_gain),
+        frf=exact_inertance(compressor, placed, hits.lines, factors),
     )
     mounts = zip(compressor.positions, compressor.rotations, compressor.stiffness, strict=True)
     content = {
@@ -352,7 +330,6 @@ def _write_test_truth(
         "identical_mounts": plan.identical_mounts,
         "softening": plan.softening,
         "flexible_receiver": plan.flexible_receiver,
-        "flexible_body_hz": plan.flexible_body,
         "mass_kg": compressor.mass,
         "centre_of_gravity_m": compressor.centre,
         "inertia_kg_m2": compressor.inertia,
@@ -369,10 +346,7 @@ def _write_test_truth(
         "gain": compressor.gain,
         "static_stiffness": compressor.static_stiffness,
         "sensor_gain": placed.sensor_gain,
-        "sensor_offset_m": placed.sensor_offset,
-        "sensor_angle_rad": placed.sensor_turn,
         "hammer_gain": placed.hammer_gain,
-        "impact_offset_m": placed.impact_offset,
         "impact_direction": placed.impact_directions,
     }
     write_json(folder / "truth.json", content)
@@ -419,16 +393,12 @@ def write_operating_test(
         for pressure in PRESSURES
     )
     channels = [
-        (
-            sweep.acceleration
-            if noise_free
-            else measured(sweep, draw(seed, Purpose.RUNNING, number)),
-        )
+        (sweep.acceleration if noise_free else measured(sweep, draw(seed, RUNNING, number)),)
         for number, sweep in enumerate(sweeps)
     ]
     record = None
     if plan.time_record:
-        noise = None if noise_free else draw(seed, Purpose.RUNNING, len(sweeps))
+        noise = None if noise_free else draw(seed, RUNNING, len(sweeps))
         record = run_up(running_rig, PRESSURES[0], noise)
     title = f"running compressor, {plan.compressor.case.value}, level {level.value}, seed {seed}"
     with complete_or_not_at_all(Path(folder)) as unfinished:
@@ -470,8 +440,8 @@ def write_operation(
     - `record` (tacho, acceleration), optional, optional: run-up over time.
     - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
     """
-    sensors = placed_sensors(running_rig.laboratory.sheet)
-    nodes = SweepNodes(sensors, TACHO_NODE, holders, microphones)
+    sheet = running_rig.laboratory.placed.sheet
+    nodes = SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
     write_table(folder / SENSORS, PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
@@ -562,7 +532,7 @@ def _write_operation_truth(
     """
     folder.mkdir()
     rig, source = running_rig.laboratory, running_rig.source
-    np.savez(folder / "operation.npz", response_matrix=rig.placed.response_rows(rig.sheet))
+    np.savez(folder / "operation.npz", response_matrix=rig.placed.response_rows())
     for number, sweep in enumerate(sweeps):
         run = sweep.running
         squared = ((2 * np.pi * sweep.frequency) ** 2)[:, None, None]
@@ -588,15 +558,6 @@ def _write_operation_truth(
         "static_unbalance_kg_m": source.static_unbalance,
         "dynamic_unbalance_kg_m2": source.dynamic_unbalance,
         "unbalances": [asdict(part) for part in source.unbalances],
-        "gas_force_n": source.gas_force,
-        "gas_moment_n_m": source.gas_moment,
-        "rotating_gas_force_n": source.rotating_gas_force,
-        "rotor_inertia_kg_m2": source.rotor_inertia,
-        "mount_storage": plan.mount_storage,
-        "mount_loss": plan.mount_loss,
-        "softening": plan.softening,
-        "flexible_receiver": plan.compressor.flexible_receiver,
-        "hose_case": plan.hoses.value,
         "hoses": [
             {
                 "name": hose.name,

@@ -32,7 +32,7 @@ from deboom.bench.compressor_rig import (
     without_noise,
 )
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
-from deboom.bench.fleet import Body, Cabin, noise_transfer, read_body, read_cabin, receptance
+from deboom.bench.fleet import Body, Cabin, noise_transfer, read_cabin, receptance
 from deboom.bench.powertrain import read_data
 from deboom.bench.signals import complex_normal
 from deboom.bench.vehicle_acquisition import (
@@ -42,7 +42,6 @@ from deboom.bench.vehicle_acquisition import (
     PUSHES,
 )
 from deboom.bench.writing import check_seed, triple
-from deboom.errors import InputError
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -119,12 +118,11 @@ def frozen_fleet() -> dict[str, ElectricCarBody]:
     """Return the five cars of ``data/electric_fleet.json``, an unselected draw of the prior."""
     data = read_data(ELECTRIC_FLEET)
     cabin, stiffness = read_cabin(data), _local_stiffness(data)
-    return {
-        name: ElectricCarBody(
-            name, read_body(modes, modes["mode_shape_at_points"], stiffness), cabin
-        )
-        for name, modes in data["vehicles"].items()
-    }
+    cars = {}
+    for name, modes in data["vehicles"].items():
+        arrays = {key: np.array(values) for key, values in modes.items()}
+        cars[name] = ElectricCarBody(name, Body(**arrays, local_stiffness=stiffness), cabin)
+    return cars
 
 
 def draw_fleet(seed: int) -> dict[str, ElectricCarBody]:
@@ -234,20 +232,18 @@ def run_car(
     """Run the compressor in the car.
 
     - `car`: trimmed body without the compressor.
-    - `compressor`: rigid compressor on mounts that do not soften; its own hoses are left alone.
+    - `compressor`: rigid compressor on three mounts that do not soften, without a receiver of its
+      own; its own hoses are left alone.
     - `source`: loads from inside, gyroscopic moment of the rotor included.
     - `frequency` (f,): frequency of the rotation, above 0 [Hz].
-    - `hoses`: hoses to the hose ends of the body; none where long soft hoses cut these paths.
+    - `hoses`: hoses to both hose ends of the body; none where long soft hoses cut these paths.
     - `gas_factor`: factor on the gas forces [1].
-    - raises InputError: a compressor that is not rigid, softens or brings its own receiver; other
-      than no or two hoses.
 
     Primal coupling without any truncation besides the body's own modes. Mounts and hoses are an
     element with the stiffness Z between compressor (c) and body (b); the body answers its loads
     with ``y = -Y (Z_bc x + Z_bb y)``, hence ``y = -(I + Y Z_bb)⁻¹ Y Z_bc x`` and
     ``(D + Z_cc) x + Z_cb y = F``.
     """
-    _check(compressor, hoses)
     n_at_mounts = len(columns_of(MOUNTS, 3))
     columns = columns_of(MOUNTS, 3) + (columns_of(HOSES) if hoses else [])
     size = 6 + len(columns)
@@ -312,19 +308,6 @@ def design_pressure(
     )
 
 
-def _check(compressor: Compressor, hoses: Sequence[Hose]) -> None:
-    if compressor.joint or compressor.softening or compressor.receiver:
-        raise InputError(
-            "the bench drives cars with a rigid compressor whose mounts do not soften, on the "
-            "car's own body: leave flexible body, softening and receiver out"
-        )
-    if len(compressor.positions) != len(MOUNTS) or len(hoses) not in (0, len(HOSES)):
-        raise InputError(
-            f"a car has {len(MOUNTS)} mounts and none or {len(HOSES)} hoses, not "
-            f"{len(compressor.positions)} and {len(hoses)}"
-        )
-
-
 def mount_stiffnesses(compressor: Compressor, frequency: RealArray) -> ComplexArray:
     """Dynamic stiffness of each mount in fixed axes, shape (f, n_mount, 3, 3) [N/m]."""
     turn = rotation_matrix(compressor.rotations)
@@ -352,100 +335,45 @@ SOUND_FLOOR = 3e-5
 in a closed car in a quiet room."""
 
 
-@dataclass(frozen=True, eq=False)
-class PointSheet:
-    """What is glued on and struck around one point.
+def point_sheets(compressor: Compressor) -> tuple[Sheet, ...]:
+    """Plan sensors and impacts around every one of `POINTS`, where a compressor's load enters.
 
-    - `name`: name, such as ``mount 1``.
-    - `position` (3,): place where the body truly takes its load, from the compressor's virtual
-      point [m].
-    - `sheet`: places as stated, from the true point.
+    Impacts of one place share a node.
     """
-
-    name: str
-    position: RealArray
-    sheet: Sheet
-
-    @property
-    def short(self) -> str:
-        """Short name, such as ``M1`` or ``H2``."""
-        kind, number = self.name.split()
-        return f"{kind[0].upper()}{number}"
-
-    def sensors(self) -> tuple[PlacedSensor, ...]:
-        """Return the rows of the position sheet of its accelerometers."""
-        first = FIRST_SENSOR_NODE + len(BODY_SENSOR_OFFSETS) * POINTS.index(self.name)
-        rows = zip(self.sheet.sensor_positions, self.sheet.sensor_angles, strict=True)
-        return tuple(
+    places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
+    sheets = []
+    for number, (name, point) in enumerate(zip(POINTS, places, strict=True)):
+        short, node = f"{name[0].upper()}{name[-1]}", 3 * number
+        glued = zip(BODY_SENSOR_OFFSETS, np.deg2rad(BODY_SENSOR_ANGLES), strict=True)
+        sensors = [
             PlacedSensor(
-                f"{self.short} S{number + 1}",
-                first + number,
-                triple(self.position + offset, SHEET_DIGITS),
+                f"{short} S{k + 1}",
+                FIRST_SENSOR_NODE + node + k,
+                triple(point + offset, SHEET_DIGITS),
                 triple(angles),
             )
-            for number, (offset, angles) in enumerate(rows)
-        )
-
-    def impacts(self) -> tuple[PlacedImpact, ...]:
-        """Return the rows of the impacts around it; those of one place share a node."""
-        first = FIRST_IMPACT_NODE + len(IMPACT_OFFSETS) * POINTS.index(self.name)
-        rows = zip(self.sheet.impact_positions, self.sheet.impact_directions, strict=True)
-        return tuple(
+            for k, (offset, angles) in enumerate(glued)
+        ]
+        impacts = [
             PlacedImpact(
-                f"{self.short} I{number // 3 + 1}{AXES[number % 3]}",
-                first + number // 3,
-                triple(self.position + offset, SHEET_DIGITS),
-                triple(direction),
+                f"{short} I{k + 1}{axis}",
+                FIRST_IMPACT_NODE + node + k,
+                triple(point + offset, SHEET_DIGITS),
+                triple(push),
             )
-            for number, (offset, direction) in enumerate(rows)
-        )
-
-
-def point_sheets(positions: dict[str, RealArray]) -> tuple[PointSheet, ...]:
-    """Plan sensors and impacts around every one of `POINTS` at its position (3,) [m]."""
-    pushes = np.concatenate([np.diag(signs) for signs in PUSHES]).astype(float)
-
-    def on_sheet(point: RealArray, offsets: Sequence[tuple[float, ...]]) -> RealArray:
-        """Offsets whose ends a sheet states without rounding."""
-        return np.asarray(np.round(point + np.array(offsets), SHEET_DIGITS) - point)
-
-    sheets = []
-    for name in POINTS:
-        point = positions[name]
-        sheet = Sheet(
-            sensor_positions=on_sheet(point, BODY_SENSOR_OFFSETS),
-            sensor_angles=np.deg2rad(BODY_SENSOR_ANGLES),
-            impact_positions=np.repeat(on_sheet(point, IMPACT_OFFSETS), 3, axis=0),
-            impact_directions=pushes,
-        )
-        sheets.append(PointSheet(name, point, sheet))
+            for k, (offset, signs) in enumerate(zip(IMPACT_OFFSETS, PUSHES, strict=True))
+            for axis, push in zip("xyz", np.diag(signs).astype(float), strict=True)
+        ]
+        sheets.append(Sheet(tuple(sensors), tuple(impacts), point))
     return tuple(sheets)
 
 
-@dataclass(frozen=True, eq=False)
-class Setup:
-    """How the body is instrumented and struck, as stated and as it is, with one hammer."""
-
-    points: tuple[PointSheet, ...]
-    placed: tuple[Placed, ...]
-
-    @property
-    def response_rows(self) -> RealArray:
-        """Motions of all points → all channels, shape (n_channel, 6 n_point) [1, m]."""
-        blocks = [
-            placed.response_rows(point.sheet)
-            for point, placed in zip(self.points, self.placed, strict=True)
-        ]
-        return np.asarray(block_diag(*blocks), dtype=np.float64)
-
-
 def draw_setup(
-    points: Sequence[PointSheet], errors: PlacementErrors, generator: np.random.Generator
-) -> Setup:
+    sheets: Sequence[Sheet], errors: PlacementErrors, generator: np.random.Generator
+) -> tuple[Placed, ...]:
     """Instrument the body with the errors of a laboratory, one hammer for all points."""
-    placed = [place(point.sheet, errors, generator) for point in points]
-    gain = placed[0].hammer_gain
-    return Setup(tuple(points), tuple(replace(point, hammer_gain=gain) for point in placed))
+    placed = [place(sheet, errors, generator) for sheet in sheets]
+    return tuple(replace(point, hammer_gain=placed[0].hammer_gain) for point in placed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -476,7 +404,7 @@ def body_plan(*, noise_free: bool = False) -> HitPlan:
 
 def strike_body(
     car: ElectricCarBody,
-    setup: Setup,
+    setup: Sequence[Placed],
     plan: HitPlan,
     cabin_noise: float,
     microphone: float,
@@ -490,19 +418,19 @@ def strike_body(
     lines = plan.lines
     transfer = microphone * car.noise_transfer(lines)
     accelerance = -((2 * np.pi * lines) ** 2)[:, None, None] * car.receptance(lines)
-    seen = setup.response_rows @ accelerance
+    seen = block_diag(*(placed.response_rows() for placed in setup)) @ accelerance
     pulse = _pulse(plan.pulse, lines)
-    noise = np.full(len(setup.response_rows), plan.response_noise)
+    noise = np.full(seen.shape[1], plan.response_noise)
     colour = np.outer(np.sqrt(1 + (plan.corner / lines) ** 2), np.append(noise, 0.0))
     colour[:, -1] = cabin_noise
     deviation = colour * np.sqrt(plan.duration) / 2
 
     functions, coherences = [], []
-    for number, (point, placed) in enumerate(zip(setup.points, setup.placed, strict=True)):
+    for number, placed in enumerate(setup):
         columns = slice(len(AXES) * number, len(AXES) * (number + 1))
         answer = np.concatenate([seen[:, :, columns], transfer[:, None, columns]], axis=1)
-        n_impact = len(point.sheet.impact_positions)
-        wrenches = placed.scattered_wrenches(point.sheet, plan.hits, plan.scatter, generator)
+        n_impact = len(placed.sheet.impacts)
+        wrenches = placed.scattered_wrenches(plan.hits, plan.scatter, generator)
         impulses = plan.impulse * generator.uniform(*plan.spread, (plan.hits, n_impact))
         for impact in range(n_impact):
             push = impulses[:, impact, None] * pulse
@@ -531,29 +459,24 @@ def _pulse(duration: float, frequency: RealArray) -> RealArray:
 
 
 @dataclass(frozen=True, eq=False)
-class CarSensors:
-    """What the sheets do not say about the sensors of a running car.
+class CarSweep(Sweep):
+    """One run-up in the car: the truth, and its channels without noise.
+
+    Channels are those on the compressor and on the holders, and the sound [m/s²], [m/s²], [Pa].
+    """
+
+    run: CarRun
+    channels: tuple[ComplexArray, ...]
+
+
+def draw_car_sensors(
+    errors: PlacementErrors, generator: np.random.Generator
+) -> tuple[list[RealArray], float]:
+    """Glue one accelerometer on the body side of every mount, and set up the microphone.
 
     Per mount, six motions of the body there → triaxial accelerometer on its side, shape (3, 6);
     stated over true pressure of the microphone [1].
     """
-
-    holder_rows: tuple[RealArray, ...]
-    microphone: float
-
-
-@dataclass(frozen=True, eq=False)
-class CarSweep(Sweep):
-    """One run-up in the car: the truth, and its channels without noise [m/s²], [m/s²], [Pa]."""
-
-    run: CarRun
-    acceleration: ComplexArray
-    holder: ComplexArray
-    sound: ComplexArray
-
-
-def draw_car_sensors(errors: PlacementErrors, generator: np.random.Generator) -> CarSensors:
-    """Glue one accelerometer on the body side of every mount, and set up the microphone."""
     rows = []
     for _ in MOUNTS:
         offset = errors.position * generator.standard_normal(3)
@@ -562,13 +485,13 @@ def draw_car_sensors(errors: PlacementErrors, generator: np.random.Generator) ->
         rows.append(gain[:, None] * forward_matrices(offset[None], turn[None]))
     # a laboratory without errors has an exact microphone
     decibel = MICROPHONE_DB * float(generator.standard_normal()) if errors.gain else 0.0
-    return CarSensors(tuple(rows), float(10 ** (decibel / 20)))
+    return rows, float(10 ** (decibel / 20))
 
 
 def sweep_car(
     car: ElectricCarBody,
     running_rig: Operation,
-    sensors: CarSensors,
+    sensors: tuple[Sequence[RealArray], float],
     frequency: RealArray,
     pressure: float,
     *,
@@ -580,32 +503,20 @@ def sweep_car(
     run = run_car(car, rig.compressor, source, frequency, hoses, gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, None]) ** 2
     motion = run.body_motion[:, columns_of(MOUNTS)].reshape(len(squared), -1, len(AXES))
-    holder: ComplexArray = np.hstack(
-        [motion[:, number] @ rows.T for number, rows in enumerate(sensors.holder_rows)]
-    )
-    seen = run.displacement @ rig.placed.response_rows(rig.sheet).T
-    return CarSweep(
-        pressure,
-        hoses,
-        run,
-        acceleration=-squared * seen,
-        holder=-squared * holder,
-        sound=sensors.microphone * run.pressure[:, None],
-    )
+    rows, microphone = sensors
+    holder = np.hstack([motion[:, number] @ row.T for number, row in enumerate(rows)])
+    seen = run.displacement @ rig.placed.response_rows().T
+    sound = microphone * run.pressure[:, None]
+    return CarSweep(pressure, hoses, run, (-squared * seen, -squared * holder, sound))
 
 
-def tracked(
-    sweep: CarSweep, generator: np.random.Generator
-) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
-    """Return the delivered spectra: acceleration, holder and sound with scatter and noise."""
-    channel_floor = floor(sweep.run.frequency)[:, None]
+def tracked(sweep: CarSweep, generator: np.random.Generator) -> tuple[ComplexArray, ...]:
+    """Return the delivered spectra: the channels with scatter and noise."""
+    channel = floor(sweep.run.frequency)[:, None]
 
     def noisy(exact: ComplexArray, deviation: RealArray | float) -> ComplexArray:
         scatter, noise = generator.standard_normal((2, *exact.shape, 2)) @ [1, 1j] / np.sqrt(2)
         return np.asarray(exact * (1 + SCATTER * scatter) + deviation * noise)
 
-    return (
-        noisy(sweep.acceleration, channel_floor),
-        noisy(sweep.holder, channel_floor),
-        noisy(sweep.sound, np.sqrt(2) * SOUND_FLOOR),
-    )
+    floors = (channel, channel, np.sqrt(2) * SOUND_FLOOR)
+    return tuple(map(noisy, sweep.channels, floors))

@@ -13,6 +13,8 @@ from deboom.bench.compressor_rig import (
     PRESSURES,
     HitPlan,
     OperationPlan,
+    Placed,
+    Sheet,
     draw,
     operation,
     placement_errors,
@@ -38,8 +40,6 @@ from deboom.bench.electric_car import (
     BodyFrfs,
     CarSweep,
     ElectricCarBody,
-    PointSheet,
-    Setup,
     body_plan,
     draw_car_sensors,
     draw_fleet,
@@ -123,10 +123,11 @@ def write_electric_car(
         Seed below 1; no such car; a plan with softening mounts, a receiver or a record over time; a
         folder that is not empty or cannot be written.
     """
-    if plan.softening or plan.time_record or plan.compressor.softening:
+    struck = plan.compressor
+    if plan.softening or plan.time_record or struck.softening or struck.flexible_receiver:
         raise InputError(
-            "a car is written with mounts that do not soften and with order spectra only: leave "
-            "softening and time record out"
+            "a car is written with mounts that do not soften, on its own body, and with order "
+            "spectra only: leave softening, receiver and time record out"
         )
     cars = frozen_fleet() if fleet is None else draw_fleet(fleet)
     if car not in cars:
@@ -136,11 +137,11 @@ def write_electric_car(
     errors = NO_PLACEMENT_ERRORS if noise_free else placement_errors(level)
     compressor = running_rig.laboratory.compressor
     names = (*MOUNTS, *(hose.name for hose in compressor.hoses))
-    places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
+    sheets = point_sheets(compressor)
     # a virtual point is where somebody believes the centre of a mount to be
-    believed = errors.position * draw(seed, _BODY, 1).standard_normal((len(places), 3))
-    stated = np.round(places + believed, 10 if noise_free else SHEET_DIGITS)
-    sheets = point_sheets(dict(zip(POINTS, places, strict=True)))
+    believed = errors.position * draw(seed, _BODY, 1).standard_normal((len(sheets), 3))
+    stated = [sheet.origin for sheet in sheets] + believed
+    stated = np.round(stated, 10 if noise_free else SHEET_DIGITS)
     setup = draw_setup(sheets, errors, draw(seed, _BODY))
     sensors = draw_car_sensors(errors, draw(seed, _CABIN))
     sweeps = tuple(
@@ -149,14 +150,12 @@ def write_electric_car(
         for pressure in PRESSURES
     )
     channels = [
-        (sweep.acceleration, sweep.holder, sweep.sound)
-        if noise_free
-        else tracked(sweep, draw(seed, _RUNNING, number))
+        sweep.channels if noise_free else tracked(sweep, draw(seed, _RUNNING, number))
         for number, sweep in enumerate(sweeps)
     ]
     hits = body_plan(noise_free=noise_free)
     cabin_noise = 0.0 if noise_free else CABIN_NOISE
-    frfs = strike_body(body, setup, hits, cabin_noise, sensors.microphone, draw(seed, _STRIKING))
+    frfs = strike_body(body, setup, hits, cabin_noise, sensors[1], draw(seed, _STRIKING))
     title = f"virtual electric car {car}, level {level.value}, seed {seed}"
     holders = tuple((mount, FIRST_HOLDER_NODE + number) for number, mount in enumerate(MOUNTS))
     with complete_or_not_at_all(Path(folder)) as unfinished:
@@ -171,18 +170,18 @@ def write_electric_car(
             holders=holders,
             microphones=((EAR, EAR_NODE),),
         )
-        _write_body(unfinished, setup.points, frfs, car)
-        _write_car_file(unfinished, car, title, level, setup.points, names, stated)
+        _write_body(unfinished, sheets, frfs, car)
+        _write_car_file(unfinished, car, title, level, sheets, names, stated)
         _write_readme(unfinished, title, hits)
-        _write_truth(unfinished / "truth", body, setup, sensors.microphone, sweeps)
+        _write_truth(unfinished / "truth", body, setup, sensors[1], sweeps)
     return Path(folder)
 
 
-def _write_body(folder: Path, points: Sequence[PointSheet], frfs: BodyFrfs, car: str) -> None:
+def _write_body(folder: Path, points: Sequence[Sheet], frfs: BodyFrfs, car: str) -> None:
     """Write what the hammer finds: pressure with its coherence, acceleration, positions."""
     (folder / PRESSURE).parent.mkdir()
-    sensors = [row for point in points for row in point.sensors()]
-    impacts = [row for point in points for row in point.impacts()]
+    sensors = tuple(row for point in points for row in point.sensors)
+    impacts = tuple(row for point in points for row in point.impacts)
     write_positions(folder / POSITIONS, sensors, impacts)
     ear, functions = Dof(EAR_NODE, "scalar", MICROPHONE, "pressure"), []
     for column, impact in enumerate(impacts):
@@ -196,7 +195,8 @@ def _write_body(folder: Path, points: Sequence[PointSheet], frfs: BodyFrfs, car:
             functions.append(function(kind, frfs.frequency, values[:, column], ear, dof, *lines))
     write_uff(folder / PRESSURE, functions, binary=True)
     title = f"accelerance, {car}, hammer at {{1}}, {{0}}"
-    functions = hammer_functions(FRF, frfs.frequency, frfs.acceleration, sensors, impacts, title)
+    whole = Sheet(sensors, impacts)
+    functions = hammer_functions(FRF, frfs.frequency, frfs.acceleration, whole, title)
     write_uff(folder / ACCELERANCE, functions, binary=True)
 
 
@@ -205,7 +205,7 @@ def _write_car_file(
     car: str,
     title: str,
     level: CalibrationLevel,
-    points: Sequence[PointSheet],
+    points: Sequence[Sheet],
     names: Sequence[str],
     stated: RealArray,
 ) -> None:
@@ -224,10 +224,10 @@ def _write_car_file(
         points=tuple(
             PointSection(
                 name=name,
-                kind="mount" if point.name in MOUNTS else "hose",
+                kind="mount" if name in MOUNTS else "hose",
                 position_m=triple(position),
-                sensors=tuple(row.sensor for row in point.sensors()),
-                impacts=tuple(row.impact for row in point.impacts()),
+                sensors=tuple(row.sensor for row in point.sensors),
+                impacts=tuple(row.impact for row in point.impacts),
             )
             for point, name, position in zip(points, names, stated, strict=True)
         ),
@@ -255,7 +255,7 @@ def _write_readme(folder: Path, title: str, hits: HitPlan) -> None:
 def _write_truth(
     folder: Path,
     car: ElectricCarBody,
-    setup: Setup,
+    setup: Sequence[Placed],
     microphone: float,
     sweeps: Sequence[CarSweep],
 ) -> None:
@@ -281,8 +281,7 @@ def _write_truth(
         "car": car.name,
         "sweeps": [sweep.name for sweep in sweeps],
         "points": POINTS,
-        "positions_m": [point.position for point in setup.points],
         "microphone": microphone,
-        "hammer_gain": setup.placed[0].hammer_gain,
+        "hammer_gain": setup[0].hammer_gain,
     }
     write_json(folder / "car.json", content)

@@ -150,7 +150,7 @@ def load_fleet(seed: int) -> BenchFleet:
     """
     data = read_data("fleet.json")
     frozen = {
-        name: read_body(modes, modes["mode_shape_at_paths"], modes["local_stiffness_N_per_m"])
+        name: Body(**{key: np.array(values) for key, values in modes.items()})
         for name, modes in data["vehicles"].items()
     }
     bodies = frozen if seed == FROZEN_SEED else draw_fleet(seed)
@@ -159,33 +159,9 @@ def load_fleet(seed: int) -> BenchFleet:
 
 def read_cabin(data: Mapping[str, Any]) -> Cabin:
     """Read the air in the cabin of a fleet's frozen data."""
-    return Cabin(
-        bulk_modulus=data["rho_c2_Pa"],
-        volume=data["cabin_volume_m3"],
-        panel_areas=np.array(data["panel_net_volume_area_m2"]),
-        modes=tuple(
-            CavityMode(
-                mode["frequency_Hz"],
-                mode["damping_ratio"],
-                np.array(mode["shape_at_panel"]),
-                mode["shape_at_driver_ear"],
-            )
-            for mode in data["cavity_modes"]
-        ),
-    )
-
-
-def read_body(
-    modes: Mapping[str, Any], at_paths: npt.ArrayLike, local_stiffness: npt.ArrayLike
-) -> Body:
-    """Read the modes of one vehicle in a fleet's frozen data, or in its prior."""
-    return Body(
-        frequencies=np.array(modes["natural_frequency_Hz"]),
-        damping_ratios=np.array(modes["damping_ratio"]),
-        shapes_at_paths=np.array(at_paths),
-        shapes_at_panels=np.array(modes["mode_shape_at_panels"]),
-        local_stiffness=np.array(local_stiffness),
-    )
+    modes = (mode | {"panel_shape": np.array(mode["panel_shape"])} for mode in data["modes"])
+    areas = np.array(data["panel_areas"])
+    return Cabin(data["bulk_modulus"], data["volume"], areas, tuple(CavityMode(**m) for m in modes))
 
 
 def draw_fleet(seed: int) -> dict[str, Body]:
@@ -275,19 +251,19 @@ def modified_body(
 def _draw_base(prior: dict[str, Any], generator: np.random.Generator) -> Body:
     """Draw the platform's body: the nominal shapes with a log-normal factor and random signs."""
     spread = prior["base_spread"]
-    nominal = prior["mode_shape_at_paths_scale"] * np.array(prior["mode_shape_at_paths"])
+    nominal = prior["shapes_at_paths_scale"] * np.array(prior["shapes_at_paths"])
     factor = np.exp(generator.normal(0, spread["path_shape_log"], nominal.shape))
     flipped = generator.random(nominal.shape) < spread["path_sign_flip_probability"]
     fixed = [prior["paths"].index(path) for path in spread["paths_of_fixed_sign"]]
     flipped[:, fixed] = False
-    at_panels = np.array(prior["mode_shape_at_panels"])
+    at_panels = np.array(prior["shapes_at_panels"])
     panel_factor = np.exp(generator.normal(0, spread["panel_shape_log"], at_panels.shape))
     return Body(
-        frequencies=np.array(prior["natural_frequency_Hz"]),
-        damping_ratios=np.array(prior["damping_ratio"]),
+        frequencies=np.array(prior["frequencies"]),
+        damping_ratios=np.array(prior["damping_ratios"]),
         shapes_at_paths=np.where(flipped, -1.0, 1.0) * nominal * factor,
         shapes_at_panels=at_panels * panel_factor,
-        local_stiffness=np.array(prior["local_stiffness_N_per_m"]),
+        local_stiffness=np.array(prior["local_stiffness"]),
     )
 
 

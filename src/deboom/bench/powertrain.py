@@ -283,9 +283,6 @@ AMPLITUDE_COUPLING = 0.15
 PLAY = 0.25e-3
 """Half width of the hysteresis play of the powertrain's static deflection [m]; judgement."""
 
-TRACTION_SHARE = 0.5
-"""Half of a wheel's traction force goes through the rear wishbone mount; judgement."""
-
 STIFFNESS_SPREAD = 0.05
 """Standard deviation of a direction's stiffness from unit to unit, cut at three of it [1]."""
 
@@ -372,7 +369,8 @@ class Driveline:
     - `wheel_radius` [m].
     - `factor`: share of the order torque that the drive shafts pass at low frequency [1].
     - `frequency`, `damping_ratio`: isolation mode of flywheel and drive shafts [Hz], [1].
-    - `traction_share`: share of a wheel's traction force that preloads the wishbone mount [1].
+    - `traction_share`: share of a wheel's traction force that preloads the wishbone mount [1]; half
+      of it, through the rear one, is judgement.
     """
 
     wheel_radius: float
@@ -446,37 +444,21 @@ def read_data(name: str) -> dict[str, Any]:
 def load_bench(truth_seed: int = 1) -> VirtualBench:
     """Build the bench with the frozen truth of ``data/powertrain.json``, or one drawn around it.
 
-    - `truth_seed`: 1 is the frozen truth; every other seed draws what `TruthPrior` states.
+    - `truth_seed`: 1 is the frozen truth; every other seed draws from a prior around it.
     """
     data = read_data("powertrain.json")
     return _bench(data if truth_seed == 1 else _drawn(data, truth_seed))
 
 
-@dataclass(frozen=True)
-class TruthPrior:
-    """What differs from one platform to another, around the frozen truth; judgement.
-
-    Half of the benches have four cylinders, order 2, and the powertrain of the second engine.
-
-    - `stiffness`, `payne`, `loss`: standard deviation of the logarithm of a direction's stiffness
-      with its stops, of storage drop and amplitude of its filler, and of its losses [1].
-    - `mass`, `inertia`, `torque`, `ramp`, `ratio`: half widths, relative, of the powertrain's mass
-      and each moment, of the order torque, of the run-up's torque and speed, of the gears [1].
-    """
-
-    stiffness: float = 0.2
-    payne: float = 0.25
-    loss: float = 0.25
-    mass: float = 0.1
-    inertia: float = 0.1
-    torque: float = 0.15
-    ramp: float = 0.15
-    ratio: float = 0.08
-
-
 def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:
-    """Draw a bench from the prior; stiffness of no direction depends on the engine."""
-    prior, generator = TruthPrior(), np.random.default_rng([truth_seed, zlib.crc32(b"bench")])
+    """Draw a bench around the frozen truth; stiffness of no direction depends on the engine.
+
+    The prior is judgement. Half of the benches have the second engine. Standard deviation of the
+    logarithm: 0.2 of a direction's stiffness with its stops, 0.25 of storage drop and amplitude of
+    its filler and of its losses. Half widths: a tenth of the mass and of each moment of inertia,
+    15 % of the order torque and of the run-up's torque and speed, 8 % of each gear.
+    """
+    generator = np.random.default_rng([truth_seed, zlib.crc32(b"bench")])
     if generator.random() < 0.5:
         data = data | read_data("second_engine.json")
 
@@ -486,29 +468,28 @@ def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:
     def around(spread: float) -> float:
         return float(np.exp(spread * generator.normal()))
 
-    stages = "stages_u_m_w_m_dk_N_per_m"
     directions = {}
     for name, law in data["directions"].items():
-        stiffness, loss = around(prior.stiffness), around(prior.loss)
-        directions[name] = law | {
-            "k0_N_per_m": stiffness * law["k0_N_per_m"],
-            stages: [[onset, width, stiffness * step] for onset, width, step in law[stages]],
-            "payne_storage": around(prior.payne) * law["payne_storage"],
-            "payne_amplitude_m": around(prior.payne) * law["payne_amplitude_m"],
-            "payne_loss": loss * law["payne_loss"],
-            "fractional_weight": loss * law["fractional_weight"],
-        }
-    root = np.sqrt([within(prior.inertia) for _ in AXES])
-    size, order, ramp = within(prior.torque), data["order_torque"], data["ramp"]
+        stiffness, loss = around(0.2), around(0.25)
+        stages = [[onset, width, stiffness * step] for onset, width, step in law["stages"]]
+        factors = {"stiffness": stiffness, "payne_storage": around(0.25)}
+        factors |= {"payne_amplitude": around(0.25), "payne_loss": loss, "fractional_weight": loss}
+        directions[name] = law | _times(law, factors) | {"stages": stages}
+    root = np.sqrt([within(0.1) for _ in AXES])
+    size, order, ramp = within(0.15), data["order_torque"], data["ramp"]
     return data | {
-        "mass_kg": within(prior.mass) * data["mass_kg"],
+        "mass_kg": within(0.1) * data["mass_kg"],
         "inertia_kg_m2": np.array(data["inertia_kg_m2"]) * np.outer(root, root),
         "directions": directions,
-        "total_gear_ratio": [within(prior.ratio) * ratio for ratio in data["total_gear_ratio"]],
-        "order_torque": order | {key: size * order[key] for key in ("at_no_load_Nm", "per_torque")},
-        "ramp": ramp
-        | {key: within(prior.ramp) * ramp[key] for key in ("scale_rpm", "natural_torque_Nm")},
+        "total_gear_ratio": [within(0.08) * ratio for ratio in data["total_gear_ratio"]],
+        "order_torque": order | _times(order, {"at_no_load": size, "per_torque": size}),
+        "ramp": ramp | _times(ramp, {"scale": within(0.15), "natural_torque": within(0.15)}),
     }
+
+
+def _times(numbers: Mapping[str, Any], factors: Mapping[str, float]) -> dict[str, float]:
+    """Return the numbers that have a factor, times it."""
+    return {name: factor * numbers[name] for name, factor in factors.items()}
 
 
 def load_second_engine() -> VirtualBench:
@@ -522,18 +503,23 @@ def load_second_engine() -> VirtualBench:
 
 
 def _bench(data: Mapping[str, Any]) -> VirtualBench:
-    """Build the bench of one engine."""
-    laws = {name: _direction_law(law) for name, law in data["directions"].items()}
+    """Build the bench of one engine; the keys of the data are the fields of the classes."""
+
+    def law(name: str) -> DirectionLaw:
+        numbers = dict(data["directions"][name])
+        stages = tuple(Stage(*stage) for stage in numbers.pop("stages"))
+        track = numbers.pop("fluid")
+        return DirectionLaw(**numbers, stages=stages, fluid=FluidBranch(*track) if track else None)
+
     positions = {name: np.array(place) for name, place in data["mount_position_m"].items()}
-    inertia, wishbone = np.array(data["inertia_kg_m2"]), data["wishbone"]
-    torque, ramp = data["order_torque"], data["ramp"]
+    inertia = np.array(data["inertia_kg_m2"])
     powertrain = SuspendedBody(
         mass_matrix=mass_matrix(data["mass_kg"], inertia),
         mounts=tuple(
             BenchMount(
                 name=name,
                 forward=forward_matrix(position),
-                laws=tuple(laws[f"{name} {axis}"] for axis in AXES),
+                laws=tuple(law(f"{name} {axis}") for axis in AXES),
                 cross_deflection=data["cross_amplitude_m"][name],
             )
             for name, position in positions.items()
@@ -542,8 +528,8 @@ def _bench(data: Mapping[str, Any]) -> VirtualBench:
         play=PLAY,
     )
     wheel_end = SuspendedBody(
-        mass_matrix=np.array([[wishbone["wheel_end_mass_kg"]]]),
-        mounts=(BenchMount("Du", np.eye(1), (laws["Du x"],), cross_deflection=np.inf),),
+        mass_matrix=np.array([[data["wheel_end_mass_kg"]]]),
+        mounts=(BenchMount("Du", np.eye(1), (law("Du x"),), cross_deflection=np.inf),),
         amplitude_coupling=0.0,
         play=0.0,
     )
@@ -553,27 +539,10 @@ def _bench(data: Mapping[str, Any]) -> VirtualBench:
         positions=np.array(list(positions.values())),
         powertrain=powertrain,
         wheel_end=wheel_end,
-        driveline=Driveline(
-            wheel_radius=wishbone["wheel_radius_m"],
-            factor=wishbone["driveline_factor"],
-            frequency=wishbone["driveline_mode_Hz"],
-            damping_ratio=wishbone["driveline_damping_ratio"],
-            traction_share=TRACTION_SHARE,
-        ),
+        driveline=Driveline(**data["driveline"]),
         total_ratios=tuple(data["total_gear_ratio"]),
-        order_torque=OrderTorque(
-            order=torque["order"],
-            at_no_load=torque["at_no_load_Nm"],
-            per_torque=torque["per_torque"],
-            phase=np.deg2rad(torque["phase_deg"]),
-            low_speed_phase=np.deg2rad(torque["low_speed_phase_deg"]),
-            low_speed=torque["low_speed_rpm"],
-            speed_scale=torque["speed_scale_rpm"],
-            inertia=torque["inertia_kg_m2"],
-        ),
-        ramp=FullLoadRamp(
-            ramp["start_rpm"], ramp["scale_rpm"], ramp["natural_torque_Nm"], ramp["exponent"]
-        ),
+        order_torque=OrderTorque(**data["order_torque"]),
+        ramp=FullLoadRamp(**data["ramp"]),
         cylinders=data["cylinders"],
     )
 
@@ -594,24 +563,6 @@ def with_mount_set(bench: VirtualBench, name: str) -> VirtualBench:
         bench,
         powertrain=_with_units(bench.powertrain, units),
         wheel_end=_with_units(bench.wheel_end, units),
-    )
-
-
-def _direction_law(data: Mapping[str, Any]) -> DirectionLaw:
-    """Read the law of one direction."""
-    return DirectionLaw(
-        stiffness=data["k0_N_per_m"],
-        stages=tuple(Stage(*stage) for stage in data["stages_u_m_w_m_dk_N_per_m"]),
-        dynamic_ratio=data["dynamic_factor"],
-        payne_storage=data["payne_storage"],
-        payne_amplitude=data["payne_amplitude_m"],
-        payne_exponent=data["payne_exponent"],
-        payne_loss=data["payne_loss"],
-        fractional_weight=data["fractional_weight"],
-        fractional_order=data["fractional_order"],
-        fractional_frequency=data["fractional_f0_Hz"],
-        cross_stiffening=data["cross_stiffening"],
-        fluid=FluidBranch(*data["hydraulic"]) if data["hydraulic"] else None,
     )
 
 
@@ -640,11 +591,12 @@ def _with_units(body: SuspendedBody, units: Mapping[str, int]) -> SuspendedBody:
 
 def _unit_law(law: DirectionLaw, generator: np.random.Generator) -> DirectionLaw:
     """Draw the law of one unit around that of the drawing."""
-    largest = 3 * STIFFNESS_SPREAD
-    change = np.clip(generator.normal(0, STIFFNESS_SPREAD), -largest, largest)
-    stiffness = 1 + float(change)
-    change = np.clip(generator.normal(0, LOSS_SPREAD), -LARGEST_LOSS_CHANGE, LARGEST_LOSS_CHANGE)
-    loss = 1 + float(change)
+
+    def around(spread: float, largest: float) -> float:
+        return 1 + float(np.clip(generator.normal(0, spread), -largest, largest))
+
+    stiffness = around(STIFFNESS_SPREAD, 3 * STIFFNESS_SPREAD)
+    loss = around(LOSS_SPREAD, LARGEST_LOSS_CHANGE)
     return replace(
         law,
         stiffness=stiffness * law.stiffness,

@@ -97,7 +97,8 @@ def function(
 def triple(values: npt.ArrayLike, digits: int | None = None) -> tuple[float, float, float]:
     """Return three numbers of a table, rounded where digits are given."""
     array = np.asarray(values)
-    x, y, z = (array if digits is None else np.round(array, digits)).tolist()
+    # + 0.0 turns a rounded -0.0 into 0.0
+    x, y, z = (array if digits is None else np.round(array, digits) + 0.0).tolist()
     return x, y, z
 
 

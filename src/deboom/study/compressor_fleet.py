@@ -20,7 +20,6 @@ from deboom.bench.compressor_rig import (
 )
 from deboom.bench.electric_car import (
     CABIN_NOISE,
-    POINTS,
     ElectricCarBody,
     body_plan,
     design_pressure,
@@ -143,12 +142,10 @@ def _struck(
     number: int,
 ) -> ElectricCar:
     """Strike another body where the first was struck, with new errors of placement and noise."""
-    compressor = running.laboratory.compressor
-    places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
-    sheets = point_sheets(dict(zip(POINTS, places, strict=True)))
     purpose, errors = OTHER_CARS + 3 * number, placement_errors(level)
+    sheets = point_sheets(running.laboratory.compressor)
     setup = draw_setup(sheets, errors, draw(seed, purpose))
-    microphone = draw_car_sensors(errors, draw(seed, purpose + 1)).microphone
+    _, microphone = draw_car_sensors(errors, draw(seed, purpose + 1))
     random = draw(seed, purpose + 2)
     measured = strike_body(body, setup, body_plan(), CABIN_NOISE, microphone, random)
     lines, pressure = measured.frequency, measured.pressure[:, np.newaxis]

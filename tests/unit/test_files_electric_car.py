@@ -9,6 +9,7 @@ import pytest
 from broken_files import edited, edits, functions, refused
 
 from deboom.bench.compressor_rig import OperationPlan
+from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
@@ -147,8 +148,9 @@ def test_points_need_enough_sensors_and_impacts(car: ElectricCar) -> None:
 
 
 def test_plans_that_a_car_cannot_have(tmp_path: Path) -> None:
-    for plan in (OperationPlan(softening=True), OperationPlan(time_record=True)):
-        with pytest.raises(InputError, match="leave softening and time record out"):
+    carried = OperationPlan(CompressorPlan(flexible_receiver=True))
+    for plan in (OperationPlan(softening=True), OperationPlan(time_record=True), carried):
+        with pytest.raises(InputError, match="leave softening, receiver and time record out"):
             write_electric_car(tmp_path / "car", 1, plan=plan)
     assert not any(tmp_path.iterdir())
 

@@ -1,23 +1,21 @@
 """Plant single faults in rooms and see which the tests let through: ``make mutants ROOM=physics``.
 
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
-Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant lives in a
-fork of a process that has collected the tests, and is shown those that reach its line until one
-fails; a test that fails without the fault as well convicts nobody. A comparison that takes its
-boundary along (``<`` for ``<=``) is counted apart.
+Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
+a copy of the sources and is shown the tests that reach its line until one fails. A comparison that
+takes its boundary along (``<`` for ``<=``) is counted apart.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
-import gc
-import hashlib
 import json
 import os
 import random
+import re
 import resource
-import signal
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -25,12 +23,8 @@ import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import CodeType, FunctionType
 
-import pytest
-from _pytest.runner import runtestprotocol
 from coverage import CoverageData
 from scipy.stats import binomtest
 from tqdm import tqdm
@@ -41,11 +35,9 @@ ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
 TEST_S, TESTS_S = 15.0, 12.0
-"""CPU time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
-PATIENCE_S = 15.0
-"""CPU time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
-IDLE = 10.0
-"""Wait for a mutant, over its CPU time [1]: one that sleeps hangs, a busy machine does not."""
+"""Time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
+PATIENCE_S = 60.0
+"""Time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
 
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
@@ -137,16 +129,8 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 
 
 PLUGIN = """
-import json, os, pytest, signal
+import json, os
 times = {}
-def too_long(*_):
-    pytest.fail("too long for mutants")
-@pytest.hookimpl(hookwrapper=True)
-def pytest_runtest_call():
-    signal.signal(signal.SIGPROF, too_long)
-    signal.setitimer(signal.ITIMER_PROF, float(os.environ["MUTANTS_TEST_S"]))
-    yield
-    signal.setitimer(signal.ITIMER_PROF, 0.0)
 def pytest_runtest_logreport(report):
     times.setdefault(report.nodeid, {})[report.when] = report.duration
     if report.failed:
@@ -157,61 +141,46 @@ def pytest_sessionfinish():
 """
 
 
+def _measured(coverage: Path) -> dict[str, dict[str, float]]:
+    """Run all tests, keep the lines that each reaches, and return the times of each [s]."""
+    print("which lines do the tests reach ...", flush=True)
+    with tempfile.TemporaryDirectory() as folder:
+        (Path(folder) / "mutants_times.py").write_text(PLUGIN)
+        environment = {
+            **os.environ,
+            "COVERAGE_FILE": str(coverage),
+            "MUTANTS_TIMES": f"{folder}/times.json",
+            "PYTHONPATH": os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]),
+        }
+        command = [sys.executable, "-m", "pytest", "-q", "-p", "mutants_times"]
+        command += [f"--cov={SOURCES}", "--cov-context=test", "--cov-report="]
+        subprocess.run(command, cwd=ROOT, env=environment, check=False)
+        times: dict[str, dict[str, float]] = json.loads(Path(f"{folder}/times.json").read_text())
+        return times
+
+
 class Reach:
-    """Which tests reach a line, and their times; files of tests that changed are measured again."""
+    """Which tests reach a line, and their times; measured again when sources or tests changed."""
 
     def __init__(self) -> None:
         CACHE.mkdir(parents=True, exist_ok=True)
-        note = CACHE / "tests.json"
+        note, kept = CACHE / "tests.json", CACHE / "coverage"
+        stamp = [hash_sources(SOURCES), hash_sources(ROOT / "tests")]
         known = json.loads(note.read_text()) if note.exists() else {}
-        sources = hash_sources(SOURCES)
-        if known.get("sources") != sources:
-            known = {"sources": sources, "files": {}, "times": {}}
-            (CACHE / "coverage").unlink(missing_ok=True)
-        self.data = CoverageData(str(CACHE / "coverage"))
-        self.data.read()
-        changed: dict[str, dict[str, str]] = {}
-        for kind in ("verification", "golden", "unit", "studies"):
-            for path in sorted((ROOT / "tests" / kind).glob("test_*.py")):
-                name, value = (
-                    str(path.relative_to(ROOT)),
-                    hashlib.sha256(path.read_bytes()).hexdigest(),
-                )
-                if known["files"].get(name) != value:
-                    group = path.stem.split("_")[1] if kind != "studies" else kind
-                    changed.setdefault(group, {})[name] = value
-        for group, files in changed.items():
-            print(f"which lines do the tests of {group} reach ...", flush=True)
-            known["times"] |= self._measured(list(files))
-            known["files"] |= files
+        if known.get("stamp") != stamp:
+            known = {"stamp": stamp, "times": _measured(kept)}
             note.write_text(json.dumps(known))
-        self.times = {name: t for name, t in known["times"].items() if "failed" not in t}
+        self.data = CoverageData(str(kept))
+        self.data.read()
+        self.times = {
+            name: phases
+            for name, phases in known["times"].items()
+            if "failed" not in phases and phases.get("call", 0.0) <= TEST_S
+        }
         self.setups: dict[str, float] = defaultdict(float)
         for name, phases in self.times.items():
             file = name.split("::")[0]
             self.setups[file] = max(phases.get("setup", 0.0), self.setups[file])
-
-    def _measured(self, files: Sequence[str]) -> dict[str, dict[str, float]]:
-        with tempfile.TemporaryDirectory() as folder:
-            (Path(folder) / "mutants_times.py").write_text(PLUGIN)
-            environment = {
-                **os.environ,
-                "COVERAGE_FILE": f"{folder}/coverage",
-                "MUTANTS_TIMES": f"{folder}/times.json",
-                "MUTANTS_TEST_S": str(TEST_S),
-                "PYTHONPATH": os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]),
-            }
-            command = [sys.executable, "-m", "pytest", "-q", "-p", "mutants_times"]
-            command += [f"--cov={SOURCES}", "--cov-context=test", "--cov-report=", *files]
-            subprocess.run(command, cwd=ROOT, env=environment, check=False)
-            fresh = CoverageData(f"{folder}/coverage")
-            fresh.read()
-            self.data.update(fresh)
-            self.data.write()
-            times: dict[str, dict[str, float]] = json.loads(
-                Path(f"{folder}/times.json").read_text()
-            )
-            return times
 
     def tests(self, mutant: Mutant) -> list[str]:
         """Return the tests of a line, those of a file together, the quickest first.
@@ -239,134 +208,46 @@ class Reach:
         return self.times[test].get("call", 0.0) + self.setups[test.split("::")[0]]
 
     def patience(self, tests: Sequence[str]) -> float:
-        """Return the CPU time that some tests may take [s]."""
+        """Return the time that some tests may take [s]."""
         setups = sum(self.setups[file] for file in {test.split("::")[0] for test in tests})
         return PATIENCE_S + 3.0 * (setups + sum(self.times[t].get("call", 0.0) for t in tests))
 
 
-def _codes(code: CodeType) -> Iterator[CodeType]:
-    yield code
-    for inner in code.co_consts:
-        if isinstance(inner, CodeType):
-            yield from _codes(inner)
-
-
-def swapped(mutant: Mutant) -> bool:
-    """Give the functions of this process the mutant's code; False where that is not enough."""
-    source, name = mutant.path.read_text(encoding="utf-8"), str(mutant.path)
-    if "njit" in source:
-        return False
-    before, after = (compile(t, name, "exec", dont_inherit=True) for t in (source, mutant.text))
-    changed = {a: b for a, b in zip(_codes(before), _codes(after), strict=True) if a != b}
-    functions = [f for f in gc.get_objects() if isinstance(f, FunctionType)]
-    functions = [f for f in functions if f.__code__.co_filename == name and f.__code__ in changed]
-    for function in functions:
-        function.__code__ = changed[function.__code__]
-    return bool(functions)
-
-
-class Planted(SourceFileLoader):
-    """Loads the mutant's text in the place of its file."""
-
-    mutant: Mutant
-
-    def get_code(self, fullname: str) -> CodeType | None:
-        """Compile the mutant's text, or what the file says."""
-        if self.path == str(self.mutant.path):
-            return compile(self.mutant.text, self.path, "exec", dont_inherit=True)
-        return super().get_code(fullname)
-
-
-def tried_anew(mutant: Mutant, tests: Sequence[str], folder: str) -> str | None:
-    """Import the project again with the mutant, and run tests; return the first that fails."""
-    import numba
-
-    numba.config.CACHE_DIR = folder
-    Planted.mutant = mutant
-    SourceFileLoader.get_code = Planted.get_code  # type: ignore[method-assign]
-    for name, module in list(sys.modules.items()):
-        file = getattr(module, "__file__", None) or ""
-        ours = file.startswith(f"{ROOT}{os.sep}") and not file.startswith(sys.prefix)
-        if ours and name != "__main__":
-            del sys.modules[name]
-    failed: list[str] = []
-
-    class First:
-        def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
-            if report.failed:
-                failed.append(report.nodeid)
-
-    code = pytest.main(["-q", "-x", "-s", "-p", "no:cacheprovider", *tests], plugins=[First()])
-    return failed[0] if failed else ("import" if code else None)
-
-
-class Court:
-    """Tries each mutant, in the place of pytest's own loop over the tests."""
-
-    def __init__(self, reach: Reach, cases: Sequence[tuple[Mutant, list[str]]]) -> None:
-        self.reach, self.cases = reach, cases
-        self.verdicts: list[str | None] = []
-        self.trusted: dict[str, bool] = {"hang": True, "import": True}
-
-    @pytest.hookimpl(tryfirst=True)
-    def pytest_runtestloop(self, session: pytest.Session) -> bool:
-        """Try every case."""
-        self.items = {item.nodeid: item for item in session.items}
-        for mutant, tests in tqdm(self.cases, mininterval=10.0):
-            verdict = self._killer(mutant, tests)
-            while verdict and not self._convicts(verdict):
-                tests = [t for t in tests if self.trusted.get(t, True)]
-                verdict = self._killer(mutant, tests)
-            self.verdicts.append(verdict)
-        return True
-
-    def _convicts(self, test: str) -> bool:
-        """Whether a test passes without any fault."""
-        if test not in self.trusted:
-            self.trusted[test] = self._killer(None, [test]) is None
-        return self.trusted[test]
-
-    def _killer(self, mutant: Mutant | None, tests: list[str]) -> str | None:
-        """Return the first test that fails in a fork with the mutant, or ``hang``."""
-        if not tests:
-            return None
-        patience = self.reach.patience(tests)
-        with tempfile.TemporaryDirectory() as folder:
-            child = os.fork()
-            if child == 0:
-                resource.setrlimit(resource.RLIMIT_CPU, (int(patience), int(patience)))
-                self._child(mutant, tests, folder)
-            end = time.monotonic() + IDLE * patience
-            done = 0
-            while not done and time.monotonic() < end:
-                done, _ = os.waitpid(child, os.WNOHANG)
-                time.sleep(0.01)
-            if not done:
-                os.killpg(child, signal.SIGKILL)
-                os.waitpid(child, 0)
-                return "hang"
-            told = Path(folder) / "verdict"
-            return (told.read_text() or None) if told.exists() else "hang"
-
-    def _child(self, mutant: Mutant | None, tests: list[str], folder: str) -> None:
+def killer(mutant: Mutant, tests: Sequence[str], patience: float, tree: Path) -> str | None:
+    """Return the first test that fails with the mutant in a copy of the sources, or ``hang``."""
+    if not tests:
+        return None
+    place = tree / mutant.path.relative_to(SOURCES.parent)
+    source = place.read_text(encoding="utf-8")
+    with tempfile.TemporaryDirectory() as folder:
+        environment = {
+            **os.environ,
+            "PYTHONPATH": os.pathsep.join([str(tree), os.environ.get("PYTHONPATH", "")]),
+            "PYTHONDONTWRITEBYTECODE": "1",
+            "TMPDIR": folder,
+        }
+        if "njit" in source:
+            environment["NUMBA_CACHE_DIR"] = folder
+        command = [sys.executable, "-m", "pytest", "-qx", "-rfE", "-p", "no:cacheprovider", *tests]
+        place.write_text(mutant.text, encoding="utf-8")
         try:
-            os.setpgid(0, 0)
-            quiet = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(quiet, 1)
-            os.dup2(quiet, 2)
-            tempfile.tempdir = folder
-            verdict = None
-            if mutant and not swapped(mutant):
-                verdict = tried_anew(mutant, tests, folder)
-            else:
-                items = [self.items[test] for test in tests if test in self.items]
-                for item, after in zip(items, [*items[1:], None], strict=True):
-                    if any(r.failed for r in runtestprotocol(item, log=False, nextitem=after)):
-                        verdict = item.nodeid
-                        break
-            (Path(folder) / "verdict").write_text(verdict or "")
+            done = subprocess.run(
+                command,
+                cwd=ROOT,
+                env=environment,
+                capture_output=True,
+                text=True,
+                timeout=patience,
+                check=False,
+            )
+        except subprocess.TimeoutExpired:
+            return "hang"
         finally:
-            os._exit(0)
+            place.write_text(source, encoding="utf-8")
+    if not done.returncode:
+        return None
+    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, flags=re.M)
+    return failed[1] if failed else "import"
 
 
 def report(
@@ -409,11 +290,15 @@ def main() -> None:
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(mutant, reach.tests(mutant)) for mutant in drawn]
-        court = Court(reach, cases)
-        files = sorted({test.split("::")[0] for _, tests in cases for test in tests})
         begin = time.monotonic()
-        pytest.main(["-q", "-s", "-p", "no:cacheprovider", *files], plugins=[court])
-        report(room, cases, court.verdicts)
+        with tempfile.TemporaryDirectory() as folder:
+            tree = Path(folder)
+            shutil.copytree(SOURCES, tree / SOURCES.name)
+            verdicts = [
+                killer(mutant, tests, reach.patience(tests), tree)
+                for mutant, tests in tqdm(cases, mininterval=10.0)
+            ]
+        report(room, cases, verdicts)
         used = resource.getrusage(resource.RUSAGE_CHILDREN)
         print(
             f"{time.monotonic() - begin:.0f} s, CPU of all so far "

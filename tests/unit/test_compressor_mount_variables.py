@@ -8,10 +8,8 @@ from deboom.compressor.cabin_index import (
     BodySide,
     CabinIndex,
     car_seam,
-    free_compressor,
     mount_variables,
 )
-from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 
@@ -28,12 +26,11 @@ def two_mounts():
 def small_index():
     random = np.random.default_rng(1)
     load = random.standard_normal((2, 6)) + 0j
-    free = free_compressor(np.eye(6), 0.0, RotationSense.POSITIVE, LINES, {"a": load, "b": load})
     body = BodySide(
         "EV", LINES, ("mount 1", "mount 2"), np.zeros((2, 12, 12)), np.ones((2, 12)) + 0j
     )
     places = np.array([mount.position for mount in two_mounts()])
-    seam = car_seam(free, places, body)
+    seam = car_seam(np.eye(6), {"a": load, "b": load}, places, body)
     variables = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
     return CabinIndex(variables, two_mounts(), np.full(2, 1.2 + 0.1j), (seam,), (1.0, 2.0))
 

@@ -1,5 +1,6 @@
 """Cabin index of the bench's exact cars: nothing measured, nothing identified."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -12,11 +13,10 @@ from deboom.compressor.cabin_index import (
     BodySide,
     CabinIndex,
     car_seam,
-    free_compressor,
     mount_variables,
 )
 from deboom.compressor.hoses import HoseMatrices
-from deboom.compressor.unbalance_load import RotationSense
+from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.measurement.compressor_test import CompressorMount
 
 LINES = np.arange(20.0, 141.0, 10.0)
@@ -47,14 +47,11 @@ def mounts():
 
 
 def running():
+    """Mass with the gyroscopic moment, and the load of each case."""
     compressor, source = bench_operation().laboratory.compressor, bench_operation().source
-    return free_compressor(
-        compressor.mass_matrix,
-        source.rotor_inertia,
-        RotationSense(source.sense),
-        LINES,
-        {name: source.load(LINES, factor) for name, factor in CASES.items()},
-    )
+    rotor = gyroscopic_mass(source.rotor_inertia, RotationSense(source.sense))
+    loads = {name: source.load(LINES, factor) for name, factor in CASES.items()}
+    return compressor.mass_matrix + rotor, loads
 
 
 def body_of(car, *, with_hoses=False):
@@ -94,9 +91,9 @@ def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, wei
         compressor.gain_at(LINES),
         tuple(
             car_seam(
-                running(),
+                *running(),
                 compressor.positions,
-                body.rigid() if rigid else body,
+                replace(body, receptance=(not rigid) * body.receptance),
                 hoses,
             )
             for body in bodies

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -14,7 +14,7 @@ from deboom.compressor.identify import Identification
 from deboom.compressor.model import applied
 from deboom.compressor.mount_shares import stiffness_of_mounts
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import (
     CompressorMount,
     HoseDrawing,
@@ -71,20 +71,6 @@ def load_at_virtual_point(mounts: Sequence[CompressorMount], forces: npt.ArrayLi
     return np.asarray(np.asarray(forces, dtype=complex) @ rows)
 
 
-@dataclass(frozen=True, eq=False)
-class BodyLoads:
-    """What compressor and hoses do to the body over the speed of a sweep.
-
-    `mounts` (n_frequency, 3 n_mount): x, y, z of each mount [N]; `hoses` (n_frequency, 6 n_hose):
-    three forces and three moments of each hose at its end [N, N m]; `hose_ends` (n_frequency, 6
-    n_hose): motion of the body there [m, rad].
-    """
-
-    mounts: ComplexArray
-    hoses: ComplexArray
-    hose_ends: ComplexArray
-
-
 def body_receptance(
     accelerance: Frf,
     frequency: npt.ArrayLike,
@@ -121,59 +107,32 @@ def loads_by_measured_holders(
     hoses: Sequence[HoseDrawing] = (),
     frequency: npt.ArrayLike = (),
     receptance: ComplexArray | None = None,
-) -> BodyLoads:
-    """Find the loads where accelerometers show how the body moves at the mounts.
+) -> tuple[ComplexArray, ComplexArray]:
+    """Find the loads on the body where accelerometers show how the body moves at the mounts.
 
     `factor` (n_frequency,): factor on their stiffness [1]; `displacement` (n_frequency, 6): motion
     of the compressor at its virtual point [m, rad]; `holder` (n_frequency, 3 n_mount): motion of
-    the body at the mounts [m]; zeros leave it out; `frequency` (n_frequency,): lines, with hoses
-    [Hz].
+    the body at the mounts [m]; with hoses go their lines `frequency` (n_frequency,) [Hz] and the
+    `receptance` of the body.
+
+    Returns loads (n_frequency, 3 n_mount + 6 n_hose), three forces of each mount, then three forces
+    and three moments of each hose at its end [N, N m], and the motion of the body at these ends
+    (n_frequency, 6 n_hose) [m, rad].
 
     ``F_m = v K (T x − y)`` and, with the free body's receptances Y,
     ``F_h = (1 + Z Y_hh)⁻¹ (S x − Z Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
     """
     forces = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement) - holder)
-    if not hoses:
-        none: ComplexArray = np.zeros((len(forces), 0), dtype=complex)
-        return BodyLoads(forces, none, none)
+    if receptance is None or not hoses:
+        return forces, np.zeros((len(forces), 0), dtype=complex)
     matrices = hose_matrices(hoses, frequency)
     free = applied(matrices.transfer, displacement)
-    if receptance is None:
-        return BodyLoads(forces, free, np.zeros_like(free))
     n = forces.shape[1]
     by_mounts = applied(receptance[:, n:, :n], forces)
     at_ends = receptance[:, n:, n:]
     flexible = np.eye(at_ends.shape[-1]) + matrices.body @ at_ends
     loads = _solved(flexible, free - applied(matrices.body, by_mounts))
-    return BodyLoads(forces, loads, by_mounts + applied(at_ends, loads))
-
-
-def loads_by_predicted_holders(
-    mounts: Sequence[CompressorMount],
-    factor: npt.ArrayLike,
-    displacement: ComplexArray,
-    receptance: ComplexArray,
-    hoses: Sequence[HoseDrawing] = (),
-    frequency: npt.ArrayLike = (),
-) -> BodyLoads:
-    """Find the loads where the body's own receptances say how it moves.
-
-    ``L = (1 + Z Y)⁻¹ S x``: every element pushes on the body with ``S x − Z b``, and ``b = Y L``.
-    """
-    n = N_FORCE * len(mounts)
-    scale = np.asarray(factor, dtype=complex)[:, np.newaxis, np.newaxis]
-    size = receptance.shape[-1]
-    stiffness = np.zeros((scale.shape[0], size, size), dtype=complex)
-    for number, block in enumerate(stiffness_of_mounts(tuple(mounts))):
-        place = slice(N_FORCE * number, N_FORCE * (number + 1))
-        stiffness[:, place, place] = scale * block
-    free = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement))
-    if hoses:
-        matrices = hose_matrices(hoses, frequency)
-        stiffness[:, n:, n:] = matrices.body
-        free = np.hstack([free, applied(matrices.transfer, displacement)])
-    loads = _solved(np.eye(size) + stiffness @ receptance, free)
-    return BodyLoads(loads[:, :n], loads[:, n:], applied(receptance, loads)[:, n:])
+    return np.hstack([forces, loads]), by_mounts + applied(at_ends, loads)
 
 
 def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -202,12 +161,28 @@ def on_rigid_foundation(
     test that is not known yet enters this small part only. What sees the sweeps afterwards may take
     the foundation as rigid.
     """
-    return replace(
-        test,
-        sweeps=tuple(
-            _corrected(sweep, found, mounts, change, hoses, accelerance) for sweep in test.sweeps
-        ),
-    )
+    sweeps = []
+    for sweep in test.sweeps:
+        lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
+        changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
+        factor = found.calibrated.model.gain.at(lines) * (1 + changed)
+        # the gyroscopic moment has no part in a motion this small
+        mass, _ = running_mass(found, lines, change=changed)
+        load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
+        if accelerance is not None and hoses and sweep.hoses is HoseState.STANDARD:
+            matrices = hose_matrices(hoses, lines)
+            places = [mount.name for mount in mounts], [hose.name for hose in hoses]
+            receptance = body_receptance(accelerance, lines, *places)
+            displacement = displacement_at_virtual_point(sweep, found)
+            _, ends = loads_by_measured_holders(
+                mounts, factor, displacement, holder, hoses, lines, receptance
+            )
+            load = load + applied(np.swapaxes(matrices.transfer, -1, -2), ends)
+            mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
+        seen = _solved(mass, load) @ found.calibrated.response_matrix.T
+        measured = sweep.acceleration
+        sweeps.append(replace(sweep, acceleration=replace(measured, values=measured.values - seen)))
+    return replace(test, sweeps=tuple(sweeps))
 
 
 def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]) -> ComplexArray:
@@ -231,40 +206,3 @@ def displacement_at_virtual_point(sweep: OperatingSweep, found: Identification) 
     """Return the motion of the compressor by its calibrated sensors, (n_frequency, 6) [m, rad]."""
     acceleration, _ = motion_at_virtual_point(sweep, found)
     return np.asarray(-acceleration / (2 * np.pi * sweep.frequency[:, np.newaxis]) ** 2)
-
-
-def _corrected(
-    sweep: OperatingSweep,
-    found: Identification,
-    mounts: Sequence[CompressorMount],
-    change: StiffnessCurve | None,
-    hoses: tuple[HoseDrawing, ...],
-    accelerance: Frf | None,
-) -> OperatingSweep:
-    """Sweep as it would be on a rigid foundation."""
-    lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
-    changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
-    factor = found.calibrated.model.gain.at(lines) * (1 + changed)
-    # the gyroscopic moment has no part in a motion this small
-    mass, _ = running_mass(found, lines, change=changed)
-    load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
-    if accelerance is not None and hoses and sweep.hoses is HoseState.STANDARD:
-        matrices = hose_matrices(hoses, lines)
-        receptance = body_receptance(
-            accelerance,
-            lines,
-            [mount.name for mount in mounts],
-            [hose.name for hose in hoses],
-        )
-        displacement = displacement_at_virtual_point(sweep, found)
-        ends = loads_by_measured_holders(
-            mounts, factor, displacement, holder, hoses, lines, receptance
-        ).hose_ends
-        load = load + applied(np.swapaxes(matrices.transfer, -1, -2), ends)
-        mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
-    seen = _solved(mass, load) @ found.calibrated.response_matrix.T
-    measured = sweep.acceleration
-    return replace(
-        sweep,
-        acceleration=Spectrum(lines, measured.values - seen, measured.channels, measured.unit),
-    )

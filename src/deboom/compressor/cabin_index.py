@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -10,7 +10,6 @@ import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, frozen_copy
 from deboom.compressor.hoses import HoseMatrices
-from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.measurement.compressor_test import CompressorMount
@@ -45,44 +44,6 @@ PART = 2**19
 
 
 @dataclass(frozen=True, eq=False)
-class FreeCompressor:
-    """A running compressor without mounts and hoses, at its virtual point.
-
-    `frequency` (f,): frequency of the rotation [Hz]; `dynamic_stiffness` (f, 6, 6): of the free
-    body with its turning rotor [N/m, N/rad, N m/rad]; `case_names`: such as ``7.5 bar``; `load` (c,
-    f, 6): of the source, complex peak [N, N m].
-    """
-
-    frequency: RealArray
-    dynamic_stiffness: ComplexArray
-    case_names: tuple[str, ...]
-    load: ComplexArray
-
-
-def free_compressor(
-    mass_matrix: RealArray,
-    rotor_inertia: float,
-    sense: RotationSense,
-    frequency: RealArray,
-    loads: dict[str, ComplexArray],
-) -> FreeCompressor:
-    """Put together a running compressor, ``D = −ω² (M ± jJ skew(e_x))`` in the rotations.
-
-    `mass_matrix` (6, 6): at the virtual point [kg, kg m, kg m²]; `rotor_inertia`: polar moment of
-    the rotor [kg m²]; `frequency` (f,): frequency of the rotation [Hz]; `loads` (f, 6): load of
-    each case by its name [N, N m].
-    """
-    lines = np.asarray(frequency, dtype=float)
-    mass = mass_matrix + gyroscopic_mass(rotor_inertia, sense)
-    return FreeCompressor(
-        lines,
-        np.multiply.outer(-((2 * np.pi * lines) ** 2), mass),
-        tuple(loads),
-        np.array(list(loads.values()), dtype=complex),
-    )
-
-
-@dataclass(frozen=True, eq=False)
 class BodySide:
     """The free body of a car at its points: first m mounts, then the ends of hoses.
 
@@ -95,10 +56,6 @@ class BodySide:
     points: tuple[str, ...]
     receptance: ComplexArray
     transfer: ComplexArray
-
-    def rigid(self) -> BodySide:
-        """Return the same body with holders that do not move; the ear still hears them."""
-        return replace(self, receptance=np.zeros_like(self.receptance))
 
 
 def measured_body(
@@ -152,27 +109,30 @@ class CarSeam:
 
 
 def car_seam(
-    running: FreeCompressor,
+    mass_matrix: ComplexArray,
+    loads: Mapping[str, ComplexArray],
     positions: RealArray,
     body: BodySide,
     hoses: HoseMatrices | None = None,
 ) -> CarSeam:
     """Join compressor, body and hoses, and leave the places of the mounts open.
 
-    - `running`: running compressor without mounts.
+    - `mass_matrix` (6, 6): of the running compressor at the virtual point, with the gyroscopic
+      moment of its rotor [kg, kg m, kg m²].
+    - `loads` (f, 6): load of the source by the name of the case, complex peak [N, N m].
     - `positions` (m, 3): places of the mounts, from the virtual point [m].
     - `body`: body at the m mounts and the ends of the hoses, in their order, same lines.
     - `hoses`, optional: None where nothing but the mounts joins both.
 
-    Primal for compressor x and hose ends h, with receptances Y of the body::
+    Primal for the compressor x, ``D = −ω² M``, and hose ends h, with receptances Y of the body::
 
         (D + Z_cc) x − Z_hcᵀ h = F − Vᵀ q
         −Y_hh Z_hc x + (I + Y_hh Z_hh) h = Y_hm q
     """
-    lines, size = running.frequency.size, 6 * len(positions)
+    lines, size = body.frequency.size, 6 * len(positions)
     n_ends = body.transfer.shape[1] - size
     rigid = np.concatenate([shift_matrix(-place) for place in positions])
-    stiffness = running.dynamic_stiffness
+    stiffness = np.multiply.outer(-((2 * np.pi * body.frequency) ** 2), mass_matrix)
     mounts, ends = slice(0, size), slice(size, size + n_ends)
     y = body.receptance
     onto = np.zeros((lines, n_ends, 6), dtype=complex)
@@ -187,9 +147,9 @@ def car_seam(
         ]
     )
     # columns: one per case, then one per load of a mount
-    n_cases = len(running.case_names)
+    n_cases = len(loads)
     columns = np.zeros((lines, 6 + n_ends, n_cases + size), dtype=complex)
-    columns[:, :6, :n_cases] = np.moveaxis(running.load, 0, -1)
+    columns[:, :6, :n_cases] = np.stack(list(loads.values()), axis=-1)
     columns[:, :6, n_cases:] = -rigid.T
     columns[:, 6:, n_cases:] = y[:, ends, mounts]
     motion = np.linalg.solve(joined, columns)
@@ -200,8 +160,8 @@ def car_seam(
     heard[:, n_cases:] += body.transfer[:, mounts]
     return CarSeam(
         body.name,
-        running.frequency,
-        running.case_names,
+        body.frequency,
+        tuple(loads),
         np.moveaxis(relative[:, :, :n_cases], -1, 0),
         -relative[:, :, n_cases:],
         heard[:, n_cases:],
@@ -389,13 +349,12 @@ class CabinIndex:
         level = float(sound_level.splv(sound_level.spl(np.ones(lines.size), lines)))
         object.__setattr__(self, "one_pascal", level)
         basis = self._basis()
-        parts = []
-        for first, second in zip(*self._pairs, strict=True):
-            part = [basis[first] @ seam.compliance @ basis[second].T for seam in self.seams]
-            if first != second:
-                for number, seam in enumerate(self.seams):
-                    part[number] = part[number] + basis[second] @ seam.compliance @ basis[first].T
-            parts.append(np.concatenate(part))
+        compliance = np.concatenate([seam.compliance for seam in self.seams])
+        parts = [
+            basis[i] @ compliance @ basis[j].T
+            + (basis[j] @ compliance @ basis[i].T if i != j else 0)
+            for i, j in zip(*self._pairs, strict=True)
+        ]
         free = np.concatenate([seam.free for seam in self.seams], axis=1)
         transfer = np.concatenate([seam.transfer for seam in self.seams])
         prepared = {
@@ -489,15 +448,11 @@ class CabinIndex:
                 result[rows] = pressure
         return result
 
-    def _parts(self, designs: RealArray) -> Iterator[slice]:
-        """Yield designs whose matrices stay small together."""
-        step = max(1, PART // max(self.compliance[0].size, 1))
-        for start in range(0, len(designs), step):
-            yield slice(start, start + step)
-
     def _solved(self, designs: RealArray) -> Iterator[tuple[slice, int, ComplexArray]]:
         """Yield designs, case, and pressure (n, v, f) [Pa]."""
-        for rows in self._parts(designs):
+        step = max(1, PART // max(self.compliance[0].size, 1))
+        for start in range(0, len(designs), step):
+            rows = slice(start, start + step)
             matrices, right, transfer = self._equations(designs[rows])
             turned = np.swapaxes(matrices, 2, 3)
             adjoint = np.linalg.solve(turned, transfer[..., np.newaxis])[..., 0]

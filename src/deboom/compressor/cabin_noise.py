@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 
 import numpy as np
 import numpy.typing as npt
@@ -12,12 +11,11 @@ import pandas as pd
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.body_loads import (
-    BodyLoads,
+    N_FORCE,
     body_receptance,
     displacement_at_virtual_point,
     holder_displacement,
     loads_by_measured_holders,
-    loads_by_predicted_holders,
     on_rigid_foundation,
 )
 from deboom.compressor.hose_identification import HoseIdentification, identify_hoses
@@ -73,19 +71,6 @@ class RunningInCar:
     accelerance: Frf
     source: Unbalance
     hoses: HoseIdentification | None
-
-    def change(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Return the change of the mounts since the hammer test at lines [Hz], (n_frequency,) [1].
-
-        It is 0 where none is significant.
-        """
-        return _significant_change(self.source, np.asarray(frequency, dtype=float))
-
-    def change_deviation(self, frequency: npt.ArrayLike) -> RealArray:
-        """Return 1 σ of `change`, shape (n_frequency,) [1]."""
-        state = self.source.state
-        lines = np.asarray(frequency, dtype=float)
-        return np.asarray(np.interp(lines, state.frequency, state.curve_deviation))
 
     @property
     def alarms(self) -> tuple[str, ...]:
@@ -149,32 +134,20 @@ def running_in_car(
     source = unbalance(test, found, options)
     if source.state.changed:
         # what the body does through them is known better now
-        change = partial(_significant_change, source)
+        change = source.state.significant
         test = on_rigid_foundation(car.operation, found, shares.mounts, change=change)
         source = unbalance(test, found, options)
     hoses: HoseIdentification | None = None
     if known:
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
+            change = source.state.significant
             still = on_rigid_foundation(
-                car.operation,
-                found,
-                shares.mounts,
-                partial(_significant_change, source),
-                known,
-                accelerance,
+                car.operation, found, shares.mounts, change, known, accelerance
             )
             hoses = identify_hoses(still, found, source.sense.sense)
             known = hoses.hoses
     return RunningInCar(car, found, shares, accelerance, source, hoses)
-
-
-def _significant_change(source: Unbalance, lines: RealArray) -> ComplexArray:
-    """Change of the mounts as the sweeps show it, 0 where none is significant."""
-    state = source.state
-    if not state.changed:
-        return np.zeros(lines.size, dtype=complex)
-    return np.asarray(np.interp(lines, state.frequency, state.curve))
 
 
 def _placed_mounts(car: ElectricCar) -> tuple[CompressorMount, ...]:
@@ -221,8 +194,7 @@ class SweepNoise(Tabled):
     hoses, ``mx my mz`` as well; `loads` (n_frequency, n_path): on the body, complex peak [N, N m];
     `contributions` (n_frequency, n_path): sound of each path, complex peak [Pa]; `n_mount_paths`:
     number of paths of the mounts; they come first; `measured` (n_frequency,): at the ear, complex
-    peak [Pa]; `still_body`, `predicted_body` (n_frequency,): sound if the motion of the body is
-    left out, and if it is predicted by its accelerances instead of measured at the mounts [Pa].
+    peak [Pa].
     """
 
     sweep: str
@@ -234,8 +206,6 @@ class SweepNoise(Tabled):
     contributions: ComplexArray
     n_mount_paths: int
     measured: ComplexArray
-    still_body: ComplexArray
-    predicted_body: ComplexArray
 
     @property
     def table(self) -> pd.DataFrame:
@@ -373,24 +343,16 @@ def _sweep_noise(
     sweep: OperatingSweep,
     band: tuple[float, float],
 ) -> SweepNoise:
-    """Synthesise one sweep: with the measured, with no and with the predicted body."""
+    """Synthesise one sweep."""
     part = _Listening.to(running, sweep, band)
     lines, mounts = part.lines, running.shares.mounts
-    factor = running.found.calibrated.model.gain.at(lines) * (1 + running.change(lines))
+    factor = running.found.calibrated.model.gain.at(lines)
+    factor = factor * (1 + running.source.state.significant(lines))
     displacement = displacement_at_virtual_point(sweep, running.found)[part.inside]
     functions = transfer.at(lines).transfer.select(inputs=part.paths).values[:, 0]
 
-    def heard(loads: BodyLoads) -> ComplexArray:
-        return np.asarray(contributions(functions, np.hstack([loads.mounts, loads.hoses])))
-
-    pushed = loads_by_measured_holders(
+    loads, _ = loads_by_measured_holders(
         mounts, factor, displacement, part.holder, part.hoses, lines, part.receptance
-    )
-    still = loads_by_measured_holders(
-        mounts, factor, displacement, np.zeros_like(part.holder), part.hoses, lines
-    )
-    predicted = loads_by_predicted_holders(
-        mounts, factor, displacement, part.receptance, part.hoses, lines
     )
     assert sweep.sound is not None  # the door of a car has asked for it
     return SweepNoise(
@@ -399,12 +361,10 @@ def _sweep_noise(
         pressure=sweep.pressure,
         frequency=lines,
         paths=part.paths,
-        loads=np.hstack([pushed.mounts, pushed.hoses]),
-        contributions=heard(pushed),
-        n_mount_paths=pushed.mounts.shape[1],
+        loads=loads,
+        contributions=np.asarray(contributions(functions, loads)),
+        n_mount_paths=N_FORCE * len(mounts),
         measured=sweep.sound.select([running.car.ear]).values[part.inside, 0],
-        still_body=heard(still).sum(axis=1),
-        predicted_body=heard(predicted).sum(axis=1),
     )
 
 
@@ -416,12 +376,10 @@ class NoiseBand:
     (n_frequency,): of the mounts' paths alone [dB(A)].
     """
 
-    sweep: str
     lower: RealArray
     upper: RealArray
     lower_mounts: RealArray
     upper_mounts: RealArray
-    confidence: float
 
 
 @dataclass(frozen=True, eq=False)
@@ -471,7 +429,7 @@ def noise_bands(
         generator = np.random.default_rng([seed, 2, number])
         both = _levels(running, transfer, sweep, band, drawn, generator)
         (lower, lower_mounts), (upper, upper_mounts) = np.percentile(both, tails, axis=0)
-        bands.append(NoiseBand(sweep.name, lower, upper, lower_mounts, upper_mounts, confidence))
+        bands.append(NoiseBand(lower, upper, lower_mounts, upper_mounts))
     return tuple(bands)
 
 
@@ -516,10 +474,12 @@ def _levels(
     deviation = at_lines.deviation[:, columns]
     square = (2 * np.pi * lines[:, np.newaxis]) ** 2
     recorded = -sweep.acceleration.values[part.inside] / square
-    change, unsure = running.change(lines), running.change_deviation(lines)
+    state = running.source.state
+    change = state.significant(lines)
+    unsure = np.interp(lines, state.frequency, state.curve_deviation)
     levels = []
     for draw in drawn:
-        loads = loads_by_measured_holders(
+        loads, _ = loads_by_measured_holders(
             draw.mounts,
             draw.gain.at(lines) * (1 + change + unsure * draw.state),
             recorded @ draw.inverse.T,
@@ -529,10 +489,8 @@ def _levels(
             part.receptance,
         )
         error = generator.standard_normal((2, *deviation.shape)) / np.sqrt(2)
-        heard = (functions + deviation * (error[0] + 1j * error[1])) * np.hstack(
-            [loads.mounts, loads.hoses]
-        )
-        n = loads.mounts.shape[1]
+        heard = (functions + deviation * (error[0] + 1j * error[1])) * loads
+        n = N_FORCE * len(draw.mounts)
         sounds: ComplexArray = np.stack([heard.sum(axis=1), heard[:, :n].sum(axis=1)], axis=1)
         levels.append(spl(sounds, lines).T)
     return np.array(levels)

@@ -213,15 +213,6 @@ class SelfCalibration:
         """Wrench of each impact per stated newton, as calibrated, shape (n_impact, 6) [1, m]."""
         return self.placement.excitation_matrix(self.errors)
 
-    def at_virtual_point(self, frf: ComplexArray) -> ComplexArray:
-        """Project raw FRFs of these sensors and impacts [1/kg] on the calibrated virtual point.
-
-        The inertance has shape (n_frequency, 6, 6) [1/kg, 1/(kg m), 1/(kg m²)].
-        """
-        response = np.linalg.pinv(self.response_matrix)
-        excitation = np.linalg.pinv(self.excitation_matrix)
-        return np.asarray(response @ frf @ excitation.T)
-
 
 def self_calibrate(
     parametrisation: Parametrisation,
@@ -446,8 +437,6 @@ class HoldOut:
     """
 
     what: str
-    predicted: Frf
-    measured: Frf
     reduced_chi: float
     relative_error: float
 
@@ -459,8 +448,6 @@ def hold_out_lines(found: SelfCalibration, raw: RawInertance) -> HoldOut:
     deviation = predicted - measured.values
     return HoldOut(
         f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz",
-        Frf(lines, predicted, measured.outputs, measured.inputs, measured.unit),
-        measured,
         float(np.sqrt(np.mean(np.abs(deviation / raw.deviation) ** 2) / 2)),
         float(np.sqrt(np.mean(np.abs(deviation) ** 2) / np.mean(np.abs(measured.values) ** 2))),
     )

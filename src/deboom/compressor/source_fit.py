@@ -560,6 +560,10 @@ class MountState:
     curve: ComplexArray
     curve_deviation: RealArray
 
+    def significant(self, frequency: RealArray) -> ComplexArray:
+        """Interpolate the change at lines [Hz]; 0 where none is significant, (n_frequency,) [1]."""
+        return np.asarray(np.interp(frequency, self.frequency, self.changed * self.curve))
+
 
 def mount_state(
     common: SourceFit,

@@ -36,7 +36,6 @@ from deboom.compressor.cabin_index import (
     CabinIndex,
     MountStatics,
     car_seam,
-    free_compressor,
     measured_body,
     mount_variables,
 )
@@ -44,6 +43,7 @@ from deboom.compressor.cabin_noise import RunningInCar, running_in_car
 from deboom.compressor.hoses import hose_matrices
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.sources import case_name, source_loads
+from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
@@ -229,29 +229,25 @@ def mounted_fleet(
     loads = source_loads(running.source.chosen.sources, lines)
     weights = weights or dict.fromkeys(loads, 1.0)
     model, mounts = identified.calibrated.model, running.shares.mounts
-    free = free_compressor(
-        model.mass_matrix,
-        test.rotor_inertia or 0.0,
-        running.source.sense.sense,
-        lines,
-        {name: loads[name] for name in weights},
-    )
+    wanted = {name: loads[name] for name in weights}
+    mass = model.mass_matrix + gyroscopic_mass(test.rotor_inertia, running.source.sense.sense)
     hoses = () if running.hoses is None else running.hoses.hoses
     beams = hose_matrices(hoses, lines) if hoses else None
     names = [hose.name for hose in hoses]
     bodies = [measured_body(car, mounts, lines, names) for car in fleet.cars]
+    rigid_bodies = [replace(b, receptance=np.zeros_like(b.receptance)) for b in bodies]
     positions = np.array([mount.position for mount in mounts])
     variables = mount_variables(mounts, identical=identical, pieces=identical, places=places)
-    gain = model.gain.at(lines) * (1 + running.change(lines))
+    gain = model.gain.at(lines) * (1 + running.source.state.significant(lines))
     index, rigid = (
         CabinIndex(
             variables,
             mounts,
             gain,
-            tuple(car_seam(free, positions, body, beams) for body in held),
+            tuple(car_seam(mass, wanted, positions, body, beams) for body in held),
             tuple(weights.values()),
         )
-        for held in (bodies, [body.rigid() for body in bodies])
+        for held in (bodies, rigid_bodies)
     )
     statics = MountStatics(
         variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix

@@ -39,7 +39,6 @@ from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import CompressorMount, InertanceTest
-from deboom.physics.rigid_body import rotation_matrix
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -142,16 +141,6 @@ def errors_of(found: Identification, truth: CompressorTruth) -> IdentificationEr
         float(np.abs(gain[1]).max()),
         (found.calibrated.values - parametrisation.values_of(true)) / deviation,
     )
-
-
-def mounting_errors(fit: MountShares, truth: CompressorTruth) -> tuple[float, float]:
-    """Largest error of place [m], and of the direction of the axis [rad], of identical mounts."""
-    places, angles = [], []
-    for found, true in zip(fit.mounts, truth.mounts, strict=True):
-        places.append(float(np.linalg.norm(found.position - true.position)))
-        along = found.orientation[:, 0] @ rotation_matrix(true.rotation)[:, 0]
-        angles.append(float(np.arccos(np.clip(abs(along), 0.0, 1.0))))
-    return max(places), max(angles)
 
 
 def _stated(model: CompressorModel) -> RealArray:

@@ -132,8 +132,6 @@ class SweepErrors:
 
     - `peaks`, `peaks_by_mounts`: of the measured level with that of all paths, and of the mounts'.
     - `lines`, `lines_by_mounts` (n_frequency,): synthesised minus measured level [dB].
-    - `still_body`, `predicted_body` (n_frequency,): level without the motion of the body, and with
-      the predicted one, minus that with the measured one [dB].
     - `complete`: whether no path was left out.
     - `inside`: share of the louder half of the lines at which the measured level lies within the
       band of the synthesis; noise of the microphone, which the band has not, fills the notches [1].
@@ -150,8 +148,6 @@ class SweepErrors:
     peaks_by_mounts: MatchedPeaks
     lines: RealArray
     lines_by_mounts: RealArray
-    still_body: RealArray
-    predicted_body: RealArray
     complete: bool
     inside: float
     hose_band: float
@@ -226,8 +222,6 @@ def _errors(case: CarNoise, noise: SweepNoise, band: NoiseBand) -> SweepErrors:
         peaks_by_mounts=match_peaks(reference, booming_peaks(by_mounts, lines, ORDER)),
         lines=total - measured,
         lines_by_mounts=by_mounts - measured,
-        still_body=noise.level(noise.still_body) - total,
-        predicted_body=noise.level(noise.predicted_body) - total,
         complete=noise.complete,
         inside=float(np.mean(((measured >= band.lower) & (measured <= band.upper))[loud])),
         hose_band=band_level(noise, noise.total) - band_level(noise, noise.measured),

@@ -107,6 +107,8 @@ class BoomingModel:
     'TSM x'
     """
 
+    response_unit = "dB(A)"
+
     cases: tuple[Case, ...]
     weights: tuple[float, ...]
     loss_factors: bool = False
@@ -170,11 +172,6 @@ class BoomingModel:
     def response_names(self) -> tuple[str, ...]:
         """Names of the vehicles."""
         return self.cases[0].vehicle_names
-
-    @property
-    def response_unit(self) -> str:
-        """Unit of all responses."""
-        return "dB(A)"
 
     @property
     def n_lines(self) -> int:
@@ -424,6 +421,8 @@ class CatalogueModel:
     - `n_parts`: number of parts for each mount.
     """
 
+    response_unit = "dB(A)"
+
     mounts: tuple[Mount, ...]
     levels: tuple[BoomingModel, ...]
     n_parts: tuple[int, ...]
@@ -438,11 +437,6 @@ class CatalogueModel:
     def response_names(self) -> tuple[str, ...]:
         """Names of the vehicles."""
         return self.levels[0].response_names
-
-    @property
-    def response_unit(self) -> str:
-        """Unit of all responses."""
-        return self.levels[0].response_unit
 
     @property
     def n_lines(self) -> int:

@@ -307,34 +307,22 @@ def coupled_motion(
     frequency = load_case.force.frequency[inside]
     paths = list(paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs))
     transfer = path_transfer(fleet, paths, frequency, band, load_case.name)
-    carriers = [mount for mount in mounts if mount.body_mass is None]
-    on_powertrain = [d for mount in carriers for d in _directions(mount, AXES)]
-    wheel_ends = [
-        direction
-        for mount in mounts
-        if mount.body_mass is not None
-        for direction in _directions(mount, mount.transfer_axes)
-    ]
-    channels = [channel for *_, channel in (*on_powertrain, *wheel_ends)]
-    displacement = _measured(channels, load_case, "displacement")[inside]
-    force = _measured(channels, load_case, "force")[inside]
-    n = len(on_powertrain)
-    forward = np.array(
-        [
-            rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
-            for mount, piece, axis, _ in on_powertrain
-        ]
-    ).reshape(n, 6)
-    motion = _rigid_motion(forward, displacement[:, :n], load_case.name)
-    fitted = np.hstack([motion @ forward.T, displacement[:, n:]])
-    _refuse_rest(fitted, channels, frequency, load_case.name)
-    stiffness = dynamic_stiffness(force, fitted)
     squared = (2.0 * np.pi * frequency[:, np.newaxis]) ** 2
 
-    def body(
-        directions: Sequence[_Direction], columns: slice, mass: RealArray, levers: RealArray
-    ) -> Body:
-        at = motion if levers.shape[1] == 6 else fitted[:, columns]
+    def body(directions: Sequence[_Direction], mass: RealArray) -> Body:
+        channels = [channel for *_, channel in directions]
+        displacement = _measured(channels, load_case, "displacement")[inside]
+        force = _measured(channels, load_case, "force")[inside]
+        forward, motion = np.ones((1, 1)), displacement
+        if len(mass) == 6:
+            rows = [
+                rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
+                for mount, piece, axis, _ in directions
+            ]
+            forward = np.array(rows).reshape(-1, 6)
+            motion = _rigid_motion(forward, displacement, load_case.name)
+            displacement = motion @ forward.T
+        _refuse_rest(displacement, channels, frequency, load_case.name)
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
         for column, (mount, _, axis, channel) in enumerate(directions):
             if axis in mount.transfer_axes:
@@ -343,21 +331,24 @@ def coupled_motion(
         names = [f"{mount.name} {axis}" for mount, _, axis, _ in directions]
         return Body(
             mass_matrix=mass,
-            forward=levers,
-            stiffness=stiffness[:, columns],
-            load=force[:, columns] @ levers - squared * (at @ mass),
+            forward=forward,
+            stiffness=dynamic_stiffness(force, displacement),
+            load=force @ forward - squared * (motion @ mass),
             variables=np.array([variables.index(name) for name in names], dtype=np.intp),
             transfer=to_ear,
         )
 
-    bodies = [body(on_powertrain, slice(0, n), powertrain.mass_matrix, forward)]
-    for column, direction in enumerate(wheel_ends, n):
-        mass = np.array([[float(direction[0].body_mass or 0.0)]])
-        bodies.append(body([direction], slice(column, column + 1), mass, np.ones((1, 1))))
+    on_powertrain = [d for m in mounts if m.body_mass is None for d in _directions(m, AXES)]
+    wheel_ends = [
+        body([direction], np.full((1, 1), float(mount.body_mass)))
+        for mount in mounts
+        if mount.body_mass is not None
+        for direction in _directions(mount, mount.transfer_axes)
+    ]
     return CoupledMotion(
         load_case=load_case.name,
         frequency=frequency,
-        bodies=tuple(bodies),
+        bodies=(body(on_powertrain, powertrain.mass_matrix), *wheel_ends),
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )

@@ -48,6 +48,8 @@ _LineCase = PathContributions | CoupledMotion
 class _VehicleLevel:
     """A level of every vehicle with the names of a booming model."""
 
+    response_unit = "dB(A)"
+
     model: BoomingModel
 
     @property
@@ -59,11 +61,6 @@ class _VehicleLevel:
     def response_names(self) -> tuple[str, ...]:
         """Names of the vehicles."""
         return self.model.response_names
-
-    @property
-    def response_unit(self) -> str:
-        """Unit of all responses."""
-        return self.model.response_unit
 
     def _line_cases(self, what: str) -> tuple[_LineCase, ...]:
         """Return the load cases, whose pressure must be known line by line."""

@@ -16,7 +16,6 @@ from deboom.measurement.modal import require_coherence
 from deboom.measurement.quality import quality_in_operation
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.mount import Mount
-from deboom.mounts.operating_map import _confidence
 from deboom.physics.frf import phase_error
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import GRAVITY, MountRequirements, TorqueTravel, WeightSag
@@ -66,13 +65,6 @@ def test_hits_of_both_tests_make_the_scatter_of_their_places():
     evidence = hammer_evidence(*tests, found, band=(20.0, 23.0), largest_lines=9)
     expected = HIT_SCATTER * np.sqrt(1 / 3 + 1 / 6)
     np.testing.assert_allclose(evidence.nuisance_deviations, expected, rtol=1e-15)
-
-
-def test_repeats_that_agree_by_luck_are_no_surer_than_their_noise():
-    repeats = np.ones((2, 3), dtype=complex)
-    noise = np.array([0.5, 1.0])
-    expected = 1 / ((1 + noise**2) * (1 + noise**2))
-    np.testing.assert_allclose(_confidence(repeats, repeats, noise, noise), expected, rtol=1e-15)
 
 
 def arrays(transfer):

@@ -358,9 +358,3 @@ def test_single_sensor_has_nothing_to_contradict_it():
     assert np.diag(found.covariance) == pytest.approx(stated.tolerance**2)
     assert ErrorSource.SENSOR_POSITION not in stated.sources
     assert ErrorSource.CELL_GAIN in stated.sources
-
-
-@pytest.mark.parametrize("excited", [("torque",), ("fx", "fy", "fz", "mx", "my", "mz")])
-def test_excitations_that_leave_no_law(excited):
-    with pytest.raises(InputError, match="excited loads"):
-        replace(FREE, excited=excited)

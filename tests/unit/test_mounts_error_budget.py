@@ -116,10 +116,6 @@ def test_static_force_as_preload():
     assert 1e-5 < budget.half_width_95 < 2.6e-3
 
 
-@pytest.mark.parametrize(
-    ("changes", "message"),
-    [({"seed": 0}, "seed 0 is refused"), ({"seed": 1, "n_draws": 50}, "50 draws do not give")],
-)
-def test_refusals(changes, message):
-    with pytest.raises(InputError, match=message):
-        error_budget([], [], {}, Preload.WHEEL_TORQUE, 0.0, **changes)
+def test_a_seed_of_zero_is_refused():
+    with pytest.raises(InputError, match="seed 0 is refused"):
+        error_budget([], [], {}, Preload.WHEEL_TORQUE, 0.0, seed=0)

@@ -48,12 +48,7 @@ X = VALUE.direction("x")
         (lambda: replace(X, axis="rx"), "unknown axis 'rx', use x, y, z"),
         (lambda: replace(X, surface=None), "direction x is identified, but it has no surface"),
         (lambda: DirectionQuality(False, r2_real=float("nan")), "r2_real is nan; leave out what"),
-        (
-            lambda: replace(VALUE, identity=replace(VALUE.identity, mount="EnM")),
-            "its geometry is that of mount TSM",
-        ),
         (lambda: replace(VALUE, directions=(X, X)), r"every axis once, it has \['x', 'x'\]"),
-        (lambda: replace(VALUE, directions=(replace(X, axis="z"),)), "z has the static curve of"),
         (lambda: replace(VALUE, directions=(X,)).direction("y"), "no direction 'y', use x"),
         (
             lambda: replace(VALUE, mount=replace(VALUE.mount, description="two\nlines")),

@@ -183,9 +183,12 @@ def test_noise_of_both_sides_does_not_bias_the_stiffness_of_repeats():
     assert ratio == pytest.approx(1.0, abs=0.01)
 
 
-def test_confidence_is_what_the_noise_leaves_of_a_coherence():
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_confidence_is_what_the_noise_leaves_of_a_coherence(repeats):
+    """Repeats that agree by luck are no surer than their noise."""
     tolerances = Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.1})
-    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=(RAMP,))))["W x"]
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, repeats + 1))
+    one = maps_of(campaign_of(Rig(tolerances=tolerances, ramps=ramps)))["W x"]
     # of the sensor's three channels the one along x counts: cos²(5°) …
     assert one.confidence == pytest.approx(1 / (1 + 0.1**2), rel=2e-3)
 

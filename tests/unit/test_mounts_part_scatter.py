@@ -117,18 +117,6 @@ def test_the_share_of_hardness_is_recovered():
     assert hardness_share([values[:1], values[:, :1], np.ones((5, 2))]) is None
 
 
-@pytest.mark.parametrize(
-    ("make", "words"),
-    [
-        (lambda: ScatterPrior(0.0, 4.0), "above 0"),
-        (lambda: library_scatter([]), "no part"),
-    ],
-)
-def test_what_says_nothing_is_refused(make, words):
-    with pytest.raises(InputError, match=words):
-        make()
-
-
 @cache
 def surface(factor=1.0):
     rng = np.random.default_rng(3)

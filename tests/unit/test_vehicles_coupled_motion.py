@@ -170,12 +170,3 @@ def test_refuses_a_wheel_end_at_rest():
     still = replace(case, displacement=Spectrum(LINES, values, CHANNELS, "m"))
     with pytest.raises(InputError, match="no displacement of Du right x at 35 Hz"):
         coupled_motion(_fleet(), MOUNTS, POWERTRAIN, still)
-
-
-@pytest.mark.parametrize(
-    ("mass", "tolerance", "message"),
-    [(0.0, 0.0, "a body of 0.0"), (40.0, 50.0, "smaller tolerance"), (None, 1.0, "without a body")],
-)
-def test_a_mount_refuses_a_body_that_has_no_mass(mass, tolerance, message):
-    with pytest.raises(InputError, match=message):
-        replace(MOUNTS[3], body_mass=mass, body_mass_tolerance=tolerance)

@@ -12,7 +12,7 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.mounts.piecewise_cubic import TrainingRegion
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.vehicles.amplitude_motion import identified_surfaces
+from deboom.mounts.surface_forces import identified_surfaces
 from deboom.vehicles.design_factor import backed_range
 
 RNG = np.random.default_rng(1)

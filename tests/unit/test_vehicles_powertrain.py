@@ -36,22 +36,6 @@ def test_mass_matrix_off_the_centre_of_gravity():
     np.testing.assert_allclose(found.inertia, INERTIA)
 
 
-@pytest.mark.parametrize(
-    ("values", "message"),
-    [
-        ({"mass": 0.0}, "a mass of 0.0 kg"),
-        ({"inertia": np.eye(2)}, "inertia: shape"),
-        ({"inertia": -np.eye(3)}, "not symmetric and positive definite"),
-        ({"inertia": np.triu(np.ones((3, 3))) + np.eye(3)}, "not symmetric"),
-        ({"centre": np.array([0.0, np.nan, 0.0])}, "centre: a number"),
-        ({"mass_tolerance": -1.0}, "a tolerance is negative"),
-    ],
-)
-def test_refuses(values, message):
-    with pytest.raises(InputError, match=message):
-        Powertrain(**{"mass": 193.5, "inertia": INERTIA, **values})
-
-
 AXES = ("x", "y", "z")
 DEFLECTION = np.linspace(-0.01, 0.01, 21)
 

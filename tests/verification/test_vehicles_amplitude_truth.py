@@ -10,6 +10,7 @@ import pytest
 import kernels as bench
 import resolved_truth as truth
 from deboom.files.platform import read_platform
+from deboom.mounts.surface_forces import identified_surfaces
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.vehicles.amplitude_motion import (
     MOST_SWEEPS,
@@ -18,7 +19,6 @@ from deboom.vehicles.amplitude_motion import (
     AmplitudeMotion,
     amplitude_motion,
     compare_starts,
-    identified_surfaces,
     solve_along_lines,
 )
 from deboom.vehicles.booming_model import BoomingModel

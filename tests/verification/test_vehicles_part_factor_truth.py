@@ -10,7 +10,7 @@ from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.response_surface import operating_points
-from deboom.vehicles.amplitude_motion import identified_surfaces
+from deboom.mounts.surface_forces import identified_surfaces
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import StaticPosition, part_ratio
 from deboom.vehicles.powertrain import KinematicModel, library_model

@@ -175,8 +175,7 @@ class CharacterisedMount:
     of the whole mount as ``name [unit]``, such as the condition number of its force transfer
     matrix.
 
-    - raises InputError: another mount in identity, mount and static curves; an axis twice; no axis
-      at all.
+    - raises InputError: an axis twice; no axis at all.
     """
 
     identity: MountIdentity
@@ -190,18 +189,9 @@ class CharacterisedMount:
         object.__setattr__(self, "quality", _with_units(owner, self.quality))
         for text in (self.mount.name, self.mount.description, *self.mount.pieces):
             _check_text(f"{owner}: text", text, needed=False)
-        if self.mount.name != self.identity.mount:
-            raise InputError(f"{owner}: its geometry is that of mount {self.mount.name}")
         axes = [direction.axis for direction in self.directions]
         if not axes or len(set(axes)) < len(axes):
             raise InputError(f"{owner}: it needs every axis once, it has {axes}")
-        for direction in self.directions:
-            curve = direction.static_curve
-            if curve is not None and (curve.mount, curve.axis) != (self.mount.name, direction.axis):
-                raise InputError(
-                    f"{owner}: direction {direction.axis} has the static curve of {curve.mount} "
-                    f"{curve.axis}"
-                )
 
     def direction(self, axis: str) -> CharacterisedDirection:
         """Return one direction.

@@ -1,8 +1,7 @@
-"""Mounts: positions, pieces and transfer axes,."""
+"""Mounts: positions, pieces and transfer axes."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -31,7 +30,7 @@ class Mount:
     - `body_mass`, optional: mass of the body that each piece carries where that is not the
       powertrain, such as the wheel end on a wishbone mount [kg]; None for a powertrain mount.
     - `body_mass_tolerance`: half width of the body mass [kg].
-    - raises InputError: unknown axes, not one position per piece, or a body mass that is no mass.
+    - raises InputError: unknown axes.
     """
 
     name: str
@@ -46,18 +45,6 @@ class Mount:
         unknown = [axis for axis in self.transfer_axes if axis not in AXES]
         if unknown:
             raise InputError(f"mount {self.name}: unknown axes {unknown}, use {list(AXES)}")
-        if len(self.positions) != len(self.pieces):
-            raise InputError(
-                f"mount {self.name}: {len(self.positions)} positions for {len(self.pieces)} pieces"
-            )
-        tolerance = self.body_mass_tolerance
-        if self.body_mass is None and tolerance != 0.0:
-            raise InputError(f"mount {self.name}: a body mass tolerance without a body mass")
-        if self.body_mass is not None and not 0.0 <= tolerance < self.body_mass < math.inf:
-            raise InputError(
-                f"mount {self.name}: a body of {self.body_mass} ± {tolerance} kg: give a mass "
-                "above 0 and a smaller tolerance of at least 0"
-            )
 
     @property
     def variables(self) -> tuple[str, ...]:

@@ -205,6 +205,13 @@ def _body_maps(chain: AlignmentEstimate, record: BodyRecord) -> list[OperatingMa
             s, f = displacement[repeats, column], force[repeats, column]
             s_noise, f_noise = displacement_noise[first, column], force_noise[first, column]
             mean, s_error = s.mean(axis=1), s_noise / np.sqrt(n_repeats)
+            noisy = np.all((f_noise > 0) & (s_noise > 0))
+            # the coherence that the noise allows, or the measured one of repeats
+            moved, pushed = (np.mean(np.abs(values) ** 2, axis=1) for values in (s, f))
+            confidence = 1 / ((1 + s_noise**2 / moved) * (1 + f_noise**2 / pushed))
+            if n_repeats > 1:
+                common = np.abs(np.mean(f * s.conj(), axis=1)) ** 2 / (moved * pushed)
+                confidence = np.minimum(confidence, common)
             maps.append(
                 OperatingMap(
                     mount=point.mount,
@@ -217,37 +224,11 @@ def _body_maps(chain: AlignmentEstimate, record: BodyRecord) -> list[OperatingMa
                     force=f.mean(axis=1),
                     displacement_noise=s_error,
                     force_noise=f_noise / np.sqrt(n_repeats),
-                    stiffness=_stiffness(f, s, f_noise, s_noise),
-                    confidence=_confidence(f, s, f_noise, s_noise),
+                    stiffness=stiffness_hv(f, s, f_noise / s_noise)
+                    if noisy
+                    else stiffness_h1(f, s),
+                    confidence=confidence,
                     near_floor=np.abs(mean) < FLOOR_FACTOR * s_error,
                 )
             )
     return maps
-
-
-def _stiffness(
-    force: ComplexArray,
-    displacement: ComplexArray,
-    force_noise: RealArray,
-    displacement_noise: RealArray,
-) -> ComplexArray:
-    """Stiffness over the repeats (n, n_repeat), by the stated noise of both."""
-    if np.all((force_noise > 0) & (displacement_noise > 0)):
-        return stiffness_hv(force, displacement, force_noise / displacement_noise)
-    return stiffness_h1(force, displacement)
-
-
-def _confidence(
-    force: ComplexArray,
-    displacement: ComplexArray,
-    force_noise: RealArray,
-    displacement_noise: RealArray,
-) -> RealArray:
-    """Coherence that the noise allows, ``1/((1 + σ_s²/|s|²)(1 + σ_f²/|f|²))``, or the measured."""
-    moved = np.mean(np.abs(displacement) ** 2, axis=1)
-    pushed = np.mean(np.abs(force) ** 2, axis=1)
-    expected = 1 / ((1 + displacement_noise**2 / moved) * (1 + force_noise**2 / pushed))
-    if force.shape[1] == 1:
-        return np.asarray(expected)
-    common = np.abs(np.mean(force * displacement.conj(), axis=1)) ** 2 / (moved * pushed)
-    return np.asarray(np.minimum(expected, common))

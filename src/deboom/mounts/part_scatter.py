@@ -37,13 +37,6 @@ class ScatterPrior:
     sigma: float = 0.05
     weight: float = 4.0
 
-    def __post_init__(self) -> None:
-        if not (0.0 < self.sigma < np.inf and 0.0 < self.weight < np.inf):
-            raise InputError(
-                f"a prior scatter of {self.sigma:g} with the weight {self.weight:g}: give both "
-                "above 0"
-            )
-
 
 DEFAULT_PRIOR = ScatterPrior()
 

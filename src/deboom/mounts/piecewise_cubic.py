@@ -358,11 +358,9 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
             return _given_points(self.split, position)
         segments = _Segments(self._entered(X), y, weight)
         if self.pieces == "cv":
-            if groups is not None:
-                fold = np.unique(groups, return_inverse=True)[1] % FOLDS
-            else:
-                fold = np.empty(len(position), dtype=int)
-                fold[np.argsort(position, kind="stable")] = np.arange(len(position)) % FOLDS
+            ranks = np.argsort(np.argsort(position, kind="stable"))
+            labels = ranks if groups is None else groups
+            fold = np.unique(labels, return_inverse=True)[1] % FOLDS
             return self._cross_validated_splits(X, y, weight, fold, segments)
         return _least_squares_splits(segments, int(self.pieces))[-1]
 

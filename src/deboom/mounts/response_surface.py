@@ -10,6 +10,7 @@ from __future__ import annotations
 import warnings
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple, Self
 
 import numpy as np
@@ -98,13 +99,8 @@ class StiffnessSamples:
 
     def select(self, lines: BoolArray | slice) -> StiffnessSamples:
         """Return some of the lines."""
-        return StiffnessSamples(
-            self.preload[lines],
-            self.displacement[lines],
-            self.frequency[lines],
-            self.stiffness[lines],
-            None if self.run is None else self.run[lines],
-        )
+        columns = {name: column for name, column in vars(self).items() if column is not None}
+        return replace(self, **{name: column[lines] for name, column in columns.items()})
 
 
 def r_squared(measured: npt.ArrayLike, modelled: npt.ArrayLike) -> float:

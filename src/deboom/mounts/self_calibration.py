@@ -44,8 +44,7 @@ class FreeBody:
     deviations of mass [kg], of moments of inertia relative to ``√(J_ii J_jj)`` [1] and of the
     centre of gravity per axis [m]. `excited` are the loads ``fx`` … ``mz`` of unknown amplitude
     that act besides the mounts, ``("my",)`` for a three-cylinder engine across the car; their
-    direction is uncertain by `excitation_deviation` per axis [rad]. InputError: an unknown load, or
-    all six.
+    direction is uncertain by `excitation_deviation` per axis [rad].
     """
 
     mass_matrix: RealArray
@@ -54,13 +53,6 @@ class FreeBody:
     centre_deviation: float
     excited: tuple[str, ...]
     excitation_deviation: float
-
-    def __post_init__(self) -> None:
-        unknown = [name for name in self.excited if name not in RIGID_LOADS]
-        if unknown or not self.balanced:
-            raise InputError(
-                f"excited loads {list(self.excited)}: use some, but not all, of {list(RIGID_LOADS)}"
-            )
 
     @property
     def balanced(self) -> tuple[int, ...]:

@@ -81,21 +81,21 @@ def surface_forces(
     ``f = K(T_w, |s|, ω) s`` at every line and for every piece, with the motion s as measured:
     thesis, eq. 30 and 32. All pieces of a mount share its surface.
     """
+    surfaces = identified_surfaces(mounts)
     by_channel = _directions_of_channels(load_case, mounts)
     columns, sources = [], []
     for column, channel in enumerate(load_case.force.channels):
         mount, axis = by_channel[channel]
         force = load_case.force.values[:, column]
         n_measured, reason = force.size, ""
-        direction = mount.find(axis)
-        if direction is None:
+        direction, surface = mount.find(axis), surfaces.get(f"{mount.mount.name} {axis}")
+        if surface is not None:
+            where = f"channel '{channel}', direction {axis} of {mount.identity}"
+            force, n_measured = _force(load_case, column, surface, where, outside)
+        elif direction is None:
             reason = "not characterised"
-        elif direction.surface is None:
-            reason = "no surface"
-        elif not direction.quality.identified:
-            reason = "not identified"
         else:
-            force, n_measured = _force(load_case, column, direction.surface, mount, axis, outside)
+            reason = "no surface" if direction.surface is None else "not identified"
         columns.append(force)
         sources.append(ForceSource(channel, reason, n_measured, force.size))
     spectrum = load_case.force
@@ -108,22 +108,19 @@ def _directions_of_channels(
     load_case: LoadCase, mounts: Sequence[CharacterisedMount]
 ) -> dict[str, tuple[CharacterisedMount, str]]:
     """Find mount and axis of every channel; each mount must have a channel."""
-    by_channel: dict[str, tuple[CharacterisedMount, str]] = {}
+    by_channel = {
+        channel: (mount, axis)
+        for mount in mounts
+        for axis in AXES
+        for channel in mount.mount.channels(axis)
+        if channel in load_case.force.channels
+    }
     for mount in mounts:
-        if mount.mount.name in {other.mount.name for other, _ in by_channel.values()}:
-            raise InputError(f"two characterised mounts are {mount.mount.name}: keep one of them")
-        channels = {
-            name: (mount, axis)
-            for axis in AXES
-            for name in mount.mount.channels(axis)
-            if name in load_case.force.channels
-        }
-        if not channels:
+        if not any(mount is other for other, _ in by_channel.values()):
             raise InputError(
                 f"load case {load_case.name}: {mount.identity} has no channel in it; pieces and "
                 "names of mounts must be the same in both"
             )
-        by_channel |= channels
     missing = [name for name in load_case.force.channels if name not in by_channel]
     if missing:
         known = ", ".join(mount.mount.name for mount in mounts) or "none at all"
@@ -135,21 +132,10 @@ def _directions_of_channels(
 
 
 def _force(
-    load_case: LoadCase,
-    column: int,
-    surface: DynamicStiffnessSurface,
-    mount: CharacterisedMount,
-    axis: str,
-    outside: Outside,
+    load_case: LoadCase, column: int, surface: DynamicStiffnessSurface, where: str, outside: Outside
 ) -> tuple[ComplexArray, int]:
     """Force of one channel [N], and how many of its lines keep the measured one."""
-    channel, frequency = load_case.force.channels[column], load_case.displacement.frequency
-    where = f"load case {load_case.name}, channel '{channel}', direction {axis} of {mount.identity}"
-    if surface.preload_unit != "N m":
-        raise InputError(
-            f"{where}: its surface is over static force, which a load case does not carry: "
-            "characterise the mount over wheel torque"
-        )
+    frequency = load_case.displacement.frequency
     displacement = load_case.displacement.values[:, column]
     points = operating_points(load_case.wheel_torque, np.abs(displacement), frequency)
     inside = surface.supported(points)
@@ -157,12 +143,39 @@ def _force(
     if n_outside and outside is Outside.REFUSE:
         lines = frequency[~inside]
         raise InputError(
-            f"{where}: {n_outside} of {inside.size} lines, from {lines[0]:g} to {lines[-1]:g} Hz, "
-            "lie outside of the region that the mount was measured in: characterise it with runs "
-            "of that torque and amplitude, or keep the measured force at these lines"
+            f"load case {load_case.name}, {where}: {n_outside} of {inside.size} lines, from "
+            f"{lines[0]:g} to {lines[-1]:g} Hz, lie outside of the region that the mount was "
+            "measured in: characterise it with runs of that torque and amplitude, or keep the "
+            "measured force at these lines"
         )
     force = surface.predict(points, extrapolate=True) * displacement
     return np.where(inside, force, load_case.force.values[:, column]), n_outside
+
+
+def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, DynamicStiffnessSurface]:
+    """Return the surfaces over wheel torque of the directions that were identified.
+
+    - `parts`: parts from the mount library.
+    - returns: surfaces by ``<mount> <axis>``.
+    - raises InputError: a surface over static force, which a load case does not carry; a mount
+      twice.
+    """
+    surfaces: dict[str, DynamicStiffnessSurface] = {}
+    for part in parts:
+        for direction in part.directions:
+            if direction.surface is None or not direction.quality.identified:
+                continue
+            name = f"{part.mount.name} {direction.axis}"
+            surface = direction.surface
+            if surface.preload_unit != "N m":
+                raise InputError(
+                    f"{part.identity}, direction {direction.axis}: its surface is over static "
+                    "force, which a load case does not carry: characterise it over wheel torque"
+                )
+            if name in surfaces:
+                raise InputError(f"two characterised mounts are {part.mount.name}: keep one")
+            surfaces[name] = surface
+    return surfaces
 
 
 def main_axis(mount: CharacterisedMount) -> str:

@@ -6,16 +6,16 @@ compiled.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, derivatives
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import PartRatio, backed_range, part_ratio
@@ -132,8 +132,7 @@ class AmplitudeMotion(CoupledMotion):
         return np.stack([derivatives(levels, row, GRADIENT_STEP).T for row in designs])
 
 
-@dataclass(frozen=True, eq=False)
-class AmplitudeSolution:
+class AmplitudeSolution(NamedTuple):
     """Motion of designs at all lines.
 
     - `ratio` (n, f, s): amplitude over the nominal one [1].
@@ -175,12 +174,8 @@ def solve_along_lines(motion: AmplitudeMotion, designs: RealArray) -> AmplitudeS
         start = solution.ratio * np.clip(solution.ratio / before, LEAST_STEP, MOST_STEP)
         before = solution.ratio
         solutions.append(solution)
-    return AmplitudeSolution(
-        *(
-            np.concatenate([getattr(solution, name) for solution in solutions], axis=1)
-            for name in ("ratio", "displacement", "stiffness", "sweeps")
-        )
-    )
+    lines = zip(*solutions, strict=True)
+    return AmplitudeSolution(*(np.concatenate(of_line, axis=1) for of_line in lines))
 
 
 def _fixed_point(
@@ -224,32 +219,6 @@ def _secant(step: RealArray, last: RealArray, taken: RealArray) -> RealArray:
         gain = np.where(slope < 0.0, -1.0 / slope, MOST_GAIN)
     gain = np.where(np.isnan(slope), 1.0, np.clip(gain, LEAST_GAIN, MOST_GAIN))
     return np.clip(gain * step, -LONGEST_STEP, LONGEST_STEP)
-
-
-def identified_surfaces(parts: Sequence[CharacterisedMount]) -> dict[str, DynamicStiffnessSurface]:
-    """Return the surfaces over wheel torque of the directions that were identified.
-
-    - `parts`: parts from the mount library.
-    - returns: surfaces by ``<mount> <axis>``.
-    - raises InputError: a surface over static force, which a load case does not carry; a mount
-      twice.
-    """
-    surfaces: dict[str, DynamicStiffnessSurface] = {}
-    for part in parts:
-        for direction in part.directions:
-            if direction.surface is None or not direction.quality.identified:
-                continue
-            name = f"{part.mount.name} {direction.axis}"
-            surface = direction.surface
-            if surface.preload_unit != "N m":
-                raise InputError(
-                    f"{part.identity}, direction {direction.axis}: its surface is over static "
-                    "force, which a load case does not carry: characterise it over wheel torque"
-                )
-            if name in surfaces:
-                raise InputError(f"two characterised mounts are {part.mount.name}: keep one")
-            surfaces[name] = surface
-    return surfaces
 
 
 def amplitude_motion(

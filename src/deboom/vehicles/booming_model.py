@@ -15,11 +15,11 @@ from deboom.explore.space import DesignSpace, checked_designs, stiffness_factor_
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
+from deboom.mounts.surface_forces import identified_surfaces
 from deboom.physics import sound_level, transfer_path
 from deboom.vehicles.amplitude_motion import (
     AmplitudeMotion,
     amplitude_motion,
-    identified_surfaces,
     solve_along_lines,
 )
 from deboom.vehicles.coupled_motion import coupled_motion

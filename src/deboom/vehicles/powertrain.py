@@ -30,8 +30,6 @@ class Powertrain:
     - `mass_tolerance`: half width [kg].
     - `inertia_tolerance`: half width of entry ij relative to ``√(J_ii J_jj)`` [1].
     - `centre_tolerance`: half width per axis [m].
-    - raises InputError: a mass that is not positive, an inertia that is not symmetric and positive
-      definite, a negative tolerance.
     """
 
     mass: float
@@ -40,18 +38,6 @@ class Powertrain:
     mass_tolerance: float = 0.0
     inertia_tolerance: float = 0.0
     centre_tolerance: float = 0.0
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.mass < np.inf:
-            raise InputError(f"powertrain: a mass of {self.mass} kg: give more than 0 kg")
-        symmetric = np.array_equal(self.inertia, self.inertia.T)
-        if not symmetric or np.linalg.eigvalsh(self.inertia)[0] <= 0:
-            raise InputError(
-                f"powertrain: inertia {self.inertia.tolist()} is not symmetric and positive "
-                "definite: check its entries"
-            )
-        if min(self.mass_tolerance, self.inertia_tolerance, self.centre_tolerance) < 0:
-            raise InputError("powertrain: a tolerance is negative: give its half width")
 
     @property
     def mass_matrix(self) -> RealArray:

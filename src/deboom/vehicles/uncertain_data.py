@@ -20,7 +20,7 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
 from deboom.mounts.mount import AXES
 from deboom.vehicles.fleet import Band, Fleet, lines_inside
@@ -237,10 +237,10 @@ class UncertainData:
     """Vehicles and load cases with the sources of their errors.
 
     - `fleet`: vehicles as measured; every vehicle with the same paths.
-    - `load_cases`: load cases as measured, with the same channels and lines.
+    - `load_cases`: load cases as measured, at least one, with the same channels and lines.
     - `sources`: sources independent of each other, each with a name of its own.
     - `band` (lower, upper): lines that are kept, both edges included [Hz].
-    - raises InputError: no load case; lines, paths or channels that differ; a doubled source.
+    - raises InputError: lines, paths or channels that differ.
     """
 
     fleet: Fleet
@@ -249,9 +249,6 @@ class UncertainData:
     band: Band
 
     def __post_init__(self) -> None:
-        refuse_doubled(self.names, "source of uncertainty")
-        if not self.load_cases:
-            raise InputError("uncertain data without a load case: give at least one")
         first, transfers = self.load_cases[0].force, [v.noise_transfer for v in self.fleet.vehicles]
         differing = [
             (case.name, case.force.channels != first.channels, case.force.frequency)
@@ -282,11 +279,7 @@ class UncertainData:
         - `seed`: seed, from 1.
         - `only`, optional: names of the sources that err; by default all. Their errors are those
           that they have among all.
-        - raises InputError: a seed below 1, a draw below 0, a source that does not exist.
         """
-        unknown = sorted(set(only or ()) - set(self.names))
-        if unknown:
-            raise InputError(f"no source of uncertainty {unknown}: use {list(self.names)}")
         data = self._arrays
         for source in self.sources:
             if only is None or source.name in only:
@@ -345,13 +338,10 @@ def smooth_basis(frequency: RealArray, length: float) -> RealArray:
     - `length`: correlation length, above 0 [Hz].
     - returns (f, n): ``B``: the error ``B z`` of standard normals z has the correlation
       ``exp(-(Δf/length)²/2)`` between lines.
-    - raises InputError: a length that is not positive and finite.
 
     Karhunen-Loève expansion on the lines: the eigenvectors of the correlation matrix times the
     roots of their eigenvalues, without those that carry no variance.
     """
-    if not (np.isfinite(length) and length > 0):
-        raise InputError(f"a correlation length of {length} Hz: give one above 0")
     distance = (frequency[:, np.newaxis] - frequency) / length
     values, vectors = np.linalg.eigh(np.exp(-(distance**2) / 2.0))
     kept = values > SMALLEST_SHARE * frequency.size
@@ -359,14 +349,7 @@ def smooth_basis(frequency: RealArray, length: float) -> RealArray:
 
 
 def own_generator(source: UncertaintySource, seed: int, draw: int) -> np.random.Generator:
-    """Return the generator of one draw of a source; no other source changes it.
-
-    - raises InputError: a seed below 1, a draw below 0.
-    """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    if draw < 0:
-        raise InputError(f"draw {draw} is refused: draws count from 0")
+    """Return the generator of one draw of a source; no other source changes it."""
     return np.random.default_rng([seed, zlib.crc32(source.name.encode()), draw])
 
 

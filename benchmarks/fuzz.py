@@ -221,12 +221,10 @@ def _read_time_data(folder: Path) -> None:
 
 
 def _compressor_model(folder: Path) -> None:
-    from compressor_samples import identified
-
-    from deboom.files.compressor_model import write_compressor_model
+    from test_files_compressor_model import DOCUMENT
 
     folder.mkdir()
-    write_compressor_model(folder / "a.json", identified())
+    (folder / "a.json").write_text(json.dumps(DOCUMENT), encoding="utf-8")
 
 
 def _delivery(folder: Path) -> None:
@@ -292,7 +290,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "time data": (_time_data, _read_time_data),
     "compressor model": (
         _compressor_model,
-        reader("files.compressor_model:read_compressor_model", "a.json"),
+        reader("files.compressor_model:read_fitted_bands", "a.json"),
     ),
     "delivery": (_delivery, command("accept", "@/box.json", "@/parts.csv", "--out", "@.out")),
     "programme": (

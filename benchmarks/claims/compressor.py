@@ -62,7 +62,6 @@ from deboom.compressor.acceptance import (
 from deboom.compressor.identify import (
     Identification,
     IdentifyOptions,
-    identified_compressor,
     identify,
 )
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
@@ -342,14 +341,13 @@ def _judged(
     found: Unbalance, struck: Identification, true: UnbalanceTruth, truth: CompressorTruth
 ) -> Figures:
     """Decisions with each limit on its true value, and guard bands over value [%]."""
-    kept = identified_compressor(struck, ((10.0, 150.0),), {})
     rows = [
         (STATIC, unbalance_characteristic(found, STATIC), abs(true.static)),
         (DYNAMIC, unbalance_characteristic(found, DYNAMIC), abs(true.dynamic)),
     ]
     for place, direction in enumerate(AXES):
         limit = StiffnessLimit(direction, STIFFNESS_BAND, Bounds(at_most=1.0))
-        measured = stiffness_characteristic(kept, limit)
+        measured = stiffness_characteristic(struck, limit)
         size = np.abs(truth.model.gain.at(measured.lines)) * truth.model.stiffness[place, place]
         rows.append(("stiffness", measured, size))
     figures: Figures = {"unbalance verdicts": [], "stiffness verdicts": []}

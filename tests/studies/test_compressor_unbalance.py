@@ -11,7 +11,6 @@ from typer.testing import CliRunner
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.cli import app
-from deboom.files.compressor_model import read_compressor_model
 from deboom.files.operating_test import (
     OPERATING_TEST_FILE,
     OperatingTestFile,
@@ -73,7 +72,7 @@ def test_tables_and_page_agree(finished):
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "Routes compared" in page
     assert f"{found['amplitude']:.2f} g mm" in page
-    assert read_compressor_model(finished / "compressor_model.json").model.mass > 0
+    assert (finished / "compressor_model.json").is_file()
 
 
 def test_a_model_of_another_hammer_test_is_refused(finished, part, tmp_path):

@@ -1,64 +1,37 @@
-"""The file of an identified compressor: written, read back, refused."""
+"""The file of an identified compressor: what is read back of it, and what is refused."""
 
 import json
 
-import numpy as np
 import pytest
-from compressor_samples import identified
 
 from deboom.errors import InputError
-from deboom.files.compressor_model import read_compressor_model, write_compressor_model
+from deboom.files.compressor_model import FORMAT, VERSION, read_fitted_bands
 
-
-def test_read_gives_back_what_was_written(tmp_path):
-    path = tmp_path / "compressor_model.json"
-    kept = identified(alarms=("look at the hoses",))
-    write_compressor_model(path, kept)
-    assert [entry.name for entry in tmp_path.iterdir()] == [path.name]
-    read = read_compressor_model(path)
-    for name in ("values", "covariance", "response", "excitation", "placement_errors"):
-        np.testing.assert_array_equal(getattr(read, name), getattr(kept, name))
-    for name in ("name", "length", "channels", "impacts", "bands", "alarms", "inputs_sha256"):
-        assert getattr(read, name) == getattr(kept, name)
-    lines = np.array([10.0, 100.0])
-    np.testing.assert_array_equal(read.model.inertance(lines), kept.model.inertance(lines))
-
-
-def _changed(**changes):
-    def change(document):
-        document.update(changes)
-
-    return change
+DOCUMENT = {
+    "format": FORMAT,
+    "version": VERSION,
+    "bands_hz": [[10, 30], [100, 150]],
+    "inputs_sha256": {"frf.uff": "00ff"},
+}
 
 
 @pytest.mark.parametrize(
-    ("change", "words"),
+    ("changes", "words"),
     [
-        (_changed(version=2), "version 2"),
-        (_changed(format="something else"), "no identified compressor"),
-        (lambda document: document.pop("gain"), "lacks the entry 'gain'"),
-        (_changed(mass_kg="heavy"), "wrong kind"),
-        (_changed(mass_kg=-1.0), "must be positive"),
+        ({"version": 2}, "version 2"),
+        ({"format": "something else"}, "no identified compressor"),
+        ({"bands_hz": None}, "lacks bands or hashes"),
+        ({"bands_hz": [["low", 30]]}, "lacks bands or hashes"),
+        ({"inputs_sha256": []}, "lacks bands or hashes"),
+        ({}, ""),
     ],
 )
-def test_another_file_is_refused(change, words, tmp_path):
+def test_bands_and_hashes_are_read_or_refused(changes, words, tmp_path):
     path = tmp_path / "compressor_model.json"
-    write_compressor_model(path, identified())
-    document = json.loads(path.read_text(encoding="utf-8"))
-    change(document)
-    path.write_text(json.dumps(document), encoding="utf-8")
+    path.write_text(json.dumps(DOCUMENT | changes), encoding="utf-8")
+    if not words:
+        bands = ((10.0, 30.0), (100.0, 150.0))
+        assert read_fitted_bands(path) == (bands, {"frf.uff": "00ff"})
+        return
     with pytest.raises(InputError, match=words):
-        read_compressor_model(path)
-
-
-def test_no_file_and_no_json(tmp_path):
-    with pytest.raises(InputError, match="cannot be read"):
-        read_compressor_model(tmp_path / "nothing.json")
-    (tmp_path / "text.json").write_text("mass 7.2", encoding="utf-8")
-    with pytest.raises(InputError, match="not JSON"):
-        read_compressor_model(tmp_path / "text.json")
-
-
-def test_shapes_must_fit():
-    with pytest.raises(InputError, match="covariance"):
-        identified(covariance=np.eye(3))
+        read_fitted_bands(path)

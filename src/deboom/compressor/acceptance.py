@@ -11,10 +11,9 @@ import numpy as np
 from scipy.special import ndtri
 
 from deboom.arrays import AXES, RealArray, checked
-from deboom.compressor.identifiability import propagated_from
-from deboom.compressor.identify import ALARM, IdentifiedCompressor
+from deboom.compressor.identifiability import propagated
+from deboom.compressor.identify import ALARM, Identification
 from deboom.compressor.model import CompressorModel
-from deboom.compressor.parameters import MinimalParameters
 from deboom.compressor.unbalance import Unbalance
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseState
@@ -237,13 +236,11 @@ class ComponentLimits:
     stiffness: tuple[StiffnessLimit, ...] = ()
 
 
-def component_verdicts(
-    found: Unbalance, kept: IdentifiedCompressor, limits: ComponentLimits
-) -> tuple[Verdict, ...]:
+def component_verdicts(found: Unbalance, limits: ComponentLimits) -> tuple[Verdict, ...]:
     """Judge every limit of a compressor.
 
-    - `found`: result whose chosen route's fit over all sweeps is judged.
-    - `kept`: result of the hammer test, whose stiffness is that of the mounts as struck.
+    - `found`: result whose chosen route's fit over all sweeps is judged, and of whose hammer test
+      the stiffness, that of the mounts as struck.
     - `limits`: what must be kept.
     - returns: verdicts in the order of the file: static, dynamic, then each stiffness.
     """
@@ -253,31 +250,31 @@ def component_verdicts(
         if bounds is not None
     ]
     verdicts += [
-        judge(stiffness_characteristic(kept, limit), limit.bounds, limits.risk)
+        judge(stiffness_characteristic(found.identification, limit), limit.bounds, limits.risk)
         for limit in limits.stiffness
     ]
     return tuple(verdicts)
 
 
-def stiffness_characteristic(kept: IdentifiedCompressor, limit: StiffnessLimit) -> Characteristic:
+def stiffness_characteristic(found: Identification, limit: StiffnessLimit) -> Characteristic:
     """Read the dynamic stiffness of one direction off an identified compressor.
 
     Returns ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted
     where the model has an alarm, or no line was fitted below or above the band.
     """
     place, lines = AXES.index(limit.direction), limit.lines
-    parameters = MinimalParameters(kept.length, reference_frequency=kept.reference_frequency)
+    known = found.calibrated
 
     def size(model: CompressorModel) -> RealArray:
         return np.asarray(np.abs(model.gain.at(lines)) * model.stiffness[place, place])
 
-    covariance = propagated_from(parameters.model, kept.values, kept.covariance, size)
+    covariance = propagated(known, size)
     return Characteristic(
         limit.name,
-        size(kept.model),
+        size(known.model),
         np.sqrt(np.diag(covariance)),
         lines,
-        doubt=_stiffness_doubt(kept, limit),
+        doubt=_stiffness_doubt(found, limit),
     )
 
 
@@ -302,11 +299,12 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
     )
 
 
-def _stiffness_doubt(kept: IdentifiedCompressor, limit: StiffnessLimit) -> str:
+def _stiffness_doubt(found: Identification, limit: StiffnessLimit) -> str:
     """Say why the identified stiffness proves nothing; empty where it does."""
-    if kept.alarms:
-        return f"the identified model is not to be trusted: {kept.alarms[0]}"
-    low, high = min(low for low, _ in kept.bands), max(high for _, high in kept.bands)
+    if found.alarms:
+        return f"the identified model is not to be trusted: {found.alarms[0]}"
+    bands = found.options.bands
+    low, high = min(low for low, _ in bands), max(high for _, high in bands)
     if limit.band[0] < low or limit.band[1] > high:
         return (
             f"the hammer test was fitted in {low:g}–{high:g} Hz, which the limit leaves; strike "

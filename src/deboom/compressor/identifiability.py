@@ -180,7 +180,7 @@ def quantities(model: CompressorModel) -> Quantities:
 
 def quantity_deviations(found: SelfCalibration) -> RealArray:
     """Propagate the posterior to the standard deviations of `quantities`, shape (n,)."""
-    return np.sqrt(np.diag(_propagated(found, lambda model: quantities(model).values)))
+    return np.sqrt(np.diag(propagated(found, lambda model: quantities(model).values)))
 
 
 def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexArray:
@@ -196,34 +196,23 @@ def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexA
         values = model.gain.at(lines) / model.gain.real.at(REFERENCE_FREQUENCY)
         return np.concatenate([values.real, values.imag])
 
-    real, imaginary = np.split(np.sqrt(np.diag(_propagated(found, gain))), 2)
+    real, imaginary = np.split(np.sqrt(np.diag(propagated(found, gain))), 2)
     return np.asarray(real + 1j * imaginary)
 
 
-def propagated_from(
-    model: Callable[[RealArray], CompressorModel],
-    values: RealArray,
-    covariance: RealArray,
-    of: Callable[[CompressorModel], RealArray],
-) -> RealArray:
-    """Propagate the covariance of a model's parameters to any function of it, to first order.
+def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
+    """Propagate the posterior of the parameters to any function of the model, to first order.
 
-    `values` (n_parameters,): parameters; `covariance` (n_parameters, n_parameters): covariance of
-    the parameters. Returns (n, n) covariance of the function.
+    Returns (n, n) covariance of the function.
     """
 
     def function(rows: RealArray) -> RealArray:
-        return np.stack([of(model(row)) for row in rows])
+        return np.stack([of(found.parametrisation.model(row)) for row in rows])
 
+    covariance = found.parameter_covariance
     unit = np.sqrt(np.diag(covariance))
-    slopes = derivatives(function, values, _STEP * unit) * unit[:, np.newaxis]
+    slopes = derivatives(function, found.values, _STEP * unit) * unit[:, np.newaxis]
     return np.asarray(slopes.T @ (covariance / np.outer(unit, unit)) @ slopes)
-
-
-def _propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
-    """Covariance of any function of the calibrated model."""
-    model = found.parametrisation.model
-    return propagated_from(model, found.values, found.parameter_covariance, of)
 
 
 def _sparse_rows(null: RealArray) -> RealArray:

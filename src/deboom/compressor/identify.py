@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray
 from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
@@ -138,6 +138,7 @@ class Identification(Tabled):
     """
 
     test: InertanceTest
+    options: IdentifyOptions
     length: float
     quality: tuple[QualityCheck, ...]
     response: VirtualPoint
@@ -287,6 +288,7 @@ def identify(
         calibrated = with_misfit(calibrated, raw.select(marked), test, PRIOR)
     return Identification(
         test,
+        options,
         parametrisation.length,
         quality,
         response,
@@ -519,80 +521,3 @@ def modal_likeness(found: Identification) -> RealArray:
     measured = found.response.forward @ measured_modes.shapes
     identified = found.response.forward @ found.modes.shapes
     return mac(measured[:, :, np.newaxis], identified[:, np.newaxis, :])
-
-
-@checked(
-    parameter_names="p",
-    values="p",
-    covariance="p p",
-    channels="c",
-    response="c 6",
-    impacts="i",
-    excitation="i 6",
-    placement_names="e",
-    placement_errors="e",
-    placement_deviations="e",
-)
-class IdentifiedCompressor:
-    """An identified compressor, its uncertainty, and the placement that the test revealed.
-
-    `length`: characteristic length of the parameters [m]; `reference_frequency`: line at which the
-    real part of the gain is 1 [Hz]; `parameter_names`: names of `MinimalParameters`, in its order;
-    `values` (n,): parameters [1]; `covariance` (n, n): posterior, placement errors integrated out
-    [1]; `channels`: channels of the accelerometers; `response` (n_channel, 6): motion at the
-    virtual point → channels, as calibrated [1, m]; `impacts`: names of the impacts; `excitation`
-    (n_impact, 6): wrench at the virtual point per newton of the hammer, as calibrated [1, m];
-    `placement_names`: names of the placement errors; `placement_errors`, `placement_deviations`
-    (n_errors,): as found, and their posterior standard deviations [1, m, rad]; `reduced_chi`:
-    residuals over noise [1]; `alarms`: reasons not to trust it; empty where there are none.
-    InputError: shapes that do not fit together.
-    """
-
-    name: str
-    model: CompressorModel
-    length: float
-    reference_frequency: float
-    parameter_names: tuple[str, ...]
-    values: RealArray
-    covariance: RealArray
-    channels: tuple[str, ...]
-    response: RealArray
-    impacts: tuple[str, ...]
-    excitation: RealArray
-    placement_names: tuple[str, ...]
-    placement_errors: RealArray
-    placement_deviations: RealArray
-    reduced_chi: float
-    bands: tuple[tuple[float, float], ...]
-    alarms: tuple[str, ...]
-    inputs_sha256: Mapping[str, str]
-
-
-def identified_compressor(
-    found: Identification,
-    bands: tuple[tuple[float, float], ...],
-    inputs_sha256: Mapping[str, str],
-) -> IdentifiedCompressor:
-    """Keep what later work needs of an identification."""
-    calibrated = found.calibrated
-    n = calibrated.values.size
-    return IdentifiedCompressor(
-        name=found.test.name,
-        model=calibrated.model,
-        length=found.length,
-        reference_frequency=MinimalParameters(found.length).reference_frequency,
-        parameter_names=calibrated.parametrisation.names,
-        values=calibrated.values,
-        covariance=calibrated.parameter_covariance,
-        channels=found.test.frf.outputs,
-        response=calibrated.response_matrix,
-        impacts=found.test.frf.inputs,
-        excitation=calibrated.excitation_matrix,
-        placement_names=calibrated.placement.names,
-        placement_errors=calibrated.errors,
-        placement_deviations=np.sqrt(np.diag(calibrated.covariance)[n:]),
-        reduced_chi=calibrated.reduced_chi,
-        bands=bands,
-        alarms=found.alarms,
-        inputs_sha256=inputs_sha256,
-    )

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 import numpy.typing as npt
@@ -148,22 +148,11 @@ def mount_shares(
         raise InputError("a compressor on fewer than two mounts has nothing to share")
     per_mount = np.repeat([position, DRAWN_ANGLE, DRAWN_STIFFNESS], 3)
     any_mounts = np.diag([*np.tile(per_mount, len(drawn)), DRAWN_SCALE])
-    whiten = _whitening(found)
-    one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)), whiten)
-    identical = identical or one_part.probability >= SMALLEST_PROBABILITY
-    best = one_part if identical else _agreeing(found, drawn, any_mounts, whiten)
-    posterior = np.linalg.inv(best.slopes.T @ best.slopes + np.eye(best.slopes.shape[1]))
-    return MountShares(
-        drawn=best.drawn,
-        values=best.values,
-        by_test=best.numbers @ posterior @ best.slopes.T @ whiten,
-        by_drawing=best.numbers @ posterior,
-        covariance=best.numbers @ posterior @ best.numbers.T,
-        prior_deviations=np.sqrt(np.sum(best.numbers**2, axis=1)),
-        identical=identical,
-        identical_probability=one_part.probability,
-        probability=best.probability,
-    )
+    one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)))
+    if identical or one_part.probability >= SMALLEST_PROBABILITY:
+        return replace(one_part, identical=True)
+    probability = one_part.probability
+    return replace(_agreeing(found, drawn, any_mounts), identical_probability=probability)
 
 
 def _moved_mounts(
@@ -182,17 +171,6 @@ def _moved_mounts(
     )
 
 
-@dataclass(frozen=True, eq=False)
-class _Best:
-    """Mounts that agree best, and whitened derivatives there by standard normal numbers."""
-
-    drawn: tuple[CompressorMount, ...]
-    numbers: RealArray
-    values: RealArray
-    slopes: RealArray
-    probability: float
-
-
 def _whitening(found: Identification) -> RealArray:
     """Matrix that makes the error of the test's K_VP white, shape (20, 20)."""
     covariance = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
@@ -206,9 +184,9 @@ def _agreeing(
     found: Identification,
     drawn: tuple[CompressorMount, ...],
     numbers: RealArray,
-    whiten: RealArray,
-) -> _Best:
+) -> MountShares:
     """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
+    whiten = _whitening(found)
     basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
     wanted = found.calibrated.values[STIFFNESS_NUMBERS]
@@ -233,12 +211,19 @@ def _agreeing(
         return derivatives(residuals, z, STEP).T
 
     solved = least_squares(residuals, np.zeros(numbers.shape[1]), jac=jacobian)
-    return _Best(
-        drawn,
-        numbers,
-        numbers @ solved.x,
-        np.asarray(solved.jac)[:N_STIFFNESS],
-        float(chi2.sf(2 * solved.cost, N_STIFFNESS)),
+    slopes = np.asarray(solved.jac)[:N_STIFFNESS]
+    posterior = np.linalg.inv(slopes.T @ slopes + np.eye(slopes.shape[1]))
+    probability = float(chi2.sf(2 * solved.cost, N_STIFFNESS))
+    return MountShares(
+        drawn=drawn,
+        values=numbers @ solved.x,
+        by_test=numbers @ posterior @ slopes.T @ whiten,
+        by_drawing=numbers @ posterior,
+        covariance=numbers @ posterior @ numbers.T,
+        prior_deviations=np.sqrt(np.sum(numbers**2, axis=1)),
+        identical=False,
+        identical_probability=probability,
+        probability=probability,
     )
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
 
@@ -104,6 +104,17 @@ class Sources:
     remaining_chi: float
     residual_bands: tuple[ResidualBand, ...]
 
+    @property
+    def estimates(self) -> dict[str, Estimate]:
+        """Both unbalances and the gas forces of each pressure by their names."""
+        named = {"static unbalance": self.static, "dynamic unbalance": self.dynamic}
+        for gas in self.gas:
+            case = case_name(gas.pressure)
+            named[f"axial gas force, {case}"] = gas.axial
+            named[f"gas moment, {case}"] = gas.moment
+            named[f"rotating gas force, {case}"] = gas.rotating
+        return named
+
 
 def sources(
     fit: SourceFit, loads: Sequence[OperatingLoad], length: float, confidence: float
@@ -200,17 +211,6 @@ def _residual_band(
 
 
 @dataclass(frozen=True, eq=False)
-class Distrust:
-    """Why some lines cannot be trusted.
-
-    `lines` (n_frequency,): lines in question; `text`: the reason, in words.
-    """
-
-    lines: BoolArray
-    text: str
-
-
-@dataclass(frozen=True, eq=False)
 class Band:
     """A complex number over speed and how well it is known.
 
@@ -240,7 +240,7 @@ class UnbalanceCurve:
     """Static [kg m] or dynamic [kg m²] unbalance over speed.
 
     `frequency` (n_frequency,): frequency of the rotation [Hz]; `trusted` (n_frequency,): lines that
-    can be trusted.
+    can be trusted; `reasons`: why others cannot, in words → lines (n_frequency,).
     """
 
     frequency: RealArray
@@ -248,7 +248,7 @@ class UnbalanceCurve:
     from_z: Band
     both: Band
     trusted: BoolArray
-    reasons: tuple[Distrust, ...]
+    reasons: Mapping[str, BoolArray]
 
     @property
     def mean(self) -> ComplexArray:
@@ -356,19 +356,16 @@ def unbalance_curve(
     both = uncertainty.band(share[:, np.newaxis] * from_y + (1 - share)[:, np.newaxis] * from_z)
     wide = (both.relative > LARGEST_UNCERTAINTY) & ~unexplained
     cause = np.argmax([both.mounts, both.placement, both.noise], axis=0)
-    reasons = []
+    reasons = {}
     for number, words in enumerate(_CAUSES):
         lines = wide & (cause == number)
         if lines.any():
             worst = float(np.max(both.relative[lines]))
-            text = f"{_where(frequency, lines)}: up to ±{worst:.0%}, {words}"
-            reasons.append(Distrust(lines, text))
+            reasons[f"{_where(frequency, lines)}: up to ±{worst:.0%}, {words}"] = lines
     if unexplained.any():
         text = f"{_where(frequency, unexplained)}: the load is not that of a rotor, gas and mounts"
-        reasons.append(Distrust(unexplained, f"{text}: look for hoses and loose parts"))
-    return UnbalanceCurve(
-        frequency, bands[0], bands[1], both, ~(wide | unexplained), tuple(reasons)
-    )
+        reasons[f"{text}: look for hoses and loose parts"] = unexplained
+    return UnbalanceCurve(frequency, bands[0], bands[1], both, ~(wide | unexplained), reasons)
 
 
 def unexplained_lines(whitened: ComplexArray) -> BoolArray:

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
 from deboom.compressor.identify import ALARM, Identification, calibration_of
 from deboom.compressor.model import ModalTable
@@ -42,14 +42,12 @@ from deboom.compressor.sources import (
     ResidualBand,
     Sources,
     UnbalanceCurve,
-    case_name,
     sources,
     unbalance_curve,
     unexplained_lines,
 )
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
-from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import HoseState, OperatingSweep, OperatingTest
 from deboom.tabled import Tabled
 
@@ -77,8 +75,6 @@ class UnbalanceOptions:
     - `expected_sense`: sense of rotation on the data sheet.
     - `band` (float, float): lines of the global fit [Hz].
     - `confidence`: confidence of all bands and intervals [1].
-    - `by_stroke`: whether a route with update may let each mount soften with its own stroke; see
-      `unbalance`.
     - raises InputError: a confidence outside 0 to 1.
     """
 
@@ -94,7 +90,6 @@ class UnbalanceOptions:
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
     confidence: float = 0.95
-    by_stroke: bool = True
 
     def __post_init__(self) -> None:
         if not 0 < self.confidence < 1:
@@ -164,11 +159,7 @@ class Unbalance(Tabled):
     @property
     def table(self) -> pd.DataFrame:
         """Amplitudes of the chosen route's unbalances and gas forces, with their intervals."""
-        known = self.chosen.sources
-        estimates = {"static unbalance": known.static, "dynamic unbalance": known.dynamic}
-        for gas in known.gas:
-            for part in ("axial", "moment", "rotating"):
-                estimates[f"{part} gas load, {case_name(gas.pressure)}"] = getattr(gas, part)
+        estimates = self.chosen.sources.estimates
         return pd.DataFrame(
             {
                 "source": list(estimates),
@@ -310,7 +301,7 @@ def unbalance(
         solve = partial(fit_source, model, loads, sense.sense, band=options.band)
         factor = solve(route.update or state_law)
         fit = factor
-        if route.update is not None and options.by_stroke and factor.mismatch > 0:
+        if route.update is not None and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
             by_stroke = softening_mounts(identification)
             if by_stroke is not None:
@@ -336,13 +327,23 @@ def unbalance(
         common, resolved, state_law, identification.calibrated.model.gain, frequency
     )
     result = next(result for result in results if result.route == options.chosen)
-    hoses = _hoses_in_sweeps(used, test, identification, sense.sense)
+    sought = [
+        hoses_in_sweep(
+            sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia, sense=sense.sense
+        )
+        for sweep in used
+        if test.hoses and sweep.hoses is not HoseState.STANDARD
+    ]
+    hoses = tuple(presence for presence in sought if presence is not None)
     shown = [hose.statement for hose in hoses if hose.visible]
     alarms = [*identification.alarms]
     alarms += shown or load_alarms(used, result.sources, result.fit.mismatch, state)
-    alarms += _unsettled_alarms(
-        result.route.letter for result in results if not result.fit.converged
-    )
+    unsettled = [result.route.letter for result in results if not result.fit.converged]
+    if unsettled:
+        alarms.append(
+            f"The fit over all sweeps did not settle by route {', '.join(unsettled)}: its numbers "
+            "and intervals are not to be trusted."
+        )
     return Unbalance(
         test,
         identification,
@@ -355,25 +356,6 @@ def unbalance(
         tuple(notices),
         hoses,
     )
-
-
-def _hoses_in_sweeps(
-    sweeps: Sequence[OperatingSweep],
-    test: OperatingTest,
-    identification: Identification,
-    sense: RotationSense,
-) -> tuple[HosePresence, ...]:
-    """Search for the drawn hoses in the sweeps that are said to be without them."""
-    if not test.hoses:
-        return ()
-    presences = [
-        hoses_in_sweep(
-            sweep, test.hoses, identification, rotor_inertia=test.rotor_inertia, sense=sense
-        )
-        for sweep in sweeps
-        if sweep.hoses is not HoseState.STANDARD
-    ]
-    return tuple(presence for presence in presences if presence is not None)
 
 
 SEEN_SOFTENING = 0.01
@@ -481,19 +463,14 @@ def within_hammer_test(
                 f"Sweep {sweep.name}: {np.count_nonzero(~inside)} lines outside of the hammer "
                 f"test's {hammer[0]:g} to {hammer[-1]:g} Hz are left out."
             )
-            sweep = replace(
-                sweep,
-                acceleration=_lines_of(sweep.acceleration, inside),
-                deviation=sweep.deviation[inside],
-                holder=None if sweep.holder is None else _lines_of(sweep.holder, inside),
-                sound=None if sweep.sound is None else _lines_of(sweep.sound, inside),
-            )
+            parts = {
+                name: replace(part, frequency=part.frequency[inside], values=part.values[inside])
+                for name in ("acceleration", "holder", "sound")
+                if (part := getattr(sweep, name)) is not None
+            }
+            sweep = replace(sweep, deviation=sweep.deviation[inside], **parts)
         kept.append(sweep)
     return tuple(kept), notices
-
-
-def _lines_of(spectrum: Spectrum, lines: BoolArray) -> Spectrum:
-    return replace(spectrum, frequency=spectrum.frequency[lines], values=spectrum.values[lines])
 
 
 def refuse_resonant_sweep(sweeps: Sequence[OperatingSweep], modes: ModalTable) -> None:
@@ -556,14 +533,3 @@ def load_alarms(
             "of all speeds together allow for it."
         )
     return tuple(alarms)
-
-
-def _unsettled_alarms(letters: Iterable[str]) -> tuple[str, ...]:
-    """Report fits that did not come to an end, by the letters of their routes."""
-    routes = ", ".join(letters)
-    if not routes:
-        return ()
-    return (
-        f"The fit over all sweeps did not settle by route {routes}: its numbers and intervals are "
-        "not to be trusted.",
-    )

@@ -85,7 +85,7 @@ def _supplier_sheet(
 def _condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
     """List under which conditions the values hold, and how they are computed again."""
     evaluation, chosen = measured.evaluation, measured.evaluation.chosen
-    alarms = [*measured.compressor.alarms, *evaluation.alarms]
+    alarms = [*evaluation.identification.alarms, *evaluation.alarms]
     sweeps = ", ".join(sweep.sweep for sweep in chosen.sweeps)
     low = min(sweep.speed[0] for sweep in chosen.sweeps)
     high = max(sweep.speed[-1] for sweep in chosen.sweeps)

@@ -6,7 +6,7 @@ import json
 import math
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -26,9 +26,7 @@ from deboom.compressor.identifiability import (
 )
 from deboom.compressor.identify import (
     Identification,
-    IdentifiedCompressor,
     IdentifyOptions,
-    identified_compressor,
     identify,
 )
 from deboom.compressor.model import CompressorModel, GainFactor
@@ -170,21 +168,19 @@ class Beside:
 class IdentifiedTest:
     """One test, identified.
 
-    - `options`: how.
     - `thesis`: none without a drawing, or where it was not asked for.
     - `identical`: none where it was not asked for.
     - `truth`: none where it is not known.
     - `seconds`: of the identification alone [s].
-    - `kept`: what other studies load.
+    - `inputs_sha256`: hashes of the hammer test's files; empty where they do not stay.
     """
 
     found: Identification
-    options: IdentifyOptions
     thesis: ThesisFit | None
     identical: MountShares | None
     truth: CompressorTruth | None
     seconds: float
-    kept: IdentifiedCompressor
+    inputs_sha256: Mapping[str, str]
 
     @property
     def input_files(self) -> tuple[Path, ...]:
@@ -241,8 +237,7 @@ def identified_test(
         if beside.identical_mounts and test.drawing is not None:
             step("identical mounts")
             identical = mount_shares(found, test.drawing.mounts, identical=True)
-    kept = identified_compressor(found, options.bands, hashes)
-    return IdentifiedTest(found, options, thesis, identical, truth, seconds, kept)
+    return IdentifiedTest(found, thesis, identical, truth, seconds, hashes)
 
 
 def identified_virtual(
@@ -312,18 +307,19 @@ def verdicts(thesis: ThesisFit) -> list[str]:
 
 def placement_table(test: IdentifiedTest) -> pd.DataFrame:
     """List errors of gain, place and angle of sensors and impacts, with what was known before."""
-    kept = test.kept
-    prior = test.found.calibrated.placement.deviations(test.found.test.tolerances)
-    units = [_placement_unit(name) for name in kept.placement_names]
+    known = test.found.calibrated
+    prior = known.placement.deviations(test.found.test.tolerances)
+    posterior = np.sqrt(np.diag(known.covariance)[known.values.size :])
+    units = [_placement_unit(name) for name in known.placement.names]
     factor = np.array([scale for _, scale in units])
     return pd.DataFrame(
         {
-            "error of": kept.placement_names,
+            "error of": known.placement.names,
             "unit": [unit for unit, _ in units],
-            "found": factor * kept.placement_errors,
-            "posterior deviation": factor * kept.placement_deviations,
+            "found": factor * known.errors,
+            "posterior deviation": factor * posterior,
             "prior deviation": factor * prior,
-            "posterior over prior [1]": kept.placement_deviations / prior,
+            "posterior over prior [1]": posterior / prior,
         }
     )
 

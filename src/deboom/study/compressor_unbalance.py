@@ -16,9 +16,7 @@ from deboom.compressor.acceptance import ComponentLimits, Verdict, component_ver
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identify import (
     Identification,
-    IdentifiedCompressor,
     IdentifyOptions,
-    identified_compressor,
     identify,
 )
 from deboom.compressor.unbalance import (
@@ -29,7 +27,7 @@ from deboom.compressor.unbalance import (
     unbalance,
 )
 from deboom.errors import InputError
-from deboom.files.compressor_model import read_compressor_model
+from deboom.files.compressor_model import read_fitted_bands
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import HoseState, OperatingTest
@@ -118,7 +116,7 @@ class UnbalancePlan:
 class MeasuredUnbalance:
     """One running compressor, evaluated.
 
-    - `compressor`: of its hammer test.
+    - `inputs_sha256`: hashes of the hammer test's files.
     - `with_hoses`: the chosen route on the sweeps with the hoses of the vehicle (thesis, figure
       62); None where there are none besides those of `evaluation`.
     - `reactions`: of the hoses, one per pressure with both kinds of hoses.
@@ -128,7 +126,7 @@ class MeasuredUnbalance:
     """
 
     evaluation: Unbalance
-    compressor: IdentifiedCompressor
+    inputs_sha256: Mapping[str, str]
     with_hoses: RouteResult | None
     reactions: tuple[HoseReaction, ...]
     limits: ComponentLimits | None
@@ -187,17 +185,16 @@ def measured_unbalance(
         hashes = hash_files(test.hammer.input_files, folder)
         options = _identify_options(plan, hashes)
         hammer = identify(test.hammer, options, step, hoses=test.hoses)
-        compressor = identified_compressor(hammer, options.bands, hashes)
         evaluation = with_route(unbalance(test, hammer, plan.unbalance, step), plan.route)
         step("hoses")
         with_hoses = _with_hoses(test, hammer, evaluation)
         reactions = _reactions(evaluation, with_hoses)
         verdicts: tuple[Verdict, ...] = ()
         if plan.limits is not None:
-            verdicts = component_verdicts(evaluation, compressor, plan.limits)
+            verdicts = component_verdicts(evaluation, plan.limits)
     seconds = time.perf_counter() - begin
     return MeasuredUnbalance(
-        evaluation, compressor, with_hoses, reactions, plan.limits, verdicts, truth, seconds
+        evaluation, hashes, with_hoses, reactions, plan.limits, verdicts, truth, seconds
     )
 
 
@@ -207,13 +204,13 @@ def _identify_options(plan: UnbalancePlan, hashes: Mapping[str, str]) -> Identif
         return plan.identify
     path = plan.identified
     path = path / f"{MODEL_FILE}.json" if path.is_dir() else path
-    earlier = read_compressor_model(path)
-    if sorted(earlier.inputs_sha256.values()) != sorted(hashes.values()):
+    bands, earlier = read_fitted_bands(path)
+    if sorted(earlier.values()) != sorted(hashes.values()):
         raise InputError(
             f"{path} was identified from another hammer test than that of these sweeps: identify "
             "the test in their folder, or leave out --identified"
         )
-    return replace(plan.identify, bands=earlier.bands)
+    return replace(plan.identify, bands=bands)
 
 
 def with_route(evaluation: Unbalance, wanted: str) -> Unbalance:

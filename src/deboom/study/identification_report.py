@@ -109,7 +109,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     }
     report.facts["characteristic_length_m"] = found.length
     report.inputs += inputs
-    report.document(MODEL_FILE, compressor_document(first.kept))
+    report.document(MODEL_FILE, compressor_document(found, first.inputs_sha256))
 
     _asked(report, first)
     _identified(report, first)
@@ -125,7 +125,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 def _asked(report: Report, first: IdentifiedTest) -> None:
     """Say what was asked, and with which data."""
     found, test = first.found, first.found.test
-    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in first.options.bands)
+    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in found.options.bands)
     weighed = "It was not weighed."
     if test.weighed_mass is not None:
         weighed = (
@@ -163,7 +163,7 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         lambda: inertance_figure(
             lines,
             {SHEET: sheet, MODEL: found.calibrated.model.inertance(lines)},
-            test.options.bands,
+            test.found.options.bands,
         ),
         "Inertance at the virtual point (thesis, figure 53): response in rows, "
         "excitation in columns. Where the dashed curve leaves the measured one far below the "
@@ -277,7 +277,7 @@ def _gain_figure(test: IdentifiedTest) -> Figure:
         ranges = {"95 % interval": (low, high)}
         panels.append(plot.CurvePanel(title, lines, curves, y_label="gain [1]", ranges=ranges))
     return plot.curve_panels(
-        panels, columns=2, dashed=("truth",), fitted=test.options.bands, log_frequency=True
+        panels, columns=2, dashed=("truth",), fitted=test.found.options.bands, log_frequency=True
     )
 
 
@@ -318,7 +318,7 @@ def _likeness(test: IdentifiedTest) -> Figure:
         )
     except InputError:  # the linear estimate has no modes: nothing to compare
         pass
-    for low, high in test.options.bands:
+    for low, high in test.found.options.bands:
         alike = frac(found.inertance.values, model, lines, (low, high))
         title = f"FRAC, inertance, {low:g}–{high:g} Hz"
         maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))

@@ -88,7 +88,7 @@ def unbalance_report(
             f"{signed(100 * state.storage, 1)} % / {signed(100 * state.loss, 1)} %",
             "stiffness / damping of the mounts, running over struck",
         )
-    alarms = (*measured.compressor.alarms, *evaluation.alarms)
+    alarms = (*evaluation.identification.alarms, *evaluation.alarms)
     report.warn(*alarms, *evaluation.notices)
     report.summary |= {
         "route": chosen.route.letter,
@@ -111,7 +111,9 @@ def unbalance_report(
     report.summary["seconds"] = measured.seconds
     report.facts["route"] = chosen.route.letter
     report.inputs += inputs
-    report.document(MODEL_FILE, compressor_document(measured.compressor))
+    report.document(
+        MODEL_FILE, compressor_document(evaluation.identification, measured.inputs_sha256)
+    )
 
     _asked(report, measured)
     if measured.limits is not None:
@@ -245,7 +247,7 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
             }
             curves |= _true_curve(measured.truth, sweep, name)
             title = _panel_title(name, case_name(pressure))
-            masked = {reason.text: reason.lines for reason in _curve(sweep, name).reasons}
+            masked = _curve(sweep, name).reasons
             panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked))
     report.figure(
         "figure_62_hoses",
@@ -305,7 +307,7 @@ def _panel(
         sizes | _true_curve(measured.truth, sweep, name),
         y_label=label,
         ranges={part: (unit * band.lower, unit * band.upper) for part, band in parts.items()},
-        masked={reason.text: reason.lines for reason in curve.reasons},
+        masked=curve.reasons,
         levels={} if limit is None else {"limit": unit * limit},
         note=f"route {measured.evaluation.chosen.route.letter}",
     )
@@ -313,15 +315,8 @@ def _panel(
 
 def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
     """Tell what rotor and gas do: the fit over all sweeps by the chosen route."""
-    sources = measured.evaluation.chosen.sources
-    estimates = {STATIC: sources.static, DYNAMIC: sources.dynamic}
-    for gas in sources.gas:
-        case = case_name(gas.pressure)
-        estimates[f"axial gas force, {case}"] = gas.axial
-        estimates[f"gas moment, {case}"] = gas.moment
-        estimates[f"rotating gas force, {case}"] = gas.rotating
     rows = []
-    for name, estimate in estimates.items():
+    for name, estimate in measured.evaluation.chosen.sources.estimates.items():
         unit, factor = _SHOWN_UNIT.get(estimate.unit, (estimate.unit, 1.0))
         rows.append(
             {

@@ -31,7 +31,6 @@ from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
-from deboom.compressor.hoses import BEAM_NUMBERS, BEAM_UNITS
 from deboom.measurement.compressor_test import HoseState
 from deboom.plot import CurvePanel
 from deboom.report import Report
@@ -197,16 +196,8 @@ def level_table(noise: CarNoise) -> pd.DataFrame:
     """Write levels line by line: measured, synthesised with its band, and variants."""
     frames = []
     for sweep, band in zip(noise.sweeps, noise.bands, strict=True):
-        levels = {
-            "measured": sweep.level(sweep.measured),
-            "synthesised": sweep.level(sweep.total),
-            "synthesised from": band.lower,
-            "synthesised to": band.upper,
-            "mounts alone": sweep.level(sweep.by_mounts),
-        }
-        table = {"frequency [Hz]": sweep.frequency, "speed [rpm]": 60 * sweep.frequency}
-        table |= {f"{name} [dB(A)]": values for name, values in levels.items()}
-        frames.append(pd.DataFrame(table).assign(sweep=sweep.sweep))
+        ends = {"synthesised from [dB(A)]": band.lower, "synthesised to [dB(A)]": band.upper}
+        frames.append(sweep.table.assign(**ends, sweep=sweep.sweep))
     whole = pd.concat(frames, ignore_index=True)
     return whole[["sweep", *whole.columns.drop("sweep")]]
 
@@ -297,16 +288,8 @@ def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> N
         "where hoses carry sound; with the identified hoses the synthesis follows.",
     )
     if hoses is not None:
-        rows = [
-            (hose.name, name.replace("_", " "), unit, getattr(drawn, name), value, value * own)
-            for drawn, hose, deviation in zip(
-                hoses.drawn, hoses.hoses, hoses.beam_deviations, strict=True
-            )
-            for name, unit, own in zip(BEAM_NUMBERS, BEAM_UNITS, deviation, strict=True)
-            for value in [float(getattr(hose, name))]
-        ]
-        names = ["hose", "number", "unit", "drawn", "found", "deviation"]
-        table = pd.DataFrame(rows, columns=names)
+        words = {"identified": "found", "standard deviation": "deviation"}
+        table = hoses.table.rename(columns=words)
         caption = "Hoses, as drawn and as found; deviation: 1 σ."
         report.table("hoses", table, caption, shown=in_words(table))
 

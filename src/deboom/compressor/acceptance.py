@@ -37,28 +37,20 @@ class Decision(Enum):
 class Bounds:
     """What a characteristic must keep, in its SI unit; at least one bound.
 
-    `at_least`, `at_most`: lower and upper bound. InputError: no bound, or the lower one above the
-    upper one.
+    `at_least`, `at_most`: lower and upper bound, infinite where there is none. InputError: no
+    bound, or the lower one above the upper one.
     """
 
-    at_least: float | None = None
-    at_most: float | None = None
+    at_least: float = -np.inf
+    at_most: float = np.inf
 
     def __post_init__(self) -> None:
-        if self.at_least is None and self.at_most is None:
+        if not np.isfinite(self.at_least) and not np.isfinite(self.at_most):
             raise InputError("a limit needs a bound: at least, at most, or both")
-        if None not in (self.at_least, self.at_most) and not self.low < self.high:
-            raise InputError(f"at least {self.low:g} and at most {self.high:g}: no part keeps both")
-
-    @property
-    def low(self) -> float:
-        """Lower bound, −∞ where there is none."""
-        return -np.inf if self.at_least is None else self.at_least
-
-    @property
-    def high(self) -> float:
-        """Upper bound, ∞ where there is none."""
-        return np.inf if self.at_most is None else self.at_most
+        if not self.at_least < self.at_most:
+            raise InputError(
+                f"at least {self.at_least:g} and at most {self.at_most:g}: no part keeps both"
+            )
 
 
 @checked(values="n", deviations="n", lines="n")
@@ -152,7 +144,7 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
     n = measured.values.size
     to_pass = float(-ndtri(risk))
     to_fail = float(np.sqrt(-2 * np.log(risk / n)) if measured.is_radius else -ndtri(risk / n))
-    inside = np.minimum(bounds.high - measured.values, measured.values - bounds.low)
+    inside = np.minimum(bounds.at_most - measured.values, measured.values - bounds.at_least)
     margins = inside / measured.deviations
     worst = int(np.argmin(margins))
     margin = float(margins[worst])

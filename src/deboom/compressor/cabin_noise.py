@@ -210,7 +210,7 @@ class SweepNoise(Tabled):
     @property
     def table(self) -> pd.DataFrame:
         """Measured and synthesised level over the speed."""
-        columns = {"frequency [Hz]": self.frequency, "speed [1/min]": 60 * self.frequency}
+        columns = {"frequency [Hz]": self.frequency, "speed [rpm]": 60 * self.frequency}
         for name, pressure in (
             ("measured", self.measured),
             ("synthesised", self.total),

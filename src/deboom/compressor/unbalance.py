@@ -159,16 +159,20 @@ class Unbalance(Tabled):
     @property
     def table(self) -> pd.DataFrame:
         """Amplitudes of the chosen route's unbalances and gas forces, with their intervals."""
-        estimates = self.chosen.sources.estimates
-        return pd.DataFrame(
-            {
-                "source": list(estimates),
-                "unit": [estimate.unit for estimate in estimates.values()],
-                "amplitude": [abs(estimate.value) for estimate in estimates.values()],
-                "from": [estimate.lower for estimate in estimates.values()],
-                "to": [estimate.upper for estimate in estimates.values()],
-            }
-        )
+        rows = {
+            name: (
+                estimate.unit,
+                abs(estimate.value),
+                estimate.lower,
+                estimate.upper,
+                estimate.deviation,
+                float(np.degrees(np.angle(estimate.value))),
+            )
+            for name, estimate in self.chosen.sources.estimates.items()
+        }
+        columns = ["unit", "amplitude", "from", "to", "standard deviation", "phase [°]"]
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+        return table.rename_axis("source").reset_index()
 
     @property
     def used(self) -> tuple[OperatingSweep, ...]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import Annotated, Literal, Self, TypeVar
 
@@ -111,11 +112,12 @@ def _window(
     unit: float,
 ) -> StiffnessLimit:
     """Convert one window to SI."""
+    least, most = -math.inf if low is None else low, math.inf if high is None else high
     try:
-        Bounds(low, high)  # a refusal states the numbers of the file
+        Bounds(least, most)  # a refusal states the numbers of the file
     except InputError as error:
         raise InputError(f"{path}: stiffness {direction}: {error}") from None
-    bounds = Bounds(None if low is None else unit * low, None if high is None else unit * high)
+    bounds = Bounds(unit * least, unit * most)
     return StiffnessLimit(direction, (band.from_hz, band.to_hz), bounds)
 
 

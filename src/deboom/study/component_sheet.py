@@ -114,7 +114,7 @@ def verdict_table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     rows = []
     for verdict in verdicts:
         unit, size = _unit_of(verdict)
-        low, high = verdict.bounds.low, verdict.bounds.high
+        low, high = verdict.bounds.at_least, verdict.bounds.at_most
         rows.append(
             {
                 "characteristic": _characteristic(verdict),
@@ -141,7 +141,7 @@ def shown_verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
         bounds = [
             f"{sign} {bound / size:.5g}"
             for sign, bound in (("≥", verdict.bounds.at_least), ("≤", verdict.bounds.at_most))
-            if bound is not None
+            if np.isfinite(bound)
         ]
         rows.append(
             {

@@ -252,9 +252,9 @@ def _reactions(evaluation: Unbalance, with_hoses: RouteResult | None) -> tuple[H
         return ()
     state = evaluation.state
 
-    def change(frequency: RealArray) -> ComplexArray:
-        return np.asarray(np.interp(frequency, state.frequency, state.curve))
-
     return hose_reactions(
-        evaluation.test, evaluation.identification, change=change, sense=evaluation.sense.sense
+        evaluation.test,
+        evaluation.identification,
+        change=lambda lines: np.asarray(np.interp(lines, state.frequency, state.curve)),
+        sense=evaluation.sense.sense,
     )

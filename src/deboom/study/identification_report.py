@@ -17,7 +17,6 @@ from deboom.compressor.identifiability import (
     REFERENCE_FREQUENCY,
     gain_deviation,
     quantities,
-    quantity_deviations,
 )
 from deboom.compressor.identify import (
     ALARM,
@@ -216,17 +215,11 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
         "is the loss that causality ties to the rise of the real part; a rubber several times "
         "off would not be plausible.",
     )
-    identified = quantities(found.calibrated.model)
-    numbers: dict[str, object] = {
-        "parameter": identified.names,
-        "unit": identified.units,
-        "start": quantities(found.point.parametrisation.model(found.start)).values,
-        "identified": identified.values,
-        "standard deviation": quantity_deviations(found.calibrated),
-    }
+    parameters = found.table.rename(columns={"quantity": "parameter", "value": "identified"})
+    start = quantities(found.point.parametrisation.model(found.start)).values
+    parameters.insert(2, "start", start)
     if test.truth is not None:
-        numbers["truth"] = quantities(test.truth.model).values
-    parameters = pd.DataFrame(numbers)
+        parameters["truth"] = quantities(test.truth.model).values
     coupling = parameters["parameter"].str.fullmatch(r"K (\w+) (?!\1$)\w+")
     report.table(
         "parameters",

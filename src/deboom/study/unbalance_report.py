@@ -165,7 +165,7 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
     for stem, name, bound, caption in zip(
         ("figure_61a_static", "figure_61b_dynamic"), _SIZES, bounds, _CAPTIONS, strict=True
     ):
-        limit = None if bound is None else bound.high
+        limit = None if bound is None else bound.at_most
         panels = [_panel(sweep, name, measured, limit) for sweep in chosen.sweeps]
         report.figure(
             stem,
@@ -315,24 +315,14 @@ def _panel(
 
 def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
     """Tell what rotor and gas do: the fit over all sweeps by the chosen route."""
-    rows = []
-    for name, estimate in measured.evaluation.chosen.sources.estimates.items():
-        unit, factor = _SHOWN_UNIT.get(estimate.unit, (estimate.unit, 1.0))
-        rows.append(
-            {
-                "source": name,
-                "unit": unit,
-                "amplitude": factor * abs(estimate.value),
-                "from": factor * estimate.lower,
-                "to": factor * estimate.upper,
-                "standard deviation": factor * estimate.deviation,
-                "phase [°]": float(np.degrees(np.angle(estimate.value))),
-            }
-        )
-    table = pd.DataFrame(rows)
+    table = measured.evaluation.table
+    units = [_SHOWN_UNIT.get(unit, (unit, 1.0)) for unit in table["unit"]]
+    table["unit"] = [unit for unit, _ in units]
+    numbers = ["amplitude", "from", "to", "standard deviation"]
+    table[numbers] = table[numbers].mul([factor for _, factor in units], axis=0)
     if measured.truth is not None:
         true = [1e6 * abs(measured.truth.static), 1e9 * abs(measured.truth.dynamic)]
-        table["truth"] = [*true, *[np.nan] * (len(rows) - 2)]
+        table["truth"] = [*true, *[np.nan] * (len(table) - 2)]
     return table
 
 

@@ -61,7 +61,7 @@ from deboom.study.platform_model import (
     motion_report,
 )
 from deboom.study.progress import progress_bar
-from deboom.study.rebuilt import DESIGNS, FRONT
+from deboom.study.rebuilt import compared_run
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
@@ -253,7 +253,13 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
     """Return today's design and the picks by name, shape (k,) each."""
     robust = model.robust
     if options.front is not None:
-        designs, picks = _of_run(options.front, robust)
+        finished = compared_run(options.front, None)
+        if finished.model.space.names != robust.space.names:
+            raise InputError(
+                f"run {options.front} has the variables {list(finished.model.space.names)}, this "
+                f"study {list(robust.space.names)}: take a front of the same mounts and factors"
+            )
+        designs, picks = finished.designs, finished.picks
     else:
         search = options.search.front(robust, options.seed, context, model.inputs)
         designs = np.asarray(search.front.designs)
@@ -261,29 +267,6 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
         picks = pick(verified.values)
     named = {name: designs[row] for name, row in picks.items()}
     return {TODAY: np.asarray(robust.space.nominal), **named}
-
-
-def _of_run(folder: Path, robust: RobustResponse) -> tuple[RealArray, dict[str, int]]:
-    """Return the front of a finished run of the same variables, and the rows of its picks."""
-    for name in (DESIGNS, FRONT):
-        if not (folder / name).is_file():
-            raise InputError(
-                f"{folder} has no {name}: give the folder of a finished run of a front study"
-            )
-    table, front = pd.read_csv(folder / DESIGNS), pd.read_csv(folder / FRONT)
-    space = robust.space
-    labels = [f"{name} [{unit}]" for name, unit in zip(space.names, space.units, strict=True)]
-    missing = [label for label in labels if label not in table.columns]
-    if missing:
-        raise InputError(
-            f"{folder / DESIGNS} has no column '{missing[0]}': the run belongs to other mounts, or "
-            "to another meaning of the factors"
-        )
-    names = front["pick"].fillna("") if "pick" in front else [""] * len(front)
-    picks = {name: row for row, joined in enumerate(names) for name in joined.split(" = ") if name}
-    if not picks:
-        raise InputError(f"{folder / FRONT} names no design: its study picks none")
-    return table[labels].to_numpy(dtype=float), picks
 
 
 @dataclass(frozen=True, eq=False)

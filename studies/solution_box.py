@@ -43,7 +43,7 @@ from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.measurement.uncertainty import Interval, pivotal_interval
-from deboom.mounts.mount import mean_operating_stiffness
+from deboom.mounts.mount import AXES
 from deboom.plot.style import mount_colours
 from deboom.report import Report
 from deboom.study.made_parts import tolerance_cost
@@ -345,22 +345,19 @@ class BoxStudy:
     def reference_stiffness(self) -> RealArray:
         """Mean |K| over the lines of the first load case, shape (k,) [N/m]; nan: not measured."""
         lines = self.index.frequency
-        case = self.runs.cases[0][0]
-        edges = (float(lines[0]), float(lines[-1]))
-        by_mount = [
-            mean_operating_stiffness(mount, case, edges) for mount in self.runs.platform.mounts
-        ]
-        return np.concatenate(by_mount)
+        return self.runs.stiffness(self.runs.cases[0][0], (float(lines[0]), float(lines[-1])))
 
     @cached_property
     def identified(self) -> npt.NDArray[np.bool_]:
         """Directions whose stiffness is known well enough to be asked in N/m, shape (k,)."""
-        known = {
-            f"{part.mount.name} {one.axis}": one.surface is not None and one.quality.identified
-            for part in self.runs.parts
-            for one in part.directions
-        }
-        return np.array([known.get(name, not self.runs.parts) for name in self.variables])
+        runs = self.runs
+        return np.array(
+            [
+                not runs.parts or runs.identified(mount.name, axis)
+                for mount in runs.platform.mounts
+                for axis in AXES
+            ]
+        )
 
     @property
     def condition(self) -> str:

@@ -247,3 +247,8 @@ class Quantity(Enum):
 def limited_response(quantity: Quantity, index: Any, band: Band) -> MeanLevel | PeakLevel:
     """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
     return MeanLevel(index) if quantity is Quantity.mean else PeakLevel(index, band)
+
+
+def listed(names: Sequence[str]) -> str:
+    """Write names with commas and an ``and``."""
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

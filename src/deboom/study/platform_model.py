@@ -31,8 +31,13 @@ from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml, noting
 from deboom.files.tables import RANGES
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import Mount, not_identified, refuse_active_mounts
+from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
+from deboom.mounts.mount import (
+    Mount,
+    mean_operating_stiffness,
+    not_identified,
+    refuse_active_mounts,
+)
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
 from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
@@ -196,6 +201,21 @@ class Operation:
         except InputError as error:
             return f"These data do not allow coupled motion: {error}."
         return ""
+
+    def characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
+        """Return a direction of the library's mounts; None if it is not among them."""
+        directions = (d for part in self.parts if part.mount.name == mount for d in part.directions)
+        return next((one for one in directions if one.axis == axis), None)
+
+    def identified(self, mount: str, axis: str) -> bool:
+        """Whether a direction's stiffness is known well enough to be asked for in N/m."""
+        known = self.characterised(mount, axis)
+        return known is not None and known.surface is not None and known.quality.identified
+
+    def stiffness(self, case: LoadCase, band: Band) -> RealArray:
+        """Mean |K| of a run in a band by variable, shape (k,) [N/m]; nan: not measured."""
+        mounts = self.platform.mounts
+        return np.concatenate([mean_operating_stiffness(one, case, band) for one in mounts])
 
     def append_to(self, report: Report) -> None:
         """Add to a report how far surfaces and spectra agree, and print it on standard error.

@@ -122,6 +122,13 @@ class ComparedRun:
         }
         return json.dumps([self.entry.study, options], sort_keys=True)
 
+    @cached_property
+    def picks(self) -> dict[str, int]:
+        """Rows of the front by name of the pick."""
+        front = pd.read_csv(self.entry.folder / FRONT)
+        named = front.get("pick", pd.Series(dtype=str)).fillna("")
+        return {n: row for row, names in enumerate(named) for n in names.split(" = ") if n}
+
     def picked(self, pick: Pick) -> RealArray:
         """Return a design of the front by its name, as the search found it, shape (k,) [1].
 
@@ -130,16 +137,13 @@ class ComparedRun:
         InputError
             The front has no design of this name.
         """
-        front = pd.read_csv(self.entry.folder / FRONT)
         name = pick.value.replace("-", " ")
-        named = front.get("pick", pd.Series(dtype=str)).fillna("")
-        rows = [row for row, names in enumerate(named) if name in names.split(" = ")]
-        if len(rows) != 1:
+        if name not in self.picks:
             raise InputError(
                 f"{self.entry.folder / FRONT} names no design '{name}': none is better than "
                 "today's, or the study picks none; use best-mean"
             )
-        return np.asarray(self.designs[rows[0]])
+        return np.asarray(self.designs[self.picks[name]])
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -16,12 +16,11 @@ from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.selection import BEST_MEAN, indifference_intervals
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import mean_operating_stiffness
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
 from deboom.study.front import PERCENT, Front, same_designs
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
-from deboom.study.options import aim_note
+from deboom.study.options import aim_note, listed
 from deboom.study.platform_model import (
     Factor,
     Motion,
@@ -124,10 +123,7 @@ class RobustFront(Front):
     def nominal_stiffness(self) -> RealArray:
         """Mean |K| over the band at factor 1, shape (n_variable,) [N/mm]; nan: not measured."""
         band = (float(self.frequency[0]), float(self.frequency[-1]))
-        by_mount = [
-            mean_operating_stiffness(mount, self.load_case, band) for mount in self.platform.mounts
-        ]
-        return np.concatenate(by_mount) * N_PER_MM
+        return self.runs.stiffness(self.load_case, band) * N_PER_MM
 
     @property
     def stiffness_state(self) -> str:
@@ -248,7 +244,7 @@ def front_report(front: RobustFront) -> Report:
     half = PERCENT * front.robust.space.tolerance.max()
     report = Report(
         f"What to build: {front.platform.title}",
-        f"Which stiffnesses make {_listed(front.vehicles)} quiet between {first:g} and {last:g} "
+        f"Which stiffnesses make {listed(front.vehicles)} quiet between {first:g} and {last:g} "
         f"Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
     )
     motion, check = front.motion_report, front.verification
@@ -333,7 +329,7 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     if at_edge:
         verb = "lies" if len(at_edge) == 1 else "lie"
         sentences.append(
-            f"{_listed(tuple(at_edge))} {verb} at the edge of the search ({space.lower.min():g} to "
+            f"{listed(tuple(at_edge))} {verb} at the edge of the search ({space.lower.min():g} to "
             f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring "
             f"a further {signed(front.beyond, 2)} dB (--bounds)."
         )
@@ -574,7 +570,7 @@ def _search(report: Report, front: RobustFront) -> None:
     report.section(
         "What was asked, and how it was searched",
         f"{front.platform.title}: {front.platform.description}\n\n"
-        f"Vehicles: {_listed(front.vehicles)}. Load cases: {cases}. Lines: "
+        f"Vehicles: {listed(front.vehicles)}. Load cases: {cases}. Lines: "
         f"{front.index.n_lines} between {front.frequency[0]:g} and {front.frequency[-1]:g} Hz, "
         f"engine order {case.order:g}. Motion: {motion_name(front.index)}; meaning of a stiffness "
         f"factor: {motion.summary['design_factor']}.\n\n"
@@ -598,8 +594,3 @@ def _search(report: Report, front: RobustFront) -> None:
         "generations would not have helped.",
     )
     report.table("convergence", front.convergence())
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    """Write names with commas and an ``and``."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -34,7 +34,7 @@ from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
+from deboom.mounts.mount import AXES, Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
@@ -215,7 +215,8 @@ def _quantities(
             modes = replace(every, modes=(window.mode,))
             found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
     if content.stiffness:
-        magnitude = _magnitude(runs.platform.mounts, case, runs.band)
+        names = [name for mount in runs.platform.mounts for name in mount.variables]
+        magnitude = dict(zip(names, runs.stiffness(case, runs.band).tolist(), strict=True))
         for entry in content.stiffness:
             variables = [entry.variable]
             if entry.variable in AXES:
@@ -297,19 +298,6 @@ def _real_stiffness(
                 displacement = case.displacement.select(channels).values[inside]
                 found[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
     return found
-
-
-def _magnitude(
-    mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
-) -> dict[str, float]:
-    """Mean magnitude over the lines of a run, per piece, by variable [N/m]."""
-    return {
-        name: float(value)
-        for mount in mounts
-        for name, value in zip(
-            mount.variables, mean_operating_stiffness(mount, case, band), strict=True
-        )
-    }
 
 
 def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> pd.DataFrame:

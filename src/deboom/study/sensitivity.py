@@ -27,6 +27,7 @@ from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
 from deboom.plot import IntervalPanel, LineMap, interval_panels, line_maps
 from deboom.report import Report, Scalar
+from deboom.study.options import listed
 from deboom.study.platform_model import factor_name, motion_name, motion_report
 from deboom.study.progress import Progress
 from deboom.vehicles.booming_model import BoomingModel
@@ -140,16 +141,11 @@ class Sensitivity:
     @cached_property
     def ranking(self) -> dict[str, tuple[str, ...]]:
         """Variables of each vehicle by falling total index."""
-        return ranking(self.indices)
-
-
-def ranking(found: SobolIndices) -> dict[str, tuple[str, ...]]:
-    """Return the factors by falling total index, for each output."""
-    order = np.argsort(-found.total, axis=0, kind="stable")
-    return {
-        output: tuple(found.factors[place] for place in places)
-        for output, places in zip(found.outputs, order.T, strict=True)
-    }
+        order = np.argsort(-self.indices.total, axis=0, kind="stable")
+        return {
+            vehicle: tuple(self.variables[place] for place in places)
+            for vehicle, places in zip(self.vehicles, order.T, strict=True)
+        }
 
 
 def sensitivity(
@@ -364,7 +360,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     report.section(
         "Stiffness by stiffness",
         "The share of the variance that each stiffness is behind: alone, and in total, together "
-        f"with others. {_without(study)}",
+        "with others. An index that is not above its own interval reads zero.",
     )
     report.figure(
         "sobol",
@@ -406,7 +402,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
     report.section(
         "Other ranges, the tolerance",
         "How far the ranking depends on what was asked. A share says nothing of the size of the "
-        f"variance, which grows with the range.\n\n{_other_leaders(study)}",
+        "variance, which grows with the range.",
     )
     _mattering(
         report,
@@ -414,12 +410,6 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "sobol_beside",
         beside_table(study),
         "Total indices. sobol_beside.csv has all, with intervals.",
-    )
-    report.section(
-        "How sure this is",
-        "An index that is not above its own interval reads zero. The intervals are those of random "
-        "points; Sobol points are spread more evenly, and other seeds differ by much less. ",
-        folded=True,
     )
     report.summary.update(sensitivity_summary(study))
     report.inputs += study.platform.input_files
@@ -438,14 +428,14 @@ def _headed(study: Sensitivity) -> Report:
     motion = motion_report(study.index, np.ones((1, len(study.variables))))
     report = Report(
         "Which stiffness matters",
-        f"On which mount stiffnesses does the booming noise of {_listed(study.vehicles)} between "
+        f"On which mount stiffnesses does the booming noise of {listed(study.vehicles)} between "
         f"{frequency[0]:g} and {frequency[-1]:g} Hz depend?",
     )
     for names, vehicles in _leaders(study):
-        report.tile(", then ".join(names), f"lead in {_listed(tuple(vehicles))}")
+        report.tile(", then ".join(names), f"lead in {listed(tuple(vehicles))}")
     if unheard := negligible(study):
         count = f"{len(unheard)} of {len(study.variables)}"
-        report.tile(count, f"stiffnesses that no vehicle hears: {_listed(unheard)}")
+        report.tile(count, f"stiffnesses that no vehicle hears: {listed(unheard)}")
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
     report.warn(*motion.warnings)
     report.section(
@@ -453,7 +443,7 @@ def _headed(study: Sensitivity) -> Report:
         f"{study.platform.title}: {study.platform.description}\n\n"
         "Ranked is SPLV, a sum of decibels, which counts a notch like a peak; the maps show what "
         "the loud lines depend on.\n\n"
-        f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {_listed(study.vehicles)}. "
+        f"Analysis: {plan.analysis.value}. {_meaning(study)} Vehicles: {listed(study.vehicles)}. "
         f"Load cases: {', '.join(study.index.load_case_names)}. Lines: {frequency.size}, engine "
         f"order {_order(study):g}.\n\n"
         f"{found.n_base} base points of a scrambled Sobol sequence, {study.n_runs} designs "
@@ -517,40 +507,9 @@ def _meaning(study: Sensitivity) -> str:
     return f"{what}on its own: what manufacturing does to today's parts."
 
 
-def _without(study: Sensitivity) -> str:
-    """Name the variables without effect, and those with next to none."""
-    zero = np.flatnonzero(study.indices.zero.all(axis=1))
-    sentences = (
-        ("Zero in every vehicle", tuple(study.variables[place] for place in zero)),
-        (f"Below {NEGLIGIBLE:g} in every vehicle, interval included", negligible(study)),
-    )
-    found = [f"{words}: {_listed(names)}." for words, names in sentences if names]
-    return " ".join(found) or "Every stiffness has an effect in some vehicle."
-
-
 def _leaders(study: Sensitivity) -> list[tuple[tuple[str, ...], list[str]]]:
     """Pairs of leading variables with the vehicles that have them; the three most frequent."""
     groups: dict[tuple[str, ...], list[str]] = {}
     for vehicle, names in study.ranking.items():
         groups.setdefault(names[:2], []).append(vehicle)
     return sorted(groups.items(), key=lambda item: -len(item[1]))[:3]
-
-
-def _other_leaders(study: Sensitivity) -> str:
-    """Name the vehicles in which another question has other leading variables."""
-    lines = []
-    for label, found in study.beside.items():
-        other = {
-            vehicle: names[:2]
-            for vehicle, names in ranking(found).items()
-            if names[:2] != study.ranking[vehicle][:2]
-        }
-        listed = "; ".join(f"{vehicle}: {', then '.join(two)}" for vehicle, two in other.items())
-        lines.append(f"{label}: {listed or 'the same two lead in every vehicle'}.")
-    return "\n\n".join(lines)
-
-
-def _listed(names: tuple[str, ...]) -> str:
-    if len(names) == 1:
-        return names[0]
-    return f"{', '.join(names[:-1])} and {names[-1]}"

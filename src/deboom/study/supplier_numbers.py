@@ -17,7 +17,7 @@ from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
-from deboom.mounts.mount import AXES, Mount, mean_operating_stiffness
+from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.study.platform_model import Factor, Motion, factor_name, motion_index
 from deboom.study.supplier_study import Direction, SupplierStudy
@@ -149,9 +149,8 @@ class SupplierEffects:
         sigma = np.sqrt(squared.sum(axis=1, keepdims=True))
         scale = sigma * study.space.tolerance
         gain = np.divide(squared, scale, out=np.zeros_like(squared), where=scale > 0.0)
-        by_mount = [mean_operating_stiffness(m, case, study.band) for m in study.platform.mounts]
         return {
-            "stiffness": np.concatenate(by_mount),
+            "stiffness": study.runs.stiffness(case, study.band),
             "change": self._changes(index).mean(axis=1),
             "slope": self._slopes(index),
             "gain": STEP * gain.mean(axis=0),

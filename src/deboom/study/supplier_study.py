@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
-from html.parser import HTMLParser
+from html import unescape
 from pathlib import Path
 from typing import Any
 
@@ -95,13 +95,6 @@ class Direction:
         """Name of the design variable."""
         return f"{self.mount.name} {self.axis}"
 
-    @property
-    def half_width_95(self) -> float:
-        """Of the 95 % band of today's stiffness, relative; nan where nobody stated it [1]."""
-        part = self.characterised
-        stated = None if part is None else part.quality.half_width_95
-        return float("nan") if stated is None else stated
-
 
 @dataclass(frozen=True, eq=False)
 class SupplierStudy:
@@ -184,9 +177,7 @@ class SupplierStudy:
         names = []
         for mount in self.platform.mounts if self.parts else ():
             for name, axis in zip(mount.variables, AXES, strict=True):
-                found = self._characterised(mount.name, axis)
-                known = found is not None and found.surface is not None and found.quality.identified
-                if not known:
+                if not self.runs.identified(mount.name, axis):
                     names += [n for n in (name, name + LOSS) if n in self.space.names]
         return tuple(name for name in names if name not in self.without_effect)
 
@@ -216,7 +207,7 @@ class SupplierStudy:
                     )
                 column = names.index(name)
                 loss = names.index(name + LOSS) if name + LOSS in names else None
-                part = self._characterised(mount.name, axis)
+                part = self.runs.characterised(mount.name, axis)
                 found.append(Direction(mount, axis, column, loss, part, self._need(name, column)))
         return tuple(found)
 
@@ -248,12 +239,6 @@ class SupplierStudy:
                 if column is not None:
                     design[column] = wanted[column]
         return design
-
-    def _characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
-        for part in self.parts:
-            if part.mount.name == mount:
-                return next((one for one in part.directions if one.axis == axis), None)
-        return None
 
     def _need(self, name: str, column: int) -> Need:
         if name in self.without_effect:
@@ -496,35 +481,15 @@ def refuse_leaks(secrets: Sequence[str], texts: Mapping[str, str]) -> None:
                 )
 
 
-class _Readable(HTMLParser):
-    """All that a person can read in a page: texts, titles and descriptions of pictures."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.texts: list[str] = []
-        self._in_style = False
-
-    def handle_starttag(self, tag: str, attributes: list[tuple[str, str | None]]) -> None:
-        """Keep what an element says of itself."""
-        self._in_style = tag == "style"
-        self.texts += [v for name, v in attributes if v and name in ("alt", "title", "aria-label")]
-
-    def handle_endtag(self, tag: str) -> None:
-        """Leave a style sheet."""
-        self._in_style = self._in_style and tag != "style"
-
-    def handle_data(self, data: str) -> None:
-        """Keep a text; those of a style sheet are no names."""
-        if not self._in_style:
-            self.texts.append(data)
+_STYLE = re.compile(r"<style\b.*?</style>", re.DOTALL)
+_SAID = re.compile(r'\s(?:alt|title|aria-label)="([^"]*)"')
 
 
 def page_text(html: str) -> str:
     """Return all that can be read in a page, without markup, styles and bytes of pictures."""
-    page = _Readable()
-    page.feed(html)
-    page.close()
-    return f"{' '.join(page.texts)}\n{''.join(page.texts)}"
+    page = _STYLE.sub(" ", html)
+    texts = [unescape(text) for text in (*_SAID.findall(page), *re.split(r"<[^>]*>", page))]
+    return f"{' '.join(texts)}\n{''.join(texts)}"
 
 
 def workbook_text(data: bytes) -> str:

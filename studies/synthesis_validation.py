@@ -23,7 +23,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -140,10 +140,10 @@ def _report_all(report: Report, result: Validation) -> None:
     comparisons, causes, forces = (
         table(result) for table in (comparison_table, cause_table, force_table)
     )
-    judged = _criteria(result, comparisons, causes, forces)
-    missed = [criterion.name for criterion in judged if criterion.holds == "no"]
+    judged = pd.DataFrame(_criteria(result, comparisons, causes, forces))
+    missed = judged.loc[judged["holds"] == "no", "name"]
     report.warn(
-        f"Not within its target: {'; '.join(missed)}." if missed else "",
+        f"Not within its target: {'; '.join(missed)}." if len(missed) else "",
         f"There is no modal analysis: {result.complaint}." if result.complaint else "",
     )
     _headlines(report, result, comparisons)
@@ -233,7 +233,7 @@ def _facts(report: Report, result: Validation) -> None:
         report.facts["no_modal_analysis"] = result.complaint
 
 
-def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Criterion]) -> None:
+def _against_the_thesis(report: Report, result: Validation, judged: pd.DataFrame) -> None:
     """Show every figure beside thesis and target."""
     low, high = result.listening.band
     sets = list(dict.fromkeys(one.driven.mount_set for one in result.syntheses))
@@ -248,14 +248,11 @@ def _against_the_thesis(report: Report, result: Validation, judged: Sequence[Cri
         f"peaks, paired within {TOLERANCE:g} Hz; a peak without partner has no deviation and is "
         "counted. Line by line, the largest difference in a notch would say nothing about booming.",
     )
-    columns = ("name", "measured", "thesis", "target", "holds")
-    table = pd.DataFrame({c: [getattr(one, c) for one in judged] for c in columns})
-    words = table[["thesis", "target", "holds"]].replace("", "–")
-    shown = table.rename(columns={"name": "figure"}).assign(
-        measured=[one.written for one in judged], **words
-    )
+    words = judged[["thesis", "target", "holds"]].replace("", "–")
+    written = list(map(_written, judged["name"], judged["measured"]))
+    shown = judged.rename(columns={"name": "figure"}).assign(measured=written, **words)
     report.table(
-        "validation", table, "A figure without target is reported, not judged.", shown=shown
+        "validation", judged, "A figure without target is reported, not judged.", shown=shown
     )
 
 
@@ -392,69 +389,49 @@ def _spread(report: Report, result: Validation, spread: LevelSpread) -> None:
     )
 
 
-@dataclass(frozen=True)
-class Criterion:
-    """One figure that says whether a synthesis can be trusted.
+def criterion(
+    name: str, measured: float, thesis: str = "", *, most: float = np.inf, least: float = -np.inf
+) -> dict[str, Any]:
+    """Hold a figure against what was asked and what the thesis reports; unknown is not held."""
+    target = f"≤ {most:g}" if most < np.inf else f"≥ {least:g}" if least > -np.inf else ""
+    holds = ("yes" if least <= measured <= most else "no") if target else ""
+    figures = {"name": name, "measured": float(measured), "thesis": thesis}
+    return {**figures, "target": target, "holds": holds}
 
-    ``thesis`` is what the thesis reports, ``most`` and ``least`` what was asked; without either
-    nothing is judged.
-    """
 
-    name: str
-    measured: float
-    thesis: str = ""
-    most: float | None = None
-    least: float | None = None
-
-    @property
-    def target(self) -> str:
-        """What was asked, in words."""
-        if self.most is not None:
-            return f"≤ {self.most:g}"
-        return "" if self.least is None else f"≥ {self.least:g}"
-
-    @property
-    def holds(self) -> str:
-        """``yes``, ``no``, or nothing where nothing was asked; unknown is not held."""
-        if not self.target:
-            return ""
-        low = self.least is None or self.measured >= self.least
-        high = self.most is None or self.measured <= self.most
-        return "yes" if low and high else "no"
-
-    @property
-    def written(self) -> str:
-        """The figure with the decimals of its unit."""
-        if not np.isfinite(self.measured):
-            return "not known"
-        return f"{self.measured:.{_DIGITS.get(split_label(self.name)[1], 2)}f}"
+def _written(name: str, measured: float) -> str:
+    """Write a figure with the decimals of its unit."""
+    digits = _DIGITS.get(split_label(name)[1], 2)
+    return f"{measured:.{digits}f}" if np.isfinite(measured) else "not known"
 
 
 def _criteria(
     result: Validation, comparisons: pd.DataFrame, causes: pd.DataFrame, forces: pd.DataFrame
-) -> list[Criterion]:
+) -> list[dict[str, Any]]:
     """Gather the figures of a validation."""
     of = {str(what): rows for what, rows in comparisons.groupby("comparison", sort=False)}
     road, surfaces, hammer = of[ON_ROAD], of[BY_SURFACES], of[BY_HAMMER]
     alone = float(road["unpaired peaks"].sum())
     unpaired = 100 * alone / max(alone + 2 * float(road["paired peaks"].sum()), 1.0)
     judged = [
-        Criterion("corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", 5),
-        Criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=10),
-        Criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", 15),
-        Criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=20),
-        Criterion("peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", 3),
-        Criterion("peaks of one curve alone, share [%]", unpaired),
-        Criterion("forces from surfaces, at peaks, largest [dB]", surfaces[PEAK].max(), most=0.3),
+        criterion("corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", most=5),
+        criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=10),
+        criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", most=15),
+        criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=20),
+        criterion(
+            "peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", most=3
+        ),
+        criterion("peaks of one curve alone, share [%]", unpaired),
+        criterion("forces from surfaces, at peaks, largest [dB]", surfaces[PEAK].max(), most=0.3),
         *(
-            Criterion(f"{what}, at peaks, largest [dB]", rows[PEAK].max(), most=0.5)
+            criterion(f"{what}, at peaks, largest [dB]", rows[PEAK].max(), most=0.5)
             for what, rows in of.items()
             if what.startswith(DESIGN)
         ),
-        Criterion(
+        criterion(
             "hammer against reciprocal, at peaks, median [dB]", hammer[PEAK].median(), "1 to 2"
         ),
-        Criterion(
+        criterion(
             "hammer against reciprocal, at peaks, largest [dB]", hammer[PEAK].max(), "1 to 2"
         ),
     ]
@@ -462,11 +439,11 @@ def _criteria(
         judged += _force_criteria(causes, forces)
     if result.spread is not None:
         name = f"spread over {len(result.vehicles)} vehicles of one drawing, median [dB]"
-        judged.append(Criterion(name, result.spread.quantile(0.5), "10 to 15"))
+        judged.append(criterion(name, result.spread.quantile(0.5), "10 to 15"))
     return judged + _mode_criteria(result)
 
 
-def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Criterion]:
+def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[dict[str, Any]]:
     """Judge the forces found on the road, and what blocked forces and functions cost."""
     judged = []
     inversion = forces["forces by inversion, rms error [%]"]
@@ -475,22 +452,22 @@ def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Criterio
         name = "interface forces by inversion on the road, rms error, largest [%]"
         blocked = forces["bench forces, rms error [%]"].max()
         judged = [
-            Criterion(name, inversion.max(), most=10),
-            Criterion("bench forces as interface forces, rms error, largest [%]", blocked),
-            Criterion("cost of blocked forces, corr_f, median [%]", corr_f[BLOCKED]),
-            Criterion("cost of measured transfer functions, corr_f, median [%]", corr_f[FUNCTIONS]),
+            criterion(name, inversion.max(), most=10),
+            criterion("bench forces as interface forces, rms error, largest [%]", blocked),
+            criterion("cost of blocked forces, corr_f, median [%]", corr_f[BLOCKED]),
+            criterion("cost of measured transfer functions, corr_f, median [%]", corr_f[FUNCTIONS]),
         ]
     held_out = forces["held-out accelerometers, median error [%]"].max()
-    return [*judged, Criterion("held-out accelerometers, median error, largest [%]", held_out)]
+    return [*judged, criterion("held-out accelerometers, median error, largest [%]", held_out)]
 
 
-def _mode_criteria(result: Validation) -> list[Criterion]:
+def _mode_criteria(result: Validation) -> list[dict[str, Any]]:
     """Judge the modes: each against the nearest true one, and true ones that none was near."""
     modes, truth = result.modes, result.shown[0].driven.truth
     if modes is None:
         return []
     judged = [
-        Criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{asked:g}")
+        criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{asked:g}")
         for n, (asked, value) in enumerate(zip(BODY_MODES, modes.frequency, strict=False), 1)
     ]
     if truth is None or result.true_shapes is None:
@@ -503,14 +480,14 @@ def _mode_criteria(result: Validation) -> list[Criterion]:
     damping = np.abs(ratio - 1).max()
     against = "against the truth, largest error [%]"
     judged += [
-        Criterion("true modes among the lowest that were missed [1]", missed, most=0),
-        Criterion(f"natural frequencies {against}", 100 * float(frequency), most=0.5),
-        Criterion(f"damping ratios {against}", 100 * float(damping), most=15),
+        criterion("true modes among the lowest that were missed [1]", missed, most=0),
+        criterion(f"natural frequencies {against}", 100 * float(frequency), most=0.5),
+        criterion(f"damping ratios {against}", 100 * float(damping), most=15),
     ]
     least = float(np.diag(modes.mac(result.true_shapes)).min())
     if np.isfinite(least):
         name = "shapes of the modes against the truth, least MAC [1]"
-        judged.append(Criterion(name, least, least=0.95))
+        judged.append(criterion(name, least, least=0.95))
     return judged
 
 

@@ -75,7 +75,6 @@ def test_every_table_and_figure_is_there_and_every_file_is_named(finished, secon
     names = {path.relative_to(finished).as_posix() for path in finished.rglob("*")}
     assert {
         "second_forces.csv",
-        "second_directions.csv",
         "report.html",
         "figures/second_force.png",
     } <= names

@@ -1,6 +1,7 @@
 """The sensitivity study at a tiny budget, through the same door as a user."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -81,8 +82,7 @@ def test_ranges_and_measures_stand_beside(finished):
     record = json.loads((finished / "run.json").read_text())
     assert record["facts"]["variables"] == "design: uniform from 0.85 to 1.15"
     page = (finished / "report.html").read_text(encoding="utf-8")
-    assert "Zero in every vehicle: Du y and Du z." in page
-    assert "design ±20 %: the same two lead in every vehicle." in page
+    assert re.search("stiffnesses that no vehicle hears: .*Du y and Du z", page)
     for stem in ("sobol", "sobol_mounts", "sobol_lines"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
 

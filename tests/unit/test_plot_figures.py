@@ -249,13 +249,6 @@ def changed(make, place, value):
         ("pareto_front", slice(0, 4), [[], [], [], []], "mean is empty"),
         ("spl_curves", 0, lambda a: a[:-1], r"baseline has shape \(3, 161\), expected"),
         ("spl_curves", 5, lambda a: a[:1], "different lengths"),
-        (
-            "stiffness_bars",
-            1,
-            lambda a: np.r_[0.7, a[1:]],
-            r"EnM x = 0\.7 lies outside its bounds 0\.8\.\.1\.2",
-        ),
-        ("stiffness_bars", 4, [1.0], r"nominal_stiffness has shape \(1,\)"),
     ],
 )
 def test_a_figure_refuses_what_it_would_drop(name, place, value, message):

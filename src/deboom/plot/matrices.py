@@ -168,6 +168,7 @@ def curve_matrix(
                         ls=(0, (3, 1.5)) if model else "-",
                         linewidth=0.7 if model else 1.1,
                         zorder=3 if model else 2,
+                        label=name,
                     )
                 _small_axes(axes, lines, logarithmic=logarithmic)
                 if row == 0:
@@ -192,7 +193,9 @@ def curve_matrix(
             y=1 - 0.1 / height,
             va="top",
         )
-        _matrix_legend(figure, list(curves), colour, dashed)
+        if len(curves) > 1:
+            handles, labels = grid[0, 0].get_legend_handles_labels()
+            figure.legend(handles, labels, loc="lower center", ncols=min(len(labels), 4))
         return figure
 
 
@@ -248,23 +251,3 @@ def _share_blocks(grid: npt.NDArray[np.object_], n: int) -> None:
         if column not in (0, half):
             for axes in grid[:, column]:
                 axes.tick_params(labelleft=False)
-
-
-def _matrix_legend(
-    figure: Figure, labels: Sequence[str], colour: Mapping[str, str], dashed: Sequence[str]
-) -> None:
-    from matplotlib.lines import Line2D
-
-    if len(labels) < 2:
-        return
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=colour.get(name, INK),
-            ls=(0, (4, 1.6)) if name in dashed else "-",
-            label=name,
-        )
-        for name in labels
-    ]
-    figure.legend(handles=handles, loc="lower center", ncols=min(len(handles), 4))

@@ -344,23 +344,14 @@ def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: An
     return environment.from_string(template).render(**content)
 
 
-@dataclass(frozen=True)
-class Image:
-    """A picture as a page takes it: data URI, width and height [CSS pixel]."""
-
-    source: str
-    width: int
-    height: int
-
-
-def as_image(picture: Picture) -> Image:
-    """Turn the PNG into a data URI with its size on screen."""
+def as_image(picture: Picture) -> dict[str, str | int]:
+    """Turn the PNG into ``source``, a data URI, with ``width`` and ``height`` on screen [px]."""
     width, height = struct.unpack(">II", picture.png[16:24])
-    return Image(
-        source="data:image/png;base64," + base64.b64encode(picture.png).decode("ascii"),
-        width=round(width / _PIXELS_PER_CSS_PIXEL),
-        height=round(height / _PIXELS_PER_CSS_PIXEL),
-    )
+    return {
+        "source": "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii"),
+        "width": round(width / _PIXELS_PER_CSS_PIXEL),
+        "height": round(height / _PIXELS_PER_CSS_PIXEL),
+    }
 
 
 def _json(content: Mapping[str, Any]) -> str:

@@ -234,16 +234,11 @@ class Comparison:
             )
         )
 
-    @property
-    def plain_sums(self) -> bool:
-        """Whether the objectives are the sums of mean and sigma over the responses."""
-        return self.judge.objectives == (MEAN_SUM, SIGMA_SUM)
-
     @cached_property
     def per_line(self) -> float:
         """Factor from sums over responses and lines to their mean; 1 for other objectives [1]."""
         n_lines = getattr(self.judge.evaluate, "n_lines", None)
-        if not self.plain_sums or n_lines is None:
+        if self.judge.objectives != (MEAN_SUM, SIGMA_SUM) or n_lines is None:
             return 1.0
         return 1.0 / (int(n_lines) * len(self.judge.evaluate.response_names))
 

@@ -101,7 +101,7 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
         axes=(
             *_variables(study, designs),
             *_objectives(study, front),
-            *_vehicles(study, len(front)),
+            *_vehicles(study),
         ),
         points=front["point"].tolist(),
         picks=list(picks),
@@ -271,7 +271,7 @@ def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
     ]
 
 
-def _vehicles(study: SupplierStudy, n: int) -> list[Axis]:
+def _vehicles(study: SupplierStudy) -> list[Axis]:
     level = "mean level of the lines [dB(A)]"
     table = _table(study, "per_vehicle", ("point", "vehicle", level))
     before = _table(study, "vehicles", ("vehicle", "level before [dB(A)]"))
@@ -280,11 +280,6 @@ def _vehicles(study: SupplierStudy, n: int) -> list[Axis]:
     axes = []
     for name in study.vehicles:
         values = _array(table.loc[table["vehicle"] == name, level])
-        if len(values) != n:
-            raise InputError(
-                f"{study.run.entry.folder / 'per_vehicle.csv'} has {len(values)} designs of "
-                f"{name}, the front has {n}: run the study again"
-            )
         axes.append(Axis(f"{name} level", "dB(A)", values, today[name], colours[name], "vehicle"))
     return axes
 

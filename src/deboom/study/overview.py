@@ -18,8 +18,6 @@ INDEX = "index.html"
 INTERACTIVE = "interactive.html"
 SUMMARY = "summary.json"
 _STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
-_FEW = 4
-"""Numbers of the summary that stand for a run without headlines."""
 
 
 def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
@@ -72,11 +70,8 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
 
 def headlines(entry: RunEntry) -> dict[str, str]:
     """Return the headline numbers of a run, label → value; none if it is not finished."""
-    kept = entry.record.get("headlines")
-    if kept:
-        return {str(label): str(value) for label, value in kept.items()}
-    items = list(_summary(entry).items())[:_FEW]
-    return {name: _number(value) for name, value in items}
+    kept = entry.record.get("headlines") or {}
+    return {str(label): str(value) for label, value in kept.items()}
 
 
 def options(record: Mapping[str, Any]) -> dict[str, Any]:

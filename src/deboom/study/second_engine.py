@@ -378,9 +378,6 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
         "curves alone.",
         {name: 2 for name in forces.columns if name.startswith(("R²", "peak"))},
     )
-    units = {"bench": "", "direction": "", "peak": " [dB]", "static_difference": " [N]"}
-    labels = {name: f"{name}{units.get(name, ' [1]')}" for name in map(str, numbers)}
-    report.table("second_directions", numbers.rename(columns=labels))
 
 
 def _second_summary(engine: SecondEngine, numbers: pd.DataFrame) -> dict[str, float]:

@@ -4,7 +4,6 @@ No driver package is needed: messages are JSON, separated by zero bytes, on the 
 (to the browser) and 4 (from it).
 """
 
-import base64
 import json
 import os
 import select
@@ -156,15 +155,6 @@ class Browser:
             assert time.monotonic() < end, f"{name} was not saved"
             time.sleep(0.02)
         return path.read_text(encoding="utf-8-sig")
-
-    def media(self, name):
-        """Show the page as for "print"; empty: as for the screen."""
-        self._send("Emulation.setEmulatedMedia", media=name)
-
-    def pdf(self):
-        """Return the page as it is printed."""
-        answer = self._send("Page.printToPDF", preferCSSPageSize=True, printBackground=True)
-        return base64.b64decode(answer["data"])
 
     def _send(self, method, wait=ANSWER, **parameters):
         self._count += 1

@@ -43,7 +43,6 @@ BUDGET = {
     "resamples": 100,
     "draws": 64,
     "polish": False,
-    "curve": False,
     "starts": 2,
     "every_set_up_to": 4,
     "group": GROUP,
@@ -144,14 +143,3 @@ def test_a_library_that_does_not_fit_is_found(folder, tmp_path):
     (fault,) = check_platform(library.parent).faults
     assert "mounts.library.json" in fault
     assert "Other" in fault
-
-
-def test_the_place_of_a_column_in_a_table_does_not_matter(folder, tmp_path):
-    copy = tmp_path / "any"
-    shutil.copytree(folder, copy)
-    path = copy / "runs" / "high.csv"
-    table = pd.read_csv(path)
-    table[table.columns[::-1]].to_csv(path, index=False)
-    first, second = (read_platform(one).load_case("high").force for one in (folder, copy))
-    assert first.channels == second.channels
-    assert (first.values == second.values).all()

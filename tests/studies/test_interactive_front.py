@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from browser_samples import Browser
 from foreign_platform_samples import GROUP, LINES, ORDER, PLACES, VEHICLES, write_foreign_platform
 from interactive_front_samples import data_of
 from typer.testing import CliRunner
@@ -97,35 +96,6 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
     stored = np.frombuffer(base64.b64decode(data["levels"]), "<i2") * data["levelStep"]
     levels = stored.reshape(len(designs), len(VEHICLES), len(band))
     np.testing.assert_allclose(levels, index.levels(designs, "high"), atol=0.00501)
-
-
-def test_the_page_opens_with_the_run_and_reads_in_newton_per_millimetre(folder, page):
-    browser = Browser()
-    try:
-        browser.open(page)
-        n = len(pd.read_csv(folder / "designs.csv"))
-        assert browser.text("#count") == f"{n} of {n} designs selected"
-        rows = "[...document.querySelectorAll('#stiffness tbody tr')]"
-        shown = browser.value(
-            f"{rows}.map(r => [r.children[0].textContent, r.children[2].textContent])"
-        )
-        assert [name for name, _ in shown] == [*VARIABLES, *(f"{name} loss" for name in VARIABLES)]
-        wanted = pd.read_csv(folder / "stiffness.csv")["best mean [N/mm]"]
-        for value, (_, words) in zip(wanted, shown, strict=False):
-            assert (
-                np.isnan(value) if words == "–" else float(words) == pytest.approx(value, rel=5e-3)
-            )
-        assert browser.complaints == []
-        assert browser.requests == [page.resolve().as_uri()]
-    finally:
-        browser.close()
-
-
-def test_it_can_go_elsewhere_and_leaves_the_run_as_it_was(folder, tmp_path):
-    written = write_interactive_page(folder, studies=STUDIES, out=tmp_path / "new" / "place")
-    assert written == tmp_path / "new" / "place" / "interactive.html"
-    assert data_of(written.read_text(encoding="utf-8"))["run"] == folder.name
-    assert supplier_study(folder, STUDIES, Pick.best_mean).run.entry.finished
 
 
 def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, tmp_path):

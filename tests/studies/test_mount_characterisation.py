@@ -147,6 +147,7 @@ def test_a_virtual_bench_has_a_campaign_that_is_gone_afterwards(monkeypatch):
     ("changes", "message"),
     [
         ({"noise_free": True}, "leave them out, or --campaign"),
+        ({"second_engine": True}, "leave them out, or --campaign"),
         ({"mount_set": "M7"}, "no mount set 'M7'"),
     ],
 )
@@ -160,13 +161,6 @@ def test_without_errors_nothing_but_the_model_form_is_left(tmp_path):
     folder = write_campaign(tmp_path / "exact", 1, plan, NO_ERRORS)
     exact = characterise_given(folder, "M1", CharacteriseOptions(), lambda *_: None)
     assert direction_numbers(exact)["error"].max() < 0.0105
-
-
-def test_options_of_virtual_benches_are_refused_with_a_campaign(campaign, tmp_path):
-    study = STUDY
-    for option in ({"noise_free": True}, {"second_engine": True}):
-        with pytest.raises(InputError, match="leave them out, or --campaign"):
-            run_study(study, tmp_path, {"campaign": campaign, **option})
 
 
 def test_other_models_are_compared_on_the_check_runs(blind, monkeypatch):

@@ -188,12 +188,6 @@ def test_another_option_input_version_or_text_is_refused_by_name(
     refused(cli, folder, "run.json is not JSON")
 
 
-def test_a_run_that_is_not_there(cli, tmp_path):
-    result = cli("run", STUDY, "--out", tmp_path, "--resume", "2026-11-21_104530_seed1")
-    assert result.exit_code == 2
-    assert "there is none in" in result.stderr
-
-
 def test_options_that_change_nothing_may_change(study, tmp_path, note, monkeypatch):
     """The run keeps its own options; who computes may be another."""
     folder = interrupted(monkeypatch, study, tmp_path / "results", note)
@@ -300,9 +294,3 @@ def test_bad_input_after_evaluations_keeps_them(study, tmp_path, note, monkeypat
     lost = InputError("the cluster is gone")
     folder = interrupted(monkeypatch, study, tmp_path / "results", note, lost)
     assert len(list((folder / "search" / "evaluations").iterdir())) == 6
-
-
-def test_the_context_is_no_option(cli):
-    text = cli("run", STUDY, "--help").output
-    assert "--resume" in text
-    assert "--run" not in text.replace("--resume", "")

@@ -31,20 +31,8 @@ def test_best_mean_quietens_every_u06_vehicle_the_one_with_the_battery_least(fro
     assert min(changes[:4]) < changes[4]
 
 
-def test_the_run_folder_is_complete_and_says_where_it_comes_from(front_run):
+def test_a_run_says_where_it_comes_from(front_run):
     assert front_run.parent.name == "u06_robust_front"
-    names = {path.relative_to(front_run).as_posix() for path in front_run.rglob("*")}
-    assert {
-        "front.csv",
-        "designs.csv",
-        "per_vehicle.csv",
-        "summary.json",
-        "run.json",
-        "report.html",
-        "figures/pareto_front.png",
-        "figures/spl_curves.png",
-        "figures/stiffness_bars.png",
-    } <= names
     record = json.loads((front_run / "run.json").read_text())
     assert record["seed"] == 1
     assert record["arguments"]["generations"] == 2
@@ -183,8 +171,8 @@ def test_the_model_of_a_run_is_built_again_without_a_search(front_run):
     ],
 )
 def test_options_change_what_is_asked(quick_front, tmp_path, changes):
-    folder = run(tmp_path, quick_front, **changes, samples=32)
-    assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 16
+    folder = run(tmp_path, quick_front, **changes, samples=32, generations=1, band=(30.0, 35.0))
+    assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 8
 
 
 def test_spectra_as_source_need_no_library(quick_front, tmp_path):
@@ -211,11 +199,3 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_fro
     folder = run(tmp_path, quick_front, **small, mounts=MountSource.library_inside)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "TSM x (1 of 241 lines are outside)" in page
-
-
-def test_several_seeds_make_one_front(quick_front, tmp_path):
-    folder = run(tmp_path, quick_front, searches=2, motion=Motion.prescribed)
-    assert json.loads((folder / "summary.json").read_text())["n_evaluated"] == 2 * 16
-    page = (folder / "report.html").read_text(encoding="utf-8")
-    assert "2 searches with different seeds" in page
-    assert "by gradient" in page

@@ -107,19 +107,6 @@ def test_the_folder_has_a_readme_that_names_each_file(tmp_path, files):
     assert all(f"`{name}`" in readme for name in (expected | functions) - {"README.md"})
 
 
-def test_tables_have_their_columns_units_and_rows(tmp_path):
-    folder = made(tmp_path / "mine", files=FunctionFiles.csv)
-    rows = read_table(folder / "channels.xlsx", ChannelRow)
-    assert len(rows) == 2 * 3 * 3 + 2 * 3
-    assert {row.unit.label for row in rows} == {"m", "N", "Pa/N"}
-    header = pd.read_csv(folder / "operating/slow.csv").columns
-    assert len(header) == 1 + 2 * 2 * 9
-    assert {"frequency [Hz]", "Du left x force imag [N]"} <= set(header)
-    header = pd.read_csv(folder / "noise_transfer/wagon.csv").columns
-    assert list(header[-2:]) == ["Du z real [Pa/N]", "Du z imag [Pa/N]"]
-    assert list(pd.read_excel(folder / "mounts.xlsx", sheet_name=None)) == ["table", "help"]
-
-
 def models_of(model):
     """Models of a file: its own, and those of its sections."""
     return [model, *(each for part in _sections(model).values() for each in models_of(part))]

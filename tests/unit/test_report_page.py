@@ -13,7 +13,6 @@ import pytest
 from deboom.errors import InputError
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
-from deboom.report.glossary import GLOSSARY
 from deboom.report.report import Picture, Report, Table
 from deboom.report.sheet import Sheet
 from deboom.report.tables import split_label, text_columns
@@ -157,34 +156,6 @@ def test_page_names_its_language_title_and_one_main_heading():
         assert attributes.get("aria-labelledby", identifiers[0]) in identifiers
 
 
-def test_all_words_of_the_page_are_there():
-    document = Document(render_page(page()))
-    ((_, text),) = document.every("main")
-    for words in (
-        "Which mounts?",
-        "−2.8 dB",
-        "First paragraph.",
-        "Second one.",
-        "TSM x stops at its bound.",
-        "How to read this page",
-        GLOSSARY["SPL"],
-        "deboom run studies/front.py --seed 1",
-        "numpy 2.4.6, pymoo none",
-        "revision abc, dirty no",
-        "wall time [s]31.4",
-        "0123abcd",
-    ):
-        assert words in text, words
-    paragraphs = [text for _, text in document.every("p")]
-    assert paragraphs.count("First paragraph.") == paragraphs.count("Second one.") == 1
-
-
-def test_boxes_stay_away_when_they_have_nothing_to_say():
-    document = Document(render_page(page(warnings=(), terms=(), tiles=(), provenance={})))
-    tags = {tag for tag, _, _ in document.elements}
-    assert not tags & {"aside", "footer", "nav", "ul"}
-
-
 def test_long_page_has_a_table_of_contents_whose_links_lead_somewhere():
     sections = tuple(Section(f"Part {place}", "Text.") for place in range(1, 6))
     document = Document(render_page(page(sections=sections)))
@@ -255,23 +226,10 @@ def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
         Sheet("A").figure(PNG, " ")
 
 
-def test_same_page_gives_the_same_file():
-    assert render_page(page()) == render_page(page())
-
-
 def test_a_number_of_the_summary_that_is_not_known_is_null():
     report = Report("Question?")
     report.summary |= {"peak_db": np.float64("nan"), "n": 3}
     assert json.loads(report.contents()["summary.json"]) == {"peak_db": None, "n": 3}
-
-
-def test_figures_and_tables_are_numbered_through_the_page():
-    picture = Picture(PNG, alt="Curve.", caption="Words.")
-    section = Section("Part", "Text.", (picture, picture), (Table(TABLE, "T."),))
-    document = Document(render_page(page(sections=(section, section))))
-    captions = [text.split(".")[0] for _, text in document.every("figcaption")]
-    assert captions == ["Figure 1", "Figure 2", "Figure 3", "Figure 4"]
-    assert [text for _, text in document.every("caption")] == ["Table 1. T.", "Table 2. T."]
 
 
 @pytest.mark.parametrize(

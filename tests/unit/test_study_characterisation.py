@@ -1,5 +1,7 @@
 """`deboom characterise`, and the truth beside a characterisation."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,7 +13,6 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.mounts.library import open_library
-from deboom.mounts.operating_map import OperatingMap
 from deboom.study import campaigns as characterisation_library
 from deboom.study.mount_characterisation import (
     THESIS_R2,
@@ -98,22 +99,8 @@ CHANNELS = ("TSM x", "Du left x", "Du right x")
 
 
 def lines(mount, axis, run, frequency):
-    """Make a map with nothing but the names of its lines."""
-    zero = np.zeros(len(run))
-    others = {
-        "wheel_torque": zero,
-        "static_force": zero,
-        "displacement": zero.astype(complex),
-        "force": zero.astype(complex),
-        "displacement_noise": zero,
-        "force_noise": zero,
-        "stiffness": zero.astype(complex),
-        "confidence": zero,
-        "near_floor": zero.astype(bool),
-    }
-    return OperatingMap(
-        mount=mount, axis=axis, run=np.array(run), frequency=np.array(frequency), **others
-    )
+    """Make the names of the lines of a map."""
+    return SimpleNamespace(mount=mount, axis=axis, run=np.array(run), frequency=np.array(frequency))
 
 
 @pytest.fixture

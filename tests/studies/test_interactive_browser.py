@@ -120,6 +120,9 @@ def test_a_box_in_the_scatter_brushes_both_axes(page):
     page.focus("#clear")
     page.key(" ")
     assert count(page) == N
+
+
+def test_a_click_on_a_brushed_axis_and_escape_take_the_brush_off(page):
     x, top, bottom = axis_place(page, 0)
     for unbrush in (lambda: page.drag((x, top + 3)), lambda: page.key("Escape")):
         page.drag((x, bottom), (x, bottom - 30))

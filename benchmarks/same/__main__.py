@@ -61,8 +61,6 @@ def main() -> int:
     new = cache / "trees" / ROOT.as_posix().strip("/").replace("/", "_")
     missing = [s for s in wanted if not _is_kept(base / "runs", s)]
     _run(missing, "steps", tree, base / "runs", base / "runs", options.jobs)
-    if options.base_only:
-        return 0
     own = (
         []
         if options.kept
@@ -77,7 +75,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument("base", nargs="?", default="main", help="commit to compare with")
     parser.add_argument("--only", action="append", help="pattern of scenarios; repeatable")
     parser.add_argument("--list", action="store_true", help="names of the scenarios")
-    parser.add_argument("--base-only", action="store_true", help="fill the base's results only")
     parser.add_argument("--kept", action="store_true", help="compare what ran last, run nothing")
     parser.add_argument("--kind", action="append", choices=KINDS, help="only such differences")
     parser.add_argument("--cache", type=Path, default=ROOT / "build" / "same")

@@ -1,9 +1,9 @@
 """Sigma from 128 draws.
 
-The five U06 vehicles of the shipped platform: σ of each vehicle's SPLV
-at 8 designs drawn over the bounds, from 128 shared Sobol points of 4 seeds, against 2^18 points.
-A control variate of degree 1 is a straight line in the draws, of degree 2 a parabola in each. What
-front it leads to is held by tests on problems with a known one.
+The five U06 vehicles of the shipped platform: σ of each vehicle's SPLV at 8 designs drawn over the
+bounds, from 128 shared Sobol points of 4 seeds, against 2^18 points. A control variate of degree 1
+is a straight line in the draws, of degree 2 a parabola in each. What front it leads to is held by
+tests on problems with a known one.
 """
 
 from __future__ import annotations

@@ -1,10 +1,11 @@
 """The mount supplier's sheet, and its way back.
 
 `deboom report RUN --supplier` on a run of `studies/u06_robust_front.py` with a fifth of its budget
-(60 × 40 designs, prescribed motion), seed 1. Deliveries of 60 strut mounts are drawn about the band, from capable to hopeless;
-their true stiffness at the state of the sheet comes from the bench's law, the supplier reads it
-with an expanded uncertainty of 2 % and fills in the workbook, which is read back and judged. A
-verdict is wrong where a part passes whose true stiffness lies outside of the band, or fails inside.
+(60 × 40 designs, prescribed motion), seed 1. Deliveries of 60 strut mounts are drawn about the
+band, from capable to hopeless; their true stiffness at the state of the sheet comes from the
+bench's law, the supplier reads it with an expanded uncertainty of 2 % and fills in the workbook,
+which is read back and judged. A verdict is wrong where a part passes whose true stiffness lies
+outside of the band, or fails inside.
 
 On the machine the preload rises from zero, as the torque of a run-up does: the rubber of the bench
 remembers 0.25 mm of static deflection, and a machine that came down from above, or one without

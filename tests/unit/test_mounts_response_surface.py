@@ -42,24 +42,6 @@ def test_scikit_learn_estimator_rules(estimator, check):
     check(estimator)
 
 
-def test_one_and_several_outputs_keep_their_shape():
-    single = PiecewiseCubicRegressor().fit(X, Y)
-    double = PiecewiseCubicRegressor().fit(X, np.column_stack([Y, -2 * Y]))
-    assert single.predict(X[:9]).shape == (9,)
-    assert single.gradient(X[:9]).shape == (9, 2)
-    assert double.predict(X[:9]).shape == (9, 2)
-    assert double.gradient(X[:9]).shape == (9, 2, 2)
-    lower, upper = double.predict_interval(X[:9])
-    assert lower.shape == upper.shape == (9, 2)
-    # proportional outputs have one and the same best split
-    np.testing.assert_allclose(double.split_points_, single.split_points_)
-    np.testing.assert_allclose(double.predict(X)[:, 1], -2 * single.predict(X), rtol=1e-9)
-
-
-def test_too_few_rows_for_two_pieces_give_one():
-    assert PiecewiseCubicRegressor().fit(X[:39], Y[:39]).split_points_.size == 0
-
-
 def test_a_constant_column_is_harmless_and_guarded():
     rows = np.column_stack([X, np.full(len(X), 7.0)])
     model = PiecewiseCubicRegressor().fit(rows, Y)
@@ -121,12 +103,6 @@ def test_a_variable_that_only_rounding_moves_is_constant_in_its_piece():
     assert not model.supported(between[5:25]).any()
 
 
-@pytest.mark.parametrize("coverage", [0.0, 1.0, 95.0])
-def test_coverages_that_do_not_exist_are_refused(coverage):
-    with pytest.raises(InputError, match="coverage lies between 0 and 1"):
-        PiecewiseCubicRegressor().fit(X, Y).predict_interval(X, coverage)
-
-
 def test_region_knows_its_reach():
     corners = np.array([[0.0, 0.0], [10.0, 2.0]])
     region = TrainingRegion(corners, corners[0], corners[1], 0.25)
@@ -171,15 +147,6 @@ def test_shapes_follow_the_points():
         assert lower.shape == upper.shape == shape
         assert np.all((lower.real < upper.real) & (lower.imag < upper.imag))
     assert SURFACE.predict(POINTS).dtype == complex
-
-
-def test_its_r_squared_is_that_of_its_own_lines():
-    fitted = SURFACE.predict(LINES)
-    assert SURFACE.r2_real_ == pytest.approx(r_squared(STIFFNESS.real, fitted.real), rel=1e-12)
-    assert SURFACE.r2_imag_ == pytest.approx(r_squared(STIFFNESS.imag, fitted.imag), rel=1e-12)
-    force = r_squared(np.abs(STIFFNESS) * AMPLITUDE, np.abs(fitted) * AMPLITUDE)
-    assert SURFACE.r2_force_ == pytest.approx(force, rel=1e-12)
-    assert 0.99 < SURFACE.r2_real_ < 1
 
 
 def test_scikit_learn_cross_validates_a_surface_by_whole_runs():
@@ -286,6 +253,31 @@ def test_a_state_measured_again_is_supported_at_the_edge_of_the_lines():
 
 
 @pytest.mark.parametrize(
+    ("ask", "words"),
+    [
+        (lambda: operating_points(np.zeros(3), np.zeros(4), 40.0), "shapes"),
+        (lambda: SURFACE.supported([np.nan, 1e-4, 40.0]), "must be finite"),
+        (lambda: SURFACE.predict([-700.0, 1e-4]), "last axis is preload, amplitude, frequency"),
+        (lambda: SURFACE.predict_interval(MIDDLE, 95.0), "coverage lies between 0 and 1"),
+        (lambda: friction_stiffness(-0.1), "at least 0"),
+        (
+            lambda: DynamicStiffnessSurface(gaussian_process(), max_lines=1).fit(LINES, STIFFNESS),
+            "max_lines is at least 2",
+        ),
+        (
+            lambda: DynamicStiffnessSurface(PiecewiseCubicRegressor(pieces="cv")).fit(
+                LINES, STIFFNESS
+            ),
+            "name each line's run",
+        ),
+    ],
+)
+def test_questions_without_sense_are_refused(ask, words):
+    with pytest.raises(InputError, match=words):
+        ask()
+
+
+@pytest.mark.parametrize(
     ("X", "y", "options", "words"),
     [
         (LINES[:-1], STIFFNESS, {}, r"stiffness: shape \(899\) is needed, not \(900,\)"),
@@ -308,21 +300,6 @@ def test_a_state_measured_again_is_supported_at_the_edge_of_the_lines():
 def test_lines_that_cannot_be_fitted_are_refused(X, y, options, words):
     with pytest.raises(InputError, match=words):
         DynamicStiffnessSurface().fit(X, y, **options)
-
-
-def test_points_without_sense_are_refused():
-    with pytest.raises(InputError, match="shapes"):
-        operating_points(np.zeros(3), np.zeros(4), 40.0)
-    with pytest.raises(InputError, match="must be finite"):
-        SURFACE.supported([np.nan, 1e-4, 40.0])
-    with pytest.raises(InputError, match="last axis is preload, amplitude, frequency"):
-        SURFACE.predict([-700.0, 1e-4])
-
-
-def test_runs_choose_the_number_of_pieces():
-    by_runs = DynamicStiffnessSurface(PiecewiseCubicRegressor(pieces="cv"))
-    with pytest.raises(InputError, match="name each line's run"):
-        by_runs.fit(LINES, STIFFNESS)
 
 
 # ------------------------------------------------------------------ other models
@@ -364,13 +341,6 @@ def test_what_only_cubics_have_is_refused_by_name(ask, what):
         ask(other)
     with pytest.raises(InputError, match="GaussianProcessRegressor fits all lines alike"):
         DynamicStiffnessSurface(GaussianProcessRegressor()).fit(LINES, STIFFNESS, np.arange(1, 901))
-
-
-def test_parameters_without_sense_are_refused():
-    with pytest.raises(InputError, match="at least 0"):
-        friction_stiffness(-0.1)
-    with pytest.raises(InputError, match="max_lines is at least 2"):
-        DynamicStiffnessSurface(gaussian_process(), max_lines=1).fit(LINES, STIFFNESS)
 
 
 def test_comparison_is_one_table_over_common_lines():

@@ -50,21 +50,6 @@ def test_motion_is_the_forced_response_of_an_independent_assembly():
             np.testing.assert_allclose(found[:, 9 + piece], alone[:, 0], rtol=1e-12)
 
 
-def test_pressure_sums_every_direction_and_piece_once():
-    motion, design = bench.coupled_problem(SHAPE), bench.designs(SHAPE)[:1]
-    expected = np.zeros((3, 41), dtype=complex)
-    displacement = motion.displacement(motion.springs(design))[0]
-    first = 0
-    for body in motion.bodies:
-        for i, variable in enumerate(body.variables):
-            for line in range(41):
-                force = design[0, variable] * body.stiffness[line, i]
-                force *= displacement[line, first + i]
-                expected[:, line] += body.transfer[:, line, i] * force
-        first += body.variables.size
-    np.testing.assert_allclose(motion.pressure(design)[0], expected, rtol=1e-11)
-
-
 def test_gradient_agrees_with_differences_of_fourth_order():
     """Away from notches: each derivative within 1e-6 of the largest of its vehicle."""
     first, second = bench.coupled_problem(SHAPE, 1), bench.coupled_problem(SHAPE, 11)

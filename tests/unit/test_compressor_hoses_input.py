@@ -8,9 +8,9 @@ import pytest
 
 from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.hoses import (
+    HammerEvidence,
     beam_of,
     changed_hose,
-    hammer_evidence,
     hose_matrices,
     motion_at_virtual_point,
     port_forces,
@@ -181,17 +181,17 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
             "sensors must stay where they were struck",
         ),
         (
-            lambda: hammer_evidence(
+            lambda: HammerEvidence(
                 frf(), frf(inputs=("I2",)), found(), band=(20, 50), largest_lines=20
             ),
             "strike the same points",
         ),
         (
-            lambda: hammer_evidence(frf(), frf(step=2.0), found(), band=(20, 50), largest_lines=20),
+            lambda: HammerEvidence(frf(), frf(step=2.0), found(), band=(20, 50), largest_lines=20),
             "have other lines",
         ),
         (
-            lambda: hammer_evidence(frf(), frf(), found(), band=(200, 250), largest_lines=20),
+            lambda: HammerEvidence(frf(), frf(), found(), band=(200, 250), largest_lines=20),
             "no line between 200 and 250 Hz",
         ),
     ],

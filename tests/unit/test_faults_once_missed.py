@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hoses import HIT_SCATTER, hammer_evidence
+from deboom.compressor.hoses import HIT_SCATTER, HammerEvidence
 from deboom.compressor.sources import Band, unbalance_curve
 from deboom.explore.box import bernstein_gap
 from deboom.explore.scatter import capability
@@ -62,7 +62,7 @@ def test_hits_of_both_tests_make_the_scatter_of_their_places():
         model=SimpleNamespace(apparent_mass=lambda lines: np.zeros((lines.size, 6, 6))),
     )
     found = SimpleNamespace(test=tests[0], calibrated=calibrated)
-    evidence = hammer_evidence(*tests, found, band=(20.0, 23.0), largest_lines=9)
+    evidence = HammerEvidence(*tests, found, band=(20.0, 23.0), largest_lines=9)
     expected = HIT_SCATTER * np.sqrt(1 / 3 + 1 / 6)
     np.testing.assert_allclose(evidence.nuisance_deviations, expected, rtol=1e-15)
 

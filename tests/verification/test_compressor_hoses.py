@@ -19,12 +19,13 @@ from deboom.compressor.hose_identification import (
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.hoses import (
     BEAM_NUMBERS,
+    HammerEvidence,
+    SweepEvidence,
     changed_hose,
-    hammer_evidence,
     hose_matrices,
     point_derivatives,
     port_forces,
-    sweep_evidence,
+    sweep_pairs,
 )
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.model import applied
@@ -132,10 +133,10 @@ def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
         return hose_matrices(changed, lines).point
 
     evidences = [
-        hammer_evidence(
+        HammerEvidence(
             test.hammer, test.hammer_with_hoses, found, band=(20, 150), largest_lines=20
         ),
-        sweep_evidence(test, found, band=(100, 115))[0],
+        SweepEvidence(sweep_pairs(test, found, (100, 115))[0], found, test.rotor_inertia),
     ]
     step = 1e-5
     for hose, number in ((0, 0), (1, 2), (0, 4), (1, 5), (0, 8), (1, 10)):

@@ -34,18 +34,6 @@ N_FORCE, N_WRENCH = 3, len(POINT_LOADS)
 StiffnessCurve = Callable[[RealArray], ComplexArray]
 
 
-def motion_at_mounts(
-    mounts: Sequence[CompressorMount], displacement: npt.ArrayLike
-) -> ComplexArray:
-    """Compute the motion of the compressor at each of its mounts.
-
-    `displacement` (n_frequency, 6): motion of the virtual point [m, rad]. Returns (n_frequency, 3
-    n) x, y, z of each mount [m].
-    """
-    rows = forward_matrices(np.array([mount.position for mount in mounts]))
-    return np.asarray(np.asarray(displacement, dtype=complex) @ rows.T)
-
-
 def mount_forces(
     mounts: Sequence[CompressorMount], factor: npt.ArrayLike, travel: npt.ArrayLike
 ) -> ComplexArray:
@@ -63,12 +51,6 @@ def mount_forces(
     forces = np.einsum("iab,fib->fia", stiffness_of_mounts(tuple(mounts)), by_mount)
     scale = np.asarray(factor, dtype=complex)[:, np.newaxis]
     return np.asarray(scale * forces.reshape(apart.shape))
-
-
-def load_at_virtual_point(mounts: Sequence[CompressorMount], forces: npt.ArrayLike) -> ComplexArray:
-    """Refer forces at the mounts (n_frequency, 3 n) to the virtual point, (n_frequency, 6)."""
-    rows = forward_matrices(np.array([mount.position for mount in mounts]))
-    return np.asarray(np.asarray(forces, dtype=complex) @ rows)
 
 
 def body_receptance(
@@ -122,7 +104,8 @@ def loads_by_measured_holders(
     ``F_m = v K (T x − y)`` and, with the free body's receptances Y,
     ``F_h = (1 + Z Y_hh)⁻¹ (S x − Z Y_hm F_m)``, where a hose pushes on the body with ``S x − Z b``.
     """
-    forces = mount_forces(mounts, factor, motion_at_mounts(mounts, displacement) - holder)
+    travel = displacement @ _rows(mounts).T - holder
+    forces = mount_forces(mounts, factor, travel)
     if receptance is None or not hoses:
         return forces, np.zeros((len(forces), 0), dtype=complex)
     matrices = hose_matrices(hoses, frequency)
@@ -133,6 +116,11 @@ def loads_by_measured_holders(
     flexible = np.eye(at_ends.shape[-1]) + matrices.body @ at_ends
     loads = _solved(flexible, free - applied(matrices.body, by_mounts))
     return np.hstack([forces, loads]), by_mounts + applied(at_ends, loads)
+
+
+def _rows(mounts: Sequence[CompressorMount]) -> RealArray:
+    """Motion of the virtual point → motion of each mount, shape (3 n, 6)."""
+    return forward_matrices(np.array([mount.position for mount in mounts]))
 
 
 def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
@@ -168,7 +156,7 @@ def on_rigid_foundation(
         factor = found.calibrated.model.gain.at(lines) * (1 + changed)
         # the gyroscopic moment has no part in a motion this small
         mass, _ = running_mass(found, lines, change=changed)
-        load = load_at_virtual_point(mounts, mount_forces(mounts, factor, holder))
+        load = mount_forces(mounts, factor, holder) @ _rows(mounts)
         if accelerance is not None and hoses and sweep.hoses is HoseState.STANDARD:
             matrices = hose_matrices(hoses, lines)
             places = [mount.name for mount in mounts], [hose.name for hose in hoses]

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, frozen_copy
+from deboom.arrays import BoolArray, ComplexArray, RealArray, checked
 from deboom.compressor.hoses import HoseMatrices
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
@@ -306,7 +306,6 @@ class MountStatics:
         return np.asarray(mount_stiffness_matrix(positions, values, turn), dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
 class CabinIndex:
     """SPLV of every car over weighted cases, as a function of stiffnesses and places of the mounts.
 
@@ -325,47 +324,36 @@ class CabinIndex:
     are polynomials in the offsets δ. SPLV as in thesis, eq. 35.
     """
 
-    variables: MountVariables
-    mounts: tuple[CompressorMount, ...]
-    gain: ComplexArray
-    seams: tuple[CarSeam, ...]
-    weights: tuple[float, ...]
-    one_pascal: float = field(init=False, repr=False)
-    """SPLV of 1 Pa at every line."""
-    compliance: ComplexArray = field(init=False, repr=False)
-    """Of every car and line, per product of two offsets, (n_pair, v f, 3 m, 3 m)."""
-    free: ComplexArray = field(init=False, repr=False)
-    """Per offset, case, car and line, (n_offset, c, v f, 3 m)."""
-    transfer: ComplexArray = field(init=False, repr=False)
-    """Per offset, car and line, (n_offset, v f, 3 m)."""
-    direct: ComplexArray = field(init=False, repr=False)
-    """Per case, car and line, (c, v f)."""
-
-    def __post_init__(self) -> None:
-        total = float(sum(self.weights))
-        weights = tuple(float(weight / total) for weight in self.weights)
-        object.__setattr__(self, "weights", weights)
+    def __init__(
+        self,
+        variables: MountVariables,
+        mounts: tuple[CompressorMount, ...],
+        gain: ComplexArray,
+        seams: tuple[CarSeam, ...],
+        weights: Sequence[float],
+    ) -> None:
+        self.variables, self.mounts, self.seams = variables, mounts, seams
+        self.gain = np.asarray(gain, dtype=complex)
+        self.weights = tuple(float(weight / sum(weights)) for weight in weights)
         lines = self.frequency
-        level = float(sound_level.splv(sound_level.spl(np.ones(lines.size), lines)))
-        object.__setattr__(self, "one_pascal", level)
+        self.one_pascal = float(sound_level.splv(sound_level.spl(np.ones(lines.size), lines)))
         basis = self._basis()
-        compliance = np.concatenate([seam.compliance for seam in self.seams])
-        parts = [
-            basis[i] @ compliance @ basis[j].T
-            + (basis[j] @ compliance @ basis[i].T if i != j else 0)
-            for i, j in zip(*self._pairs, strict=True)
-        ]
-        free = np.concatenate([seam.free for seam in self.seams], axis=1)
-        transfer = np.concatenate([seam.transfer for seam in self.seams])
-        prepared = {
-            "gain": np.array(self.gain, dtype=complex),
-            "compliance": np.array(parts),
-            "free": np.array([free @ rows.T for rows in basis]),
-            "transfer": np.array([transfer @ rows.T for rows in basis]),
-            "direct": np.concatenate([seam.direct for seam in self.seams], axis=1),
-        }
-        for name, array in prepared.items():
-            object.__setattr__(self, name, frozen_copy(array))
+        # of every car and line, per product of two offsets, (n_pair, v f, 3 m, 3 m)
+        compliance = np.concatenate([seam.compliance for seam in seams])
+        self.compliance = np.array(
+            [
+                basis[i] @ compliance @ basis[j].T
+                + (basis[j] @ compliance @ basis[i].T if i != j else 0)
+                for i, j in zip(*self._pairs, strict=True)
+            ]
+        )
+        # per offset, case, car and line, (n_offset, c, v f, 3 m); then without the cases
+        free = np.concatenate([seam.free for seam in seams], axis=1)
+        transfer = np.concatenate([seam.transfer for seam in seams])
+        self.free = np.array([free @ rows.T for rows in basis])
+        self.transfer = np.array([transfer @ rows.T for rows in basis])
+        # per case, car and line, (c, v f)
+        self.direct = np.concatenate([seam.direct for seam in seams], axis=1)
 
     def _basis(self) -> RealArray:
         """P at the drawn places, then its derivative by every offset, (n_offset, 3 m, 6 m)."""

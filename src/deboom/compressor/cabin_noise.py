@@ -9,7 +9,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import BoolArray, ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.body_loads import (
     N_FORCE,
     body_receptance,
@@ -78,12 +78,6 @@ class RunningInCar:
         of_hoses = () if self.hoses is None else self.hoses.alarms
         return (*self.source.alarms, *self.shares.alarms, *of_hoses)
 
-    def modelled_hoses(self, sweep: OperatingSweep) -> tuple[HoseDrawing, ...]:
-        """Return the hoses whose paths are part of the sound of a sweep."""
-        if self.hoses is None or sweep.hoses is not HoseState.STANDARD:
-            return ()
-        return self.hoses.hoses
-
 
 def running_in_car(
     car: ElectricCar,
@@ -130,18 +124,17 @@ def running_in_car(
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
     options = UnbalanceOptions(routes=(UPDATED,), chosen=UPDATED)
-    test = on_rigid_foundation(car.operation, found, shares.mounts)
-    source = unbalance(test, found, options)
+    source = unbalance(on_rigid_foundation(car.operation, found, shares.mounts), found, options)
+    change = source.state.significant
     if source.state.changed:
         # what the body does through them is known better now
-        change = source.state.significant
-        test = on_rigid_foundation(car.operation, found, shares.mounts, change=change)
+        test = on_rigid_foundation(car.operation, found, shares.mounts, change)
         source = unbalance(test, found, options)
+        change = source.state.significant
     hoses: HoseIdentification | None = None
     if known:
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
-            change = source.state.significant
             still = on_rigid_foundation(
                 car.operation, found, shares.mounts, change, known, accelerance
             )
@@ -252,42 +245,44 @@ class SweepNoise(Tabled):
         return spl(pressure, self.frequency)
 
 
-@dataclass(frozen=True, eq=False)
 class _Listening:
-    """What all syntheses of one sweep share: lines of the band, paths and the body."""
+    """What all syntheses of one sweep share: lines of the band, paths and the body.
 
-    inside: BoolArray
-    lines: RealArray
-    hoses: tuple[HoseDrawing, ...]
-    paths: tuple[str, ...]
-    receptance: ComplexArray
-    holder: ComplexArray
+    InputError: no line in the band.
+    """
 
-    @classmethod
-    def to(
-        cls, running: RunningInCar, sweep: OperatingSweep, band: tuple[float, float]
-    ) -> _Listening:
-        """Prepare a sweep; InputError where it has no line in the band."""
-        inside = (sweep.frequency >= band[0]) & (sweep.frequency <= band[1])
-        if not inside.any():
+    def __init__(
+        self, running: RunningInCar, sweep: OperatingSweep, band: tuple[float, float]
+    ) -> None:
+        self.inside = (sweep.frequency >= band[0]) & (sweep.frequency <= band[1])
+        if not self.inside.any():
             raise InputError(
                 f"sweep {sweep.name} goes from {sweep.frequency[0]:g} to {sweep.frequency[-1]:g} "
                 f"Hz and has no line between {band[0]:g} and {band[1]:g} Hz: choose another band"
             )
-        lines = sweep.frequency[inside]
-        hoses = running.modelled_hoses(sweep)
-        mounts, ends = [m.name for m in running.shares.drawn], [hose.name for hose in hoses]
-        return cls(
-            inside,
-            lines,
-            hoses,
-            (
-                *(f"{name} {load}" for name in mounts for load in POINT_LOADS[:3]),
-                *(f"{name} {load}" for name in ends for load in POINT_LOADS),
-            ),
-            body_receptance(running.accelerance, lines, mounts, ends),
-            holder_displacement(sweep, running.shares.mounts)[inside],
+        self.lines = sweep.frequency[self.inside]
+        modelled = running.hoses is not None and sweep.hoses is HoseState.STANDARD
+        self.hoses = running.hoses.hoses if running.hoses is not None and modelled else ()
+        mounts, ends = [m.name for m in running.shares.drawn], [hose.name for hose in self.hoses]
+        self.paths = (
+            *(f"{name} {load}" for name in mounts for load in POINT_LOADS[:N_FORCE]),
+            *(f"{name} {load}" for name in ends for load in POINT_LOADS),
         )
+        self.receptance = body_receptance(running.accelerance, self.lines, mounts, ends)
+        self.holder = holder_displacement(sweep, running.shares.mounts)[self.inside]
+
+    def loads(
+        self,
+        mounts: tuple[CompressorMount, ...],
+        factor: ComplexArray,
+        displacement: ComplexArray,
+        hoses: tuple[HoseDrawing, ...],
+    ) -> ComplexArray:
+        """Compute the loads on the body, shape (n_frequency, n_path) [N, N m]."""
+        loads, _ = loads_by_measured_holders(
+            mounts, factor, displacement, self.holder, hoses, self.lines, self.receptance
+        )
+        return loads
 
 
 def cabin_noise(
@@ -344,16 +339,14 @@ def _sweep_noise(
     band: tuple[float, float],
 ) -> SweepNoise:
     """Synthesise one sweep."""
-    part = _Listening.to(running, sweep, band)
+    part = _Listening(running, sweep, band)
     lines, mounts = part.lines, running.shares.mounts
     factor = running.found.calibrated.model.gain.at(lines)
     factor = factor * (1 + running.source.state.significant(lines))
     displacement = displacement_at_virtual_point(sweep, running.found)[part.inside]
     functions = transfer.at(lines).transfer.select(inputs=part.paths).values[:, 0]
 
-    loads, _ = loads_by_measured_holders(
-        mounts, factor, displacement, part.holder, part.hoses, lines, part.receptance
-    )
+    loads = part.loads(mounts, factor, displacement, part.hoses)
     assert sweep.sound is not None  # the door of a car has asked for it
     return SweepNoise(
         sweep=sweep.name,
@@ -466,7 +459,7 @@ def _levels(
     generator: np.random.Generator,
 ) -> RealArray:
     """Levels of all paths and of the mounts' alone, shape (n_draw, 2, n_frequency) [dB(A)]."""
-    part = _Listening.to(running, sweep, band)
+    part = _Listening(running, sweep, band)
     lines = part.lines
     at_lines = transfer.at(lines)
     columns = [at_lines.transfer.inputs.index(path) for path in part.paths]
@@ -479,15 +472,9 @@ def _levels(
     unsure = np.interp(lines, state.frequency, state.curve_deviation)
     levels = []
     for draw in drawn:
-        loads, _ = loads_by_measured_holders(
-            draw.mounts,
-            draw.gain.at(lines) * (1 + change + unsure * draw.state),
-            recorded @ draw.inverse.T,
-            part.holder,
-            draw.hoses if part.hoses else (),
-            lines,
-            part.receptance,
-        )
+        factor = draw.gain.at(lines) * (1 + change + unsure * draw.state)
+        hoses = draw.hoses if part.hoses else ()
+        loads = part.loads(draw.mounts, factor, recorded @ draw.inverse.T, hoses)
         error = generator.standard_normal((2, *deviation.shape)) / np.sqrt(2)
         heard = (functions + deviation * (error[0] + 1j * error[1])) * loads
         n = N_FORCE * len(draw.mounts)

@@ -13,7 +13,7 @@ from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import Parametrisation
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
-from deboom.measurement.compressor_test import InertanceTest, check_enough
+from deboom.measurement.compressor_test import InertanceTest
 from deboom.measurement.electric_car import tangents
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.physics.rigid_body import rotation_matrix, skew
@@ -106,7 +106,7 @@ class RawInertance:
     `deviation` (n_frequency, n_channel, n_impact): standard deviation of the real and of the
     imaginary part that differs from channel to channel [1/kg]; `force_deviation`: relative standard
     deviation of the real and of the imaginary part that all channels of one impact share at a line:
-    the noise of the hammer's signal [1]. InputError: fewer than three sensors or six impacts.
+    the noise of the hammer's signal [1].
     """
 
     sensors: tuple[Sensor, ...]
@@ -114,9 +114,6 @@ class RawInertance:
     frf: Frf
     deviation: RealArray
     force_deviation: float = 0.001
-
-    def __post_init__(self) -> None:
-        check_enough(self.sensors, self.impacts)
 
     def select(self, lines: BoolArray) -> RawInertance:
         """Keep the marked lines."""

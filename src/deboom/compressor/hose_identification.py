@@ -21,18 +21,18 @@ from deboom.compressor.hoses import (
     BEAM_NUMBERS,
     BEAM_UNITS,
     PLACE_NUMBERS,
+    HammerEvidence,
     HoseEvidence,
+    SweepEvidence,
     changed_hose,
-    hammer_evidence,
     hose_matrices,
     point_derivatives,
     separation_statement,
     stack,
-    sweep_evidence,
+    sweep_pairs,
 )
 from deboom.compressor.identifiability import Knowledge, knowledge
 from deboom.compressor.unbalance_load import RotationSense
-from deboom.errors import InputError
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
 from deboom.tabled import Tabled
 
@@ -133,12 +133,7 @@ class HoseIdentification(Tabled):
         return tuple(said)
 
     def samples(self, n: int, seed: int) -> tuple[tuple[HoseDrawing, ...], ...]:
-        """Draw hoses from the posterior, for bands on whatever follows from them.
-
-        InputError: seed below 1.
-        """
-        if seed < 1:
-            raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
+        """Draw hoses from the posterior, for bands on whatever follows from them."""
         factor = np.linalg.cholesky(self.covariance)
         normals = np.random.default_rng(seed).standard_normal((n, self.numbers.size))
         around = self.numbers + (normals @ factor.T).reshape(n, *self.numbers.shape)
@@ -191,10 +186,13 @@ def identify_hoses(
     struck = test.hammer_with_hoses
     if struck is not None:
         both = (test.hammer, struck)
-        evidence.append(hammer_evidence(*both, found, band=BAND, largest_lines=LARGEST_LINES))
+        evidence.append(HammerEvidence(*both, found, band=BAND, largest_lines=LARGEST_LINES))
     swept = test.with_hoses(HoseState.STANDARD) and test.with_hoses(HoseState.SOFT)
     if swept or struck is None:
-        evidence += sweep_evidence(test, found, band=SWEEP_BAND, sense=sense)
+        evidence += [
+            SweepEvidence(pair, found, test.rotor_inertia, sense)
+            for pair in sweep_pairs(test, found, SWEEP_BAND)
+        ]
     zero = np.zeros((len(test.hoses), len(NUMBERS)))
     best = _fit(test.hoses, evidence, found, zero)
     if best.worst_chi > ALARM:

@@ -155,20 +155,13 @@ def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -
             (pair.frequency <= high) if last else (pair.frequency < high)
         )
         if lines.any():
-            judged.append(_reaction_band(low, high, share[lines], scaled[lines]))
+            noise, squared = scaled[lines], float(np.mean(share[lines] ** 2))
+            mean = float(np.trace(noise, axis1=1, axis2=2).real.mean())
+            variance = float(np.sum(np.abs(noise) ** 2)) / len(noise) ** 2
+            floor = gamma.ppf(CONFIDENCE, mean**2 / variance, scale=variance / mean)
+            roots = np.sqrt([max(squared - mean, 0.0), floor, squared])
+            judged.append(ReactionBand(low, high, *(float(root) for root in roots)))
     return HoseReaction(pair, source, reaction, covariance, share, tuple(judged))
-
-
-def _reaction_band(low: float, high: float, share: RealArray, scaled: ComplexArray) -> ReactionBand:
-    """Rms share in a band, and the floor that noise alone reaches."""
-    n = share.size
-    mean = float(np.trace(scaled, axis1=1, axis2=2).real.mean())
-    variance = float(np.sum(np.abs(scaled) ** 2)) / n**2
-    floor = float(np.sqrt(gamma.ppf(CONFIDENCE, mean**2 / variance, scale=variance / mean)))
-    squared = float(np.mean(share**2))
-    return ReactionBand(
-        low, high, float(np.sqrt(max(squared - mean, 0.0))), floor, float(np.sqrt(squared))
-    )
 
 
 @dataclass(frozen=True)

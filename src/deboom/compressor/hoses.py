@@ -351,9 +351,11 @@ def _common_lines(
     return kept, nearest[kept]
 
 
-@dataclass(frozen=True, eq=False)
 class HammerEvidence:
-    """Inertance with hoses less inertance without, in coordinates of white noise.
+    """Two hammer tests of one compressor: inertance with hoses less inertance without.
+
+    In coordinates of white noise. `band`: lines that are used [Hz]. InputError: other sensors,
+    impacts or lines, or no line in the band.
 
     `frequency` (n_frequency,): lines [Hz]; `difference` (n_frequency, 6, 6):
     ``Q_Vᵀ (Y_with − Y_without) Q_U``, with the calibrated ``V = Q_V R_V``, ``U = Q_U R_U`` [1/kg];
@@ -368,20 +370,51 @@ class HammerEvidence:
     columns of U.
     """
 
-    frequency: RealArray
-    difference: ComplexArray
-    deviation: RealArray
-    apparent_mass: ComplexArray
-    response: RealArray
-    excitation: RealArray
-    channels: RealArray
-    impacts: RealArray
-    nuisance_deviations: RealArray
+    name = "hammer tests"
 
-    @property
-    def name(self) -> str:
-        """Name in statements."""
-        return "hammer tests"
+    def __init__(
+        self,
+        without: InertanceTest,
+        with_hoses: InertanceTest,
+        found: Identification,
+        *,
+        band: tuple[float, float],
+        largest_lines: int,
+    ) -> None:
+        struck = found.test.frf
+        for test in (without, with_hoses):
+            if test.frf.outputs != struck.outputs or test.frf.inputs != struck.inputs:
+                raise InputError(
+                    f"{test.name} has other sensors or impacts than {found.test.name}: keep the "
+                    "sensors, strike the same points"
+                )
+        lines = without.frf.frequency
+        if not np.array_equal(lines, with_hoses.frf.frequency):
+            raise InputError(
+                f"{without.name} and {with_hoses.name} have other lines: record both with one "
+                "setting"
+            )
+        kept = thinned(np.flatnonzero((lines >= band[0]) & (lines <= band[1])), largest_lines)
+        if not kept.size:
+            raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
+        calibrated = found.calibrated
+        self.frequency = lines[kept]
+        self.apparent_mass = calibrated.model.apparent_mass(self.frequency)
+        self.channels, self.response = np.linalg.qr(calibrated.response_matrix)
+        self.impacts, self.excitation = np.linalg.qr(calibrated.excitation_matrix)
+        change = (with_hoses.frf.values - without.frf.values)[kept]
+        self.difference: ComplexArray = self.channels.T @ change @ self.impacts
+        variance = sum(
+            np.mean(
+                deviation_from_coherence(test.frf, test.coherence, test.n_averages)[kept] ** 2,
+                (1, 2),
+            )
+            for test in (without, with_hoses)
+        )
+        floor = (1e-9 * np.abs(without.frf.values).max()) ** 2
+        self.deviation = np.sqrt(np.maximum(variance, floor))
+        hits = 1 / without.n_averages + 1 / with_hoses.n_averages
+        self.nuisance_deviations = np.full(18, HIT_SCATTER * np.sqrt(hits))
 
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
@@ -439,59 +472,6 @@ class HammerEvidence:
         return self.excitation + np.hstack([np.zeros((6, 3)), nuisances.reshape(6, 3)])
 
 
-def hammer_evidence(
-    without: InertanceTest,
-    with_hoses: InertanceTest,
-    found: Identification,
-    *,
-    band: tuple[float, float],
-    largest_lines: int,
-) -> HammerEvidence:
-    """Compare two hammer tests of one compressor.
-
-    `band`: lines that are used [Hz]. InputError: other sensors, impacts or lines, or no line in the
-    band.
-    """
-    for test in (without, with_hoses):
-        if test.frf.outputs != found.test.frf.outputs or test.frf.inputs != found.test.frf.inputs:
-            raise InputError(
-                f"{test.name} has other sensors or impacts than {found.test.name}: keep the "
-                "sensors, strike the same points"
-            )
-    lines = without.frf.frequency
-    if not np.array_equal(lines, with_hoses.frf.frequency):
-        raise InputError(
-            f"{without.name} and {with_hoses.name} have other lines: record both with one setting"
-        )
-    kept = thinned(np.flatnonzero((lines >= band[0]) & (lines <= band[1])), largest_lines)
-    if not kept.size:
-        raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
-    calibrated = found.calibrated
-    channels, response = np.linalg.qr(calibrated.response_matrix)
-    impacts, excitation = np.linalg.qr(calibrated.excitation_matrix)
-    change = (with_hoses.frf.values - without.frf.values)[kept]
-    variance = sum(
-        np.mean(
-            deviation_from_coherence(test.frf, test.coherence, test.n_averages)[kept] ** 2, (1, 2)
-        )
-        for test in (without, with_hoses)
-    )
-    hits = 1 / without.n_averages + 1 / with_hoses.n_averages
-    floor = (1e-9 * np.abs(without.frf.values).max()) ** 2
-    return HammerEvidence(
-        lines[kept],
-        np.asarray(channels.T @ change @ impacts),
-        np.sqrt(np.maximum(variance, floor)),
-        calibrated.model.apparent_mass(lines[kept]),
-        response,
-        excitation,
-        channels,
-        impacts,
-        np.full(18, HIT_SCATTER * np.sqrt(hits)),
-    )
-
-
-@dataclass(frozen=True, eq=False)
 class SweepEvidence:
     """Motion with standard hoses as predicted from that with soft ones at one pressure.
 
@@ -504,18 +484,21 @@ class SweepEvidence:
     the apparent mass counts in the product ``AM⁻¹ K_h`` only.
     """
 
-    frequency: RealArray
-    pair: SweepPair
-    apparent_mass: ComplexArray
-    mounts: ComplexArray
-    whitening: RealArray
-    basis: ComplexArray
-    nuisance_deviations: RealArray
-
-    @property
-    def name(self) -> str:
-        """Name in statements."""
-        return f"sweeps {self.pair.standard_name} and {self.pair.soft_name}"
+    def __init__(
+        self,
+        pair: SweepPair,
+        found: Identification,
+        rotor_inertia: float | None,
+        sense: RotationSense = RotationSense.POSITIVE,
+    ) -> None:
+        self.name = f"sweeps {pair.standard_name} and {pair.soft_name}"
+        self.pair, self.frequency = pair, pair.frequency
+        self.apparent_mass, self.mounts = running_mass(
+            found, pair.frequency, rotor_inertia=rotor_inertia, sense=sense
+        )
+        self.whitening = np.linalg.inv(np.linalg.cholesky(pair.covariance))
+        mounts = FactorOverFrequency()
+        self.basis, self.nuisance_deviations = mounts.basis(pair.frequency), mounts.deviations
 
     def residuals(
         self, stiffness: ComplexArray, slopes: ComplexArray, nuisances: RealArray
@@ -555,31 +538,6 @@ class SweepEvidence:
         """Apparent mass with the change of the mounts, shape (n_frequency, 6, 6)."""
         change = nuisances @ self.basis
         return self.apparent_mass - change[:, np.newaxis, np.newaxis] * self.mounts
-
-
-def sweep_evidence(
-    test: OperatingTest,
-    found: Identification,
-    *,
-    band: tuple[float, float],
-    sense: RotationSense = RotationSense.POSITIVE,
-) -> tuple[SweepEvidence, ...]:
-    """Compare sweeps with standard and with soft hoses at each pressure that has both.
-
-    `band`: lines that are used [Hz]. InputError: no pressure with both.
-    """
-    mounts = FactorOverFrequency()
-    return tuple(
-        SweepEvidence(
-            pair.frequency,
-            pair,
-            *running_mass(found, pair.frequency, rotor_inertia=test.rotor_inertia, sense=sense),
-            np.asarray(np.linalg.inv(np.linalg.cholesky(pair.covariance)), dtype=float),
-            mounts.basis(pair.frequency),
-            mounts.deviations,
-        )
-        for pair in sweep_pairs(test, found, band)
-    )
 
 
 HoseEvidence: TypeAlias = HammerEvidence | SweepEvidence

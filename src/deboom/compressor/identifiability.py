@@ -36,12 +36,10 @@ _STEP = 1e-3
 class NullDirection:
     """A change of parameters that no measurement at the virtual point can see.
 
-    `names`: parameters that take part, the largest share first; `shares` (n,): change of each, in
-    units of its tolerance, relative to the largest [1].
+    `names`: parameters that take part, the largest share first.
     """
 
     names: tuple[str, ...]
-    shares: RealArray
 
     @property
     def statement(self) -> str:
@@ -225,4 +223,4 @@ def _null_direction(names: tuple[str, ...], row: RealArray) -> NullDirection:
     """Name the parameters that take part, the largest share first."""
     size = np.abs(row)
     order = [int(n) for n in np.argsort(-size) if size[n] > NAMED * size.max()]
-    return NullDirection(tuple(names[n] for n in order), row[order] / size.max())
+    return NullDirection(tuple(names[n] for n in order))

@@ -51,8 +51,6 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseDrawing, InertanceTest
 from deboom.measurement.culprit import (
-    Diagnosis,
-    Exchange,
     Fault,
     culprit_of_excitation,
     culprit_of_responses,
@@ -246,8 +244,8 @@ def identify(
     _refuse_low_coherence(test, fitted, options)
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
-    refuse_sheet_faults(test, response, excitation)
     tolerances = _sheet_tolerances(test.tolerances)
+    _refuse_sheet_faults(test, response, excitation, tolerances)
     quality = quality_of_frf(
         response, excitation, test.frf, FrfForm.INERTANCE, tolerances=tolerances
     )
@@ -380,46 +378,37 @@ def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[
     )
 
 
-def refuse_sheet_faults(
-    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint
+def _refuse_sheet_faults(
+    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint, tolerances: Tolerances
 ) -> None:
-    """Refuse a reversed or a swapped channel or impact, and name it.
-
-    InputError: a channel or impact of the wrong sign, swapped axes of a sensor, two channels,
-    sensors or impacts exchanged.
-    """
-    tolerances = _sheet_tolerances(test.tolerances)
-    _refuse_fault(
-        test,
-        culprit_of_responses(response, test.frf, tolerances),
-        exchanged_responses(response, test.frf),
-        "sensor",
-    )
-    _refuse_fault(
-        test,
-        culprit_of_excitation(excitation, test.frf, tolerances),
-        exchanged_impacts(excitation, test.frf),
-        "impact",
-    )
-
-
-def _refuse_fault(
-    test: InertanceTest, diagnosis: Diagnosis, exchange: Exchange | None, what: str
-) -> None:
-    """Refuse the better of two explanations: one item at fault, or two exchanged."""
-    suspect = diagnosis.suspect
-    named = diagnosis.named and suspect is not None and suspect.fault in SHEET_FAULTS
-    left = suspect.residual_undone / diagnosis.residual_of_all if named and suspect else np.inf
-    if exchange is not None and exchange.left / exchange.disagreement < left:
-        raise InputError(
-            f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
-            "again"
-        )
-    if named and suspect is not None:
-        raise InputError(
-            f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the position "
-            "sheet and start again"
-        )
+    """Refuse a reversed or swapped channel or impact, or two exchanged, whichever explains more."""
+    frf = test.frf
+    for what, diagnosis, exchange in (
+        (
+            "sensor",
+            culprit_of_responses(response, frf, tolerances),
+            exchanged_responses(response, frf),
+        ),
+        (
+            "impact",
+            culprit_of_excitation(excitation, frf, tolerances),
+            exchanged_impacts(excitation, frf),
+        ),
+    ):
+        suspect = diagnosis.suspect if diagnosis.named else None
+        if suspect is not None and suspect.fault not in SHEET_FAULTS:
+            suspect = None
+        left = np.inf if suspect is None else suspect.residual_undone / diagnosis.residual_of_all
+        if exchange is not None and exchange.left / exchange.disagreement < left:
+            raise InputError(
+                f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
+                "again"
+            )
+        if suspect is not None:
+            raise InputError(
+                f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the "
+                "position sheet and start again"
+            )
 
 
 def _sheet_tolerances(stated: PlacementTolerances) -> Tolerances:

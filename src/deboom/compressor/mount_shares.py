@@ -171,22 +171,16 @@ def _moved_mounts(
     )
 
 
-def _whitening(found: Identification) -> RealArray:
-    """Matrix that makes the error of the test's K_VP white, shape (20, 20)."""
-    covariance = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
-    variance, directions = np.linalg.eigh(covariance)
-    # an exact test has directions without any error: a valley too narrow to walk along
-    kept = np.maximum(variance, EXACT * variance[-1])
-    return np.asarray(directions.T / np.sqrt(kept)[:, np.newaxis])
-
-
 def _agreeing(
     found: Identification,
     drawn: tuple[CompressorMount, ...],
     numbers: RealArray,
 ) -> MountShares:
     """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
-    whiten = _whitening(found)
+    known = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
+    variance, directions = np.linalg.eigh(known)
+    # an exact test has directions without any error: a valley too narrow to walk along
+    whiten = directions.T / np.sqrt(np.maximum(variance, EXACT * variance[-1]))[:, np.newaxis]
     basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
     wanted = found.calibrated.values[STIFFNESS_NUMBERS]

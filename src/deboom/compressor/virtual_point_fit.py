@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
@@ -184,7 +183,18 @@ def fit_at_virtual_point(
     if outside.any():
         name = parametrisation.names[int(np.flatnonzero(outside)[0])]
         raise InputError(f"the start value of {name} lies outside its bounds")
-    residuals, jacobian = _real_functions(parametrisation, objective)
+
+    def residuals(values: RealArray) -> RealArray:
+        apparent = parametrisation.model(values).apparent_mass(objective.frequency)
+        deviations = objective.residuals(apparent, np.asarray(np.linalg.inv(apparent)))
+        return real_columns(deviations[np.newaxis])[:, 0]
+
+    def jacobian(values: RealArray) -> RealArray:
+        inertance = parametrisation.model(values).inertance(objective.frequency)
+        by_mass = parametrisation.sensitivities(values, objective.frequency)
+        by_inertance = -(inertance @ by_mass @ inertance)
+        return real_columns(objective.derivatives(by_mass, by_inertance))
+
     width = bounds.upper - bounds.lower
     scale: RealArray | Literal["jac"] = width / 2 if np.isfinite(width).all() else "jac"
     result = least_squares(
@@ -199,12 +209,14 @@ def fit_at_virtual_point(
         ftol=1e-8,
         gtol=1e-8,
     )
+    near = np.minimum(result.x - bounds.lower, bounds.upper - result.x) < AT_BOUND * width
+    held = near & np.isfinite(width)
     return PointFit(
         parametrisation,
         result.x,
         float(result.cost),
         np.asarray(result.jac),
-        _names_at_bound(parametrisation, result.x, bounds),
+        tuple(name for name, at in zip(parametrisation.names, held, strict=True) if at),
         bool(result.status > 0),
     )
 
@@ -271,35 +283,6 @@ def real_columns(terms: ComplexArray) -> RealArray:
     """Write each term (n_term, ...) as one column, real over imaginary parts."""
     flat = terms.reshape(terms.shape[0], -1)
     return np.concatenate([flat.real, flat.imag], axis=1).T
-
-
-def _real_functions(
-    parametrisation: Parametrisation, objective: Objective
-) -> tuple[Callable[[RealArray], RealArray], Callable[[RealArray], RealArray]]:
-    """Real residuals and their Jacobian as functions of the parameters."""
-
-    def residuals(values: RealArray) -> RealArray:
-        apparent = parametrisation.model(values).apparent_mass(objective.frequency)
-        deviations = objective.residuals(apparent, np.asarray(np.linalg.inv(apparent)))
-        return real_columns(deviations[np.newaxis])[:, 0]
-
-    def jacobian(values: RealArray) -> RealArray:
-        inertance = parametrisation.model(values).inertance(objective.frequency)
-        by_mass = parametrisation.sensitivities(values, objective.frequency)
-        by_inertance = -(inertance @ by_mass @ inertance)
-        return real_columns(objective.derivatives(by_mass, by_inertance))
-
-    return residuals, jacobian
-
-
-def _names_at_bound(
-    parametrisation: Parametrisation, values: RealArray, bounds: Bounds
-) -> tuple[str, ...]:
-    """Names of the parameters that lie at one of their bounds."""
-    width = bounds.upper - bounds.lower
-    near = np.minimum(values - bounds.lower, bounds.upper - values) < AT_BOUND * width
-    held = near & np.isfinite(width)
-    return tuple(name for name, at in zip(parametrisation.names, held, strict=True) if at)
 
 
 def _pseudo_basis(length: float) -> RealArray:

@@ -205,7 +205,6 @@ def test_noise_and_small_drift_count_as_rigid():
     rng = np.random.default_rng(3)
     noisy = rigid_limit(MODEL, LINES, drifting(np.zeros((6, 6)), 1e4, rng, 0.3))
     assert noisy.is_rigid
-    assert noisy.deviation > 0
     apparent = drifting(MODEL.mass_matrix, 1500.0)
     small = rigid_limit(MODEL, LINES, apparent)
     assert small.is_rigid

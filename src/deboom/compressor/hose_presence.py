@@ -85,18 +85,12 @@ class ReactionBand:
 class HoseReaction:
     """Reaction of the hoses at one pressure.
 
-    `source` (n_frequency, 6): load of rotor and gas at the virtual point [N, N m]; `reaction`
-    (n_frequency, 6): load of the standard hoses on the compressor there [N, N m]; `covariance`
-    (n_frequency, 6, 6): of the real as of the imaginary part of the reaction; `share`
-    (n_frequency,): of the reaction in the source's load, moments over the characteristic length
-    [1].
+    `reaction` (n_frequency, 6): load of the standard hoses on the compressor at the virtual point
+    [N, N m].
     """
 
-    pair: SweepPair
-    source: ComplexArray
+    pressure: float
     reaction: ComplexArray
-    covariance: ComplexArray
-    share: RealArray
     bands: tuple[ReactionBand, ...]
 
 
@@ -161,7 +155,7 @@ def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -
             floor = gamma.ppf(CONFIDENCE, mean**2 / variance, scale=variance / mean)
             roots = np.sqrt([max(squared - mean, 0.0), floor, squared])
             judged.append(ReactionBand(low, high, *(float(root) for root in roots)))
-    return HoseReaction(pair, source, reaction, covariance, share, tuple(judged))
+    return HoseReaction(pair.pressure, reaction, tuple(judged))
 
 
 @dataclass(frozen=True)

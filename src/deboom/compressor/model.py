@@ -288,16 +288,12 @@ class RigidLimit:
 
     `drift`: change of the apparent mass, less that of the mounts, from 0 Hz to the highest line:
     norm of the 6×6 matrix relative to the mass matrix, rotations scaled by the radius of gyration
-    [1]; `deviation`: standard deviation of the drift, from the scatter of the lines [1];
-    `holds_to`: frequency at which the drift reaches the tolerance; infinite where it never does
-    [Hz]; `tolerance`: relative change of mass that still counts as rigid [1]; `highest`: highest
-    line judged [Hz].
+    [1]; `holds_to`: frequency at which the drift reaches the tolerance; infinite where it never
+    does [Hz]; `highest`: highest line judged [Hz].
     """
 
     drift: float
-    deviation: float
     holds_to: float
-    tolerance: float
     highest: float
 
     @property
@@ -362,7 +358,7 @@ def rigid_limit(
     grid = np.linspace(0, 1, GRID)
     beyond = growth / level * _drift_law(grid, NEARNESS[best]) > tolerance
     holds_to = float(lines[-1] * np.sqrt(grid[np.argmax(beyond)])) if seen else np.inf
-    return RigidLimit(drift, deviation, holds_to, tolerance, float(lines[-1]))
+    return RigidLimit(drift, holds_to, float(lines[-1]))
 
 
 def _drift_law(squared: npt.ArrayLike, nearness: float) -> RealArray:

@@ -86,30 +86,10 @@ class SourceFit:
     whitened: tuple[ComplexArray, ...]
 
     @property
-    def rotor(self) -> ComplexArray:
-        """Static and dynamic unbalance [kg m, kg m²]."""
-        return self.values[:N_ROTOR].view(complex)
-
-    @property
-    def gas_slice(self) -> slice:
-        """Places of the unknowns of the gas."""
-        return slice(N_ROTOR, N_ROTOR + 2 * N_GAS * self.pressure.size)
-
-    @property
     def change_slice(self) -> slice:
-        """Places of those of the mounts."""
-        start = self.gas_slice.stop
+        """Places of the unknowns of the mounts, between those of rotor and gas and the errors."""
+        start = N_ROTOR + 2 * N_GAS * self.pressure.size
         return slice(start, start + self.change.deviations.size)
-
-    @property
-    def error_slice(self) -> slice:
-        """Places of those of the route's errors."""
-        return slice(self.change_slice.stop, self.values.size)
-
-    @property
-    def gas_values(self) -> ComplexArray:
-        """Axial force, moment and rotating force, shape (n_pressure, 3) [N, N m, N]."""
-        return np.ascontiguousarray(self.values[self.gas_slice]).view(complex).reshape(-1, N_GAS)
 
     @property
     def schwarz(self) -> float:
@@ -143,7 +123,7 @@ def fit_source(
     """
     problem = _SourceProblem(model, loads, sense, change, band)
     values, covariance, converged = problem.solve(np.zeros(problem.prior.size), 0.0)
-    reduced_chi, mismatch = problem.reduced_chi(values), 0.0
+    reduced_chi, mismatch = problem.chi_over_mismatch(values, np.inf)(0.0), 0.0
     for _ in range(MISMATCH_PASSES):
         chi = problem.chi_over_mismatch(values, MOUNTS_BELOW)
         if chi(mismatch) <= EXPLAINED and mismatch == 0:
@@ -319,10 +299,6 @@ class _SourceProblem:
             parts.append((whitener, white))
         return normal, gradient, cost, parts
 
-    def reduced_chi(self, values: RealArray) -> float:
-        """Rms of the whitened residuals."""
-        return self.chi_over_mismatch(values, np.inf)(0.0)
-
     def chi_over_mismatch(self, values: RealArray, below: float) -> Callable[[float], float]:
         """Prepare the rms of the whitened residuals below a line [Hz]; 0 where there is none."""
         parts = []
@@ -468,13 +444,9 @@ def _inverse(normal: RealArray) -> RealArray:
 
 @dataclass(frozen=True)
 class SenseOfRotation:
-    """Sense of the rotor and how certain it is.
-
-    `log_likelihood_ratio`: in favour of `sense`, natural logarithm.
-    """
+    """Sense of the rotor, and how certain it is in words."""
 
     sense: RotationSense
-    log_likelihood_ratio: float
     statement: str
 
 
@@ -519,7 +491,7 @@ def sense_of_rotation(
         if abs(total) > BEYOND_DOUBT
         else f"logarithm of the likelihood ratio {abs(total):.0f}"
     )
-    return SenseOfRotation(sense, abs(total), f"The rotor turns {_WORDS[sense]} ({certainty}).")
+    return SenseOfRotation(sense, f"The rotor turns {_WORDS[sense]} ({certainty}).")
 
 
 def _in_favour_of_positive(model: RouteModel, load: OperatingLoad) -> float:

@@ -124,7 +124,7 @@ def sources(
     `length`: characteristic length by which moments are scaled [m]; `confidence`: confidence of the
     intervals [1].
     """
-    values = np.concatenate([fit.rotor, fit.gas_values.ravel()])
+    values = fit.values[: fit.change_slice.start].view(complex)
     covariance = fit.covariance[: 2 * values.size, : 2 * values.size]
     units = ["kg m", "kg m²", *GAS_UNITS * fit.pressure.size]
     quantile = NormalDist().inv_cdf(0.5 + confidence / 2)
@@ -310,7 +310,7 @@ class LoadUncertainty:
         mounts, places = _along(along, weights, self.by_change), self.fit.change_slice
         covariance = self.fit.line_covariance[:, places]
         of_mounts += _quadratic(mounts, covariance[places], mounts)
-        cross = _quadratic(placement, covariance[self.fit.error_slice], mounts)
+        cross = _quadratic(placement, covariance[places.stop :], mounts)
         of_placement = np.sum(placement**2, axis=0)
         total = np.sqrt(np.maximum(variance + of_placement + of_mounts + 2 * cross, variance))
         known = along * np.einsum("fa,fa->f", weights, self.known)

@@ -219,8 +219,7 @@ def _routes(report: Report, measured: MeasuredUnbalance) -> None:
 def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> None:
     """Show what the hoses of the vehicle push back."""
     statements = "\n\n".join(
-        f"At {case_name(reaction.pair.pressure)}: "
-        + " ".join(band.statement for band in reaction.bands)
+        f"At {case_name(reaction.pressure)}: " + " ".join(band.statement for band in reaction.bands)
         for reaction in measured.reactions
     )
     report.section(

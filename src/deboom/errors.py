@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
 LONGEST_LINE = 1000
@@ -24,6 +26,15 @@ def _readable(line: str) -> str:
     if len(line) > LONGEST_LINE:
         line = f"{line[: LONGEST_LINE // 2]} ... {line[-LONGEST_LINE // 2 :]}"
     return line
+
+
+@contextmanager
+def naming(item: object) -> Iterator[None]:
+    """Begin a refusal of the block with the item that it is about, such as its file."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(f"{item}: {error}") from None
 
 
 class IncompleteReport(Exception):

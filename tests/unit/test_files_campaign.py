@@ -176,8 +176,6 @@ sensors.csv | \\nA2, | \\nA1, | line 3: sensor 'A1' already stands in line 2
 sensors.csv | y [m] | y | column 'y' has no unit: write 'y [mm]' or [m]
 sensors.csv | ry [deg] | ry | column 'ry' has no unit: write 'ry [deg]' or [rad]
 sensors.csv | ry [deg] | ry [mm] | column 'ry [mm]': an angle is in deg or rad
-sensors.csv | y [m] | y [mm] | units are mixed: 'x' is in m and 'y' in mm
-channels.csv | acceleration,2,+x,m/s^2 | acceleration,2,+x,g | line 5: units are mixed: acceleration
 channels.csv | 1,+x,m/s^2 | 1,+x,N | acceleration 'A1 x' is in 'N', which is no unit of it
 channels.csv | acceleration,1,+x | acceleration,1,+y | acceleration 'A1 x' has direction '+y', which
 channels.csv | A1 y,acceleration,1,+y | A1 x,acceleration,1,+x | line 3: acceleration 'A1 x' already

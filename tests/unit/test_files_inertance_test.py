@@ -18,7 +18,13 @@ from deboom.files.inertance_test import (
     ToleranceSection,
     read_inertance_test,
 )
-from deboom.files.rows import PlacedImpact, PlacedSensor, write_positions, write_table
+from deboom.files.rows import (
+    PlacedImpact,
+    PlacedSensor,
+    uff_direction,
+    write_positions,
+    write_table,
+)
 from deboom.files.schema import dump_toml
 from deboom.files.uff import UffFunction, write_uff
 from deboom.physics.rigid_body import rotation_matrix
@@ -98,7 +104,7 @@ def functions(kind, values, lines=LINES):
     return [
         UffFunction(
             *(lines, values[:, row, column], kind, sensor.node, f"+{axis}"),
-            *(impact.node, impact.uff_direction, *unit),
+            *(impact.node, uff_direction(impact.direction), *unit),
         )
         for row, (sensor, axis) in enumerate(CHANNELS)
         for column, impact in enumerate(IMPACTS)

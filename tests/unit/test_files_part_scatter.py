@@ -102,12 +102,12 @@ def test_a_library_may_be_its_database(tmp_path):
         ),
         (
             "[[parts]]\nnumber='a'\nplaces=['Du']\n[[parts]]\nnumber='a'\nplaces=['TSM']\n",
-            "part number 'a' stands there twice",
+            "have the number 'a': keep or rename one",
         ),
         ("[[tolerances]]\nvariable = 'Q x'\ntolerance = 0.1\n", "'Q x', which is no variable"),
         (
             "[[tolerances]]\nvariable='Du x'\ntolerance=0.1\n" * 2,
-            "tolerance of 'Du x' stands there twice",
+            "are of the variable 'Du x'",
         ),
         ("[measured]\nlibrary = 'gone.json'\n", "gone.json"),
     ],

@@ -461,8 +461,8 @@ def test_the_engine_torque_is_read_where_there_is_a_table(folder):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        (torque_text(LINES[:-1]), "g5.csv has 4 lines and the spectra have 5: export"),
-        (torque_text(LINES + 0.1), "g5.csv line 2: 20.1 Hz, where the spectra have 20 Hz"),
+        (torque_text(LINES[:-1]), "g5.csv: the lines ... differ: 5 and 4 lines; export the torque"),
+        (torque_text(LINES + 0.1), "line 1 is 20 Hz and 20.1 Hz"),
         (torque_text(header="frequency [Hz],engine torque"), "engine torque' has no unit"),
         (torque_text(header="frequency [Hz],engine torque [N]"), "is not in N m"),
         (torque_text().replace("120.5", "high"), "line 3, column 'engine torque': 'high' is no"),

@@ -124,7 +124,7 @@ def changed(path, change):
         (lambda d: d["variables"][0].update(upper=99.0), "the interval 0.81 to 99"),
         (lambda d: d["variables"][0].update(required=1), "valid boolean"),
         (lambda d: d["variables"][0].pop("condition"), "'condition' in [[variables]] 1"),
-        (lambda d: d["variables"][1].update(name="EnM x"), "'EnM x' appears 2 times"),
+        (lambda d: d["variables"][1].update(name="EnM x"), "two [[variables]] are named 'EnM x'"),
         (
             lambda d: d["variables"][0].update(reference_stiffness_n_per_m=-1.0),
             "greater than 0",

@@ -228,7 +228,7 @@ def test_a_workbook_reads_back_with_units_and_empty_cells():
     assert book["one"].freeze_panes == "A2"
 
 
-@pytest.mark.parametrize("sheets", [{}, {"a/b": 1}, {"n" * 32: 1}, {" ": 1}])
+@pytest.mark.parametrize("sheets", [{"a/b": 1}, {"n" * 32: 1}, {" ": 1}])
 def test_sheets_that_cannot_be_are_refused(sheets):
     with pytest.raises(InputError, match="sheet"):
         workbook_bytes({name: pd.DataFrame({"a": [1]}) for name in sheets}, "title")

@@ -14,7 +14,6 @@ from deboom.files.uff import (
     UffFunction,
     read_uff,
     set_58,
-    set_types,
     write_uff,
 )
 
@@ -81,7 +80,6 @@ def test_what_is_written_reads_back(tmp_path, binary):
     given_functions += [spectrum(function_type=kind, response_node=kind) for kind in (12, 27)]
     write_uff(tmp_path / "a.uff", given_functions, binary=binary)
     read = read_uff(tmp_path / "a.uff")
-    assert set_types(tmp_path / "a.uff") == (164, *[58] * 5)
     for a, b in zip(given_functions, read, strict=True):
         same(a, b, rtol=0 if binary else 5e-12)
     assert [f.unit for f in read] == ["N", "Pa/N", "N", "N", "N"]

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.files.uff import read_uff, set_types
+from deboom.files.uff import read_uff
 
 DATA = Path(__file__).parents[1] / "data"
 VENDOR = DATA / "pyuff-vendor-files"
@@ -59,17 +59,16 @@ def test_a_file_that_holds_less_than_it_announces_is_refused():
 @pytest.mark.parametrize(
     ("name", "types"),
     [
-        ("Artemis_export_-_Geometry_RPBC_setup_05_14102016_105117.uff", (15, 82, 82, 2412)),
-        ("TestLab_161_164_18_15_82.uff", (151, 164, 18, 15, 82, 82, 82)),
-        ("mesh_Oros-modal_uff15_uff2412.uff", (18, 15, 2412)),
-        ("uff55_translation_rotation.uff", (55,)),
+        ("Artemis_export_-_Geometry_RPBC_setup_05_14102016_105117.uff", "15, 82, 82, 2412"),
+        ("TestLab_161_164_18_15_82.uff", "151, 164, 18, 15, 82, 82, 82"),
+        ("mesh_Oros-modal_uff15_uff2412.uff", "18, 15, 2412"),
+        ("uff55_translation_rotation.uff", "55"),
     ],
 )
 def test_a_file_without_functions_is_refused_and_its_sets_are_listed(name, types):
-    assert set_types(VENDOR / name) == types
-    with pytest.raises(InputError, match=r"holds no function \(data set 58\), only sets") as caught:
+    words = rf"{name} holds no function \(data set 58\), only sets {types}$"
+    with pytest.raises(InputError, match=words):
         read_uff(VENDOR / name)
-    assert name in str(caught.value)
 
 
 def test_every_vendor_file_has_a_test_here():

@@ -60,7 +60,7 @@ from deboom.bench.writing import (
 )
 from deboom.choices import CalibrationLevel
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.hammer_test import HammerSheet, write_hammer_test
+from deboom.files.hammer_test import HammerTestFile, write_hammer_test
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
     DrawingSection,
@@ -78,13 +78,13 @@ from deboom.files.operating_test import (
     SweepNodes,
     SweepSection,
     write_sweep,
-    write_sweep_record,
 )
 from deboom.files.rows import (
     HammerChannel,
     HammerPoint,
     PlacedImpact,
     PlacedSensor,
+    uff_direction,
     write_positions,
     write_table,
 )
@@ -104,7 +104,7 @@ SCALES = 1e-3
 
 def impact_dof(impact: PlacedImpact) -> Dof:
     """Return the degree of freedom of an impact."""
-    return Dof(impact.node, impact.uff_direction, impact.impact, "force")
+    return Dof(impact.node, uff_direction(impact.direction), impact.impact, "force")
 
 
 def hammer_functions(
@@ -216,23 +216,26 @@ def write_compressor_test(
 def _write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: str) -> None:
     """Write all hits over time as a hammer test."""
     unit = parse_unit("m/s^2")
-    hammer_sheet = HammerSheet(
+    facts = HammerTestFile(
+        format=1,
         title=title,
-        rate=plan.rate,
-        pretrigger=plan.pretrigger,
-        points=tuple(
-            HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
-            for row in sheet.impacts
-        ),
-        channels=tuple(
-            HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
-            for row in sheet.sensors
-            for axis in AXES
-        ),
+        sample_rate_hz=plan.rate,
+        pretrigger_s=plan.pretrigger,
+        impact_table="impacts.csv",
+        channel_table="channels.csv",
     )
+    points = [
+        HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
+        for row in sheet.impacts
+    ]
+    channels = [
+        HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
+        for row in sheet.sensors
+        for axis in AXES
+    ]
     names = [row.impact for row in sheet.impacts]
     hits = dict(zip(names, zip(blows.force, blows.response, strict=True), strict=True))
-    write_hammer_test(folder, hammer_sheet, hits)
+    write_hammer_test(folder, facts, points, channels, hits)
 
 
 def _write_test_file(
@@ -445,10 +448,9 @@ def write_operation(
     write_table(folder / SENSORS, PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
-    for sweep, (acceleration, *others) in zip(sweeps, channels, strict=True):
+    for sweep, parts in zip(sweeps, channels, strict=True):
         file, notes = f"{SWEEPS}/{sweep.name.replace(' ', '_')}.uff", (title, sweep.name)
-        beside = dict(zip(("holder", "sound"), others, strict=False))
-        write_sweep(folder / file, nodes, speeds(), acceleration, notes=notes, **beside)
+        write_sweep(folder / file, nodes, speeds(), parts, notes=notes)
         sections.append(
             SweepSection(
                 name=sweep.name, hoses=sweep.state, pressure_bar=sweep.pressure, spectra=file
@@ -456,7 +458,9 @@ def write_operation(
         )
     if record is not None:
         file = f"{SWEEPS}/{RECORD_NAME.replace(' ', '_')}.uff"
-        write_sweep_record(folder / file, nodes, RATE, *record, notes=(RECORD_NAME,))
+        pulses, acceleration = record
+        time = np.arange(pulses.size) / RATE
+        write_sweep(folder / file, nodes, time, (acceleration,), pulses=pulses, notes=[RECORD_NAME])
         sections.append(
             SweepSection(
                 name=RECORD_NAME,

@@ -56,9 +56,16 @@ from deboom.files.platform import (
     PowertrainEntry,
     VehicleEntry,
 )
-from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, write_table
+from deboom.files.rows import (
+    NOISE_TRANSFER,
+    QUANTITY_UNIT,
+    ChannelRow,
+    MountRow,
+    write_table,
+    write_torque_table,
+)
 from deboom.files.schema import dump_toml
-from deboom.files.tables import parse_unit, write_torque_table
+from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
 
 NAME = "u06_f39_f45"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -15,7 +15,21 @@ from pydantic import Field, model_validator
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
 from deboom.files.run_folder import RECORD, check_files, read_run
-from deboom.files.schema import StrictModel, checked_document, load_toml
+from deboom.files.schema import (
+    AtLeastOne,
+    NotNegative,
+    Number,
+    Positive,
+    Row3,
+    Several,
+    Share,
+    StrictModel,
+    Title,
+    checked_document,
+    doubled,
+    load_toml,
+    refuse_all,
+)
 from deboom.files.tables import Row, read_rows, refuse_second, sheet_names
 
 FORMAT, VERSION = "deboom acceptance box", 2
@@ -26,12 +40,8 @@ _CHECKSUM = "sha256"
 ON_BOUND = 1e-6
 """Distance of an end from the bound of the search at which it lies on it, of the range [1]."""
 
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
-Positive = Annotated[float, Field(gt=0.0)]
-NotNegative = Annotated[float, Field(ge=0.0)]
-Text = Annotated[str, Field(min_length=1)]
 Pair = Annotated[tuple[float, float], Field(strict=False)]
-Triple = Annotated[tuple[float, float, float], Field(strict=False)]
+_Part = Annotated[float, Field(gt=0.0, lt=1.0)]
 
 
 class BoxVariable(StrictModel):
@@ -57,7 +67,7 @@ class BoxVariable(StrictModel):
         False where no vehicle depends on the variable: its interval is that of the bounds.
     """
 
-    name: Text
+    name: Title
     lower: Positive
     upper: Positive
     searched: Pair
@@ -83,11 +93,8 @@ class BoxVariable(StrictModel):
         """Ends that the limit sets: ``from``, ``to``, ``from and to``, or nothing: the search."""
         low, high = self.searched
         near = ON_BOUND * (high - low)
-        ends = [
-            *(["from"] if self.lower > low + near else []),
-            *(["to"] if self.upper < high - near else []),
-        ]
-        return " and ".join(ends)
+        ends = {"from": self.lower > low + near, "to": self.upper < high - near}
+        return " and ".join(end for end, by_limit in ends.items() if by_limit)
 
 
 class BoxResponse(StrictModel):
@@ -103,7 +110,7 @@ class BoxResponse(StrictModel):
         Share of the verified parts that keep it [1].
     """
 
-    name: Text
+    name: Title
     limit: float
     share: Share
 
@@ -144,37 +151,30 @@ class AcceptanceBox(StrictModel):
 
     title: str
     platform: str
-    platform_sha256: Text
+    platform_sha256: Title
     group: str
     motion: str
     mounts: str
-    load_cases: Annotated[
-        tuple[Annotated[tuple[str, float], Field(strict=False)], ...],
-        Field(strict=False, min_length=1),
-    ]
+    load_cases: AtLeastOne[Annotated[tuple[str, float], Field(strict=False)]]
     band_hz: Pair
     quantity: str
     unit: str
     together: bool
-    variables: Annotated[tuple[BoxVariable, ...], Field(strict=False, min_length=1)]
-    responses: Annotated[tuple[BoxResponse, ...], Field(strict=False, min_length=1)]
-    share_stated: Annotated[float, Field(gt=0.0, lt=1.0)]
+    variables: AtLeastOne[BoxVariable]
+    responses: AtLeastOne[BoxResponse]
+    share_stated: _Part
     share_verified: Share
     share_bound: Share
     share_measured_again: Annotated[tuple[Share, Share], Field(strict=False)] | None
-    confidence: Annotated[float, Field(gt=0.0, lt=1.0)]
-    n_parts: Annotated[int, Field(gt=0)]
+    confidence: _Part
+    n_parts: Number
     law: str
-    seed: Annotated[int, Field(gt=0)]
+    seed: Number
 
-    @model_validator(mode="after")
-    def _no_name_twice(self) -> Self:
-        for items in (self.variables, self.responses):
-            names = [item.name for item in items]
-            for name in names:
-                if names.count(name) > 1:
-                    raise ValueError(f"'{name}' appears {names.count(name)} times")
-        return self
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for variables and responses that come twice."""
+        yield from doubled("[[variables]] are named", [item.name for item in self.variables])
+        yield from doubled("[[responses]] are named", [item.name for item in self.responses])
 
     def variable(self, name: str) -> BoxVariable:
         """Return a variable by name.
@@ -280,7 +280,7 @@ PROGRAMME_FILE = "programme.toml"
 class TestEntry(StrictModel):
     """How parts are tested, as both sides have agreed."""
 
-    frequencies_hz: Annotated[tuple[Positive, ...], Field(strict=False, min_length=1)] | None = None
+    frequencies_hz: AtLeastOne[Positive] | None = None
     """The first one is that of the acceptance lines."""
     temperature_c: float | None = None
     conditioning_cycles: Annotated[int, Field(ge=0)] | None = None
@@ -298,19 +298,19 @@ class ProcessEntry(StrictModel):
 class ProgrammeMount(StrictModel):
     """One part of the programme."""
 
-    name: Text
+    name: Title
     """Name of the mount on the platform."""
-    part_number: Text | None = None
-    drawing_number: Text | None = None
-    revision: Text | None = None
-    parts_per_year: Annotated[int, Field(gt=0)] | None = None
-    weight_force_n: Triple | None = None
+    part_number: Title | None = None
+    drawing_number: Title | None = None
+    revision: Title | None = None
+    parts_per_year: Number | None = None
+    weight_force_n: Row3 | None = None
     """Force of the weight on the body at one piece, x y z."""
-    conditioning_force_n: Triple | None = None
+    conditioning_force_n: Row3 | None = None
     """Force that conditioning cycles go to, x y z."""
     curve_zero: Literal["unloaded", "under weight"] | None = None
     """Where the deflections of its static curves count from."""
-    force_per_wheel_torque: Triple | None = None
+    force_per_wheel_torque: Row3 | None = None
     """Static force of one piece over wheel torque, x y z [N/(N m)]."""
     saving: dict[str, NotNegative] | None = None
     """Price per part of holding one axis, which a free direction saves [currency]."""
@@ -319,24 +319,28 @@ class ProgrammeMount(StrictModel):
 class VariantEntry(StrictModel):
     """One variant of the vehicle."""
 
-    name: Text
-    mounts: Annotated[tuple[Text, ...], Field(strict=False)]
+    name: Title
+    mounts: Several[Title]
     """Mounts that it takes from this programme."""
-    vehicles_per_year: Annotated[int, Field(gt=0)]
+    vehicles_per_year: Number
 
 
 class Programme(StrictModel):
     """Content of ``programme.toml`` beside a platform; every key is optional but the format."""
 
     format: Literal[1] = 1
-    contact: Text | None = None
-    prototypes: Text | None = None
-    start_of_production: Text | None = None
-    currency: Text = "EUR"
+    contact: Title | None = None
+    prototypes: Title | None = None
+    start_of_production: Title | None = None
+    currency: Title = "EUR"
     test: TestEntry = TestEntry()
     process: ProcessEntry = ProcessEntry()
-    mounts: Annotated[tuple[ProgrammeMount, ...], Field(strict=False)] = ()
-    variants: Annotated[tuple[VariantEntry, ...], Field(strict=False)] = ()
+    mounts: Several[ProgrammeMount] = ()
+    variants: Several[VariantEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for mounts that come twice."""
+        yield from doubled("[[mounts]] are named", [mount.name for mount in self.mounts])
 
     def mount(self, name: str) -> ProgrammeMount:
         """Return what is known of a mount, perhaps nothing but its name."""
@@ -357,15 +361,12 @@ def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
     if not path.is_file():
         return Programme()
     programme = load_toml(path, Programme)
-    names = [mount.name for mount in programme.mounts]
     used = [name for variant in programme.variants for name in variant.mounts]
-    for name in (*names, *used):
-        if name not in mounts:
-            raise InputError(
-                f"{path}: there is no mount '{name}' on this platform: use {', '.join(mounts)}"
-            )
-        if names.count(name) > 1:
-            raise InputError(f"{path}: [[mounts]] '{name}' appears twice: keep one")
+    refuse_all(
+        f"{path}: there is no mount '{name}' on this platform: use {', '.join(mounts)}"
+        for name in (*(mount.name for mount in programme.mounts), *used)
+        if name not in mounts
+    )
     return programme
 
 
@@ -408,7 +409,7 @@ class SheetDirection(StrictModel):
         Slope of the wanted static curve at the preload.
     """
 
-    name: Text
+    name: Title
     duty: Literal["must", "preferred", "free", "not identified"]
     lower: Positive | None
     upper: Positive | None
@@ -441,13 +442,13 @@ class SupplierSpecification(StrictModel):
 
     format: Literal["deboom supplier sheet"] = SHEET_FORMAT
     version: Literal[1] = 1
-    mount: Text
+    mount: Title
     revision: str
     language: Literal["en", "de"]
     box_sha256: str
     share_stated: Share | None
     uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None
-    directions: Annotated[tuple[SheetDirection, ...], Field(strict=False, min_length=1)]
+    directions: AtLeastOne[SheetDirection]
 
     @property
     def checksum(self) -> str:
@@ -577,8 +578,6 @@ def read_delivered_parts(
                     "correct the measurement"
                 )
         parts.append(DeliveredPart(name, row.filled("batch"), mount, stiffness))
-    if not parts:
-        raise InputError(f"{path} holds no part: one row per part")
     return tuple(parts)
 
 

@@ -9,7 +9,7 @@ from typing import Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.function_table import TIME_SIGNAL, FunctionMatrix
 from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
@@ -37,7 +37,6 @@ from deboom.files.schema import (
     doubled,
     load_toml,
     refuse_all,
-    telling,
     values_of,
 )
 from deboom.files.time_data import time_functions
@@ -50,11 +49,7 @@ from deboom.measurement.campaign import (
     TimeRun,
 )
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import (
-    Sensor,
-    SensorKind,
-    Tolerances,
-)
+from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mass_matrix
 
@@ -185,25 +180,22 @@ def of_quantity(channels: Sequence[CampaignChannel], quantity: str) -> tuple[Cam
     return tuple(channel for channel in channels if channel.quantity == quantity)
 
 
-def names_of(channels: Sequence[CampaignChannel]) -> tuple[str, ...]:
-    """Return the names of channels."""
-    return tuple(channel.channel for channel in channels)
+def names_of(channels: Sequence[CampaignChannel], quantity: str) -> tuple[str, ...]:
+    """Return the names of the channels of one quantity."""
+    return tuple(channel.channel for channel in of_quantity(channels, quantity))
 
 
-def _columns(
-    file: FunctionMatrix, channels: Sequence[CampaignChannel], *, is_complex: bool = True
-) -> ComplexArray:
-    """Channels of one quantity along the positive axes, in SI, shape (n_line, n_channel)."""
-    ordinate, unit = CAMPAIGN_QUANTITIES[channels[0].quantity]
-    dofs = [channel.dof for channel in channels]
-    return file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
+def _spectrum(file: FunctionMatrix, channels: Sequence[CampaignChannel], quantity: str) -> Spectrum:
+    """Complex channels of one quantity along the positive axes."""
+    dofs = [channel.dof for channel in of_quantity(channels, quantity)]
+    return file.spectrum(dofs, *CAMPAIGN_QUANTITIES[quantity])
 
 
-def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel]) -> RealArray:
+def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel], quantity: str) -> RealArray:
     """Real channels of one quantity, shape (n_line, n_channel); there may be none."""
-    if not channels:
-        return np.empty((file.axis.size, 0))
-    return _columns(file, channels, is_complex=False).real
+    ordinate, unit = CAMPAIGN_QUANTITIES[quantity]
+    dofs = [channel.dof for channel in of_quantity(channels, quantity)]
+    return file.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
 
 
 def read_operating_run(
@@ -217,18 +209,14 @@ def read_operating_run(
     file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", SPECTRA)
     order = campaign.engine.dominant_order
     file.check_order(order, "correct it, or the dominant_order of the engine")
-    file.check_speed(_real(file, of_quantity(channels, "engine speed"))[:, 0], order)
-    accelerations, cells = (
-        of_quantity(channels, "acceleration"),
-        of_quantity(channels, "cell force"),
-    )
-    slow = of_quantity(channels, "static force")
-    acceleration = _columns(file, accelerations)
-    with telling(None) as tell:
-        for name, column in zip(names_of(accelerations), acceleration.T, strict=True):
-            if name not in switched_off and not np.any(column):
-                sentence = f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off"
-                tell(file.error(f"{sentence}, or measure again"))
+    file.check_speed(_real(file, channels, "engine speed")[:, 0], order)
+    acceleration = _spectrum(file, channels, "acceleration")
+    for name, column in zip(acceleration.channels, acceleration.values.T, strict=True):
+        if name not in switched_off and not np.any(column):
+            raise file.error(
+                f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off, or "
+                "measure again"
+            )
     return OperatingRun(
         name=entry.name,
         mount_set=entry.mount_set,
@@ -238,11 +226,11 @@ def read_operating_run(
         torque_limit=entry.torque_nm,
         rising=entry.rising,
         order=order,
-        engine_torque=_real(file, of_quantity(channels, "engine torque"))[:, 0],
-        acceleration=Spectrum(file.axis, acceleration, names_of(accelerations), "m/s^2"),
-        cell_force=Spectrum(file.axis, _columns(file, cells), names_of(cells), "N"),
-        static_force=_real(file, slow),
-        static_force_names=names_of(slow),
+        engine_torque=_real(file, channels, "engine torque")[:, 0],
+        acceleration=acceleration,
+        cell_force=_spectrum(file, channels, "cell force"),
+        static_force=_real(file, channels, "static force"),
+        static_force_names=names_of(channels, "static force"),
     )
 
 
@@ -256,10 +244,9 @@ def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChanne
                 f"its reference is {denominator} along '{direction}', expected one force along "
                 f"'{entry.axis}': the file or the axis may be swapped"
             )
-    dofs = [cell.dof for cell in cells]
-    values = file.values(dofs, ordinate="force", unit="N/N")
+    force = file.spectrum([cell.dof for cell in cells], "force", "N/N")
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
-    response = Frf(file.axis, sign * values, names_of(cells), (pushed,), "N/N")
+    response = Frf(file.axis, sign * force.values[:, :, None], force.channels, (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
 
 
@@ -332,7 +319,7 @@ def _channel_faults(
         ("cell force", by_kind[SensorKind.FORCE_CELL], "force cell of the position sheet"),
         ("static force", directions, "mount, piece and axis"),
     ):
-        listed = names_of(of_quantity(channels, quantity))
+        listed = names_of(channels, quantity)
         for name in listed:
             if name not in expected:
                 yield f"{path}: {quantity} channel '{name}' fits no {belongs}: correct its name"
@@ -347,7 +334,7 @@ def _channel_faults(
         ("engine speed", campaign.runs, "no phase: export the tacho"),
         ("tacho", campaign.time_runs, "no order"),
     ):
-        count = len(of_quantity(channels, quantity))
+        count = len(names_of(channels, quantity))
         if runs and count != 1:
             yield (
                 f"{path}: {count} channels of quantity '{quantity}', expected one: a run without "
@@ -521,11 +508,7 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     recorded = [row for row in tables.channels if row.quantity != "engine speed"]
     functions = time_functions(path, recorded)
     file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), functions)
-    time, engine = file.axis, tables.file.engine
-    accelerations, cells, slow = (
-        of_quantity(tables.channels, name)
-        for name in ("acceleration", "cell force", "static force")
-    )
+    time, engine, channels = file.axis, tables.file.engine, tables.channels
     return TimeRun(
         name=entry.name,
         mount_set=entry.mount_set,
@@ -536,15 +519,15 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         rising=entry.rising,
         order=engine.dominant_order,
         sample_rate=(time.size - 1) / float(time[-1] - time[0]),
-        tacho=_real(file, of_quantity(tables.channels, "tacho"))[:, 0],
+        tacho=_real(file, channels, "tacho")[:, 0],
         pulses_per_revolution=entry.pulses_per_revolution,
-        engine_torque=_real(file, of_quantity(tables.channels, "engine torque"))[:, 0],
-        acceleration=_real(file, accelerations),
-        acceleration_channels=names_of(accelerations),
-        cell_force=_real(file, cells),
-        cell_force_channels=names_of(cells),
-        static_force=_real(file, slow),
-        static_force_names=names_of(slow),
+        engine_torque=_real(file, channels, "engine torque")[:, 0],
+        acceleration=_real(file, channels, "acceleration"),
+        acceleration_channels=names_of(channels, "acceleration"),
+        cell_force=_real(file, channels, "cell force"),
+        cell_force_channels=names_of(channels, "cell force"),
+        static_force=_real(file, channels, "static force"),
+        static_force_names=names_of(channels, "static force"),
     )
 
 

@@ -25,9 +25,6 @@ from deboom.physics.order_tracking import rpm_of_frequency
 ORDER_SPECTRUM = 0
 """UFF function type; the order stands in the first ID line."""
 
-ENTITY_NAME = 10
-"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
-
 ID_LINE = 80
 """Characters of an ID line."""
 
@@ -108,7 +105,7 @@ def _functions(
     run: OperatingRun,
     notes: Sequence[str],
 ) -> list[UffFunction]:
-    if len(of_quantity(channels, "engine speed")) != 1:
+    if len(names_of(channels, "engine speed")) != 1:
         raise InputError(
             f"{table}: an operating run needs one channel of quantity 'engine speed': add its row "
             "with a node of its own, direction scalar and unit rpm"
@@ -120,10 +117,8 @@ def _functions(
         ),
         "cell force": dict(zip(run.cell_force.channels, run.cell_force.values.T, strict=True)),
         "static force": dict(zip(run.static_force_names, run.static_force.T, strict=True)),
-        "engine torque": dict.fromkeys(
-            names_of(of_quantity(channels, "engine torque")), run.engine_torque
-        ),
-        "engine speed": dict.fromkeys(names_of(of_quantity(channels, "engine speed")), speed),
+        "engine torque": dict.fromkeys(names_of(channels, "engine torque"), run.engine_torque),
+        "engine speed": dict.fromkeys(names_of(channels, "engine speed"), speed),
     }
     title = f"{run.name}, mount set {run.mount_set}"
     lines = [f"order {run.order:g}", title, *[*notes, "", ""][:2], IN_SI]
@@ -136,17 +131,8 @@ def _functions(
                 "for"
             )
         ordinate, unit = CAMPAIGN_QUANTITIES[channel.quantity]
+        notes = tuple(line[:ID_LINE] for line in lines)
         functions.append(
-            UffFunction(
-                abscissa=run.frequency,
-                values=values if channel.sign > 0 else -values,
-                function_type=ORDER_SPECTRUM,
-                response_node=channel.node,
-                response_direction=channel.direction,
-                ordinate=ordinate,
-                ordinate_unit=unit,
-                id_lines=tuple(line[:ID_LINE] for line in lines),
-                response_name=channel.channel.replace(" ", "")[:ENTITY_NAME],
-            )
+            channel.dof.function(run.frequency, values, ORDER_SPECTRUM, ordinate, unit, notes)
         )
     return functions

@@ -9,7 +9,7 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.errors import InputError
+from deboom.errors import naming
 from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.inertance_test import (
     FRF,
@@ -17,11 +17,10 @@ from deboom.files.inertance_test import (
     ToleranceSection,
     read_coherences,
     read_inertances,
-    read_placed_impacts,
-    read_placed_sensors,
+    read_placed,
 )
 from deboom.files.operating_test import read_operating_test
-from deboom.files.rows import impact_of, sensor_of
+from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of
 from deboom.files.schema import (
     AtLeastOne,
     Name,
@@ -37,7 +36,6 @@ from deboom.files.schema import (
 )
 from deboom.files.vehicle import EarEntry
 from deboom.measurement.channels import Frf
-from deboom.measurement.compressor_test import ACCELERATION_PER_FORCE
 from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.sensors import PlacementTolerances
@@ -111,8 +109,8 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     path = folder / ELECTRIC_CAR_FILE
     file = load_toml(path, ElectricCarFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    sensors = {row.sensor: row for row in read_placed_sensors(tables[0])}
-    impacts = {row.impact: row for row in read_placed_impacts(tables[1])}
+    sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
+    impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
     for table, what, known, named in (
         (tables[0], "sensor", sensors, [n for p in file.points for n in p.sensors]),
         (tables[1], "impact", impacts, [n for p in file.points for n in p.impacts]),
@@ -124,9 +122,9 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     )
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)
-    lines, accelerance = read_inertances(files[1], placed)
+    accelerance = read_inertances(files[1], placed)
     operation = read_operating_test(folder)
-    try:
+    with naming(path):
         return ElectricCar(
             name=file.name,
             operation=operation,
@@ -144,14 +142,10 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
             pressure=pressure,
             coherence=coherence,
             n_averages=file.hits_per_impact,
-            accelerance=Frf(
-                lines, accelerance, placed.channels, pressure.inputs, ACCELERATION_PER_FORCE
-            ),
+            accelerance=accelerance,
             tolerances=PlacementTolerances(**values_of(file.tolerances)),
             input_files=tuple(dict.fromkeys([path, *tables, *files, *operation.input_files])),
         )
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _check_named(
@@ -175,8 +169,5 @@ def _pressure(path: Path, file: ElectricCarFile, blows: Sequence[Dof]) -> tuple[
     """Read pressure per force of every impact, and its coherence of shape (f, 1, n_impact)."""
     ear = Dof(file.ear.name, file.ear.node, "scalar", file.ear.microphone)
     matrix = FunctionMatrix(path, "hammer", (FRF,))
-    values = matrix.values([ear], blows, ordinate="pressure", unit=PRESSURE_PER_FORCE)
-    names = tuple(blow.name for blow in blows)
-    frf = Frf(matrix.axis, values, (ear.name,), names, PRESSURE_PER_FORCE)
-    _, coherence = read_coherences(path, [ear], blows)
-    return frf, coherence
+    frf = matrix.frf([ear], blows, "pressure", PRESSURE_PER_FORCE)
+    return frf, read_coherences(path, [ear], blows)[1]

@@ -8,9 +8,9 @@ import subprocess
 import sys
 import tempfile
 from collections import defaultdict
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -19,12 +19,11 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import library, read_bytes
 from deboom.files.schema import noting, telling
 from deboom.files.tables import (
     RANGES,
-    SAME_LINE,
     Unit,
     name_and_unit,
     number_in,
@@ -33,6 +32,7 @@ from deboom.files.tables import (
     refuse_beyond,
 )
 from deboom.files.uff import UffFunction, read_uff
+from deboom.measurement.channels import Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
 TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
@@ -41,6 +41,10 @@ TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not Fun
 
 IN_SI = "in SI units, whatever the channel table says"
 """Last ID line of a function that was written into a campaign by deboom."""
+ENTITY_NAME = 10
+"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
+SAME_LINE = 1e-3
+"""How far two lines may differ and still be the same, as a fraction of the least spacing."""
 TIME_SIGNAL = 1
 """UFF function type over time; all others are over frequency."""
 _QUANTITIES = {RANGES[name].unit: name for name in RANGES if name != "position"}
@@ -78,6 +82,28 @@ class Dof:
     def directions(self) -> tuple[str, ...]:
         """Directions that the file may state."""
         return self.accepted or (self.direction,)
+
+    def function(
+        self,
+        abscissa: RealArray,
+        values: RealOrComplexArray,
+        function_type: int,
+        ordinate: str,
+        unit: str,
+        id_lines: Sequence[str] = (),
+    ) -> UffFunction:
+        """Return the function of a response at this DoF, to be written."""
+        return UffFunction(
+            abscissa=abscissa,
+            values=values if self.sign > 0 else -values,
+            function_type=function_type,
+            response_node=self.node,
+            response_direction=self.direction,
+            ordinate=ordinate,
+            ordinate_unit=unit,
+            id_lines=tuple(id_lines),
+            response_name=self.name.replace(" ", "")[:ENTITY_NAME],
+        )
 
 
 ANY_REFERENCE = Dof("", 0, "scalar")
@@ -172,6 +198,24 @@ class FunctionMatrix:
                         )
         return values
 
+    def frf(
+        self,
+        responses: Sequence[Dof],
+        references: Sequence[Dof],
+        ordinate: str,
+        unit: str,
+        label: str = "",
+    ) -> Frf:
+        """Return the functions of all pairs of DoF, see `values`; `label` writes their unit."""
+        values = self.values(responses, references, ordinate=ordinate, unit=unit)
+        outputs, inputs = (tuple(dof.name for dof in dofs) for dofs in (responses, references))
+        return Frf(self.axis, values, outputs, inputs, label or unit)
+
+    def spectrum(self, dofs: Sequence[Dof], ordinate: str, unit: str) -> Spectrum:
+        """Return the spectra of all DoF, see `values`."""
+        values = self.values(dofs, ordinate=ordinate, unit=unit)[:, :, 0]
+        return Spectrum(self.axis, values, tuple(dof.name for dof in dofs), unit)
+
     def function(
         self, response: Dof, reference: Dof, *, ordinate: str, unit: str, is_complex: bool = True
     ) -> RealOrComplexArray:
@@ -198,10 +242,8 @@ class FunctionMatrix:
             raise self.error(f"{what} is {remedy}")
         self._check_unit(what, function, response.unit or reference.unit, unit)
         if unit in _QUANTITIES:
-            try:
+            with naming(self.error(what)):
                 refuse_beyond(_QUANTITIES[unit], function.values)
-            except InputError as error:
-                raise self.error(f"{what}: {error}") from None
         turned = function.response_direction not in ("scalar", response.direction)
         return function.values * (response.sign * reference.sign * (-1.0 if turned else 1.0))
 
@@ -340,12 +382,11 @@ class FunctionTable:
     """Functions of one file, as they stand there.
 
     - `frequency` (n,): [Hz].
-    - `functions` (n,): name to unit label and complex values [that unit], or to what is wrong with
-      it.
+    - `functions`: name to what reads unit label and complex values (n,) [that unit].
     """
 
     frequency: RealArray
-    functions: Mapping[str, tuple[str, ComplexArray] | InputError]
+    functions: Mapping[str, Callable[[], tuple[str, ComplexArray]]]
 
     def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
         """Return unit and values of a function, in SI.
@@ -359,10 +400,7 @@ class FunctionTable:
                 f"the file has no function '{name}': add it, with real and imaginary part; there "
                 f"are {known}{more}"
             )
-        found = self.functions[name]
-        if isinstance(found, InputError):
-            raise InputError(str(found))
-        label, values = found
+        label, values = self.functions[name]()
         unit = parse_unit(label)
         bad = np.flatnonzero(~np.isfinite(values))
         if bad.size:
@@ -386,8 +424,7 @@ def read_function_table(path: Path) -> FunctionTable:
       or one that is no finite number or does not increase. What is wrong with a single function is
       told when it is asked for.
     """
-    is_matlab = path.suffix.lower() == ".mat"
-    table = FunctionTable(*matlab_table(path)) if is_matlab else _from_columns(path)
+    table = _from_matlab(path) if path.suffix.lower() == ".mat" else _from_columns(path)
     lines = table.frequency
     bad = np.flatnonzero(~np.isfinite(lines))
     falling = np.flatnonzero(np.diff(lines) <= 0)
@@ -400,6 +437,11 @@ def read_function_table(path: Path) -> FunctionTable:
     return table
 
 
+def _from_matlab(path: Path) -> FunctionTable:
+    frequency, columns = matlab_table(path)
+    return FunctionTable(frequency, {name: partial(columns.__getitem__, name) for name in columns})
+
+
 def _from_columns(path: Path) -> FunctionTable:
     columns = read_columns(path)
     by_name = {name_and_unit(header)[0]: header for header in columns}
@@ -407,40 +449,32 @@ def _from_columns(path: Path) -> FunctionTable:
     if header != "frequency [Hz]":
         separated = ", columns separated by commas" if path.suffix.lower() == ".csv" else ""
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
-    frequency = _numbers(header, columns[header])
-    if isinstance(frequency, InputError):
-        raise InputError(f"{path}: {frequency}")
-    functions = {}
-    for name in by_name:
-        stem, _, part = name.rpartition(" ")
-        if part in _PARTS and stem not in functions:
-            headers = [by_name.get(f"{stem} {one}") for one in _PARTS]
-            functions[stem] = _complex(stem, headers, columns)
-    return FunctionTable(frequency, functions)
+    with naming(path):
+        frequency = _numbers(header, columns[header])
+    split = (name.rpartition(" ") for name in by_name)
+    stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
+    read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
+    return FunctionTable(frequency, read)
 
 
 def _complex(
-    stem: str, headers: list[str | None], columns: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ComplexArray] | InputError:
-    real, imag = headers
-    if real is None or imag is None:
-        missing = _PARTS[0] if real is None else _PARTS[1]
-        return InputError(f"there is no column '{stem} {missing} [unit]': both parts are needed")
-    labels = [name_and_unit(header)[1] for header in (real, imag)]
-    if labels[0] is None or labels[0] != labels[1]:
-        return InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
-    parts = [_numbers(header, columns[header]) for header in (real, imag)]
-    for part in parts:
-        if isinstance(part, InputError):
-            return part
-    return labels[0], np.array(parts[0]) + 1j * np.array(parts[1])
+    stem: str, by_name: Mapping[str, str], columns: Mapping[str, tuple[str, ...]]
+) -> tuple[str, ComplexArray]:
+    for part in _PARTS:
+        if f"{stem} {part}" not in by_name:
+            raise InputError(f"there is no column '{stem} {part} [unit]': both parts are needed")
+    real, imag = (by_name[f"{stem} {part}"] for part in _PARTS)
+    label = name_and_unit(real)[1]
+    if label is None or label != name_and_unit(imag)[1]:
+        raise InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
+    return label, _numbers(real, columns[real]) + 1j * _numbers(imag, columns[imag])
 
 
-def _numbers(header: str, texts: tuple[str, ...]) -> npt.NDArray[np.float64] | InputError:
+def _numbers(header: str, texts: tuple[str, ...]) -> RealArray:
     numbers = np.array([number_in(text) for text in texts])
     bad = np.flatnonzero(~np.isfinite(numbers))
     if bad.size:
-        return InputError(
+        raise InputError(
             f"line {bad[0] + 2}, column '{header}': '{texts[bad[0]]}' is no finite number (decimal "
             "point, no thousands separator)"
         )

@@ -5,17 +5,17 @@ from __future__ import annotations
 import math
 import re
 from collections import defaultdict
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
 import numpy as np
-import numpy.typing as npt
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, FunctionMatrix
+from deboom.files.disk import made_folder
+from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, Dof, FunctionMatrix
 from deboom.files.rows import (
     HAMMER_QUANTITIES,
     HammerChannel,
@@ -25,6 +25,7 @@ from deboom.files.rows import (
     read_table,
     sensor_of,
     struck,
+    uff_direction,
     write_table,
 )
 from deboom.files.schema import (
@@ -168,112 +169,57 @@ def _hit_of(function: UffFunction, facts: HammerTestFile) -> int:
     return int(named[1])
 
 
-@dataclass(frozen=True)
-class HammerSheet:
-    """All of an impact test but its blocks.
-
-    - `title`: of the test.
-    - `rate`: samples per second [Hz].
-    - `pretrigger`: from the first sample of a block to the trigger [s].
-    - `points`: where the hammer strikes; each names its file.
-    - `channels`: responses, in SI units.
-    - `sensors`: position sheet; none where responses have no position.
-    - `force_range`: largest force that the hammer's channel can hold [N]; infinite is not known.
-    """
-
-    title: str
-    rate: float
-    pretrigger: float
-    points: tuple[HammerPoint, ...]
-    channels: tuple[HammerChannel, ...]
-    sensors: tuple[SensorRow, ...] = ()
-    force_range: float = math.inf
-
-
 def write_hammer_test(
     folder: Path | str,
-    sheet: HammerSheet,
-    hits: Mapping[str, tuple[npt.ArrayLike, npt.ArrayLike]],
+    facts: HammerTestFile,
+    points: Sequence[HammerPoint],
+    channels: Sequence[HammerChannel],
+    hits: Mapping[str, tuple[RealArray, RealArray]],
+    sensors: Sequence[SensorRow] = (),
     *,
     binary: bool = True,
 ) -> None:
     """Write facts, tables and one UFF file per impact.
 
     - `folder`: made if it is not there; the facts are written last.
-    - `sheet`: what the blocks are.
+    - `points`: where the hammer strikes; each names its file.
+    - `channels`: responses, in SI units.
     - `hits`: name of the impact to force, shape (n_hit, n_sample) [N], and response, shape (n_hit,
       n_sample, n_channel), along positive axes [SI units].
+    - `sensors`: position sheet; none where responses have no position.
     - `binary`: data sets 58b; ASCII is three times as large.
-    - raises InputError: impacts other than the sheet's, shapes that disagree, a unit that is not
-      SI, or a file that cannot be written.
+    - raises InputError: a file that cannot be written.
     """
     folder = Path(folder)
-    names = [point.impact for point in sheet.points]
-    if sorted(names) != sorted(hits):
-        raise InputError(f"{folder}: hits of {sorted(hits)}, the sheet has {sorted(names)}")
-    foreign = [c.channel for c in sheet.channels if c.unit.factor != 1.0]
-    if foreign:
-        raise InputError(f"{folder}: channels {foreign} are not in SI: convert them first")
-    for point in sheet.points:
-        path = folder / point.file
-        try:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise InputError(f"{path.parent} cannot be made ({error.strerror})") from None
-        force, response = (np.asarray(part, dtype=np.float64) for part in hits[point.impact])
-        if force.ndim != 2 or response.shape != (*force.shape, len(sheet.channels)):
-            raise InputError(
-                f"{path}: force of shape {force.shape} and response of shape {response.shape} are "
-                f"no hits of {len(sheet.channels)} channels"
-            )
-        write_uff(path, _functions(sheet, point, force, response), binary=binary)
-    write_table(folder / "impacts.csv", HammerPoint, sheet.points)
-    write_table(folder / "channels.csv", HammerChannel, sheet.channels)
-    if sheet.sensors:
-        write_table(folder / "sensors.csv", SensorRow, sheet.sensors)
-    facts = HammerTestFile(
-        format=1,
-        title=sheet.title,
-        sample_rate_hz=sheet.rate,
-        pretrigger_s=sheet.pretrigger,
-        force_range_n=None if math.isinf(sheet.force_range) else sheet.force_range,
-        impact_table="impacts.csv",
-        channel_table="channels.csv",
-        sensor_table="sensors.csv" if sheet.sensors else None,
-    )
+    for point in points:
+        made_folder((folder / point.file).parent)
+        functions = _functions(facts, point, channels, *hits[point.impact])
+        write_uff(folder / point.file, functions, binary=binary)
+    write_table(folder / facts.impact_table, HammerPoint, points)
+    write_table(folder / facts.channel_table, HammerChannel, channels)
+    if facts.sensor_table is not None:
+        write_table(folder / facts.sensor_table, SensorRow, sensors)
     dump_toml(folder / HAMMER_TEST_FILE, facts)
 
 
 def _functions(
-    sheet: HammerSheet, point: HammerPoint, force: RealArray, response: RealArray
+    facts: HammerTestFile,
+    point: HammerPoint,
+    channels: Sequence[HammerChannel],
+    force: RealArray,
+    response: RealArray,
 ) -> list[UffFunction]:
-    time = _stored_axis(sheet, force.shape[1])
+    # six digits are what UFF keeps; the exact rate stands in the facts
+    start, step = (float(f"{x:.5e}") for x in (-facts.pretrigger_s, 1.0 / facts.sample_rate_hz))
+    time = np.asarray(start + step * np.arange(force.shape[1]), dtype=np.float64)
+    push = Dof(point.impact, point.node, uff_direction(point.direction), quantity="force")
     functions = []
-    for hit, (push, answer) in enumerate(zip(force, response, strict=True), 1):
-        recorded = [("force", point.impact, point.node, point.uff_direction, push)]
-        recorded += [
-            (channel.quantity, channel.channel, channel.node, channel.direction, values)
-            for channel, values in zip(
-                sheet.channels, (answer * [c.sign for c in sheet.channels]).T, strict=True
-            )
-        ]
-        functions += [
-            UffFunction(
-                abscissa=time,
-                values=values,
-                function_type=TIME_SIGNAL,
-                response_node=node,
-                response_direction=direction,
-                ordinate=quantity,
-                ordinate_unit=HAMMER_QUANTITIES[quantity],
-                id_lines=(f"hit {hit}", f"impact {point.impact}", name),
-            )
-            for quantity, name, node, direction, values in recorded
-        ]
+    for hit, (blow, answer) in enumerate(zip(force, response, strict=True), 1):
+        recorded = [(push, blow)]
+        recorded += [(row.dof, column) for row, column in zip(channels, answer.T, strict=True)]
+        for dof, values in recorded:
+            lines = (f"hit {hit}", f"impact {point.impact}", dof.name)
+            unit = HAMMER_QUANTITIES[dof.quantity]
+            function = dof.function(time, values, TIME_SIGNAL, dof.quantity, unit, lines)
+            functions.append(replace(function, response_name=""))
     return functions
-
-
-def _stored_axis(sheet: HammerSheet, n_sample: int) -> RealArray:
-    """Time with the six digits that UFF keeps; the exact rate stands in the facts."""
-    start, step = (float(f"{number:.5e}") for number in (-sheet.pretrigger, 1.0 / sheet.rate))
-    return np.asarray(start + step * np.arange(n_sample), dtype=np.float64)

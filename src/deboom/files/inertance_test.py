@@ -5,19 +5,18 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated, Literal, TypeVar
 
 import numpy as np
 from pydantic import Field
 
-from deboom.arrays import ComplexArray, RealArray
-from deboom.errors import InputError
+from deboom.arrays import RealArray
+from deboom.errors import InputError, naming
 from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.rows import (
     PlacedImpact,
     PlacedSensor,
-    Vector,
     impact_of,
     read_table,
     sensor_of,
@@ -34,7 +33,7 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
-    telling,
+    refuse_all,
     values_of,
 )
 from deboom.files.uff import read_uff
@@ -53,35 +52,24 @@ SMALLEST_SPAN, LARGEST_SPAN = 0.01, 10.0
 """Of the points of one sheet [m]: beyond, its unit is wrong."""
 
 
-def read_placed_sensors(path: Path) -> tuple[PlacedSensor, ...]:
-    """Read the table ``sensor, node, x [mm], y [mm], z [mm], rx [deg], ry [deg], rz [deg]``.
+_Placed = TypeVar("_Placed", PlacedSensor, PlacedImpact)
 
-    - raises InputError: as `read_table`, or positions that no machine on mounts has.
+
+def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
+    """Read a position sheet of accelerometers or impacts.
+
+    - raises InputError: as `read_table`, or positions that no machine on mounts has: their unit is
+      wrong by a factor of a thousand.
     """
-    sensors = read_table(path, PlacedSensor)
-    _check_span(path, "sensors", [sensor.position for sensor in sensors])
-    return sensors
-
-
-def read_placed_impacts(path: Path) -> tuple[PlacedImpact, ...]:
-    """Read the table ``impact, node, x [mm], y [mm], z [mm], dx, dy, dz``.
-
-    - raises InputError: as `read_table`, or positions that no machine on mounts has.
-    """
-    impacts = read_table(path, PlacedImpact)
-    _check_span(path, "impacts", [impact.position for impact in impacts])
-    return impacts
-
-
-def _check_span(path: Path, what: str, positions: Sequence[Vector]) -> None:
-    """Refuse a unit that is wrong by a factor of a thousand."""
-    points = np.array(positions)
+    rows = read_table(path, kind)
+    points = np.array([row.position for row in rows])
     span = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
     if len(points) > 1 and not SMALLEST_SPAN <= span <= LARGEST_SPAN:
         raise InputError(
-            f"{path}: the {what} lie within {span:.3g} m: is the unit in the header of x, y and z "
-            "the one of the numbers? mm and m are mixed up easily"
+            f"{path}: the {kind.sheet} lie within {span:.3g} m: is the unit in the header of x, y "
+            "and z the one of the numbers? mm and m are mixed up easily"
         )
+    return rows
 
 
 FRF, COHERENCE = 4, 6
@@ -124,22 +112,19 @@ def triaxial(name: str, node: int) -> tuple[Dof, ...]:
     )
 
 
-def read_inertances(path: Path, places: Places) -> tuple[RealArray, ComplexArray]:
+def read_inertances(path: Path, places: Places) -> Frf:
     """Read the FRFs from all impacts to all channels.
 
     - `path`: UFF file; functions of other types in it are left alone.
     - `places`: nodes of sensors and impacts.
-    - returns (f,) `frequency`: [Hz].
-    - returns (f, n_channel, n_impact) `values`: Along positive axes of the sensors [m/s² per N].
+    - returns: along positive axes of the sensors [m/s² per N].
     - raises InputError: an FRF that is missing, doubled, at an unknown node, of other lines, real,
       or of another unit than acceleration over force.
     """
     matrix = _of_type(path, FRF)
     matrix.check_known(places.responses, places.references)
-    values = matrix.values(
-        places.responses, places.references, ordinate="acceleration", unit="m/s^2/N"
-    )
-    return matrix.axis, values
+    dofs = (places.responses, places.references)
+    return matrix.frf(*dofs, "acceleration", "m/s^2/N", ACCELERATION_PER_FORCE)
 
 
 def read_coherences(
@@ -278,21 +263,26 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     path = folder / INERTANCE_TEST_FILE
     file = load_toml(path, InertanceTestFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    places = Places(read_placed_sensors(tables[0]), read_placed_impacts(tables[1]))
-    try:
+    places = Places(read_placed(tables[0], PlacedSensor), read_placed(tables[1], PlacedImpact))
+    with naming(" and ".join(dict.fromkeys(map(str, tables)))):
         sensors = tuple(map(sensor_of, places.sensors))
         impacts = tuple(map(impact_of, places.impacts))
         check_enough(sensors, impacts)
-    except InputError as error:
-        where = " and ".join(dict.fromkeys(map(str, tables)))
-        raise InputError(f"{where}: {error}") from None
     if from_hits and file.hits is None:
         raise InputError(f"{path}: key 'hits' is missing: name the folder of the hits over time")
     if from_hits or file.frf is None:
         frf, coherence, n_averages, read = _from_hits(folder, file, impacts, places.channels)
     else:
         frf, coherence, n_averages, read = _from_frfs(folder, file, places)
-    try:
+    with naming(folder):
+        drawing = None
+        if file.drawing is not None:
+            drawing = Drawing(
+                mass=file.drawing.mass_kg,
+                centre=np.array(file.drawing.centre_of_gravity_m),
+                inertia=np.array(file.drawing.inertia_kg_m2),
+                mounts=tuple(CompressorMount(**values_of(mount)) for mount in file.mounts),
+            )
         return InertanceTest(
             name=file.title,
             sensors=sensors,
@@ -303,11 +293,9 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
             tolerances=PlacementTolerances(**values_of(file.tolerances)),
             weighed_mass=file.weighed_mass_kg,
             weighed_mass_deviation=file.weighed_mass_deviation_kg or 0.0,
-            drawing=_drawing(file),
+            drawing=drawing,
             input_files=tuple(dict.fromkeys([path, *tables, *read])),
         )
-    except InputError as error:
-        raise InputError(f"{folder}: {error}") from None
 
 
 _Measured = tuple[Frf, RealArray, int, list[Path]]
@@ -319,12 +307,10 @@ def _from_frfs(folder: Path, file: InertanceTestFile, places: Places) -> _Measur
     assert file.coherence is not None
     assert file.hits_per_impact is not None
     paths = [folder / file.frf, folder / file.coherence]
-    frequency, values = read_inertances(paths[0], places)
+    frf = read_inertances(paths[0], places)
     lines, coherence = read_coherences(paths[1], places.responses, places.references)
-    if not np.array_equal(lines, frequency):
+    if not np.array_equal(lines, frf.frequency):
         raise InputError(f"{paths[1]} has other lines than {paths[0]}: export both with the same")
-    impacts = tuple(impact.impact for impact in places.impacts)
-    frf = Frf(frequency, values, places.channels, impacts, ACCELERATION_PER_FORCE)
     return frf, coherence, file.hits_per_impact, paths
 
 
@@ -334,37 +320,29 @@ def _from_hits(
     assert file.hits is not None
     hits = folder / file.hits
     test = read_hammer_test(hits)
-    _check_same_places(hits, test, impacts)
+    refuse_all(_other_places(hits, test, impacts))
     estimate = hammer_frfs(test, HammerOptions(band=file.band_hz))
     estimate = estimate.select(channels, tuple(impact.name for impact in impacts))
     read = sorted(path for path in hits.rglob("*") if path.is_file())
     return estimate.frf, estimate.coherence, int(min(estimate.n_averages)), read
 
 
-def _check_same_places(hits: Path, test: HammerTest, impacts: tuple[Impact, ...]) -> None:
+def _other_places(hits: Path, test: HammerTest, impacts: tuple[Impact, ...]) -> Iterator[str]:
     by_name = {impact.name: impact for impact in test.impacts}
-    with telling(None) as tell:
-        for impact in impacts:
-            if impact.name not in by_name:
-                sentence = f"{hits}: no hits on {impact.name} of the position sheet: deliver them, "
-                tell(InputError(f"{sentence}or take it out of the sheet"))
-            elif not same_place(impact, by_name[impact.name]):
-                sentence = f"{hits}: {impact.name} has another place or direction than in the "
-                tell(InputError(f"{sentence}position sheet: correct the wrong one"))
+    for impact in impacts:
+        if impact.name not in by_name:
+            yield (
+                f"{hits}: no hits on {impact.name} of the position sheet: deliver them, or take it "
+                "out of the sheet"
+            )
+        elif not same_place(impact, by_name[impact.name]):
+            yield (
+                f"{hits}: {impact.name} has another place or direction than in the position "
+                "sheet: correct the wrong one"
+            )
 
 
 def same_place(impact: Impact, other: Impact) -> bool:
     """Tell whether impacts have one place and direction, but for rounding."""
     off = np.abs([impact.position - other.position, impact.direction - other.direction])
     return bool(off.max() <= SAME_PLACE)
-
-
-def _drawing(file: InertanceTestFile) -> Drawing | None:
-    if file.drawing is None:
-        return None
-    return Drawing(
-        mass=file.drawing.mass_kg,
-        centre=np.array(file.drawing.centre_of_gravity_m),
-        inertia=np.array(file.drawing.inertia_kg_m2),
-        mounts=tuple(CompressorMount(**values_of(mount)) for mount in file.mounts),
-    )

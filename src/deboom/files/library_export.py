@@ -6,7 +6,7 @@ import json
 from collections.abc import Sequence
 from pathlib import Path
 
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.tables import workbook_bytes
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
@@ -59,7 +59,5 @@ def read_library_json(
       entry.
     """
     document = read_json(path, "export it again")
-    try:
+    with naming(path):
         return from_document(document)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None

@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Literal, Self, TypeVar
+from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
-from deboom.errors import InputError
-from deboom.files.schema import StrictModel, load_toml
+from deboom.errors import naming
+from deboom.files.schema import (
+    AtLeastOne,
+    Positive,
+    Several,
+    Share,
+    StrictModel,
+    doubled,
+    load_toml,
+)
 
-Positive = Annotated[float, Field(gt=0.0)]
 G_MM, G_MM2, N_PER_MM = 1e-6, 1e-9, 1e3
 """In kg m, kg m² and N/m."""
 
@@ -69,8 +77,17 @@ class ComponentLimitsFile(StrictModel):
     risk_percent: Annotated[float, Field(gt=0.0, lt=50.0)] = 100 * RISK
     static_unbalance: StaticUnbalanceEntry | None = None
     dynamic_unbalance: DynamicUnbalanceEntry | None = None
-    stiffness: Annotated[tuple[StiffnessEntry, ...], Field(strict=False)] = ()
-    rotational_stiffness: Annotated[tuple[RotationalStiffnessEntry, ...], Field(strict=False)] = ()
+    stiffness: Several[StiffnessEntry] = ()
+    rotational_stiffness: Several[RotationalStiffnessEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for a file without a limit."""
+        unbalance = self.static_unbalance or self.dynamic_unbalance
+        if not (unbalance or self.stiffness or self.rotational_stiffness):
+            yield (
+                "there is no limit in it: add [static_unbalance], [dynamic_unbalance], "
+                "[[stiffness]] or [[rotational_stiffness]]"
+            )
 
 
 def read_component_limits(path: Path) -> ComponentLimits:
@@ -81,19 +98,8 @@ def read_component_limits(path: Path) -> ComponentLimits:
     """
     content = load_toml(path, ComponentLimitsFile)
     static, dynamic = content.static_unbalance, content.dynamic_unbalance
-    limits = [
-        _window(path, one.direction, one, one.at_least_n_per_mm, one.at_most_n_per_mm, N_PER_MM)
-        for one in content.stiffness
-    ]
-    limits += [
-        _window(path, one.direction, one, one.at_least_n_m_per_rad, one.at_most_n_m_per_rad, 1.0)
-        for one in content.rotational_stiffness
-    ]
-    if static is None and dynamic is None and not limits:
-        raise InputError(
-            f"{path}: there is no limit in it: add [static_unbalance], [dynamic_unbalance], "
-            "[[stiffness]] or [[rotational_stiffness]]"
-        )
+    limits = [_window(path, entry, N_PER_MM) for entry in content.stiffness]
+    limits += [_window(path, entry, 1.0) for entry in content.rotational_stiffness]
     return ComponentLimits(
         path,
         content.risk_percent / 100,
@@ -104,24 +110,36 @@ def read_component_limits(path: Path) -> ComponentLimits:
 
 
 def _window(
-    path: Path,
-    direction: str,
-    band: _BandEntry,
-    low: float | None,
-    high: float | None,
-    unit: float,
+    path: Path, entry: StiffnessEntry | RotationalStiffnessEntry, unit: float
 ) -> StiffnessLimit:
     """Convert one window to SI."""
+    low, high = _bounds(entry)
     least, most = -math.inf if low is None else low, math.inf if high is None else high
-    try:
+    with naming(f"{path}: stiffness {entry.direction}"):
         Bounds(least, most)  # a refusal states the numbers of the file
-    except InputError as error:
-        raise InputError(f"{path}: stiffness {direction}: {error}") from None
-    bounds = Bounds(unit * least, unit * most)
-    return StiffnessLimit(direction, (band.from_hz, band.to_hz), bounds)
+    return StiffnessLimit(
+        entry.direction, (entry.from_hz, entry.to_hz), Bounds(unit * least, unit * most)
+    )
 
 
-_Entry = TypeVar("_Entry", bound=StrictModel)
+def _bounds(entry: StrictModel) -> list[float | None]:
+    """Lower and upper bound of an entry, whatever their unit."""
+    keys = dict(entry)
+    return [
+        next((value for key, value in keys.items() if key.startswith(side)), None)
+        for side in ("at_least_", "at_most_")
+    ]
+
+
+class _BoundedEntry(StrictModel):
+    @model_validator(mode="after")
+    def _some_bound(self) -> Self:
+        low, high = _bounds(self)
+        if low is None and high is None:
+            raise ValueError("give a bound, at_least or at_most")
+        if low is not None and high is not None and low > high:
+            raise ValueError("at_least is above at_most")
+        return self
 
 
 class SagEntry(StrictModel):
@@ -131,7 +149,7 @@ class SagEntry(StrictModel):
     at_most_mm: Positive
 
 
-class TravelEntry(StrictModel):
+class TravelEntry(_BoundedEntry):
     """How far a direction deflects under a wheel torque, from the position under the weight."""
 
     direction: str
@@ -139,33 +157,21 @@ class TravelEntry(StrictModel):
     at_least_mm: float | None = None
     at_most_mm: float | None = None
 
-    @model_validator(mode="after")
-    def _some_bound(self) -> Self:
-        return _bounded(self, self.at_least_mm, self.at_most_mm)
 
-
-class NaturalFrequencyEntry(StrictModel):
+class NaturalFrequencyEntry(_BoundedEntry):
     """Window of an undamped mode of the powertrain on its mounts, the lowest being number 1."""
 
     mode: Annotated[int, Field(ge=1, le=6)]
     at_least_hz: Positive | None = None
     at_most_hz: Positive | None = None
 
-    @model_validator(mode="after")
-    def _some_bound(self) -> Self:
-        return _bounded(self, self.at_least_hz, self.at_most_hz)
 
-
-class MountStiffnessEntry(StrictModel):
+class MountStiffnessEntry(_BoundedEntry):
     """Mean operating stiffness of a variable, ``EnM z``, or of an axis of all mounts, ``z``."""
 
     variable: str
     at_least_n_per_mm: Positive | None = None
     at_most_n_per_mm: Positive | None = None
-
-    @model_validator(mode="after")
-    def _some_bound(self) -> Self:
-        return _bounded(self, self.at_least_n_per_mm, self.at_most_n_per_mm)
 
 
 class LimitsFile(StrictModel):
@@ -180,10 +186,18 @@ class LimitsFile(StrictModel):
 
     format: Literal[1]
     kept_by: Literal["design", "every part"] = "design"
-    sag: Annotated[tuple[SagEntry, ...], Field(strict=False)] = ()
-    travel: Annotated[tuple[TravelEntry, ...], Field(strict=False)] = ()
-    natural_frequency: Annotated[tuple[NaturalFrequencyEntry, ...], Field(strict=False)] = ()
-    stiffness: Annotated[tuple[MountStiffnessEntry, ...], Field(strict=False)] = ()
+    sag: Several[SagEntry] = ()
+    travel: Several[TravelEntry] = ()
+    natural_frequency: Several[NaturalFrequencyEntry] = ()
+    stiffness: Several[MountStiffnessEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for a file without a limit."""
+        if not (self.sag or self.travel or self.natural_frequency or self.stiffness):
+            yield (
+                "there is no limit in it: add [[sag]], [[travel]], [[natural_frequency]] or "
+                "[[stiffness]]"
+            )
 
 
 def load_limits(path: Path) -> LimitsFile:
@@ -192,24 +206,7 @@ def load_limits(path: Path) -> LimitsFile:
     - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
       of range; there is no limit in it.
     """
-    content = load_toml(path, LimitsFile)
-    if not (content.sag or content.travel or content.natural_frequency or content.stiffness):
-        raise InputError(
-            f"{path}: there is no limit in it: add [[sag]], [[travel]], [[natural_frequency]] or "
-            "[[stiffness]]"
-        )
-    return content
-
-
-def _bounded(entry: _Entry, low: float | None, high: float | None) -> _Entry:
-    if low is None and high is None:
-        raise ValueError("give a bound, at_least or at_most")
-    if low is not None and high is not None and low > high:
-        raise ValueError("at_least is above at_most")
-    return entry
-
-
-Share = Annotated[float, Field(ge=0.0, le=1.0)]
+    return load_toml(path, LimitsFile)
 
 
 class PartEntry(StrictModel):
@@ -222,7 +219,7 @@ class PartEntry(StrictModel):
     """
 
     number: str
-    places: Annotated[tuple[str, ...], Field(strict=False, min_length=1)]
+    places: AtLeastOne[str]
     pieces: Annotated[int, Field(ge=1)] = 1
     hardness_share: Share | None = None
     batch_share: Share | None = None
@@ -264,8 +261,14 @@ class PartScatterFile(StrictModel):
     hardness_share: Share | None = None
     batch_share: Share | None = None
     measured: MeasuredEntry | None = None
-    parts: Annotated[tuple[PartEntry, ...], Field(strict=False)] = ()
-    tolerances: Annotated[tuple[ToleranceEntry, ...], Field(strict=False)] = ()
+    parts: Several[PartEntry] = ()
+    tolerances: Several[ToleranceEntry] = ()
+
+    def faults(self) -> Iterator[str]:
+        """Give a sentence for a part number or a variable that comes twice."""
+        yield from doubled("[[parts]] have the number", [part.number for part in self.parts])
+        variables = [entry.variable for entry in self.tolerances]
+        yield from doubled("[[tolerances]] are of the variable", variables)
 
 
 def load_parts(path: Path) -> PartScatterFile:
@@ -274,12 +277,4 @@ def load_parts(path: Path) -> PartScatterFile:
     - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
       of range; a part number or a variable stands there twice.
     """
-    content = load_toml(path, PartScatterFile)
-    for what, names in (
-        ("part number", [entry.number for entry in content.parts]),
-        ("tolerance of", [entry.variable for entry in content.tolerances]),
-    ):
-        twice = [name for name in names if names.count(name) > 1]
-        if twice:
-            raise InputError(f"{path}: {what} '{twice[0]}' stands there twice: keep one")
-    return content
+    return load_toml(path, PartScatterFile)

@@ -10,12 +10,12 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.function_table import TIME_SIGNAL, Dof, FunctionMatrix
 from deboom.files.inertance_test import (
     SAME_PLACE,
     read_inertance_test,
-    read_placed_sensors,
+    read_placed,
     same_place,
     triaxial,
 )
@@ -35,7 +35,7 @@ from deboom.files.schema import (
     telling,
     values_of,
 )
-from deboom.files.uff import UffFunction, write_uff
+from deboom.files.uff import write_uff
 from deboom.measurement.channels import Spectrum, TimeRecord
 from deboom.measurement.compressor_test import (
     HoseDrawing,
@@ -46,9 +46,6 @@ from deboom.measurement.compressor_test import (
 )
 from deboom.measurement.order_tracking import tracked_sweep
 from deboom.physics.rigid_body import rotation_matrix
-
-ENTITY_NAME = 10
-"""Characters of a channel's name that UFF keeps; the DoF is what counts."""
 
 
 def _channels(
@@ -117,57 +114,39 @@ class SweepNodes:
 def write_sweep(
     path: Path,
     nodes: SweepNodes,
-    frequency: RealArray,
-    acceleration: RealOrComplexArray,
+    axis: RealArray,
+    parts: Sequence[RealOrComplexArray],
     *,
-    holder: RealOrComplexArray | None = None,
-    sound: RealOrComplexArray | None = None,
+    pulses: RealArray | None = None,
     notes: Sequence[str] = (),
 ) -> None:
-    """Write order spectra, and the speed of the tacho, as UFF functions of type 0.
+    """Write order spectra with the speed of the tacho, or channels over time, as UFF functions.
 
     - `path`: UFF file.
     - `nodes`: what is written.
-    - `frequency` (f,): of the rotation, evenly spaced [Hz].
-    - `acceleration` (f, 3 n_sensor): complex peak, phase from the tacho's pulse [m/s²].
-    - `holder` (f, 3 n_holder): [m/s²].
-    - `sound` (f, n_microphone): [Pa].
+    - `axis` (n_line,): lines of the rotation, evenly spaced [Hz], or instants from 0 [s].
+    - `parts` (n_line, n_channel): acceleration of the sensors [m/s²], and as far as the nodes have
+      them of the holders [m/s²], and sound [Pa]; spectra complex peak, phase from the tacho's
+      pulse.
+    - `pulses` (n_line,): tacho over time, one per revolution; its rising edge marks the angle [1].
     - `notes`: up to four lines on where it comes from.
-    - raises InputError: columns that are not the channels of the nodes, or a file that cannot be
-      written.
+    - raises InputError: a file that cannot be written.
     """
-    lines = ("order 1", *notes)
-    columns = _columns(path, nodes, (acceleration, holder, sound))
     tacho = Dof("tacho", nodes.tacho, "scalar")
-    columns.append((tacho, "rpm", "rpm", np.asarray(60.0 * frequency)))
-    write_uff(path, _functions(frequency, columns, 0, lines), binary=True)
-
-
-def write_sweep_record(
-    path: Path,
-    nodes: SweepNodes,
-    rate: float,
-    tacho: RealArray,
-    acceleration: RealArray,
-    *,
-    holder: RealArray | None = None,
-    sound: RealArray | None = None,
-    notes: Sequence[str] = (),
-) -> None:
-    """Write channels over time as UFF functions of type 1.
-
-    - `path`, `nodes`, `notes`: as for `write_sweep`.
-    - `rate`: samples per second; ``operation.toml`` keeps it exactly [Hz].
-    - `tacho` (n_sample,): one pulse per revolution; its rising edge marks the angle [1].
-    - `acceleration`, `holder`, `sound` (n_sample, ...): as for `write_sweep`, over time.
-    - raises InputError: as `write_sweep`.
-    """
-    # UFF keeps six digits of a step
-    step = float(f"{1 / rate:.5e}")
-    time = np.asarray(step * np.arange(len(tacho)), dtype=np.float64)
-    columns = _columns(path, nodes, (acceleration, holder, sound))
-    columns.append((Dof("tacho", nodes.tacho, "scalar"), "general", "1", tacho))
-    write_uff(path, _functions(time, columns, 1, notes), binary=True)
+    if pulses is None:
+        kind, lines = 0, ("order 1", *notes)
+        turning = tacho.function(axis, 60.0 * axis, kind, "rpm", "rpm", lines)
+    else:
+        # UFF keeps six digits of a step; ``operation.toml`` keeps the rate exactly
+        axis = float(f"{axis[1]:.5e}") * np.arange(axis.size, dtype=np.float64)
+        kind, lines = TIME_SIGNAL, tuple(notes)
+        turning = tacho.function(axis, pulses, kind, "general", "1", lines)
+    functions = [
+        dof.function(axis, column, kind, ordinate, unit, lines)
+        for (_, dofs, ordinate, unit), values in zip(nodes.channels, parts, strict=False)
+        for dof, column in zip(dofs, values.T, strict=True)
+    ]
+    write_uff(path, [*functions, turning], binary=True)
 
 
 def read_sweep(path: Path, nodes: SweepNodes) -> tuple[Spectrum | None, ...]:
@@ -207,46 +186,6 @@ def read_sweep_record(
         names = tuple(dof.name for dof in dofs)
         records.append(None if values is None else TimeRecord(values, rate, names, unit))
     return tacho, tuple(records)
-
-
-_Column = tuple[Dof, str, str, RealOrComplexArray]
-"""DoF, quantity, unit and values."""
-
-
-def _columns(
-    path: Path, nodes: SweepNodes, parts: Sequence[RealOrComplexArray | None]
-) -> list[_Column]:
-    columns: list[_Column] = []
-    for (what, dofs, ordinate, unit), values in zip(nodes.channels, parts, strict=True):
-        width = 0 if values is None else values.shape[1]
-        if width != len(dofs):
-            raise InputError(
-                f"{path}: {what} has {width} columns, the nodes have {len(dofs)} channels"
-            )
-        if values is not None:
-            columns += [
-                (dof, ordinate, unit, column) for dof, column in zip(dofs, values.T, strict=True)
-            ]
-    return columns
-
-
-def _functions(
-    axis: RealArray, columns: Sequence[_Column], kind: int, notes: Sequence[str]
-) -> list[UffFunction]:
-    return [
-        UffFunction(
-            abscissa=axis,
-            values=values,
-            function_type=kind,
-            response_node=dof.node,
-            response_direction=dof.direction,
-            ordinate=ordinate,
-            ordinate_unit=unit,
-            id_lines=tuple(notes),
-            response_name=dof.name.replace(" ", "")[:ENTITY_NAME],
-        )
-        for dof, ordinate, unit, values in columns
-    ]
 
 
 OPERATING_TEST_FILE = "operation.toml"
@@ -387,7 +326,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
     path = folder / OPERATING_TEST_FILE
     file = load_toml(path, OperatingTestFile)
     table = folder / file.sensor_table
-    sensors = read_placed_sensors(table)
+    sensors = read_placed(table, PlacedSensor)
     hammer = read_inertance_test(folder / file.hammer)
     _check_sensors(table, sensors, hammer)
     with_hoses = None
@@ -404,7 +343,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
     sweeps = tuple(_sweep(folder, entry, file.deviations, nodes) for entry in file.sweeps)
     read = [path, table, *hammer.input_files, *(with_hoses.input_files if with_hoses else ())]
     read += [folder / (entry.spectra or entry.record or "") for entry in file.sweeps]
-    try:
+    with naming(path):
         return OperatingTest(
             name=file.title,
             hammer=hammer,
@@ -414,14 +353,12 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
             hoses=tuple(HoseDrawing(**values_of(hose)) for hose in file.hoses),
             input_files=tuple(dict.fromkeys(read)),
         )
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
 
 
 def _sweep(
     folder: Path, entry: SweepSection, stated: DeviationSection, nodes: SweepNodes
 ) -> OperatingSweep:
-    try:
+    with naming(f"sweep '{entry.name}'"):
         if entry.spectra is not None:
             parts = read_sweep(folder / entry.spectra, nodes)
             floor = None
@@ -430,10 +367,8 @@ def _sweep(
             assert entry.record is not None
             assert entry.sample_rate_hz is not None
             tacho, records = read_sweep_record(folder / entry.record, nodes, entry.sample_rate_hz)
-            try:
+            with naming(folder / entry.record):
                 tracked = tracked_sweep(tacho, [record for record in records if record])
-            except InputError as error:
-                raise InputError(f"{folder / entry.record}: {error}") from None
             spectra = iter(tracked.spectra)
             parts = tuple(next(spectra) if record else None for record in records)
             floor = np.maximum(tracked.noise[0], np.finfo(float).tiny)
@@ -451,8 +386,6 @@ def _sweep(
             holder=holder,
             sound=sound,
         )
-    except InputError as error:
-        raise InputError(f"sweep '{entry.name}': {error}") from None
 
 
 def _check_sensors(

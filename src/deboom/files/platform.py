@@ -31,6 +31,7 @@ from deboom.files.rows import (
     ChannelRow,
     MountRow,
     read_table,
+    read_torque_table,
     table_columns,
 )
 from deboom.files.schema import (
@@ -52,7 +53,7 @@ from deboom.files.schema import (
     noting,
     telling,
 )
-from deboom.files.tables import read_rows, read_torque_table
+from deboom.files.tables import read_rows
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount
@@ -219,14 +220,10 @@ def common_axis(files: Sequence[Columns], note: Note | None = None) -> RealArray
     with telling(note) as tell:
         for columns in {each.path: each for each in there}.values():
             if not same_lines(first.frequency, columns.frequency):
+                both = f"{first.path} ({first.item}) and {columns.path} ({columns.item})"
                 where = first_difference(first.frequency, columns.frequency)
-                tell(
-                    InputError(
-                        f"the frequency axes of {first.path} ({first.item}) and {columns.path} "
-                        f"({columns.item}) differ: {where}; measure or export both on the same "
-                        "lines"
-                    )
-                )
+                sentence = f"the frequency axes of {both} differ: {where}; measure or export both "
+                tell(InputError(f"{sentence}on the same lines"))
     return first.frequency
 
 
@@ -517,13 +514,10 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
         frequency = common_axis(every, tell)
         electric = getattr(getattr(file, "engine", None), "cylinders", 0) is None
         if electric and frequency.size and (frequency[0] < LOWEST or frequency[-1] > HIGHEST):
-            tell(
-                InputError(
-                    f"{folder / PLATFORM_FILE}: lines of {frequency[0]:g} to {frequency[-1]:g} Hz "
-                    f"of a rotor order, but a drive on its mounts is modelled from {LOWEST:g} to "
-                    f"{HIGHEST:g} Hz: export these lines, or state a lower order"
-                )
-            )
+            lines = f"lines of {frequency[0]:g} to {frequency[-1]:g} Hz of a rotor order"
+            model = f"a drive on its mounts is modelled from {LOWEST:g} to {HIGHEST:g} Hz"
+            remedy = "export these lines, or state a lower order"
+            tell(InputError(f"{folder / PLATFORM_FILE}: {lines}, but {model}: {remedy}"))
         for case in file.load_cases:
             if getattr(case, "torque_table", None) and frequency.size:
                 with noting(tell):
@@ -555,7 +549,9 @@ def _channel_rows(path: Path, mounts: Sequence[Mount] | None, tell: Note) -> tup
         tell(fault)
     if rows and mounts:
         # a row at fault has been told: its channel is not missing as well
-        _check_channels(path, rows, mounts, tell, _named_channels(path) if faults else frozenset())
+        named = _named_channels(path) if faults else frozenset()
+        for sentence in _channel_faults(path, rows, mounts, named):
+            tell(InputError(sentence))
     return rows
 
 
@@ -577,12 +573,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         folder=folder,
         mounts=contents.mounts or (),
         powertrain=_powertrain(file.powertrain),
-        fleet=Fleet(
-            tuple(
-                _vehicle(entry, contents.noise_transfer[entry.name], contents.frequency)
-                for entry in file.vehicles
-            )
-        ),
+        fleet=Fleet(tuple(_vehicle(entry, contents) for entry in file.vehicles)),
         load_cases=tuple(_load_case(entry, file.engine, contents) for entry in file.load_cases),
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
@@ -602,10 +593,11 @@ def _powertrain(entry: PowertrainEntry | None) -> Powertrain | None:
     )
 
 
-def _vehicle(entry: VehicleEntry, columns: Columns, frequency: RealArray) -> Vehicle:
-    ear = columns.ear or f"node {entry.ear_node}"
-    values = columns.values[:, np.newaxis, :]
-    return Vehicle(entry.name, entry.group, Frf(frequency, values, (ear,), columns.names, "Pa/N"))
+def _vehicle(entry: VehicleEntry, contents: Contents) -> Vehicle:
+    columns = contents.noise_transfer[entry.name]
+    ear, values = columns.ear or f"node {entry.ear_node}", columns.values[:, np.newaxis, :]
+    frf = Frf(contents.frequency, values, (ear,), columns.names, "Pa/N")
+    return Vehicle(entry.name, entry.group, frf)
 
 
 def _load_case(entry: LoadCaseEntry, engine: Engine, contents: Contents) -> LoadCase:
@@ -633,14 +625,10 @@ def _by_quantity(
     """Order the rows of each quantity as mount, axis, piece."""
     there = {(row.quantity, row.channel): row for row in rows}
     operating = [name for m in mounts for axis in AXES for name in m.channels(axis)]
-    paths = _paths(mounts, set(there))
+    names = dict.fromkeys(QUANTITY_UNIT, operating) | {NOISE_TRANSFER: _paths(mounts, set(there))}
     return {
-        quantity: [there[quantity, name] for name in names if (quantity, name) in there]
-        for quantity, names in (
-            ("displacement", operating),
-            ("force", operating),
-            (NOISE_TRANSFER, paths),
-        )
+        quantity: [there[quantity, name] for name in names[quantity] if (quantity, name) in there]
+        for quantity in names
     }
 
 
@@ -650,42 +638,37 @@ def _paths(mounts: Sequence[Mount], there: set[tuple[str, str]]) -> list[str]:
     return list(paths_into(mounts, heard)) if any(mount.transfer_axes for mount in mounts) else []
 
 
-def _check_channels(
+def _channel_faults(
     path: Path,
     rows: Sequence[ChannelRow],
     mounts: Sequence[Mount],
-    note: Note,
     named: frozenset[tuple[str, str]],
-) -> None:
+) -> Iterator[str]:
     """Every row belongs to a mount, and every path has all that its force and motion need."""
     there = {(row.quantity, row.channel) for row in rows} | named
     paths = _paths(mounts, there)
     operating = [name for mount in mounts for axis in AXES for name in mount.channels(axis)]
     for row in rows:
         if row.channel not in (paths if row.quantity == NOISE_TRANSFER else operating):
-            note(
-                InputError(
-                    f"{path}: {row.quantity} channel '{row.channel}' fits no mount, piece and "
-                    f"transfer axis of {PLATFORM_FILE}: correct one of them"
-                )
+            yield (
+                f"{path}: {row.quantity} channel '{row.channel}' fits no mount, piece and transfer "
+                f"axis of {PLATFORM_FILE}: correct one of them"
             )
     if not paths:
-        note(InputError(f"{path}: no mount of {PLATFORM_FILE} has a transfer axis: name one"))
+        yield f"{path}: no mount of {PLATFORM_FILE} has a transfer axis: name one"
     measured = [channel for quantity, channel in there if quantity != NOISE_TRANSFER]
     needed = [(NOISE_TRANSFER, name) for name in paths]
     for mount in mounts:
         names = [name for axis in AXES for name in mount.channels(axis)]
         through = [name for axis in mount.transfer_axes for name in mount.channels(axis)]
         if not any(name in measured for name in names):
-            note(InputError(f"{path}: mount '{mount.name}' has no channel: add '{names[0]}', ..."))
+            yield f"{path}: mount '{mount.name}' has no channel: add '{names[0]}', ..."
         for name in names:
             if name in through or name in measured:
                 needed += [("displacement", name), ("force", name)]
     for quantity, name in needed:
         if (quantity, name) not in there:
-            note(
-                InputError(
-                    f"{path}: there is no {quantity} channel '{name}': add its row, or take the "
-                    f"axis out of transfer_axes in {PLATFORM_FILE}"
-                )
+            yield (
+                f"{path}: there is no {quantity} channel '{name}': add its row, or take the axis "
+                f"out of transfer_axes in {PLATFORM_FILE}"
             )

@@ -8,16 +8,16 @@ import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, TypeVar, get_type_hints
+from typing import Annotated, Any, ClassVar, TypeVar, get_type_hints
 from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import replace_bytes
-from deboom.files.function_table import Dof
+from deboom.files.function_table import Dof, first_difference, same_lines
 from deboom.files.schema import Note, noting, telling
 from deboom.files.tables import (
     Row,
@@ -55,7 +55,6 @@ class _Numbers:
     names: tuple[str, ...]
     si: str = ""
     written: str = ""
-    one_unit: bool = False
 
     @property
     def labels(self) -> list[str]:
@@ -82,8 +81,8 @@ class TableRow:
     unique: ClassVar[tuple[str, ...]] = ()
     """What no other row may repeat, in words with the row's entries."""
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
-        """Refuse what does not fit together in this row, or with earlier ones."""
+    def _check(self) -> None:
+        """Refuse what does not fit together in this row."""
 
 
 _Row = TypeVar("_Row", bound=TableRow)
@@ -105,9 +104,6 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
     read: list[_Row] = []
     with telling(note) as tell:
         rows = read_rows(path, plain, with_unit, kind.sheet, tell)
-        for numbers in columns.values():
-            if rows and isinstance(numbers, _Numbers) and numbers.one_unit:
-                _check_one_unit(rows[0], numbers.names)
         seen: dict[str, int] = {}
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
@@ -115,10 +111,8 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
                 continue
             with noting(tell):
                 item = kind(**values)
-                try:
-                    item._check(read)
-                except InputError as error:
-                    raise row.error(str(error)) from None
+                with naming(f"{row.path} line {row.line}"):
+                    item._check()
                 for words in item.unique:
                     refuse_second(seen, words.format(item), row)
                 read.append(item)
@@ -182,13 +176,14 @@ def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
 def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
     """One field of a row; a fault of it is told."""
     if isinstance(column, _Numbers):
-        numbers = tuple(_number_or_nan(row, name, tell) for name in column.names)
+        numbers = [math.nan] * len(column.names)
+        for place, name in enumerate(column.names):
+            with noting(tell):
+                numbers[place] = row.number(name)
         if column.si == "m":
-            try:
+            with noting(tell), naming(f"{row.path} line {row.line}"):
                 refuse_beyond("position", np.nan_to_num(numbers))
-            except InputError as error:
-                tell(row.error(str(error)))
-        return numbers if len(numbers) > 1 else numbers[0]
+        return tuple(numbers) if len(numbers) > 1 else numbers[0]
     try:
         if column is int:
             return row.node(field)
@@ -202,14 +197,6 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
         return _WRONG
 
 
-def _number_or_nan(row: Row, column: str, tell: Note) -> float:
-    try:
-        return row.number(column)
-    except InputError as error:
-        tell(error)
-        return math.nan
-
-
 def _unit(row: Row, column: str) -> Unit:
     try:
         return parse_unit(row.cells[column])
@@ -218,27 +205,16 @@ def _unit(row: Row, column: str) -> Unit:
         raise row.error(f"{item}: {error}") from None
 
 
-def _check_one_unit(row: Row, columns: Sequence[str]) -> None:
-    """Refuse the columns of a vector in several units."""
-    first, *others = columns
-    for other in others:
-        if row.units[other].factor != row.units[first].factor:
-            raise InputError(
-                f"{row.path}: units are mixed: '{first}' is in {row.units[first].label} and "
-                f"'{other}' in {row.units[other].label}; use one for both"
-            )
-
-
 def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
     """Table of rows in the units that are written."""
     columns = _columns(kind)
-    labels: list[str] = []
-    for field, column in columns.items():
-        labels += column.labels if isinstance(column, _Numbers) else [field]
-    cells = [
-        [cell for field, column in columns.items() for cell in _cells(row, field, column)]
-        for row in rows
+    pairs = columns.items()
+    labels = [
+        label
+        for field, column in pairs
+        for label in (column.labels if isinstance(column, _Numbers) else [field])
     ]
+    cells = [[cell for pair in pairs for cell in _cells(row, *pair)] for row in rows]
     return pd.DataFrame(cells, columns=labels)
 
 
@@ -299,10 +275,10 @@ class SensorRow(TableRow):
     model: str
     mount: str
     piece: Blank
-    position: Annotated[Vector, _Numbers(_AXES, "m", one_unit=True)]
-    angles: Annotated[Vector, _Numbers(("rx", "ry", "rz"), "rad", written="deg", one_unit=True)]
+    position: _Place
+    angles: _Angles
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         kinds = [kind.value for kind in SensorKind]
         if self.kind not in kinds:
             raise InputError(
@@ -367,14 +343,9 @@ class PlacedImpact(TableRow):
     direction: _Direction
 
     @property
-    def uff_direction(self) -> str:
-        """``+x`` … ``-z`` along an axis, else ``scalar``."""
-        return uff_direction(self.direction)
-
-    @property
     def axis(self) -> str:
         """Axis of the direction without its sign."""
-        return self.uff_direction.lstrip("+-")
+        return uff_direction(self.direction).lstrip("+-")
 
 
 @dataclass(frozen=True)
@@ -395,12 +366,7 @@ class HammerPoint(TableRow):
     position: _Place
     direction: _Direction
 
-    @property
-    def uff_direction(self) -> str:
-        """``+x`` … ``-z`` along an axis of the vehicle, else ``scalar``."""
-        return uff_direction(self.direction)
-
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         parts = Path(self.file)
         if parts.is_absolute() or ".." in parts.parts:
             raise InputError(f"file '{self.file}' is not inside the folder: copy it there")
@@ -424,7 +390,8 @@ def struck(point: PlacedImpact | HammerPoint, *, alone: bool) -> Dof:
         if _sign(sign) * part > nearest
     ]
     accepted += ["scalar"] if alone else []
-    return Dof(point.impact, point.node, point.uff_direction, accepted=tuple(accepted))
+    along = uff_direction(point.direction)
+    return Dof(point.impact, point.node, along, accepted=tuple(accepted))
 
 
 def uff_direction(vector: Vector) -> str:
@@ -459,7 +426,7 @@ class ImpactRow(TableRow):
         """Unit vector along `direction`."""
         return tuple(_sign(self.direction) * (axis == self.direction[1:]) for axis in _AXES)
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         directions = [f"{sign}{axis}" for axis in _AXES for sign in "+-"]
         if self.direction not in directions:
             raise InputError(f"direction '{self.direction}': use one of {', '.join(directions)}")
@@ -483,7 +450,7 @@ class PanelRow(TableRow):
     position: _Place
     area: Annotated[float, _Numbers(("area",), "m^2")]
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         if abs(np.linalg.norm(self.normal) - 1) > 1e-3:
             raise InputError(f"the normal of '{self.panel}' is no unit vector into the cabin")
         if self.area <= 0:
@@ -592,16 +559,10 @@ class CampaignChannel(_Channel):
         """Word of the quantity in the UFF file."""
         return CAMPAIGN_QUANTITIES[self.quantity][0]
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         si = {quantity: unit for quantity, (_, unit) in CAMPAIGN_QUANTITIES.items()}
         axis = self.channel.rpartition(" ")[2]
         self._check_dof(si, axis if self.quantity.endswith(("acceleration", "force")) else "")
-        first = next((other for other in _earlier if other.quantity == self.quantity), self)
-        if first.unit.factor != self.unit.factor:
-            raise InputError(
-                f"units are mixed: {self.quantity} '{first.channel}' is in {first.unit.label} and "
-                f"'{self.channel}' in {self.unit.label}; use one"
-            )
 
 
 @dataclass(frozen=True)
@@ -624,7 +585,7 @@ class HammerChannel(_Channel):
     unit: Unit
     range: Annotated[float, InUnitOfRow] = math.inf
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         axis = self.channel.rpartition(" ")[2]
         has_axis = axis in _AXES and self.quantity != "pressure"
         self._check_dof(HAMMER_QUANTITIES, axis if has_axis else "")
@@ -656,7 +617,7 @@ class ChannelRow(_Channel):
     direction: str
     unit: Unit
 
-    def _check(self, _earlier: Sequence[Self]) -> None:
+    def _check(self) -> None:
         if self.axis not in _AXES:
             raise InputError(f"unknown axis '{self.axis}', use {', '.join(_AXES)}")
         name = " ".join(filter(None, (self.mount, self.piece, self.axis)))
@@ -681,6 +642,34 @@ def read_curve(path: Path) -> tuple[RealArray, RealArray]:
     rows = read_rows(path, (), {"deflection": "m", "force": "N"})
     values = np.array([[row.number("deflection"), row.number("force")] for row in rows])
     return values[:, 0], values[:, 1]
+
+
+def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
+    """Read the table ``frequency [Hz], engine torque [N m]``.
+
+    - `path`: CSV, one row per line.
+    - `frequency` (f,): lines of the run's spectra [Hz]; nothing is interpolated.
+    - returns (f,): engine torque [N m].
+    - raises InputError: the file is missing or no such table, an entry is no finite number, or its
+      lines are not those of the spectra.
+    """
+    rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
+    lines = np.array([row.number("frequency") for row in rows])
+    if not same_lines(frequency, lines):
+        raise InputError(
+            f"{path}: the lines of the spectra and of this table differ: "
+            f"{first_difference(frequency, lines)}; export the torque on the lines of the spectra"
+        )
+    torque = np.array([row.number("engine torque") for row in rows])
+    with naming(path):
+        refuse_beyond("engine torque", torque)
+    return torque
+
+
+def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArray) -> None:
+    """Write the table that `read_torque_table` reads."""
+    table = {"frequency [Hz]": frequency, "engine torque [N m]": engine_torque}
+    write_frame(path, pd.DataFrame(table))
 
 
 def write_curve(path: Path, deflection: RealArray, force: RealArray) -> None:

@@ -23,8 +23,7 @@ from openpyxl.styles import Alignment, Font
 from openpyxl.utils import get_column_letter
 from openpyxl.worksheet.properties import PageSetupProperties
 
-from deboom.arrays import RealArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_text
 from deboom.files.schema import Note, noting, telling
 from deboom.tabled import csv_text, unescaped
@@ -258,13 +257,8 @@ def read_rows(
         name, label = name_and_unit(text)
         names.append(name)
         if name in with_unit:
-            if label is None:
-                example = _EXAMPLES.get(with_unit[name], f"[{with_unit[name]}]'")
-                sentence = f"{path}: column '{text}' has no unit: write '{text} {example}"
-                faults.append(InputError(sentence))
-                continue
             with noting(faults.append):
-                units[name] = _column_unit(path, text, label, with_unit[name])
+                units[name] = _column_unit(f"{path}: column '{text}'", text, label, with_unit[name])
     wanted = [*plain, *with_unit]
     separated = "" if _is_excel(path) else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
@@ -425,17 +419,18 @@ def _cell_text(value: Any) -> str:
     return str(value)
 
 
-def _column_unit(path: Path, column: str, label: str, si: str) -> Unit:
+def _column_unit(what: str, column: str, label: str | None, si: str) -> Unit:
+    if label is None:
+        example = _EXAMPLES.get(si, f"[{si}]'")
+        raise InputError(f"{what} has no unit: write '{column} {example}")
     if si == "rad":
         if label not in _ANGLES:
-            raise InputError(f"{path}: column '{column}': an angle is in deg or rad")
+            raise InputError(f"{what}: an angle is in deg or rad")
         return Unit(label, "rad", _ANGLES[label])
-    try:
+    with naming(what):
         unit = parse_unit(label)
-    except InputError as error:
-        raise InputError(f"{path}: column '{column}': {error}") from None
     if unit.si != si:
-        raise InputError(f"{path}: column '{column}' is not in {si} or a multiple of it")
+        raise InputError(f"{what} is not in {si} or a multiple of it")
     return unit
 
 
@@ -455,10 +450,8 @@ def workbook_bytes(sheets: Mapping[str, pd.DataFrame], title: str) -> bytes:
     - `sheets`: name of the sheet → table with columns ``name [unit]``; the index is not written.
     - `title`: in the properties of the file. No user name gets there.
     - returns: missing values are empty cells, text that looks like a formula is text.
-    - raises InputError: no sheet, or a name that a sheet cannot have.
+    - raises InputError: a name that a sheet cannot have.
     """
-    if not sheets:
-        raise InputError("a workbook needs at least one sheet")
     workbook = Workbook(write_only=True)
     workbook.properties.creator = "deboom"
     workbook.properties.title = title
@@ -512,51 +505,3 @@ def _number_format(unit: str | None) -> str:
     decimals = {"N": 0, "mm": 3, "N/mm": 1, "Hz": 1, "%": 1, "dB": 2, "dB(A)": 1, "°": 1, "1": 3}
     digits = decimals.get(re.sub(r"^[\d.,]+ ", "", unit or ""))  # "0.001 dB" as dB
     return "" if digits is None else f"{0:.{digits}f}"
-
-
-SAME_LINE = 1e-3
-"""How far two lines may differ and still be the same, as a fraction of the least spacing."""
-
-
-def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
-    """Read the table ``frequency [Hz], engine torque [N m]``.
-
-    - `path`: CSV, one row per line.
-    - `frequency` (f,): lines of the run's spectra [Hz]; nothing is interpolated.
-    - returns (f,): engine torque [N m].
-    - raises InputError: the file is missing or no such table, an entry is no finite number, or its
-      lines are not those of the spectra.
-    """
-    rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
-    lines = np.array([row.number("frequency") for row in rows])
-    if lines.size != frequency.size:
-        raise InputError(
-            f"{path} has {lines.size} lines and the spectra have {frequency.size}: export the "
-            "torque on the lines of the spectra"
-        )
-    spacing = np.diff(frequency).min() if frequency.size > 1 else frequency[0]
-    other = np.flatnonzero(np.abs(lines - frequency) > SAME_LINE * spacing)
-    if other.size:
-        row = rows[other[0]]
-        raise row.error(
-            f"{lines[other[0]]:.9g} Hz, where the spectra have {frequency[other[0]]:.9g} Hz: "
-            "export the torque on the lines of the spectra"
-        )
-    torque = np.array([row.number("engine torque") for row in rows])
-    try:
-        refuse_beyond("engine torque", torque)
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
-    return torque
-
-
-def write_torque_table(path: Path, frequency: RealArray, engine_torque: RealArray) -> None:
-    """Write the table that `read_torque_table` reads.
-
-    - `path`: CSV; replaced if it is there.
-    - `frequency` (f,): [Hz].
-    - `engine_torque` (f,): [N m].
-    """
-    write_frame(
-        path, pd.DataFrame({"frequency [Hz]": frequency, "engine torque [N m]": engine_torque})
-    )

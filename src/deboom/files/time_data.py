@@ -19,7 +19,7 @@ import numpy as np
 from scipy.io import wavfile
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import kind_of, library, read_bytes
 from deboom.files.function_table import TIME_SIGNAL, matlab_table
 from deboom.files.rows import (
@@ -143,11 +143,9 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunctio
     if row.quantity != "tacho":
         if not signal.unit.strip():
             raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
-        try:
+        with naming(what):
             unit = parse_unit(signal.unit)
-        except InputError as error:
-            raise InputError(f"{what}: {error}") from None
-    try:
+    with naming(what):
         return UffFunction(
             abscissa=signal.time,
             values=signal.values * unit.factor,
@@ -158,8 +156,6 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunctio
             ordinate_unit=unit.si,
             file_unit=unit.label,
         )
-    except InputError as error:
-        raise InputError(f"{what}: {error}") from None
 
 
 def _check_even(path: Path, axes: Sequence[tuple[str, RealArray]]) -> None:
@@ -299,7 +295,7 @@ class WavChannel(TableRow):
     full_scale: Annotated[float, InUnitOfRow]
     unit: Unit
 
-    def _check(self, _earlier: Sequence[WavChannel]) -> None:
+    def _check(self) -> None:
         if not 0 < self.full_scale < math.inf:
             raise InputError(f"full_scale of '{self.channel}' is not positive: state it")
 

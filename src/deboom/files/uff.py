@@ -16,7 +16,7 @@ import numpy as np
 import pyuff
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import kind_of, read_bytes
 from deboom.files.tables import Unit, parse_unit
 
@@ -414,10 +414,8 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
     path = Path(path)
     if not functions:
         raise InputError(f"{path}: no function to write; give at least one")
-    try:
+    with naming(path):
         sets = [_SI_SET, *(set_58(function, binary) for function in functions)]
-    except InputError as error:
-        raise InputError(f"{path}: {error}") from None
     try:
         with tempfile.TemporaryDirectory(prefix=".uff-", dir=path.parent) as folder:
             whole = Path(folder) / "whole.uff"
@@ -437,7 +435,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     """Read every function (data set 58 or 58b) of a UFF file, in SI.
 
     Values are converted by their unit label; without one, by data set 164. Set types other than
-    58 and 164 are skipped; `set_types` lists them.
+    58 and 164 are skipped.
 
     Parameters
     ----------
@@ -470,22 +468,13 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     functions = []
     for index, kind in enumerate(kinds):
         if kind == 58:
-            try:
-                functions.append(function_of(_content(path, index, file), scale))
-            except InputError as error:
-                raise InputError(f"{path}: set {index + 1}: {error}") from None
+            content = _content(path, index, file)
+            with naming(f"{path}: set {index + 1}"):
+                functions.append(function_of(content, scale))
     if not functions:
         there = ", ".join(str(kind) for kind in kinds)
         raise InputError(f"{path} holds no function (data set 58), only sets {there}")
     return tuple(functions)
-
-
-def set_types(path: Path | str) -> tuple[int, ...]:
-    """List the data set types of a UFF file in their order, such as ``(164, 58, 58)``.
-
-    - raises InputError: the file is missing, empty, not UFF or truncated.
-    """
-    return tuple(int(kind) for kind in _opened(Path(path)).get_set_types())
 
 
 _TYPE_LINE = 7

@@ -36,9 +36,7 @@ from deboom.files.schema import (
     doubled,
     load_toml,
     refuse_all,
-    telling,
 )
-from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (
@@ -47,8 +45,8 @@ from deboom.measurement.noise_transfer import (
 )
 
 VEHICLE_FILE = "vehicle.toml"
-_VOLUME_ACCELERATION_UNIT = "m/s^2/m^3/s^2"
-_ACCELERANCE = "(m/s^2)/N"
+_MOTION = ("m/s^2/m^3/s^2", ACCELERATION_PER_VOLUME_ACCELERATION)
+"""Unit of acceleration per volume acceleration, as UFF has it and as we write it."""
 
 
 class PanelEntry(StrictModel):
@@ -111,31 +109,19 @@ class VehicleFile(StrictModel):
 def read_panels(folder: Path, entry: PanelEntry, ears: Sequence[Dof]) -> PanelMeasurement:
     """Read what was measured at the panels."""
     rows = read_table(folder / entry.table, PanelRow)
-    names = tuple(row.panel for row in rows)
     dofs = [Dof(row.panel, row.node, "scalar") for row in rows]
-    ear_names = tuple(ear.name for ear in ears)
     motion = FunctionMatrix(folder / entry.motion, "panels", (FRF,))
     pressure = FunctionMatrix(folder / entry.pressure, "panels", (FRF,))
     if not np.array_equal(motion.axis, pressure.axis):
         raise InputError(f"{pressure.path} and {motion.path} have different lines: export alike")
     return PanelMeasurement(
-        names=names,
+        names=tuple(row.panel for row in rows),
         positions=np.array([row.position for row in rows]),
         normals=np.array([row.normal for row in rows]),
         areas=np.array([row.area for row in rows]),
-        motion=Frf(
-            motion.axis,
-            motion.values(dofs, ears, ordinate="acceleration", unit="m/s^2/m^3/s^2"),
-            names,
-            ear_names,
-            ACCELERATION_PER_VOLUME_ACCELERATION,
-        ),
-        pressure=Frf(
-            pressure.axis,
-            pressure.values(dofs, ears, ordinate="pressure", unit="Pa/m^3/s^2"),
-            names,
-            ear_names,
-            PRESSURE_PER_VOLUME_ACCELERATION,
+        motion=motion.frf(dofs, ears, "acceleration", *_MOTION),
+        pressure=pressure.frf(
+            dofs, ears, "pressure", "Pa/m^3/s^2", PRESSURE_PER_VOLUME_ACCELERATION
         ),
     )
 
@@ -156,33 +142,23 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     points = [f"{mount.name} {piece}".strip() for mount in mounts for piece in mount.pieces]
     impact_rows = read_table(folder / file.impact_table, ImpactRow)
     sensor_rows = read_table(folder / file.sensor_table, SensorRow)
-    _check_places(folder, file, points, impact_rows, sensor_rows)
+    refuse_all(_misplaced(folder, file, points, impact_rows, sensor_rows))
     on_body = [row for row in sensor_rows if row.sensor not in file.source_sensors]
     channels = _channels(folder, file, sensor_rows)
-    body_names = [f"{row.sensor} {axis}" for row in on_body for axis in "xyz"]
-    body_dofs = [channels[name] for name in body_names]
+    body_dofs = [channels[f"{row.sensor} {axis}"] for row in on_body for axis in "xyz"]
     ears = [Dof(ear.name, ear.node, "scalar", ear.microphone) for ear in file.ears]
     sources = [Dof(ear.name, ear.node, "scalar") for ear in file.ears]
     blows = [Dof(row.impact, row.node, row.direction) for row in impact_rows]
-    ear_names = tuple(ear.name for ear in ears)
-    blow_names = tuple(row.impact for row in impact_rows)
-
     direct = FunctionMatrix(folder / file.direct, "hammer", (FRF,))
     reciprocal = FunctionMatrix(folder / file.reciprocal, "loudspeaker", (FRF,))
     accelerance = None
     if file.accelerance:
-        accelerances = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
-        accelerance = Frf(
-            accelerances.axis,
-            accelerances.values(body_dofs, blows, ordinate="acceleration", unit="m/s^2/N"),
-            tuple(body_names),
-            blow_names,
-            _ACCELERANCE,
-        )
+        matrix = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
+        accelerance = matrix.frf(body_dofs, blows, "acceleration", "m/s^2/N", "(m/s^2)/N")
     return MeasuredVehicle(
         name=file.name,
         group=file.group,
-        ears=ear_names,
+        ears=tuple(ear.name for ear in ears),
         mounts=mounts,
         body_sensors={
             point: tuple(sensor_of(row) for row in on_body if _point(row) == point)
@@ -196,22 +172,8 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
             point: tuple(impact_of(row) for row in impact_rows if _point(row) == point)
             for point in points
         },
-        direct=Frf(
-            direct.axis,
-            direct.values(ears, blows, ordinate="pressure", unit=PRESSURE_PER_FORCE),
-            ear_names,
-            blow_names,
-            PRESSURE_PER_FORCE,
-        ),
-        reciprocal=Frf(
-            reciprocal.axis,
-            reciprocal.values(
-                body_dofs, sources, ordinate="acceleration", unit=_VOLUME_ACCELERATION_UNIT
-            ),
-            tuple(body_names),
-            ear_names,
-            ACCELERATION_PER_VOLUME_ACCELERATION,
-        ),
+        direct=direct.frf(ears, blows, "pressure", PRESSURE_PER_FORCE),
+        reciprocal=reciprocal.frf(body_dofs, sources, "acceleration", *_MOTION),
         accelerance=accelerance,
         runs=tuple(_run(folder, file, entry, ears, list(channels.values())) for entry in file.runs),
         panels=None if file.panels is None else read_panels(folder, file.panels, sources),
@@ -226,18 +188,14 @@ def _run(
     channels: Sequence[Dof],
 ) -> VehicleRun:
     matrix = FunctionMatrix(folder / entry.file, f"run '{entry.name}'", SPECTRA)
-    pressure = matrix.values(ears, ordinate="pressure", unit="Pa")[:, :, 0]
-    acceleration = matrix.values(channels, ordinate="acceleration", unit="m/s^2")[:, :, 0]
     return VehicleRun(
         name=entry.name,
         gear=entry.gear,
         total_ratio=file.engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
         order=file.engine.dominant_order,
-        pressure=Spectrum(matrix.axis, pressure, tuple(ear.name for ear in ears), "Pa"),
-        acceleration=Spectrum(
-            matrix.axis, acceleration, tuple(dof.name for dof in channels), "m/s^2"
-        ),
+        pressure=matrix.spectrum(ears, "pressure", "Pa"),
+        acceleration=matrix.spectrum(channels, "acceleration", "m/s^2"),
     )
 
 
@@ -255,38 +213,38 @@ def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> 
     return {name: table[name] for name in wanted}
 
 
-def _check_places(
+def _misplaced(
     folder: Path,
     file: VehicleFile,
     points: Sequence[str],
     impacts: Sequence[ImpactRow],
     sensors: Sequence[SensorRow],
-) -> None:
+) -> Iterator[str]:
     """Every blow and sensor belongs to a mount, and every mount has both."""
     names = [row.sensor for row in sensors]
     unknown = [name for name in file.source_sensors if name not in names]
     on_body = [row for row in sensors if row.sensor not in file.source_sensors]
-    with telling(None) as tell:
-        if unknown:
-            where = folder / VEHICLE_FILE
-            sentence = f"{where}: source_sensors {unknown} are not in {file.sensor_table}"
-            tell(InputError(f"{sentence}: add them there, or correct their names"))
-        for table, what, places in (
-            (file.impact_table, "blow of the hammer", [_point(row) for row in impacts]),
-            (file.sensor_table, "accelerometer on the body", [_point(row) for row in on_body]),
-        ):
-            for place in dict.fromkeys(places):
-                if place not in points:
-                    sentence = f"{folder / table}: '{place}' is no mount or piece of {VEHICLE_FILE}"
-                    remedy = f"there are {', '.join(points)}: correct one of them"
-                    tell(InputError(f"{sentence}, {remedy}"))
-            for point in points:
-                if point not in places:
-                    sentence = f"{folder / table}: {point} has no {what}: a path without noise "
-                    remedy = (
-                        "transfer function cannot be judged; measure it, or leave the mount out"
-                    )
-                    tell(InputError(sentence + remedy))
+    if unknown:
+        yield (
+            f"{folder / VEHICLE_FILE}: source_sensors {unknown} are not in {file.sensor_table}: "
+            "add them there, or correct their names"
+        )
+    for table, what, places in (
+        (file.impact_table, "blow of the hammer", [_point(row) for row in impacts]),
+        (file.sensor_table, "accelerometer on the body", [_point(row) for row in on_body]),
+    ):
+        for place in dict.fromkeys(places):
+            if place not in points:
+                yield (
+                    f"{folder / table}: '{place}' is no mount or piece of {VEHICLE_FILE}, there "
+                    f"are {', '.join(points)}: correct one of them"
+                )
+        for point in points:
+            if point not in places:
+                yield (
+                    f"{folder / table}: {point} has no {what}: a path without noise transfer "
+                    "function cannot be judged; measure it, or leave the mount out"
+                )
 
 
 def _point(row: ImpactRow | SensorRow) -> str:

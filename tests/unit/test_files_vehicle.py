@@ -10,9 +10,6 @@ from broken_files import edits, refused, without_sections
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.files.platform import noise_transfer_columns
-from deboom.files.rows import ChannelRow
-from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff, write_uff
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.modal import ModalModel, PoleCluster, panel_contributions
@@ -60,28 +57,6 @@ def test_mixed_microphones_are_refused(folder, file):
     change(folder / file, 0, response_name="MIC9999")
     with pytest.raises(InputError, match=r"'MIC9999', but 'driver ear' is 'MIC2101'.*not be mixed"):
         read_vehicle(folder)
-
-
-def test_mixed_microphones_are_refused_in_a_platform_too(folder):
-    path = folder / DIRECT
-    functions = [f for f in read_uff(path) if f.response_node == 901][:2]
-    rows = [
-        ChannelRow(
-            f"P{f.reference_node} {f.reference_direction}",
-            "noise transfer function",
-            "P",
-            "",
-            f.reference_direction[1:],
-            f.reference_node,
-            f.reference_direction,
-            parse_unit("Pa/N"),
-        )
-        for f in functions
-    ]
-    assert noise_transfer_columns(path, "vehicle U06-4", 901, rows).names == ("P301 +x", "P301 +y")
-    change(path, 0, response_name="MIC9999")
-    with pytest.raises(InputError, match="different microphones"):
-        noise_transfer_columns(path, "vehicle U06-4", 901, rows)
 
 
 def test_a_path_without_noise_transfer_function_is_refused(folder):

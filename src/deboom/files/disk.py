@@ -59,16 +59,8 @@ _KINDS = (
     (b"PK\x03\x04", "a workbook or another zip archive"),
     (b"\xd0\xcf\x11\xe0", "an old workbook (.xls)"),
     (b"\x1f\x8b", "a gzip archive"),
-    (b"7z\xbc\xaf", "a 7z archive"),
     (b"|CF,", "an imc FAMOS file"),
-    (b"DIAEXTENDED", "a DIAdem header file"),
     (b"<?xml", "an XML file"),
-    (b"SQLite format 3", "an SQLite database"),
-    (b"PAR1", "a Parquet table"),
-    (b"%PDF", "a PDF document"),
-    (b"fLaC", "a FLAC sound file"),
-    (b"ID3", "an MP3 sound file"),
-    (b"OggS", "an Ogg sound file"),
 )
 """First bytes of a file → what it is."""
 

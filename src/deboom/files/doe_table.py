@@ -6,7 +6,6 @@ whole DOE has the columns ``doe, design, plan``, its responses and ``failure`` b
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +15,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.doe import SAME, Doe
 from deboom.explore.space import DesignSpace
-from deboom.files.tables import Row, parse_unit, read_rows
+from deboom.files.tables import Unit, parse_unit, read_rows
 
 _RESERVED = ("doe", "design", "plan", "failure")
 
@@ -30,8 +29,30 @@ def read_designs(path: Path, space: DesignSpace) -> RealArray:
     - raises InputError: the file is missing or no table, a column is missing, unknown or without
       its unit, an entry is no number or outside its bounds: names line and column.
     """
-    plain, with_unit = _columns(space)
-    return _designs(read_rows(path, plain, with_unit), space)
+    units = {name: _unit(unit) for name, unit in zip(space.names, space.units, strict=True)}
+    known = {name: unit.si for name, unit in units.items() if unit.si}
+    rows = read_rows(path, [name for name in units if name not in known], known)
+    designs = np.empty((len(rows), space.n_variables))
+    for column, (name, unit) in enumerate(units.items()):
+        lower, upper = float(space.lower[column]), float(space.upper[column])
+        slack = SAME * (upper - lower)
+        for place, row in enumerate(rows):
+            value = row.number(name) / unit.factor
+            if not lower - slack <= value <= upper + slack:
+                raise row.error(
+                    f"'{name}' is {value:g}, outside its bounds {lower:g} to {upper:g} "
+                    f"[{unit.label}]: correct it or widen the bounds"
+                )
+            designs[place, column] = value
+    return designs
+
+
+def _unit(label: str) -> Unit:
+    """Return the unit of a variable; one that only a foreign model knows has no SI unit."""
+    try:
+        return parse_unit(label)
+    except InputError:
+        return Unit(label, "", 1.0)
 
 
 def doe_frame(doe: Doe) -> pd.DataFrame:
@@ -57,32 +78,3 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
             "failure": [failure.value for failure in doe.failures],
         }
     )
-
-
-def _columns(space: DesignSpace) -> tuple[tuple[str, ...], dict[str, str]]:
-    """Columns without and with a unit that we can check, the latter with their SI unit."""
-    with_unit = {}
-    for name, unit in zip(space.names, space.units, strict=True):
-        try:
-            with_unit[name] = parse_unit(unit).si
-        except InputError:  # a foreign model's own unit
-            continue
-    return tuple(name for name in space.names if name not in with_unit), with_unit
-
-
-def _designs(rows: Sequence[Row], space: DesignSpace) -> RealArray:
-    designs = np.empty((len(rows), space.n_variables))
-    _, with_unit = _columns(space)
-    for column, (name, unit) in enumerate(zip(space.names, space.units, strict=True)):
-        factor = parse_unit(unit).factor if name in with_unit else 1.0
-        lower, upper = float(space.lower[column]), float(space.upper[column])
-        slack = SAME * (upper - lower)
-        for place, row in enumerate(rows):
-            value = row.number(name) / factor
-            if not lower - slack <= value <= upper + slack:
-                raise row.error(
-                    f"'{name}' is {value:g}, outside its bounds {lower:g} to {upper:g} [{unit}]: "
-                    "correct it or widen the bounds"
-                )
-            designs[place, column] = value
-    return designs

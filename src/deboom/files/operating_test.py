@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Literal
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
@@ -32,7 +33,7 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
-    telling,
+    refuse_all,
     values_of,
 )
 from deboom.files.uff import write_uff
@@ -58,12 +59,12 @@ def _channels(
 ) -> ComplexArray:
     """Channels along positive axes, none of them dead, shape (n_line, n_channel)."""
     values = file.values(dofs, ordinate=ordinate, unit=unit, is_complex=is_complex)[:, :, 0]
-    with telling(None) as tell:
-        for dof, column in zip(dofs, values.T, strict=True):
-            if not np.any(column):
-                what = f"{ordinate} '{dof.name}' (node {dof.node} {dof.direction})"
-                remedy = "repair the channel and measure again"
-                tell(file.error(f"{what} is dead, 0 throughout: {remedy}"))
+    for dof, column in zip(dofs, values.T, strict=True):
+        if not np.any(column):
+            raise file.error(
+                f"{ordinate} '{dof.name}' (node {dof.node} {dof.direction}) is dead, 0 throughout: "
+                "repair the channel and measure again"
+            )
     return values
 
 
@@ -290,7 +291,6 @@ SAME_ANGLE = 2e-4
 """Largest difference of a direction between two position sheets [rad]: rounding."""
 
 _BAR = 1e5
-_HAMMER = "the hammer test"
 
 
 def read_operating_test(folder: Path | str) -> OperatingTest:
@@ -328,12 +328,13 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
     table = folder / file.sensor_table
     sensors = read_placed(table, PlacedSensor)
     hammer = read_inertance_test(folder / file.hammer)
-    _check_sensors(table, sensors, hammer)
+    refuse_all(_moved_sensors(table, sensors, hammer, "the hammer test"))
     with_hoses = None
     if file.hammer_with_hoses is not None:
         with_hoses = read_inertance_test(folder / file.hammer_with_hoses)
-        _check_sensors(table, sensors, with_hoses, "the hammer test with hoses")
-        _check_impacts(folder / file.hammer_with_hoses, with_hoses, hammer)
+        which = "the hammer test with hoses"
+        refuse_all(_moved_sensors(table, sensors, with_hoses, which))
+        refuse_all(_other_impacts(folder / file.hammer_with_hoses, with_hoses, hammer))
     nodes = SweepNodes(
         sensors,
         file.tacho_node,
@@ -388,10 +389,10 @@ def _sweep(
         )
 
 
-def _check_sensors(
-    table: Path, sensors: tuple[PlacedSensor, ...], test: InertanceTest, which: str = _HAMMER
-) -> None:
-    """Refuse sensors that were moved, turned, added or left out between the tests."""
+def _moved_sensors(
+    table: Path, sensors: tuple[PlacedSensor, ...], test: InertanceTest, which: str
+) -> Iterator[str]:
+    """Give a sentence for sensors that were moved, turned, added or left out between the tests."""
     names = tuple(sensor.sensor for sensor in sensors)
     struck = tuple(sensor.name for sensor in test.sensors)
     if names != struck:
@@ -399,33 +400,23 @@ def _check_sensors(
             f"{table}: the sensors {', '.join(names)} are not those of {which}, "
             f"{', '.join(struck)}, in their order: leave the sensors where they were struck"
         )
-    with telling(None) as tell:
-        for placed, sensor in zip(sensors, test.sensors, strict=True):
-            off = float(np.abs(np.array(placed.position) - sensor.position).max())
-            turned = _angle(rotation_matrix(placed.angles), sensor.orientation)
-            if off > SAME_PLACE or turned > SAME_ANGLE:
-                tell(
-                    InputError(
-                        f"{table}: sensor {placed.sensor} stands {1e3 * off:.3g} mm and "
-                        f"{np.rad2deg(turned):.3g}° from where it stood in {which}: errors of "
-                        "placement no longer cancel; strike again with the sensors as they are, or "
-                        "correct the sheet"
-                    )
-                )
+    for placed, sensor in zip(sensors, test.sensors, strict=True):
+        off = float(np.abs(np.array(placed.position) - sensor.position).max())
+        turn = Rotation.from_matrix(rotation_matrix(placed.angles).T @ sensor.orientation)
+        turned = float(turn.magnitude())
+        if off > SAME_PLACE or turned > SAME_ANGLE:
+            yield (
+                f"{table}: sensor {placed.sensor} stands {1e3 * off:.3g} mm and "
+                f"{np.rad2deg(turned):.3g}° from where it stood in {which}: errors of placement no "
+                "longer cancel; strike again with the sensors as they are, or correct the sheet"
+            )
 
 
-def _check_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> None:
+def _other_impacts(folder: Path, test: InertanceTest, hammer: InertanceTest) -> Iterator[str]:
     # other names are refused with the operating test itself
-    with telling(None) as tell:
-        for impact, other in zip(test.impacts, hammer.impacts, strict=False):
-            if impact.name == other.name and not same_place(impact, other):
-                sentence = f"{folder}: {impact.name} has another place or direction than in "
-                remedy = "strike the same points with hoses and without, or correct the sheet"
-                tell(InputError(f"{sentence}{_HAMMER}: {remedy}"))
-
-
-def _angle(first: RealArray, second: RealArray) -> float:
-    """Angle between two orientations [rad]."""
-    # ‖A − B‖ = 2√2 sin(θ/2), which is exact for small angles where the trace is not
-    half = min(float(np.linalg.norm(first - second)) / np.sqrt(8), 1.0)
-    return float(2 * np.arcsin(half))
+    for impact, other in zip(test.impacts, hammer.impacts, strict=False):
+        if impact.name == other.name and not same_place(impact, other):
+            yield (
+                f"{folder}: {impact.name} has another place or direction than in the hammer test: "
+                "strike the same points with hoses and without, or correct the sheet"
+            )

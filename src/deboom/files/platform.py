@@ -92,7 +92,7 @@ def noise_transfer_columns(
     item: str,
     ear_node: int | None,
     rows: Sequence[ChannelRow],
-    note: Note | None = None,
+    tell: Note,
 ) -> Columns:
     """Read the noise transfer functions of a vehicle.
 
@@ -100,45 +100,35 @@ def noise_transfer_columns(
     - `item`: whose it is, for messages.
     - `ear_node`: response node; not asked for in a table.
     - `rows`: the paths, in the order wanted.
-    - `note`: gets every path at fault, which is left out; without, they are raised as one error.
-    - raises InputError: a path without its function, or with one of another type, unit or quantity;
-      functions of different microphones (response names).
+    - `tell`: gets every path at fault, which is left out: without its function, or with one of
+      another type, unit or quantity; and functions of different microphones (response names).
     """
-    with telling(note) as tell:
-        matrix, right = _opened(path, item, rows, (FRF,), tell)
-        node = 0 if is_table(path) else ear_node or 0
-        ears = {f.response_name for f in matrix.functions if f.response_node == node}
-        if len(ears) > 1:
-            names = ", ".join(map(repr, sorted(ears)))
-            sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
-            remedy = "measure all paths with one, or correct the response names"
-            tell(matrix.error(f"{sentence}node {node}: {remedy}"))
-        ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
-        columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
+    matrix, right = _opened(path, item, rows, (FRF,), tell)
+    node = 0 if is_table(path) else ear_node or 0
+    ears = {f.response_name for f in matrix.functions if f.response_node == node}
+    if len(ears) > 1:
+        names = ", ".join(map(repr, sorted(ears)))
+        sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
+        remedy = "measure all paths with one, or correct the response names"
+        tell(matrix.error(f"{sentence}node {node}: {remedy}"))
+    ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
+    columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
     return replace(columns, ear="".join(sorted(ears)[:1]))
 
 
 def operating_columns(
-    path: Path,
-    item: str,
-    order: float | None,
-    rows: Sequence[ChannelRow],
-    note: Note | None = None,
+    path: Path, item: str, order: float | None, rows: Sequence[ChannelRow], tell: Note
 ) -> tuple[Columns, ...]:
     """Read the operating spectra of a load case: displacement, then force."""
-    with telling(note) as tell:
-        matrix, right = _opened(path, item, rows, SPECTRA, tell)
-        if order is not None:
-            matrix.check_order(order, "correct it, or the dominant_order of the engine")
-        by_quantity = {
-            name: [row for row in right if row.quantity == name]
-            for name in ("displacement", "force")
-        }
-        columns = tuple(
-            _columns(matrix, part, [(row.dof, ANY_REFERENCE) for row in part], quantity, tell)
-            for quantity, part in by_quantity.items()
-        )
-    return columns
+    matrix, right = _opened(path, item, rows, SPECTRA, tell)
+    if order is not None:
+        matrix.check_order(order, "correct it, or the dominant_order of the engine")
+    columns = []
+    for quantity in ("displacement", "force"):
+        part = [row for row in right if row.quantity == quantity]
+        dofs = [(row.dof, ANY_REFERENCE) for row in part]
+        columns.append(_columns(matrix, part, dofs, quantity, tell))
+    return tuple(columns)
 
 
 def _opened(
@@ -211,19 +201,18 @@ def _columns(
     return Columns(matrix.path, matrix.item, tuple(columns), matrix.axis, table)
 
 
-def common_axis(files: Sequence[Columns], note: Note | None = None) -> RealArray:
+def common_axis(files: Sequence[Columns], tell: Note) -> RealArray:
     """Return the frequency lines that all files share [Hz]; the first one sets them."""
     there = [columns for columns in files if columns.names]
     if not there:
         return np.zeros(0)
     first = there[0]
-    with telling(note) as tell:
-        for columns in {each.path: each for each in there}.values():
-            if not same_lines(first.frequency, columns.frequency):
-                both = f"{first.path} ({first.item}) and {columns.path} ({columns.item})"
-                where = first_difference(first.frequency, columns.frequency)
-                sentence = f"the frequency axes of {both} differ: {where}; measure or export both "
-                tell(InputError(f"{sentence}on the same lines"))
+    for columns in {each.path: each for each in there}.values():
+        if not same_lines(first.frequency, columns.frequency):
+            both = f"{first.path} ({first.item}) and {columns.path} ({columns.item})"
+            where = first_difference(first.frequency, columns.frequency)
+            sentence = f"the frequency axes of {both} differ: {where}; measure or export both "
+            tell(InputError(f"{sentence}on the same lines"))
     return first.frequency
 
 

@@ -358,7 +358,7 @@ def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError
     if not results.is_dir():
         raise InputError(f"{results}: there is no such folder; `deboom run` makes it")
     entries, damaged = [], []
-    for path in filter(_shown, sorted(results.glob(f"*/*/{RECORD}"))):
+    for path in sorted(results.glob(f"*/[!.]*/{RECORD}")):
         try:
             entries.append(RunEntry(path.parent, _read(path)))
         except InputError as error:
@@ -432,10 +432,6 @@ def find_run(out: Path, study: str, wanted: str) -> RunEntry:
                 )
             return entry
     raise InputError(f"run {wanted}: there is none in {out / study}; `deboom list {out}` shows all")
-
-
-def _shown(record: Path) -> bool:
-    return not record.parent.name.startswith(".")
 
 
 class _Record(BaseModel):
@@ -514,7 +510,17 @@ class CheckpointFolder:
 
         - raises InputError: a damaged file.
         """
-        return _read_npz(self.folder / "evaluations" / f"{number:06d}.npz")
+        path = self.folder / "evaluations" / f"{number:06d}.npz"
+        if not path.exists():
+            return None
+        data = read_bytes(path)  # all at once: numpy leaves a damaged file open
+        try:
+            with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+                return dict(archive)
+        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+            raise InputError(
+                f"{path} cannot be read ({error}): it is damaged; start a new run"
+            ) from None
 
     def _write(self, name: str, data: bytes) -> None:
         path = self.folder / name
@@ -523,16 +529,3 @@ class CheckpointFolder:
         if not inputs.exists():
             replace_text(inputs, json.dumps(dict(self.inputs_sha256), indent=2) + "\n")
         replace_bytes(path, data)
-
-
-def _read_npz(path: Path) -> dict[str, AnyArray] | None:
-    if not path.exists():
-        return None
-    data = read_bytes(path)  # all at once: numpy leaves a damaged file open
-    try:
-        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-            return dict(archive)
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
-        raise InputError(
-            f"{path} cannot be read ({error}): it is damaged; start a new run"
-        ) from None

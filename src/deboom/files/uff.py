@@ -297,7 +297,10 @@ def _six_digits(number: float) -> float:
 
 def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -> UffFunction:
     """Return the function, in SI, of a dictionary that pyuff read."""
-    response, reference = (_direction(content[key]) for key in ("rsp_dir", "ref_dir"))
+    for code in (content["rsp_dir"], content["ref_dir"]):
+        if code not in DIRECTIONS:
+            raise InputError(f"direction {code} is not a UFF direction (-6 … 6); export it again")
+    response, reference = DIRECTIONS[content["rsp_dir"]], DIRECTIONS[content["ref_dir"]]
     where = f"node {content['rsp_node']} {response}"
     n_found = len(content["data"])
     if n_found != content["num_pts"]:
@@ -307,6 +310,8 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
         )
     quantity = _QUANTITY.get(content["abscissa_spec_data_type"], "unknown")
     axis = _unit(where, quantity, content["abscissa_axis_units_lab"], "scalar", None)
+    if quantity == "unknown":
+        quantity = {"Hz": "frequency", "s": "time", "rpm": "rpm"}.get(axis.si, quantity)
     ordinate = _QUANTITY.get(content["ordinate_spec_data_type"], "unknown")
     above = _unit(where, ordinate, content["ordinate_axis_units_lab"], response, scale)
     denominator = _QUANTITY.get(content["orddenom_spec_data_type"], "unknown")
@@ -330,21 +335,9 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
         id_lines=tuple(_unless_none(content[f"id{i}"]) for i in range(1, 6)),
         response_name=_unless_none(content["rsp_ent_name"]),
         reference_name=_unless_none(content["ref_ent_name"]),
-        abscissa_quantity=_axis_quantity(quantity, axis),
+        abscissa_quantity=quantity,
         file_unit="/".join(filter(None, (above.label, below.label))),
     )
-
-
-def _axis_quantity(quantity: str, axis: Unit) -> str:
-    if quantity != "unknown":
-        return quantity
-    return {"Hz": "frequency", "s": "time", "rpm": "rpm"}.get(axis.si, "unknown")
-
-
-def _direction(code: int) -> str:
-    if code not in DIRECTIONS:
-        raise InputError(f"direction {code} is not a UFF direction (-6 … 6); export it again")
-    return DIRECTIONS[code]
 
 
 def _unless_none(text: str) -> str:

@@ -16,7 +16,7 @@ from deboom.files.platform import (
 from deboom.files.rows import ChannelRow, MountRow, write_table
 from deboom.files.schema import Several, StrictModel, dump_toml, load_toml
 from deboom.files.tables import parse_unit
-from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.files.uff import UffFunction, write_uff
 
 LINES = 20.0 + 0.5 * np.arange(5)
 NODE = {"TSM": 11, "Du left": 21, "Du right": 22, "Du": 31}
@@ -288,121 +288,71 @@ def without_units_set(name):
     return fault
 
 
-def shifted(lines):
-    return functions(G2, every(abscissa=lines, values=lines + 1j), binary=False)
-
-
-def first_number(name, text):
-    """Write another text for the first imaginary part."""
-
-    def fault(folder):
-        data = (folder / name).read_bytes()
-        number = re.search(rb"Hz.*?\n {2,3}\S+e[+-]\d+( {2,3}\S+e[+-]\d+)", data, re.S)[1]
-        (folder / name).write_bytes(data.replace(number, text.rjust(len(number)).encode(), 1))
-
-    return fault
-
-
-def cut(name):
-    return lambda folder: content(name, (folder / name).read_bytes()[:2000])(folder)
-
-
-DIFFER = ("ntf/A-1.uff (vehicle A-1) and", "g2.uff (load case g2) differ: ")
 BROKEN = [
     *edits(
         """
 platform.toml | ear_node = 901 | ear_node = 902 | vehicle A-1 ... (node 902 scalar, reference node 1
 channels.csv | TSM z,force | channels.csv: there is no force channel 'TSM z': add its row
-channels.csv | TSM y,force | there is no force channel 'TSM y': add its row
-channels.csv | TSM y,disp | there is no displacement channel 'TSM y'
-channels.csv | Du right x,disp | there is no displacement channel 'Du right x'
 channels.csv | Du x,noise | there is no noise transfer function channel 'Du x' ... transfer_axes in
 mounts.csv | Du,right | Du,rear | mounts.csv: mount 'Du', piece 'rear' is not in ... correct its nam
-platform.toml | default_load_case = "g5" | default_load_case = "g9" | default_load_case 'g9' is not
-platform.toml | "g2.uff" | "../g2.uff" | 'operating' in [[load_cases]] 2 ... relative to the platfor
-""",
-    ),
-    *edits(
-        """
 channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTSM x' fits no mount
-channels.csv | Du x, | TSM x,force,TSM,,x,42,+x,N\\nDu x, | force 'TSM x' already stands in line 7
-platform.toml | gear = 2 | gaer = 2 | unknown key 'gaer' in [[load_cases]] 2; did you mean 'gear'?
 """,
     ),
-    (content(NTF, None), ("B-1.uff cannot be read", "check the path")),
-    (content("platform.toml", None), ("platform.toml cannot be read (No such file", "check")),
+    (content(NTF, None), "B-1.uff cannot be read ... check the path"),
     (
         functions(NTF, lambda there: there[:2]),
-        ("B-1.uff: vehicle B-1: noise transfer function 'ear' per Du x", "node 31 +x) is not in"),
+        ("B-1.uff: vehicle B-1: noise transfer function 'ear' per Du x ... node 31 +x) is not in"),
     ),
-    (functions(NTF, lambda there: there * 2), ("vehicle B-1", "per TSM x", "2 times: keep one")),
     (
         function(NTF, 0, response_name="MIC 2"),
-        ("vehicle B-1: noise transfer functions of different microphones", "measure all paths"),
+        ("vehicle B-1: noise transfer functions of different microphones ... measure all paths"),
     ),
     (
         functions(G2, lambda there: there[1:]),
-        ("g2.uff: load case g2: force 'TSM x' (node 11 +x) is not in it: export it",),
+        "g2.uff: load case g2: force 'TSM x' (node 11 +x) is not in it: export it",
     ),
-    (shifted(LINES + 0.125), (*DIFFER, "line 1 is 20 Hz and 20.125 Hz")),
-    (shifted(np.array([20, 20.5, 21, 21.625, 22.0])), ("line 4 is 21.5 Hz and 21.625 Hz",)),
-    (shifted(20 + 0.5 * np.arange(6)), (*DIFFER, "5 and 6 lines; measure or export both")),
-    (shifted(20 + 0.5 * np.arange(4)), ("5 and 4 lines",)),
     (
-        function("ntf/A-1.uff", 2, abscissa=LINES + 5),
-        ("reference node 11 +x and", "reference node 31 +x differ", "20 Hz and 25 Hz; export all"),
+        functions(G2, every(abscissa=LINES + 0.125)),
+        "ntf/A-1.uff (vehicle A-1) and ... g2.uff (load case g2) differ: line 1 is 20 Hz and 20.12",
     ),
     (
         functions(G5, every(abscissa_quantity="time")),
-        ("g5.uff: load case g5: the abscissa of", "is time: export it over frequency"),
-    ),
-    *(
-        (first_number(name, bad), (name, "set 2", "the value of line 1 is", "export it again"))
-        for name in ("ntf/A-2.uff", G2)
-        for bad in ("NaN", "inf", "1e999")
-    ),
-    (cut(NTF), ("B-1.uff is truncated", "export it again")),
-    (cut(G2), ("g2.uff is truncated", "export it again")),
-    (content(NTF, ""), ("B-1.uff is empty: export it again",)),
-    (content(G2, ""), ("g2.uff is empty: export it again",)),
-    (
-        edited(CSV, f"{STATED}m", STATED),
-        ("channels.csv line 2: displacement 'TSM x': a unit is missing",),
+        "g5.uff: load case g5: the abscissa of ... is time: export it over frequency",
     ),
     (
         edited(CSV, f"{STATED}m", f"{STATED}mm"),
-        ("displacement 'TSM x' is in 'm', but the channel table says 'mm': correct the wrong one",),
+        ("displacement 'TSM x' is in 'm', but the channel table says 'mm': correct the wrong one"),
     ),
     (
         all_of(
             without_units_set(G5),
             edited(G5, "displacement         m   ", "displacement         NONE"),
         ),
-        ("g5.uff: load case g5: displacement 'TSM x' has no unit", "data set 164", "says 'm'"),
+        ("g5.uff: load case g5: displacement 'TSM x' has no unit ... data set 164 ... says 'm'"),
     ),
     (
         functions("ntf/A-1.uff", every(denominator="none", denominator_unit="")),
-        ("vehicle A-1: noise", "per TSM x is in 'Pa': export it in Pa/N"),
+        "vehicle A-1: noise ... per TSM x is in 'Pa': export it in Pa/N",
     ),
     (
         functions(G5, every(values=lambda f: np.abs(f.values))),
-        ("load case g5: force 'TSM x' is real", "phase is needed"),
+        "load case g5: force 'TSM x' is real ... phase is needed",
     ),
     (
         functions(G5, every(function_type=2)),
-        ("load case g5", "UFF function type 2: export it as 0 or 12 or 27"),
+        "load case g5 ... UFF function type 2: export it as 0 or 12 or 27",
     ),
     (
         functions(G5, every(id_lines=("order 2.0",))),
-        ("load case g5", "is of order 2.0, not of order 1.5", "dominant_order of the engine"),
+        ("load case g5 ... is of order 2.0, not of order 1.5 ... dominant_order of the engine"),
     ),
     (
         without(CSV, "Du left x", "Du right x"),
-        ("mount 'Du' has no channel: add 'Du left x'", "there is no force channel 'Du right x'"),
+        ("mount 'Du' has no channel: add 'Du left x' ... there is no force channel 'Du right x'"),
     ),
     (
         edited(CSV, "Du x,", "Du y,noise transfer function,Du,,y,31,+y,Pa/N\nDu x,"),
-        ("channel 'Du y' fits no mount, piece and transfer axis of platform.toml: correct one",),
+        ("channel 'Du y' fits no mount, piece and transfer axis of platform.toml: correct one"),
     ),
     (
         all_of(
@@ -410,7 +360,7 @@ platform.toml | gear = 2 | gaer = 2 | unknown key 'gaer' in [[load_cases]] 2; di
             edited("platform.toml", '= ["x"]', "= []"),
             without(CSV, *(f"{path},noise" for path in PATHS)),
         ),
-        ("no mount of platform.toml has a transfer axis: name one",),
+        "no mount of platform.toml has a transfer axis: name one",
     ),
 ]
 
@@ -418,22 +368,12 @@ platform.toml | gear = 2 | gaer = 2 | unknown key 'gaer' in [[load_cases]] 2; di
 @pytest.mark.parametrize(("fault", "words"), BROKEN)
 def test_what_is_broken_is_named(folder, fault, words):
     fault(folder)
-    refused(read_platform, folder, *words)
+    refused(read_platform, folder, words)
 
 
 def test_many_faults_are_ten_and_a_number(folder):
     edited(CSV, "TSM", "ABC", -1)(folder)
     assert re.search(r"\nand \d+ more$", refused(read_platform, folder, "channel 'ABC x'"))
-
-
-def test_nothing_depends_on_who_wrote_the_file(folder):
-    """Binary files give the same platform to the last bit that ASCII keeps."""
-    before = read_platform(folder)
-    for path in folder.rglob("*.uff"):
-        write_uff(path, read_uff(path), binary=True)
-    after = read_platform(folder)
-    for a, b in zip(before.fleet.vehicles, after.fleet.vehicles, strict=True):
-        np.testing.assert_array_equal(a.noise_transfer.values, b.noise_transfer.values)
 
 
 # ---- engine torque
@@ -499,28 +439,16 @@ def test_what_would_be_refused_is_not_dumped(path):
         """
 gear = 2 | gear = "x"\\ngaer = 1 | key 'gear' in [[load_cases]] 2 is "x"
 mass_kg = 193.5\\nmass_tolerance_kg = 1.0 | mass_kg = 0 | 'mass_tolerance_kg' in [powe
-gear = 2 | gaer = 6 | unknown key 'gaer' in [[load_cases]] 2; did you mean 'gear'?
 mass_kg | mass | unknown key 'mass' in [powertrain]; did you mean 'mass_kg'?
 [engine] | [motor] | unknown key 'motor' in the top level; use format, name,
-[[vehicles]] | [[vehicle]] | 'vehicle' in the top level; did you mean 'vehicles'?
-cylinders = 3 | cylinders = 3\\nturbo = true | unknown key 'turbo' in [engine]; use
 gear = 2\\n |  | key 'gear' in [[load_cases]] 2 is missing: add it
-name = "tiny"\\n |  | key 'name' in the top level is missing: add it
-dominant_order = 1.5\\n |  | key 'dominant_order' in [engine] is missing
 gear = 2 | gear = "6" | 'gear' in [[load_cases]] 2 is "6": input should be a valid int
-gear = 2 | gear = 2.0 | 'gear' in [[load_cases]] 2 is 2.0: input should be a valid int
 gear = 2 | gear = true | 'gear' in [[load_cases]] 2 is true: input should be a valid
-mass_kg = 193.5 | mass_kg = "193.5" | 'mass_kg' in [powertrain] is "193.5": input
-16.0, | "16.0", | key 'total_ratios[0]' in [engine] is "16.0": input should be
 [11.0, 0.0 | [true, 0.0 | key 'inertia_kg_m2[0][0]' in [powertrain] is true
-transfer_axes = ["x"] | transfer_axes = "x" | 'transfer_axes' in [[mounts]] 2
-title = "gear 3" | title = 5 | key 'title' in [[load_cases]] 1 is 5: input should
 format = 1 | format = 2 | key 'format' in the top level is 2: input should be 1
-gear = 2 | gear = 0 | is 0: input should be greater than or equal to 1
 gear = 2 | gear = 7 | load case 'g2' is in gear 7, but total_ratios in [engine] has 3
 mass_kg = 193.5 | mass_kg = -1.0 | is -1.0: input should be greater than 0
 mass_kg = 193.5 | mass_kg = nan | 'mass_kg' in [powertrain] is NaN: input should be
-mass_tolerance_kg = 1 | mass_tolerance_kg = -1 | greater than or equal to 0
 0.0, 9.6] | 0.5, 9.6] | an inertia tensor is symmetric and positive
 [11.0, 0.0 | [-11.0, 0.0 | an inertia tensor is symmetric and positive
 ["x", "z"] | ["x", "w"] | key 'transfer_axes[1]' in [[mounts]] 1 is "w": input
@@ -534,13 +462,10 @@ default_load_case = "g5" | default_load_case = "g7" | among the load cases g5, g
 "g2.uff" | "../g2.uff" | 'operating' in [[load_cases]] 2 is "../g2.uff": a file is
 "g2.uff" | "/data/g2.uff" | relative to the platform folder
 "g2.uff" | "" | relative to the platform folder
-"mounts.csv" | "a/../../mounts.csv" | key 'mount_table' in the top level is
 gear = 2 | gear = six | is not TOML: Invalid value (at line
-gear = 2 | gear = 2\\ngear = 2 | is not TOML: Cannot overwrite a value (at line
 body_mass_tolerance_kg = 1.0\\n |  | 'body_mass_tolerance_kg' in [[mounts]] 2 is null
 body_mass_tolerance_kg = 1.0 | body_mass_tolerance_kg = 50.0 | a tolerance below it
 body_mass_kg = 40.2\\n |  | is 1.0: a tolerance needs the key 'body_mass_kg'
-body_mass_kg = 40.2 | body_mass_kg = 0.0 | is 0.0: input should be gr
 "g2.uff" | 'C:\\g2.uff' | relative to the platform folder
 """,
         "platform.toml",

@@ -558,7 +558,10 @@ def test_an_older_sheet_marks_what_moved(
     [
         ("format = 1\nvolume = 3\n", "unknown key 'volume'"),
         ('format = 1\n[[mounts]]\nname = "TMS"\n', "there is no mount 'TMS' on this platform"),
-        ('format = 1\n[[mounts]]\nname = "A"\n[[mounts]]\nname = "A"\n', "two [[mounts]] are named 'A'"),
+        (
+            'format = 1\n[[mounts]]\nname = "A"\n[[mounts]]\nname = "A"\n',
+            "[[mounts]] are named 'A'",
+        ),
         ("format = 1\n[test]\nuncertainty = 2.0\n", "key 'uncertainty' in [test] is 2.0"),
     ],
 )

@@ -262,7 +262,7 @@ class SensorRow(TableRow):
 
     - `sensor`: name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
     - `kind`: ``accelerometer`` or ``force cell``.
-    - `model`: entry of the sensor catalogue.
+    - `model`: what its maker calls it.
     - `mount`, `piece`: mount that it belongs to; the piece of a single one is ``""``.
     - `position`: from the powertrain's centre of gravity [m].
     - `angles`: turns of vehicle axes into sensor axes, about the fixed axes x, then y, then z

@@ -42,9 +42,9 @@ from deboom.explore.sharing import (
     own_optima,
 )
 from deboom.explore.space import DesignSpace, responses
-from deboom.files.tables import read_rows
 from deboom.plot.style import mount_of, signed
 from deboom.report import Report
+from deboom.study.made_parts import rows_of
 from deboom.study.options import Seed, at_least, factor_space
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.progress import Progress, progress_bar
@@ -121,7 +121,10 @@ def prepare(options: Options) -> Model:
     }
     rules = SharingRules(_rule("--together", options.together), _rule("--apart", options.apart))
     rules.check(tuple(parts), vehicles)
-    limits = None if options.limits is None else _table_limits(options.limits, vehicles)
+    limits = None
+    if options.limits is not None:
+        rows = rows_of(options.limits, ("vehicle",), {"limit": "dB(A)"}, vehicles)
+        limits = np.array([row.number("limit") for row in rows])
     return Model(runs, index, space, parts, rules, limits)
 
 
@@ -420,19 +423,6 @@ def _rule(option: str, texts: Sequence[str] | None) -> dict[str, list[list[str]]
             )
         rules.setdefault(part.strip(), []).append(vehicles)
     return rules
-
-
-def _table_limits(path: Path, vehicles: Sequence[str]) -> RealArray:
-    limits: dict[str, float] = {}
-    for row in read_rows(path, ("vehicle",), {"limit": "dB(A)"}):
-        name = row.filled("vehicle")
-        if name in limits or name not in vehicles:
-            raise row.error(f"'{name}' is named twice or is none of {list(vehicles)}")
-        limits[name] = row.number("limit")
-    missing = [name for name in vehicles if name not in limits]
-    if missing:
-        raise InputError(f"{path}: there is no limit for {missing}: give every vehicle one")
-    return np.array([limits[name] for name in vehicles])
 
 
 def _refuse_missed(

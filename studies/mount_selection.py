@@ -39,11 +39,11 @@ from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import Platform
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.library import open_library
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.front import Front
+from deboom.study.made_parts import library_parts
 from deboom.study.options import Seed
 from deboom.study.platform_model import (
     CATALOGUE_FILE,
@@ -325,7 +325,7 @@ def platform_catalogue(
             f"characterised part: the mounts are {names}"
         )
     parts: dict[str, tuple[CharacterisedMount, ...]] = {name: (today[name],) for name in names}
-    for part in _parts_of(further):
+    for part in library_parts(further):
         name = part.mount.name
         if name in (mounts or names) and name in parts and part.identity != today[name].identity:
             if part.mount.pieces != today[name].mount.pieces:
@@ -339,14 +339,6 @@ def platform_catalogue(
     if catalogue.n_sets == 1:
         raise InputError(f"{further}: there is no further part for any of {mounts or names}")
     return catalogue
-
-
-def _parts_of(path: Path) -> tuple[CharacterisedMount, ...]:
-    """Read all parts of a library, exported or a database."""
-    if path.suffix.lower() == ".json":
-        return read_library_json(path)[1]
-    with open_library(path) as library:
-        return tuple(library.load(identity) for identity in library.identities())
 
 
 def catalogue_index(

@@ -72,5 +72,5 @@ def test_a_limit_out_of_reach_names_the_vehicle(tmp_path):
     with pytest.raises(InputError, match=r"limits\.csv: U06-3 .* limit of 50 dB\(A\)"):
         run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
     table.write_text("vehicle,limit [dB(A)]\nU06-1,50\n")
-    with pytest.raises(InputError, match=r"no limit for \['U06-2'"):
+    with pytest.raises(InputError, match=r"no row for \['U06-2'"):
         run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})

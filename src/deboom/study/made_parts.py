@@ -32,7 +32,7 @@ from deboom.explore.tolerance_allocation import (
 )
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
-from deboom.files.tables import read_rows
+from deboom.files.tables import Row, read_rows
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
@@ -184,16 +184,16 @@ def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
 def _measured(library: Path, content: PartScatterFile, entry: MeasuredEntry) -> LibraryScatter:
     """Estimate the scatter from a library, of the part numbers that the file names."""
     numbers = {place: part.number for part in content.parts for place in part.places}
-    parts = [one for one in _library_parts(library) if _wanted(one, numbers)]
+    parts = [one for one in library_parts(library) if _wanted(one, numbers)]
     try:
         return library_scatter(parts, ScatterPrior(entry.prior_sigma, entry.prior_weight))
     except InputError as error:
         raise InputError(f"{library}: {error}") from None
 
 
-def _library_parts(path: Path) -> Sequence[CharacterisedMount]:
+def library_parts(path: Path) -> Sequence[CharacterisedMount]:
     """Return all parts of a library: of its file, or of its export as JSON."""
-    if path.suffix == ".json":
+    if path.suffix.lower() == ".json":
         return read_library_json(path)[1]
     with open_library(path) as library:
         return [library.load(one) for one in library.identities()]
@@ -260,17 +260,31 @@ def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost
     if path is None:
         one = np.ones(len(variables))
         return ToleranceCost(tuple(variables), one, REFERENCE * one)
-    rows = {}
-    for row in read_rows(path, ("variable", "weight", "reference tolerance"), {}):
-        name = row.filled("variable")
-        if name in rows or name not in variables:
-            raise row.error(f"'{name}' is named twice or is none of {list(variables)}")
-        rows[name] = (row.number("weight"), row.number("reference tolerance"))
-    missing = [name for name in variables if name not in rows]
-    if missing:
-        raise InputError(f"{path}: there is no row for {missing}: give every variable one")
-    weight, reference = np.array([rows[name] for name in variables]).T
+    rows = rows_of(path, ("variable", "weight", "reference tolerance"), {}, variables)
+    weight, reference = (
+        np.array([row.number(column) for row in rows])
+        for column in ("weight", "reference tolerance")
+    )
     return ToleranceCost(tuple(variables), weight, reference)
+
+
+def rows_of(
+    path: Path, plain: Sequence[str], with_unit: Mapping[str, str], names: Sequence[str]
+) -> list[Row]:
+    """Return the row of each name in a table, whose first plain column names them.
+
+    - raises InputError: as `read_rows`; a name that is unknown, comes twice or has no row.
+    """
+    rows: dict[str, Row] = {}
+    for row in read_rows(path, plain, with_unit):
+        name = row.filled(plain[0])
+        if name in rows or name not in names:
+            raise row.error(f"'{name}' is named twice or is none of {list(names)}")
+        rows[name] = row
+    missing = [name for name in names if name not in rows]
+    if missing:
+        raise InputError(f"{path}: there is no row for {missing}: give every {plain[0]} one")
+    return [rows[name] for name in names]
 
 
 def target_limits(

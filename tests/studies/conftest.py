@@ -14,8 +14,8 @@ from deboom.study.runner import Study, load_study
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
-WHOLE_PICTURES = ("test_interactive_front", "test_study_cluster", "test_study_resume")
-"""Modules that hold the size of a page against its limit, or all files of two runs together."""
+WHOLE_PICTURES = ("test_study_cluster", "test_study_resume")
+"""Modules that hold all files of two runs together."""
 
 WITHOUT_PICTURES = (
     "compressor_identification",

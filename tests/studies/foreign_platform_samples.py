@@ -12,15 +12,6 @@ import pandas as pd
 from scipy.io import savemat
 
 from deboom.files.library_export import write_library_json
-from deboom.files.platform import (
-    Engine,
-    LoadCaseEntry,
-    MountEntry,
-    PlatformFile,
-    VehicleEntry,
-)
-from deboom.files.platform import PowertrainEntry as Powertrain
-from deboom.files.schema import dump_toml
 from deboom.mounts.characterised_mount import (
     CampaignRecord,
     CharacterisedDirection,
@@ -47,6 +38,23 @@ PLACES = {
     "Rear": {"in": (0.25, -0.15, -0.20), "out": (0.25, 0.20, -0.20)},
 }
 TRANSFER_AXES = {"Front": ("x", "z"), "Rear": ("x",)}
+HEAD = f"""format = 1
+name = "foreign"
+title = "Somebody else's"
+description = ""
+mount_table = "where.xlsx"
+channel_table = "what.xlsx"
+default_load_case = "high"
+[engine]
+cylinders = 4
+dominant_order = {ORDER}
+total_ratios = {list(RATIOS)}
+[powertrain]
+mass_kg = {MASS}
+mass_tolerance_kg = 1.0
+inertia_kg_m2 = {[list(row) for row in INERTIA]}
+inertia_tolerance = 0.02
+centre_of_gravity_tolerance_m = 0.002"""
 
 
 @dataclass(frozen=True)
@@ -115,7 +123,7 @@ def write_foreign_platform(folder, *, library=False):
         pd.DataFrame(table).to_csv(folder / f"runs/{name}.csv", index=False)
         engine = {"frequency [Hz]": LINES, "engine torque [N m]": torque + 0.5 * LINES}
         pd.DataFrame(engine).to_csv(folder / f"runs/{name}_torque.csv", index=False)
-    dump_toml(folder / "platform.toml", _platform_file())
+    (folder / "platform.toml").write_text(_platform_toml(), encoding="utf-8")
     if library:
         _write_libraries(folder)
     return folder
@@ -155,48 +163,20 @@ def _channel_table():
     return pd.DataFrame(rows, columns=header)
 
 
-def _platform_file():
-    return PlatformFile(
-        format=1,
-        name="foreign",
-        title="Somebody else's",
-        description="",
-        mount_table="where.xlsx",
-        channel_table="what.xlsx",
-        default_load_case="high",
-        engine=Engine(cylinders=4, dominant_order=ORDER, total_ratios=RATIOS),
-        powertrain=Powertrain(
-            mass_kg=MASS,
-            mass_tolerance_kg=1.0,
-            inertia_kg_m2=INERTIA,
-            inertia_tolerance=0.02,
-            centre_of_gravity_tolerance_m=0.002,
-        ),
-        mounts=tuple(
-            MountEntry(
-                name=name,
-                description="",
-                pieces=tuple(places) if len(places) > 1 else None,
-                transfer_axes=axes_of(name),
-            )
-            for name, places in PLACES.items()
-        ),
-        vehicles=tuple(
-            VehicleEntry(name=name, group=GROUP, noise_transfer=f"ntf/{name}.{ending}")
-            for name, ending in zip(VEHICLES, ("xlsx", "mat"), strict=True)
-        ),
-        load_cases=tuple(
-            LoadCaseEntry(
-                name=name,
-                title=name,
-                gear=2,
-                torque_limit_nm=limit,
-                operating=f"runs/{name}.csv",
-                torque_table=f"runs/{name}_torque.csv",
-            )
-            for name, limit in (("low", 60.0), ("high", 130.0))
-        ),
-    )
+def _platform_toml():
+    parts = [HEAD]
+    for name, places in PLACES.items():
+        parts.append(f'[[mounts]]\nname = "{name}"\ndescription = ""')
+        parts.append(f"transfer_axes = {list(axes_of(name))}")
+        parts += [f"pieces = {list(places)}"] if len(places) > 1 else []
+    for name, ending in zip(VEHICLES, ("xlsx", "mat"), strict=True):
+        parts.append(f'[[vehicles]]\nname = "{name}"\ngroup = "{GROUP}"')
+        parts.append(f'noise_transfer = "ntf/{name}.{ending}"')
+    for name, limit in (("low", 60.0), ("high", 130.0)):
+        parts.append(f'[[load_cases]]\nname = "{name}"\ntitle = "{name}"\ngear = 2')
+        parts.append(f'torque_limit_nm = {limit}\noperating = "runs/{name}.csv"')
+        parts.append(f'torque_table = "runs/{name}_torque.csv"')
+    return "\n".join(parts)
 
 
 def _write_libraries(folder):

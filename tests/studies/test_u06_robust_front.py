@@ -144,7 +144,7 @@ def test_the_same_seed_gives_the_same_bytes_another_does_not_and_truth_is_never_
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
     assert (PLATFORM / "truth").is_dir()
-    small = {"generations": 1, "samples": 4, "motion": Motion.prescribed}
+    small = {"generations": 1, "samples": 4, "motion": Motion.prescribed, "band": (25.0, 35.0)}
     first = run(tmp_path / "first", quick_front, **small)
     again = run(tmp_path / "again", quick_front, **small, platform=platform)
     other = run(tmp_path / "other", quick_front, **small, seed=2)
@@ -179,6 +179,7 @@ def test_spectra_as_source_need_no_library(quick_front, tmp_path):
     platform = tmp_path / "platform"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth", LIBRARY_FILE))
     small = {"generations": 1, "platform": platform, "motion": Motion.prescribed}
+    small["band"] = (38.0, 42.0)
     with pytest.raises(InputError, match=r"has no mount library: export one .*--mounts spectra"):
         run(tmp_path, quick_front, **small)
     folder = run(tmp_path, quick_front, **small, mounts=MountSource.spectra)
@@ -194,6 +195,7 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_fro
     lines[81] = f"{lines[81].partition(',')[0]},900"  # line 80 at 40 Hz
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
     small = {"generations": 1, "platform": platform, "motion": Motion.prescribed}
+    small["band"] = (38.0, 42.0)
     with pytest.raises(InputError, match=r"1 of 241 lines, from 40 to 40 Hz, .* library-inside"):
         run(tmp_path, quick_front, **small)
     folder = run(tmp_path, quick_front, **small, mounts=MountSource.library_inside)

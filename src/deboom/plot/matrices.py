@@ -27,49 +27,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-def cells(
-    axes: Axes,
-    values: RealArray,
-    rows: Sequence[str],
-    columns: Sequence[str],
-    *,
-    texts: npt.ArrayLike,
-    limits: tuple[float, float] = (0.0, 1.0),
-    label_size: float = 7.0,
-    text_size: float = 6.3,
-    value_label: str | None = None,
-) -> None:
-    """Draw a matrix as coloured cells with their texts; with a negative limit signs have colours.
-
-    - `values` (n_row, n_column): in one unit.
-    - `rows`, `columns`: labels.
-    - `texts` (n_row, n_column): what is written into each cell.
-    - `limits`: ends of the colour scale [unit of the values].
-    - `label_size`, `text_size`: font sizes [pt].
-    - `value_label`, optional: label of a colour bar; without it there is none.
-    """
-    import seaborn as sns
-
-    sns.heatmap(
-        values,
-        ax=axes,
-        cmap="PuOr_r" if limits[0] < 0 else "Blues",
-        vmin=limits[0],
-        vmax=limits[1],
-        annot=np.asarray(texts),
-        fmt="",
-        annot_kws={"fontsize": text_size},
-        xticklabels=list(columns),
-        yticklabels=list(rows),
-        square=value_label is None,
-        cbar=value_label is not None,
-        cbar_kws={"label": value_label, "pad": 0.02},
-    )
-    axes.grid(visible=False)
-    axes.tick_params(length=0, labelsize=label_size)
-    axes.tick_params(axis="y", rotation=0)
-
-
 def cell_numbers(values: RealArray, decimals: int, largest: float = 1.0) -> npt.NDArray[np.str_]:
     """Write every number of a matrix as `cell_number` does."""
     flat = [cell_number(float(value), decimals, largest) for value in values.ravel()]
@@ -206,6 +163,8 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
     - `columns`: per row of the figure.
     - raises InputError: no map, a shape that does not fit its labels, values that are not finite.
     """
+    import seaborn as sns
+
     tallest = max((len(one.rows) / len(one.columns) for one in maps), default=1.0)
     height = 0.25 + FULL_WIDTH / columns * min(tallest, 1.0)
     with panel_grid("heat_maps", len(maps), columns, 0.0, height) as (figure, grid):
@@ -213,10 +172,24 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
             values = finite("heat_maps", {one.title: one.values})[one.title]
             if values.shape != (len(one.rows), len(one.columns)):
                 raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
-            texts = cell_numbers(values, one.decimals, one.limits[1])
-            cells(axes, values, one.rows, one.columns, texts=texts, limits=one.limits)
-            axes.set_xlabel(one.column_title)
-            axes.set_ylabel(one.row_title)
+            sns.heatmap(
+                values,
+                ax=axes,
+                cmap="PuOr_r" if one.limits[0] < 0 else "Blues",
+                vmin=one.limits[0],
+                vmax=one.limits[1],
+                annot=cell_numbers(values, one.decimals, one.limits[1]),
+                fmt="",
+                annot_kws={"fontsize": 6.3},
+                xticklabels=list(one.columns),
+                yticklabels=list(one.rows),
+                square=True,
+                cbar=False,
+            )
+            axes.grid(visible=False)
+            axes.tick_params(length=0, labelsize=7.0)
+            axes.tick_params(axis="y", rotation=0)
+            axes.set(xlabel=one.column_title, ylabel=one.row_title)
             axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
         return figure
 

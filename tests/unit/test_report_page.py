@@ -4,7 +4,6 @@ import base64
 import json
 import re
 from html.parser import HTMLParser
-from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -13,7 +12,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
-from deboom.report.report import Picture, Report, Table
+from deboom.report.report import Report
 from deboom.report.sheet import Sheet
 from deboom.report.tables import split_label, text_columns
 
@@ -58,59 +57,33 @@ class Document(HTMLParser):
         ]
 
 
-class Section(NamedTuple):
-    """What a test puts into a section."""
-
-    title: str
-    text: str
-    figures: tuple = ()
-    tables: tuple = ()
-
-
-def page(**changes):
-    picture = Picture(PNG, alt="A rising curve.", caption="The search has settled.")
-    whole = {
-        "title": "Robust front",
-        "question": "Which mounts?",
-        "sections": (
-            Section("The front", "First paragraph.\n\nSecond one.", (picture,)),
-            Section("Levels", "All.", tables=(Table(TABLE, "Per vehicle."),)),
-        ),
-        "tiles": (("−2.8 dB", "U06-1"),),
-        "terms": ("SPL", "σ"),
-        "warnings": ("TSM x stops at its bound.",),
-        "provenance": {
-            "command": "deboom run studies/front.py --seed 1",
-            "seed": 1,
-            "environment": {
-                "python": "3.11.7",
-                "packages": {"numpy": "2.4.6", "pymoo": None},
-                "git": {"revision": "abc", "dirty": False},
-            },
-            "inputs": {"data/platform.toml": "0123abcd"},
-            "wall_time_s": 31.4,
-        },
-    }
-    return whole | changes
+PROVENANCE = {
+    "command": "deboom run studies/front.py --seed 1",
+    "seed": 1,
+    "environment": {"packages": {"numpy": "2.4.6"}, "git": {"revision": "abc"}},
+    "inputs": {"data/platform.toml": "0123abcd"},
+}
 
 
-def render_page(content):
-    report = Report(content["title"], content["question"])
-    for value, label in content["tiles"]:
-        report.tile(value, label)
-    report.explain(*content["terms"])
-    report.warn(*content["warnings"])
-    for section in content["sections"]:
-        report.section(section.title, section.text)
-        for picture in section.figures:
-            report.figure(None, picture.png, picture.caption, alt=picture.alt)
-        for table in section.tables:
-            report.table(None, table.frame, table.caption, table.decimals)
-    return report.html(content["provenance"])
+def report_of(text, titles=("The front", "Levels"), frame=TABLE):
+    """Write a report with this text wherever a text may stand, else with plain words."""
+    report = Report(text or "Robust front", text or "Which mounts?")
+    report.tile(text or "−2.8 dB", text or "U06-1")
+    report.explain("SPL", "σ")
+    report.warn(text or "TSM x stops at its bound.")
+    for title in titles:
+        report.section(text or title, f"{text or 'First paragraph.'}\n\nSecond one.")
+    report.figure(None, PNG, text or "The search has settled.", alt=text or "A rising curve.")
+    report.table(None, frame, text or "Per vehicle.")
+    return report
+
+
+def page(text="", provenance=PROVENANCE, **changes):
+    return report_of(text, **changes).html(provenance)
 
 
 def test_page_is_one_file_without_scripts_links_or_outside_references():
-    html = render_page(page())
+    html = page()
     assert not re.search(r"https?://|//[a-z]|@import|url\(", html.replace(_data_uris(html), ""))
     document = Document(html)
     tags = {tag for tag, _, _ in document.elements}
@@ -125,7 +98,7 @@ def _data_uris(html):
 
 
 def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
-    document = Document(render_page(page()))
+    document = Document(page())
     ((attributes, _),) = document.every("img")
     encoded = attributes["src"].removeprefix("data:image/png;base64,")
     assert base64.b64decode(encoded) == PNG
@@ -135,7 +108,7 @@ def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
 
 
 def test_table_has_scoped_headers_units_and_right_aligned_numbers():
-    document = Document(render_page(page()))
+    document = Document(page())
     columns = [(text, a.get("class")) for a, text in document.every("th") if a["scope"] == "col"]
     assert columns == [("vehicle", None), ("change [dB]", "numeric"), ("n", "numeric")]
     rows = [text for a, text in document.every("th") if a["scope"] == "row"]
@@ -146,7 +119,7 @@ def test_table_has_scoped_headers_units_and_right_aligned_numbers():
 
 
 def test_page_names_its_language_title_and_one_main_heading():
-    document = Document(render_page(page()))
+    document = Document(page())
     assert document.every("html")[0][0]["lang"] == "en"
     assert document.every("title")[0][1] == "Robust front"
     assert [text for _, text in document.every("h1")] == ["Robust front"]
@@ -157,8 +130,7 @@ def test_page_names_its_language_title_and_one_main_heading():
 
 
 def test_long_page_has_a_table_of_contents_whose_links_lead_somewhere():
-    sections = tuple(Section(f"Part {place}", "Text.") for place in range(1, 6))
-    document = Document(render_page(page(sections=sections)))
+    document = Document(page(titles=[f"Part {place}" for place in range(1, 6)]))
     links = [(a["href"], text) for a, text in document.every("a")]
     assert links == [(f"#section-{place}", f"Part {place}") for place in range(1, 6)]
     headings = {a["id"]: text for a, text in document.every("h2") if "id" in a}
@@ -179,32 +151,15 @@ def test_a_folded_section_can_be_opened_and_keeps_its_heading():
 
 
 def test_no_input_can_add_markup():
-    clean = Document(render_page(page()))
     frame = pd.DataFrame({EVIL: [EVIL, "b"], "x [m]": [1.0, 2.0], f"n{EVIL}": ["a", "b"]})
-    picture = Picture(PNG, alt=EVIL, caption=EVIL)
-    evil = page(
-        title=EVIL,
-        question=EVIL,
-        tiles=((EVIL, EVIL),),
-        warnings=(EVIL,),
-        sections=(
-            Section(EVIL, f"{EVIL}\n\nb", (picture,), ()),
-            Section(EVIL, EVIL, tables=(Table(frame, EVIL),)),
-        ),
-        provenance={
-            "command": "a b c d e f",
-            "seed": EVIL,
-            "environment": {EVIL: EVIL, "packages": {EVIL: EVIL}, "git": {"a": EVIL}},
-            "inputs": {EVIL: EVIL},
-            "wall_time_s": 1,
-        },
-    )
-    html = render_page(evil)
+    evil = {EVIL: EVIL, "packages": {EVIL: EVIL}, "git": {"a": EVIL}}
+    facts = {"command": EVIL, "seed": EVIL, "environment": evil, "inputs": {EVIL: EVIL}}
+    html = page(EVIL, facts, frame=frame)
     assert "<script" not in html
     assert "<img src=x" not in html
     tags = [tag for tag, _, _ in Document(html).elements]
     assert tags.count("img") == 1
-    assert set(tags) == {tag for tag, _, _ in clean.elements}
+    assert set(tags) == {tag for tag, _, _ in Document(page()).elements}
     assert Document(html).every("img")[0][0]["alt"] == EVIL
 
 
@@ -233,23 +188,17 @@ def test_a_number_of_the_summary_that_is_not_known_is_null():
 
 
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("write", "message"),
     [
-        ({"terms": ("SPL", "loudness")}, "does not explain \\['loudness'\\]"),
-        (
-            {"sections": (Section("A", "B", (Picture(b"GIF89a", "alt", "Front"),)),)},
-            "'Front' is not a PNG",
-        ),
-        ({"sections": (Section("A", "B", (Picture(PNG, "alt", " "),)),)}, "needs a caption"),
-        (
-            {"sections": (Section("A", "B", (), (Table(TABLE, "T", {"x": 1}),)),)},
-            "decimals for unknown columns \\['x'\\]",
-        ),
+        (lambda r: r.explain("SPL", "loudness"), "does not explain \\['loudness'\\]"),
+        (lambda r: r.figure(None, b"GIF89a", "Front"), "'Front' is not a PNG"),
+        (lambda r: r.figure(None, PNG, " "), "needs a caption"),
+        (lambda r: r.table(None, TABLE, "T", {"x": 1}), "unknown columns \\['x'\\]"),
     ],
 )
-def test_bad_input_is_refused_in_words(changes, message):
+def test_bad_input_is_refused_in_words(write, message):
     with pytest.raises(InputError, match=message):
-        render_page(page(**changes))
+        write(report_of(""))
 
 
 @pytest.mark.parametrize(

@@ -20,11 +20,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from string import ascii_uppercase
 from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
+from openpyxl.utils import get_column_letter
 from typer import Option
 
 from deboom import plot
@@ -196,7 +196,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{proof} A letter is a part number of the mount in that row; vehicles with one "
         "letter share it in all directions.",
     )
-    lettered = [[letters(number) for number in row] for row in sharing.numbers]
+    lettered = [[get_column_letter(n + 1) for n in row] for row in sharing.numbers]
     parts = pd.DataFrame(lettered, columns=list(vehicles))
     parts.insert(0, "mount", list(problem.part_names))
     report.table("sharing", parts, "Part number of each mount in each vehicle.")
@@ -357,7 +357,7 @@ def _part_numbers(shared: _Shared) -> pd.DataFrame:
                 factor = chosen.designs[holder, column] if heard else np.nan
                 rows.append(
                     {
-                        "part number": f"{mount} {letters(number)}",
+                        "part number": f"{mount} {get_column_letter(number + 1)}",
                         "direction": problem.space.names[column],
                         "stiffness factor [1]": factor,
                         "vehicles": ", ".join(chosen.sharing.members(part, number)),
@@ -450,13 +450,3 @@ def _group_sets(runs: Operation, problem: SharingProblem) -> Sharing | None:
     numbers = [groups.index(group_of[name]) for name in problem.vehicles]
     sets = np.tile(numbers, (len(problem.part_names), 1))
     return Sharing(problem.part_names, problem.vehicles, sets)
-
-
-def letters(place: int) -> str:
-    """Return A, B, … Z, AA, AB, … for 0, 1, …"""
-    text = ""
-    place += 1
-    while place:
-        place, rest = divmod(place - 1, len(ascii_uppercase))
-        text = ascii_uppercase[rest] + text
-    return text

@@ -2,17 +2,10 @@
 
 import pandas as pd
 import pytest
-from deboom.studies.commonality import letters
 
 from deboom.errors import InputError
 from deboom.files.tables import workbook_bytes
 from deboom.study.supplier_study import page_text, refuse_leaks, workbook_text
-
-
-def test_letters_go_on_after_z():
-    assert [letters(place) for place in (0, 1, 25, 26, 27, 701, 702)] == [
-        *("A", "B", "Z", "AA", "AB", "ZZ", "AAA")
-    ]
 
 
 @pytest.mark.parametrize(

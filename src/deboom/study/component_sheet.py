@@ -31,8 +31,8 @@ def append_verdicts(report: Report, measured: MeasuredUnbalance, command: str) -
         "The guard band comes from the standard deviation, so that a part which breaks a limit "
         "passes with the stated risk at most. supplier_sheet.html is the page for the supplier.",
     )
-    shown, undecided = shown_verdicts(measured.verdicts), open_points(measured.verdicts)
-    table = verdict_table(measured.verdicts)
+    table, undecided = verdict_table(measured.verdicts), open_points(measured.verdicts)
+    shown = shown_verdicts(table)
     report.table("verdicts", table, "Limits and verdicts.", shown=shown)
     if not undecided.empty:
         report.table(None, undecided, "Limits that are open.")
@@ -131,24 +131,24 @@ def verdict_table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def shown_verdicts(verdicts: Sequence[Verdict]) -> pd.DataFrame:
+def shown_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     """Write the same for a page: characteristic, limit, value with its guard band, verdict."""
     rows = []
-    for verdict in verdicts:
-        unit, size = _unit_of(verdict)
-        value, guard = verdict.value / size, verdict.pass_guard / size
+    for row in table.to_dict("records"):
+        unit, guard = row["unit"], row["guard band ±"]
         digits = max(1 - math.floor(math.log10(guard)), 0)  # two digits of the guard band
         bounds = [
-            f"{sign} {bound / size:.5g}"
-            for sign, bound in (("≥", verdict.bounds.at_least), ("≤", verdict.bounds.at_most))
-            if np.isfinite(bound)
+            f"{sign} {row[end]:.5g}"
+            for sign, end in (("≥", "at least"), ("≤", "at most"))
+            if np.isfinite(row[end])
         ]
+        measured = f"{row['measured']:.{digits}f} ± {guard:.{digits}f} {unit}"
         rows.append(
             {
-                "characteristic": _characteristic(verdict),
+                "characteristic": row["characteristic"],
                 "limit": f"{', '.join(bounds)} {unit}",
-                "measured ± guard band": f"{value:.{digits}f} ± {guard:.{digits}f} {unit}",
-                "verdict": verdict.decision.value,
+                "measured ± guard band": measured,
+                "verdict": row["verdict"],
             }
         )
     return pd.DataFrame(rows)

@@ -73,7 +73,7 @@ def test_other_options(tmp_path):
 @pytest.mark.parametrize(
     ("request_", "n_designs", "words"),
     [
-        (DoeRequest(Plan.latin_hypercube, 30, 1), 30, "Latin hypercube (maximin), seed 1"),
+        (DoeRequest(Plan.latin_hypercube, 30, 1), 30, "Latin hypercube, seed 1"),
         (DoeRequest(Plan.sobol, 32, 2), 32, "Sobol, seed 2"),
         (DoeRequest(Plan.box_behnken, 0, 1), 265, "box behnken"),
         (DoeRequest(Plan.full_factorial, 0, 1), 4096, "full factorial"),

@@ -41,7 +41,7 @@ def test_a_worker_killed_mid_run_changes_nothing(cluster):
 
         def progress(number, total, text):
             if number == 3:
-                victim = next(iter(spread.pool.client.run(os.getpid).values()))
+                victim = next(iter(spread.client.run(os.getpid).values()))
                 os.kill(victim, getattr(signal, "SIGKILL", signal.SIGTERM))
 
         search = nsga2(spread, 20, 8, seed=1, progress=progress)
@@ -79,7 +79,7 @@ def test_when_all_workers_lose_the_response_it_is_sent_again(cluster):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((9, 4))
     with workers_for(ROBUST, scheduler=cluster.scheduler_address) as spread:
         expected = spread(designs)
-        spread.pool.client.restart()
+        spread.client.restart()
         np.testing.assert_array_equal(spread(designs).sigma, expected.sigma)
 
 

@@ -7,18 +7,12 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.front import (
-    Contestant,
     ParetoFront,
-    Verdict,
     common_box,
     coverage,
-    design_distance,
-    difference,
-    last_gain,
     level_gap,
     nondominated,
     pareto_front,
-    pareto_rank,
     thinned,
     verify,
 )
@@ -83,17 +77,6 @@ def test_nondominated_against_the_definition():
     )
     np.testing.assert_array_equal(nondominated(points), brute)
     assert nondominated(np.empty((0, 2))).shape == (0,)
-
-
-def test_ranks_peel_front_by_front():
-    points = np.random.default_rng(1).random((40, 2))
-    rank, left, number = pareto_rank(points), np.arange(40), 0
-    while left.size:
-        front = nondominated(points[left])
-        assert (rank[left[front]] == number).all()
-        left, number = left[~front], number + 1
-    assert rank.max() == number - 1
-    assert pareto_rank(np.empty((0, 2))).size == 0
 
 
 def test_only_a_sorted_front_is_called_one():
@@ -222,91 +205,3 @@ def test_level_gap_is_the_shift_in_the_first_objective():
     assert level_gap(quiet, STAIRS) == pytest.approx(-0.4)
     assert level_gap(STAIRS, quiet) == pytest.approx(0.4)
     assert np.isnan(level_gap(STAIRS, STAIRS + np.array([0.0, 5.0])))
-
-
-def test_design_distance_runs_from_0_to_1_and_leaves_fixed_variables_out():
-    low, high = np.array([0.8, 0.8, 1.0]), np.array([1.2, 1.2, 1.0])
-    corner, opposite = np.array([[0.8, 0.8, 1.0]]), np.array([[1.2, 1.2, 1.0]])
-    assert design_distance(corner, corner, low, high) == 0.0
-    assert design_distance(corner, opposite, low, high) == pytest.approx(1.0)
-    beside = np.array([[0.8, 1.2, 1.0]])
-    assert design_distance(corner, beside, low, high) == pytest.approx(np.sqrt(0.5))
-    both = np.vstack([corner, opposite])  # one has a partner, the other lies at distance 1
-    assert design_distance(corner, both, low, high) == pytest.approx((0.0 + 0.5) / 2)
-    assert design_distance(corner, opposite, low, low) == 0.0
-
-
-def test_bad_fronts_are_refused():
-    torn = np.where(STAIRS < 2.0, np.nan, STAIRS)
-    for fronts in ([], [STAIRS, np.empty((0, 2))], [STAIRS, torn]):
-        with pytest.raises(InputError, match="front"):
-            common_box(fronts)
-    with pytest.raises(InputError, match="same objectives"):
-        common_box([STAIRS, np.ones((1, 3))])
-
-
-def test_a_front_of_one_point_has_a_box_of_its_own_unit():
-    point = np.array([[3.0, 4.0]])
-    box = common_box([point])
-    assert box.span.tolist() == [1.0, 1.0]
-    assert box.hypervolume(point) == pytest.approx(1.0)
-    assert box.hypervolume(point + np.array([0.0, 0.1])) == pytest.approx(1.0 / 1.1)
-
-
-NORMAL_99 = 2.5758293035489004
-
-
-def contestant(name, merit, progress=np.nan):
-    merit = np.atleast_2d(merit)
-    return Contestant(name, merit, np.full(len(merit), progress))
-
-
-def test_single_runs_are_as_sure_as_their_searches_had_come_to_rest():
-    moving = [contestant(n, [level, level], 0.01) for n, level in (("a", 0.80), ("b", 0.78))]
-    found = difference(*moving)
-    assert found.value == pytest.approx(0.02)
-    assert found.draw_error == pytest.approx(0.0)
-    assert found.search_error == pytest.approx(0.01 * np.sqrt(2))
-    assert found.noise == pytest.approx(NORMAL_99 * 0.01 * np.sqrt(2))
-    assert found.verdict is Verdict.noise
-    resting = [contestant(n, [level, level], 0.001) for n, level in (("a", 0.80), ("b", 0.78))]
-    assert difference(*resting).verdict is Verdict.real
-
-
-def test_what_all_fronts_have_in_common_is_no_noise():
-    common = np.array([0.0, 0.1, -0.1, 0.05])
-    found = difference(contestant("a", 0.80 + common, 1e-4), contestant("b", 0.79 + common, 1e-4))
-    assert found.draw_error == pytest.approx(0.0, abs=1e-15)
-    assert found.verdict is Verdict.real
-    alone = difference(contestant("a", 0.80 + common, 1e-4), contestant("b", [0.79] * 4, 1e-4))
-    assert alone.draw_error == pytest.approx(common.std(ddof=1) / 2)
-    assert alone.verdict is Verdict.noise
-
-
-def test_from_three_seeds_on_their_own_spread_counts_and_progress_does_not():
-    seeds = np.array([0.80, 0.81, 0.82])[:, None] * np.ones(4)
-    found = difference(contestant("a", seeds, 9.9), contestant("b", seeds - 0.2, 9.9))
-    assert found.search_error == pytest.approx(0.01 / np.sqrt(3) * np.sqrt(2))
-    assert found.noise == pytest.approx(4.604094871349992 * found.search_error)  # t, 4 degrees
-    assert found.verdict is Verdict.real
-
-
-def test_nothing_known_nothing_decided():
-    found = difference(contestant("a", [0.9, 0.9]), contestant("b", [0.1, 0.1], 0.01))
-    assert found.verdict is Verdict.open
-    assert np.isnan(found.noise)
-
-
-def test_last_gain_is_that_of_the_last_fifth():
-    assert last_gain(np.arange(1.0, 11.0)) == pytest.approx(2.0)  # generation 8 to 10
-    assert last_gain(np.array([1.0, 4.0])) == pytest.approx(3.0)
-    assert np.isnan(last_gain(np.array([1.0])))
-
-
-def test_contestants_that_do_not_fit_are_refused():
-    with pytest.raises(InputError, match="two sets"):
-        contestant("a", [[0.8]])
-    with pytest.raises(InputError, match="progress"):
-        Contestant("a", np.ones((2, 3)), np.ones(3))
-    with pytest.raises(InputError, match="same draws"):
-        difference(contestant("a", [1.0, 1.0]), contestant("b", [1.0, 1.0, 1.0]))

@@ -29,11 +29,12 @@ def same(one, other):
         np.testing.assert_array_equal(getattr(one, field.name), getattr(other, field.name))
 
 
-class _Chunks:
+class _Chunks(SpreadResponse):
     """Workers that stand in this process, last chunk first."""
 
     def __init__(self, robust, n_workers):
-        self.robust, self.n_workers = robust, n_workers
+        super().__init__(robust)
+        self.n_workers = n_workers
 
     def compute(self, chunks):
         assert len(chunks) <= self.n_workers
@@ -46,7 +47,7 @@ class _Chunks:
 )
 def test_chunks_of_any_size_give_the_same_rows(n_workers, robust):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((23, 4))
-    same(SpreadResponse(robust, _Chunks(robust, n_workers))(designs), robust(designs))
+    same(_Chunks(robust, n_workers)(designs), robust(designs))
 
 
 def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
@@ -55,7 +56,7 @@ def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
 
         def progress(number, total, text):
             if number == 3:
-                victim = next(iter(pooled.pool._executor._processes))
+                victim = next(iter(pooled.executor._processes))
                 os.kill(victim, getattr(signal, "SIGKILL", signal.SIGTERM))
 
         search = nsga2(pooled, 20, 6, seed=1, progress=progress)

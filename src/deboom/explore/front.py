@@ -74,13 +74,6 @@ def nondominated(objectives: RealArray) -> BoolArray:
     return np.asarray(moocore.is_nondominated(objectives), dtype=bool)
 
 
-def pareto_rank(objectives: RealArray) -> npt.NDArray[np.intp]:
-    """Return how many fronts stand before each row's own, shape (n,), for objectives (n, m)."""
-    if len(objectives) == 0:
-        return np.zeros(0, dtype=np.intp)
-    return np.asarray(moocore.pareto_rank(objectives), dtype=np.intp)
-
-
 def hypervolume(objectives: RealArray, reference_point: npt.ArrayLike) -> float:
     """Return the volume that points, (n, m), dominate up to a reference point (m,).
 
@@ -341,25 +334,6 @@ def _best_first(front: RealArray, levels: RealArray) -> RealArray:
     order = np.argsort(front[:, 1], kind="stable")
     best = np.minimum.accumulate(front[order, 0])
     return np.asarray(best[np.searchsorted(front[order, 1], levels, side="right") - 1])
-
-
-def design_distance(
-    designs: RealArray, others: RealArray, lower: npt.ArrayLike, upper: npt.ArrayLike
-) -> float:
-    """Return how far two sets of designs, (n, k) and (p, k), lie apart within bounds, (k,) [1].
-
-    Root mean square over the variables that can move of the distance to the closest design of the
-    other set, in shares of the bounds, averaged over both sets: 0 for equal sets, 1 from corner to
-    opposite corner.
-    """
-    span = np.asarray(upper, dtype=float) - np.asarray(lower, dtype=float)
-    moves = span > 0.0
-    if not moves.any():
-        return 0.0
-    first, second = (np.asarray(x)[:, moves] / span[moves] for x in (designs, others))
-    square = np.mean((first[:, None, :] - second[None, :, :]) ** 2, axis=2)
-    nearest = np.sqrt(square.min(axis=1)).mean(), np.sqrt(square.min(axis=0)).mean()
-    return float(np.mean(nearest))
 
 
 class Verdict(Enum):

@@ -432,26 +432,20 @@ def _calibrated(
     def share_at(growth: float) -> float:
         return question.share_of(resized(question, box, growth), sample)
 
-    good, bad = -1.0, None
     kept = question.share_of(box, sample)
-    step = 0.02
-    if kept >= wanted:
-        good, best = 0.0, kept
-        while bad is None and good < 16.0:
-            share = share_at(good + step)
-            if share >= wanted:
-                good, best, step = good + step, share, 2.0 * step
-            else:
-                bad = good + step
-    else:
-        bad, best = 0.0, 0.0
-        while bad > -0.999:
-            tried = max(bad - step, -0.999)
-            share = share_at(tried)
-            if share >= wanted:
-                good, best = tried, share
-                break
-            bad, step = tried, 2.0 * step
+    outwards = kept >= wanted
+    good, best = (0.0, kept) if outwards else (-1.0, 0.0)
+    bad = None if outwards else 0.0
+    end, step = 0.0, 0.02 if outwards else -0.02
+    while -0.999 < end < 16.0:
+        end, step = max(end + step, -0.999), 2.0 * step
+        share = share_at(end)
+        if share >= wanted:
+            good, best = end, share
+        else:
+            bad = end
+        if (share >= wanted) != outwards:
+            break
     if bad is None:
         return resized(question, box, good), best
     for _ in range(halvings):

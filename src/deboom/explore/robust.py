@@ -113,6 +113,27 @@ class Robust(Protocol):
         """Return the values of the designs, shape (n, k)."""
 
 
+class Around(Robust):
+    """A robust response around another one, with its space, objectives and limits."""
+
+    robust: Robust
+
+    @property
+    def space(self) -> DesignSpace:
+        """The designs that may be asked for."""
+        return self.robust.space
+
+    @property
+    def n_objectives(self) -> int:
+        """Number m of objectives."""
+        return self.robust.n_objectives
+
+    @property
+    def limits(self) -> Limits | None:
+        """Limits that the designs must keep; None without."""
+        return self.robust.limits
+
+
 @dataclass(frozen=True, eq=False)
 class RobustResponse:
     """An evaluation wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.

@@ -21,7 +21,7 @@ from deboom.arrays import BoolArray, RealArray, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.doe import checked_within
 from deboom.explore.front import ParetoFront, hypervolume, pareto_front
-from deboom.explore.robust import Limits, Robust, RobustValues, joined
+from deboom.explore.robust import Around, Robust, RobustValues, joined
 from deboom.explore.space import DesignSpace, Progress, checked_seed
 
 FAILED_OBJECTIVE = 1e30
@@ -255,7 +255,7 @@ def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float
     return float(known["seconds"])
 
 
-class _Archive(Robust):
+class _Archive(Around):
     """Hands designs on to a robust response, once per generation, and keeps all values."""
 
     def __init__(self, robust: Robust, store: Store | None) -> None:
@@ -265,18 +265,6 @@ class _Archive(Robust):
         self.reference_point = np.empty(0)
         self.generations: list[RobustValues] = []
         self.hypervolume: list[float] = []
-
-    @property
-    def space(self) -> DesignSpace:
-        return self.robust.space
-
-    @property
-    def n_objectives(self) -> int:
-        return self.robust.n_objectives
-
-    @property
-    def limits(self) -> Limits | None:
-        return self.robust.limits
 
     def __call__(self, designs: RealArray) -> RobustValues:
         values = self._values(designs)
@@ -345,36 +333,28 @@ def _algorithm(space: DesignSpace, population: int, first: RealArray | None) -> 
         return NSGA2(pop_size=population, sampling=sampling)
     return NSGA2(
         pop_size=population,
-        sampling=_MixedSampling(space) if first is None else first,
-        crossover=_MixedCrossover(space),
-        mutation=_MixedMutation(space),
+        sampling=_MixedSampling() if first is None else first,
+        crossover=_MixedCrossover(eta=15, prob=0.9),
+        mutation=_MixedMutation(eta=20),
     )
 
 
 class _MixedSampling(FloatRandomSampling):
     """Draws whole-number variables evenly from their options."""
 
-    def __init__(self, space: DesignSpace) -> None:
-        super().__init__()
-        self.space = space
-
-    def _do(self, *args: Any, random_state: Any = None, **kwargs: Any) -> RealArray:
-        designs = super()._do(*args, random_state=random_state, **kwargs)
-        return _with_options(designs, self.space, random_state)
+    def _do(self, problem: Any, *args: Any, random_state: Any = None, **kwargs: Any) -> RealArray:
+        designs = super()._do(problem, *args, random_state=random_state, **kwargs)
+        return _with_options(designs, problem.robust.space, random_state)
 
 
 class _MixedCrossover(SBX):
     """Exchanges whole-number variables between the parents, never mixes them."""
 
-    def __init__(self, space: DesignSpace) -> None:
-        super().__init__(eta=15, prob=0.9)
-        self.space = space
-
     def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
         self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> RealArray:
         children = super()._do(problem, X, *args, random_state=random_state, **kwargs)
-        whole = self.space.integer
+        whole = problem.robust.space.integer
         exchanged = random_state.random(X.shape[1:]) < 0.5
         children[:, :, whole] = np.where(exchanged, X[::-1], X)[:, :, whole]
         return np.asarray(children)
@@ -383,17 +363,13 @@ class _MixedCrossover(SBX):
 class _MixedMutation(PM):
     """Mutates a whole-number variable to any of its options."""
 
-    def __init__(self, space: DesignSpace) -> None:
-        super().__init__(eta=20)
-        self.space = space
-
     def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
         self, problem: Any, X: RealArray, *args: Any, random_state: Any = None, **kwargs: Any
     ) -> RealArray:
         mutated = super()._do(problem, X, *args, random_state=random_state, **kwargs)
-        chosen = random_state.random(X.shape) < 1.0 / self.space.n_variables
-        drawn = _with_options(X, self.space, random_state)
-        whole = self.space.integer
+        space, whole = problem.robust.space, problem.robust.space.integer
+        chosen = random_state.random(X.shape) < 1.0 / space.n_variables
+        drawn = _with_options(X, space, random_state)
         mutated[:, whole] = np.where(chosen, drawn, X)[:, whole]
         return np.asarray(mutated)
 

@@ -14,7 +14,6 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from dataclasses import dataclass
 from importlib import metadata
 from multiprocessing import get_context, parent_process
 from multiprocessing.reduction import ForkingPickler
@@ -26,8 +25,7 @@ from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import Limits, Robust, RobustValues, joined
-from deboom.explore.space import DesignSpace
+from deboom.explore.robust import Around, Robust, RobustValues, joined
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
@@ -39,33 +37,37 @@ SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
 
 
-@dataclass(frozen=True, eq=False)
-class SpreadResponse:
+class SpreadResponse(Around):
     """A robust response that is computed by workers: the values that one process would give."""
 
-    robust: Robust
-    pool: _ProcessPool | _DaskCluster
+    n_workers: int
+    lost: tuple[type[BaseException], ...] = (BrokenProcessPool,)
+    where = "worker processes"
 
-    @property
-    def space(self) -> DesignSpace:
-        """The designs that may be asked for."""
-        return self.robust.space
+    def __init__(self, robust: Robust) -> None:
+        self.robust = robust
+        self.start()
 
-    @property
-    def n_objectives(self) -> int:
-        """Number m of objectives."""
-        return self.robust.n_objectives
+    def start(self) -> None:
+        """Give the response to workers, also when some have died."""
 
-    @property
-    def limits(self) -> Limits | None:
-        """Limits that the designs must keep; None without."""
-        return self.robust.limits
+    def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
+        """Return the values of every chunk of designs, in their order."""
+        raise NotImplementedError
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k)."""
         designs = self.space.checked(designs)
-        n_chunks = max(1, min(self.pool.n_workers, len(designs)))
-        return joined(self.pool.compute(np.array_split(designs, n_chunks)))
+        chunks = np.array_split(designs, max(1, min(self.n_workers, len(designs))))
+        for _ in range(ATTEMPTS):
+            try:
+                return joined(self.compute(chunks))
+            except self.lost:
+                self.start()
+        raise InputError(
+            f"{self.where} have died {ATTEMPTS} times in a row over the same designs: look for a "
+            "lack of memory, in their logs if they have any, or take fewer workers"
+        )
 
 
 def workers_for(
@@ -115,47 +117,25 @@ def _process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
         ) from None
     pool = _ProcessPool(robust, workers)
     try:
-        yield SpreadResponse(robust, pool)
+        yield pool
     finally:
-        pool.close()
+        pool.executor.shutdown(wait=True, cancel_futures=True)
 
 
-class _ProcessPool:
+class _ProcessPool(SpreadResponse):
     """A pool of spawned processes that is made anew when one of them dies."""
 
     def __init__(self, robust: Robust, workers: int) -> None:
-        self.robust = robust
         self.n_workers = workers
-        self._start()
+        super().__init__(robust)
 
-    def _start(self) -> None:
-        self._executor = ProcessPoolExecutor(
+    def start(self) -> None:
+        self.executor = ProcessPoolExecutor(
             self.n_workers, get_context("spawn"), initializer=_carry, initargs=(self.robust,)
         )
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
-        done: dict[int, RobustValues] = {}
-        for _ in range(ATTEMPTS):
-            try:
-                futures = {
-                    number: self._executor.submit(_compute_carried, chunk)
-                    for number, chunk in enumerate(chunks)
-                    if number not in done
-                }
-                for number, future in futures.items():
-                    done[number] = future.result()
-            except BrokenProcessPool:
-                self.close()
-                self._start()
-            else:
-                return [done[number] for number in range(len(chunks))]
-        raise InputError(
-            f"worker processes have died {ATTEMPTS} times in a row over the same designs: look for "
-            "a lack of memory, or take fewer workers"
-        )
-
-    def close(self) -> None:
-        self._executor.shutdown(wait=True, cancel_futures=True)
+        return list(self.executor.map(_compute_carried, chunks))
 
 
 _carried: list[Robust] = []  # in a worker process of a pool: the one response that it computes
@@ -200,41 +180,34 @@ def _dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
     with client:
         _wait_for_a_worker(client)
         _check_workers(client, scheduler)
-        yield SpreadResponse(robust, _DaskCluster(robust, client))
+        yield _DaskCluster(robust, client)
 
 
-class _DaskCluster:
+class _DaskCluster(SpreadResponse):
     """A cluster whose workers all hold the response."""
 
-    def __init__(self, robust: Robust, client: Any) -> None:
-        self.robust = robust
-        self.client = client
-        self._scatter()
+    where = "workers of the cluster"
 
-    def _scatter(self) -> None:
+    def __init__(self, robust: Robust, client: Any) -> None:
+        from distributed import KilledWorker
+
+        self.client = client
+        self.lost = (CancelledError, KilledWorker)  # the last worker with the response died
+        super().__init__(robust)
+
+    def start(self) -> None:
+        _wait_for_a_worker(self.client)
         # a list: a dataclass alone may be taken apart on its way
-        self._scattered = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
+        self.scattered = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
 
     @property
-    def n_workers(self) -> int:
+    def n_workers(self) -> int:  # type: ignore[override]  # a cluster grows and shrinks
         return max(1, int(sum(self.client.nthreads().values())))
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
-        from distributed import KilledWorker
-
-        for _ in range(ATTEMPTS):
-            futures = [
-                self.client.submit(_compute, self._scattered, chunk, pure=False) for chunk in chunks
-            ]
-            try:
-                return list(self.client.gather(futures))
-            except (CancelledError, KilledWorker):  # the last worker with the response died
-                _wait_for_a_worker(self.client)
-                self._scatter()
-        raise InputError(
-            f"workers of the cluster have died {ATTEMPTS} times in a row over the same designs: "
-            "look for a lack of memory in their logs"
-        )
+        submit = self.client.submit
+        futures = [submit(_compute, self.scattered, chunk, pure=False) for chunk in chunks]
+        return list(self.client.gather(futures))
 
 
 def _compute(robust: Robust, designs: RealArray) -> RobustValues:

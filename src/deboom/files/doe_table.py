@@ -69,12 +69,12 @@ def doe_frame(doe: Doe) -> pd.DataFrame:
         {
             "doe": doe.name,
             "design": np.arange(1, len(doe) + 1),
-            "plan": list(doe.plans),
+            "plan": doe.plan,
             **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
             **{
                 f"{name} [{doe.response_unit}]": column
                 for name, column in zip(doe.response_names, doe.responses.T, strict=True)
             },
-            "failure": [failure.value for failure in doe.failures],
+            "failure": list(doe.failures),
         }
     )

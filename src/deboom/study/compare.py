@@ -28,7 +28,6 @@ from deboom.explore.front import (
     attainment,
     common_box,
     coverage,
-    design_distance,
     difference,
     last_gain,
     level_gap,
@@ -212,27 +211,6 @@ class Comparison:
         ]
         known = [gap for gap in gaps if np.isfinite(gap)]
         return float(np.mean(known)) if known else float("nan")
-
-    @cached_property
-    def bounds(self) -> tuple[RealArray, RealArray]:
-        """Lowest and highest bounds of all runs, shape (k,) each [units of the space]."""
-        spaces = [one.run.model.space for one in self.fronts]
-        lower = np.min([space.lower for space in spaces], axis=0)
-        return lower, np.max([space.upper for space in spaces], axis=0)
-
-    def distance(self, first: str, second: str) -> float:
-        """Mean distance in the design space between the runs of two configurations [1]."""
-        return float(
-            np.mean(
-                [
-                    design_distance(one.designs, other.designs, *self.bounds)
-                    for one in self.groups[first]
-                    for other in self.groups[second]
-                    if one is not other
-                ]
-                or [np.nan]
-            )
-        )
 
     @cached_property
     def per_line(self) -> float:
@@ -421,7 +399,6 @@ def comparison_report(study: Comparison) -> Report:
     numbers = {
         "noise_percent": PERCENT * found.noise,
         "level_difference": gap,
-        "design_distance_percent": PERCENT * study.distance(first, second),
     }
     report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
     for name, volumes in study.hypervolumes.items():
@@ -552,7 +529,6 @@ def pair_table(study: Comparison) -> pd.DataFrame:
                 * study.per_line,
                 "first covers second [%]": PERCENT * coverage(better, other),
                 "second covers first [%]": PERCENT * coverage(other, better),
-                "distance of designs [%]": PERCENT * study.distance(first, second),
             }
         )
     return pd.DataFrame(rows)

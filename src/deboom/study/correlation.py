@@ -88,7 +88,7 @@ class DoeRequest:
         """What the designs are, in words."""
         if self.table is not None:
             return f"table {self.table.name}"
-        kind = {Plan.latin_hypercube: "Latin hypercube (maximin)", Plan.sobol: "Sobol"}
+        kind = {Plan.latin_hypercube: "Latin hypercube", Plan.sobol: "Sobol"}
         if self.plan in kind:
             return f"{kind[self.plan]}, seed {self.seed}"
         return " ".join((str(self.plan.value).replace("-", " "), self.generators or "")).strip()

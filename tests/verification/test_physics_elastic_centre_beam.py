@@ -1,8 +1,7 @@
 """Elastic centre and reduction of a mount on a beam in closed form (thesis, figures 5 and 6).
 
-A straight Euler-Bernoulli beam along x from its end A (x = 0) to its end B (x = L); its 12×12
-stiffness is written out from beam theory, statically and with its own mass (trigonometric and
-hyperbolic functions), and shares no code with the functions under test.
+A straight Euler-Bernoulli beam along x from its end A (x = 0) to its end B (x = L), of the exact
+element that `test_viscoelastic_beam` holds against closed forms and finite elements.
 """
 
 import numpy as np
@@ -20,65 +19,25 @@ from deboom.physics.elastic_centre import (
     residual_coupling,
 )
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
+from deboom.physics.viscoelastic_beam import ViscoelasticBeam, beam_stiffness
 
 EXACT = 1e-10
 LENGTH = 0.08  # [m]
-AXIAL, TORSION = 2.4e4, 11.0  # EA [N], GJ [N m²]
-BEND_Y, BEND_Z = 14.0, 9.0  # EI about y and about z [N m²]
+AXIAL, TORSION, BENDING = 2.4e4, 11.0, 9.0  # EA [N], GJ and EI [N m²]
 LINE_MASS, LINE_INERTIA = 1.9, 6e-4  # [kg/m], [kg m]
 FREQUENCY = np.array([5.0, 20.0, 60.0, 140.0])
 OMEGA = 2 * np.pi * FREQUENCY
 LOSS = 1 + 0.1j
-# of the 12 motions: deflection and rotation at A, then at B, with the sign of dv/dx
-PLANES = {"z": ((1, 5, 7, 11), 1.0, BEND_Z), "y": ((2, 4, 8, 10), -1.0, BEND_Y)}
 
 
-def bending(stiffness, omega):
-    """4×4 of one plane, (v, v', v, v') at A and B; without mass where ω is 0."""
-    beta = (LINE_MASS * omega**2 / stiffness) ** 0.25
-    turn = beta * LENGTH
-    if omega == 0:
-        a, b, c, d = 12 / LENGTH**3, 6 / LENGTH**2, 4 / LENGTH, 2 / LENGTH
-        e, f = -a, b
-    else:
-        sin, cos, sinh, cosh = np.sin(turn), np.cos(turn), np.sinh(turn), np.cosh(turn)
-        below = 1 - cos * cosh
-        a = beta**3 * (sin * cosh + cos * sinh) / below
-        b = beta**2 * sin * sinh / below
-        c = beta * (sin * cosh - cos * sinh) / below
-        d = beta * (sinh - sin) / below
-        e = -(beta**3) * (sin + sinh) / below
-        f = beta**2 * (cosh - cos) / below
-    rows = [[a, b, e, f], [b, c, -f, d], [e, -f, a, -b], [f, d, -b, c]]
-    return stiffness * np.array(rows)
-
-
-def rod(stiffness, line_mass, omega):
-    """2×2 of a rod along its axis, or in torsion."""
-    if omega == 0:
-        return stiffness / LENGTH * np.array([[1, -1], [-1, 1]])
-    wave = omega * np.sqrt(line_mass / stiffness)
-    own, other = 1 / np.tan(wave * LENGTH), -1 / np.sin(wave * LENGTH)
-    return stiffness * wave * np.array([[own, other], [other, own]])
-
-
-def beam(omega, loss=1.0):
+def beam(lines, loss=1e-15):
     """12×12 dynamic stiffness, motions of A then B: x y z rx ry rz."""
-    matrix = np.zeros((12, 12), dtype=complex)
-    matrix[np.ix_((0, 6), (0, 6))] = rod(AXIAL * loss, LINE_MASS, omega)
-    matrix[np.ix_((3, 9), (3, 9))] = rod(TORSION * loss, LINE_INERTIA, omega)
-    for index, sign, stiffness in PLANES.values():
-        # a deflection along z rises with a negative rotation about y
-        signs = np.array([1, sign, 1, sign])
-        matrix[np.ix_(index, index)] = bending(stiffness * loss, omega) * np.outer(signs, signs)
-    return matrix
+    radius = np.sqrt(LINE_INERTIA / LINE_MASS)
+    element = ViscoelasticBeam(LENGTH, AXIAL, TORSION, BENDING, LINE_MASS, loss, radius)
+    return beam_stiffness(element, lines)
 
 
-def over_frequency(loss=LOSS):
-    return np.stack([beam(omega, loss) for omega in OMEGA])
-
-
-STATIC = beam(0.0).real
+STATIC = beam([1e-6])[0].real
 CLAMPED = STATIC[:6, :6]  # B held: figure 5, loads at A
 
 
@@ -93,11 +52,11 @@ def test_elastic_centre_of_a_clamped_beam_is_its_middle(centre):
     np.testing.assert_allclose(found.position, [LENGTH / 2, 0, 0], atol=1e-12)
     diagonal = [
         AXIAL / LENGTH,
-        12 * BEND_Z / LENGTH**3,
-        12 * BEND_Y / LENGTH**3,
+        12 * BENDING / LENGTH**3,
+        12 * BENDING / LENGTH**3,
         TORSION / LENGTH,
-        BEND_Y / LENGTH,
-        BEND_Z / LENGTH,
+        BENDING / LENGTH,
+        BENDING / LENGTH,
     ]
     np.testing.assert_allclose(found.stiffness, np.diag(diagonal), atol=1e-8)
     assert found.coupling < 1e-7
@@ -112,30 +71,22 @@ def test_force_and_moment_at_the_centre_give_a_pure_motion_each():
     tip = compliance @ [0, 100.0, 0, *np.cross(middle, [0, 100.0, 0])]
     at_middle = tip[:3] + np.cross(tip[3:], middle)
     assert np.max(np.abs(tip[3:])) * LENGTH < EXACT * np.abs(at_middle[1])
-    assert at_middle[1] == pytest.approx(100 * LENGTH**3 / (12 * BEND_Z), rel=1e-9)
+    assert at_middle[1] == pytest.approx(100 * LENGTH**3 / (12 * BENDING), rel=1e-9)
     # b: moment about z
     tip = compliance @ [0, 0, 0, 0, 0, 3.0]
     at_middle = tip[:3] + np.cross(tip[3:], middle)
-    assert tip[5] == pytest.approx(3.0 * LENGTH / BEND_Z, rel=1e-9)
+    assert tip[5] == pytest.approx(3.0 * LENGTH / BENDING, rel=1e-9)
     assert np.max(np.abs(at_middle)) < EXACT * np.abs(tip[5]) * LENGTH
 
 
 def test_dynamic_elastic_centre_of_a_clamped_beam():
     """With its own mass the centre leaves the middle: k₁₂/k₁₁ of the plane, in closed form."""
-    equal = {name: (index, sign, BEND_Z) for name, (index, sign, _) in PLANES.items()}
-    matrices = []
-    for omega in OMEGA:
-        matrix = beam(omega)
-        for index, sign, stiffness in equal.values():
-            signs = np.array([1, sign, 1, sign])
-            matrix[np.ix_(index, index)] = bending(stiffness, omega) * np.outer(signs, signs)
-        matrices.append(matrix[:6, :6] * LOSS)
-    beta = (LINE_MASS * OMEGA**2 / BEND_Z) ** 0.25
+    beta = (LINE_MASS * OMEGA**2 / BENDING) ** 0.25
     sin, cos = np.sin(beta * LENGTH), np.cos(beta * LENGTH)
     sinh, cosh = np.sinh(beta * LENGTH), np.cosh(beta * LENGTH)
     distance = sin * sinh / (sin * cosh + cos * sinh) / beta
     for find in (dynamic_centre_of_stiffness, dynamic_centre_of_compliance):
-        found = find(np.stack(matrices))
+        found = find(beam(FREQUENCY)[:, :6, :6] * LOSS)
         np.testing.assert_allclose(found.position[:, 0], distance, rtol=1e-9)
         np.testing.assert_allclose(found.position[:, 1:], 0, atol=1e-12)
         assert found.coupling.max() < 1e-6
@@ -186,7 +137,7 @@ def test_beam_without_mass_reduces_to_one_point_exactly():
     np.testing.assert_allclose(mount.one_point[0], expected, atol=1e-7)
     assert mount.condensation_error.max() < EXACT
     # what is left out: moments, the largest entry over the largest of all
-    rotations = np.array([TORSION, BEND_Y, BEND_Z]) / LENGTH
+    rotations = np.array([TORSION, BENDING, BENDING]) / LENGTH
     largest = max(np.abs(np.diag(expected)[:3]))
     np.testing.assert_allclose(
         mount.translation_error, rotations.max() / LENGTH**2 / largest * abs(LOSS), rtol=1e-9
@@ -214,8 +165,8 @@ def test_away_from_the_centre_three_translations_cost_more():
 def test_condensation_error_is_the_mass_of_the_rod():
     """Along the axis alone: own less transfer stiffness over both, in closed form."""
     matrices = np.zeros((FREQUENCY.size, 12, 12), dtype=complex)
-    for line, omega in enumerate(OMEGA):
-        matrices[line][np.ix_((0, 6), (0, 6))] = rod(AXIAL, LINE_MASS, omega)
+    along = (slice(None), *np.ix_((0, 6), (0, 6)))
+    matrices[along] = beam(FREQUENCY)[along]
     mount = reduce_mount(matrices, np.zeros(3), np.zeros(3), 1.0)
     wave = OMEGA * np.sqrt(LINE_MASS / AXIAL)
     transfer = AXIAL * wave / np.sin(wave * LENGTH)
@@ -232,7 +183,7 @@ def test_condensation_error_is_the_mass_of_the_rod():
 
 
 def test_both_steps_of_the_beam_with_its_mass():
-    mount = reduce_mount(over_frequency(), [-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], LENGTH)
+    mount = reduce_mount(beam(FREQUENCY, 0.1), [-LENGTH / 2, 0, 0], [LENGTH / 2, 0, 0], LENGTH)
     assert np.all(np.diff(mount.condensation_error) > 0)
     assert mount.condensation_error[0] < 1e-3
     off_diagonal = mount.one_point * (1 - np.eye(6))

@@ -23,6 +23,7 @@ from deboom.physics.frf import (
     corrected_pole,
     cross_spectra,
     effective_averages,
+    force_window,
     h1,
     h2,
     hv,
@@ -222,6 +223,8 @@ def test_an_input_without_effect_has_no_partial_coherence():
     noisy = exact(truth, AUTO, output_noise=0.5)
     assert partial_coherence(noisy)[0, 0, 1] == pytest.approx(0, abs=1e-12)
     assert coherence(noisy)[0, 0, 1] > 0.2
+    silent = CrossSpectra([1.0], [[[0.0]]], [[[0.0]]], [[[2.0]]], 3)
+    assert coherence(silent) == 0
 
 
 def test_scaling_against_scipy():
@@ -268,6 +271,9 @@ def test_random_error_against_repetition(n_average, gamma2):
     assert stated == pytest.approx(magnitude_error(gamma2, n_average), rel=0.06)
     bias = estimated.mean() - gamma2
     assert bias == pytest.approx(coherence_bias(gamma2, n_average), abs=0.004)
+    # a phase that can be anything: evenly over a turn
+    assert (magnitude_error(0.0, 5), magnitude_error(1.0, 5)) == (np.inf, 0)
+    assert phase_error(0.0, 5) == pytest.approx(np.pi / np.sqrt(3))
 
 
 def test_random_error_of_two_inputs_against_repetition():
@@ -370,6 +376,10 @@ def test_force_window_leaves_the_function_and_takes_the_noise():
     }
     assert error[None] > 0.01 * np.abs(inertance(s)).max()
     assert error[window] < 0.1 * error[None]
+    np.testing.assert_allclose(
+        force_window(8, 8.0, 0.25, 0.5, 0.25), [0, 0.5, 1, 1, 1, 0.5, 0, 0], atol=1e-15
+    )
+    np.testing.assert_array_equal(force_window(8, 8.0, 0.25, 0.5), [0, 0, 1, 1, 1, 0, 0, 0])
 
 
 FREQUENCY = np.arange(20, 60.1, 0.25)
@@ -418,6 +428,10 @@ def test_against_least_squares():
     assert msf(MEASURED, OTHER_CAR) == pytest.approx(real + 1j * imaginary, abs=1e-10)
     unexplained = residual[0] / np.sum(split(MEASURED) ** 2)
     assert corr_f(MEASURED, OTHER_CAR) == pytest.approx(unexplained, abs=1e-10)
+    # several channels are compared column by column
+    pair = np.column_stack([MEASURED, OTHER_CAR]), np.column_stack([OTHER_CAR, OTHER_CAR])
+    assert corr_f(*pair) == pytest.approx([unexplained, 0.0], abs=1e-10)
+    assert msf(*pair) == pytest.approx([real + 1j * imaginary, 1.0], abs=1e-10)
 
 
 def test_without_the_conjugate_the_factor_is_lost():

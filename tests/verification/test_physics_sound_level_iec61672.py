@@ -7,7 +7,17 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from deboom.physics.sound_level import a_weighting, energy_sum, spl, unweighted_level
+from deboom.physics.sound_level import (
+    a_weighting,
+    band_energy_level,
+    energy_sum,
+    mean_level,
+    peak_level,
+    run_up_sound,
+    spl,
+    splv,
+    unweighted_level,
+)
 
 DATA = Path(__file__).parents[1] / "data" / "iec61672-cirrus"
 
@@ -134,3 +144,55 @@ def test_weighted_level_of_a_tone_in_time(frequency):
     filtered = signal.sosfilt(signal.zpk2sos(*digital), record)[rate:]
     level = 20 * np.log10(np.sqrt(np.mean(filtered**2)) / 20e-6)
     assert spl([0.2], [frequency])[0] == pytest.approx(level, abs=0.01)
+
+
+FREQUENCY = np.array([20.0, 30.0, 40.0])
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2, -1])
+def test_frequency_axis_can_stand_anywhere(axis):
+    pressure = np.random.default_rng(1).normal(size=(3, 4, 3)) + 1j
+    pressure_first = np.moveaxis(pressure, 0, axis)
+    expected = unweighted_level(pressure) + a_weighting(FREQUENCY)[:, np.newaxis, np.newaxis]
+    level = spl(pressure_first, FREQUENCY, axis=axis)
+    np.testing.assert_allclose(np.moveaxis(level, axis, 0), expected)
+    for reduce in (splv, mean_level, energy_sum, peak_level):
+        np.testing.assert_allclose(reduce(level, axis=axis), reduce(expected))
+    np.testing.assert_allclose(
+        band_energy_level(level, FREQUENCY, (25.0, 40.0), axis=axis), energy_sum(expected[1:])
+    )
+
+
+def test_numbers_of_one_curve_have_their_own_meanings():
+    level = np.array([50.0, 70.0, 60.0])
+    energy = 10 * np.log10(1e5 + 1e7 + 1e6)
+    assert (splv(level), mean_level(level), peak_level(level)) == (180, 60, 70)
+    assert energy_sum(level) == pytest.approx(energy)
+    # band edges belong to the band
+    assert band_energy_level(level, FREQUENCY, (20.0, 40.0)) == pytest.approx(energy)
+    assert band_energy_level(level, FREQUENCY, (30.0, 30.0)) == pytest.approx(70)
+    # silence is minus infinity and adds nothing
+    np.testing.assert_array_equal(spl([0.0, 0.0, 0.0], FREQUENCY), -np.inf)
+    assert energy_sum([-np.inf, -np.inf]) == -np.inf
+    assert energy_sum([-np.inf, 60.0]) == pytest.approx(60.0)
+
+
+def test_a_run_up_holds_the_level_of_a_steady_order():
+    """Of 1 Pa at all lines: the analytic signal is 1 Pa long, its frequency rises evenly."""
+    lines = np.arange(20.0, 61.0)
+    sound = run_up_sound(np.exp(0.7j) * np.ones(41), lines, 8.0, 2048.0)
+    analytic = signal.hilbert(sound)[800:-800]
+    assert np.abs(analytic) == pytest.approx(np.ones(analytic.size), abs=0.01)
+    frequency = np.diff(np.unwrap(np.angle(analytic))) * 2048.0 / (2 * np.pi)
+    time = (800 + 0.5 + np.arange(frequency.size)) / 2048.0
+    assert frequency == pytest.approx(20.0 + 5.0 * time, abs=0.2)
+    assert sound[0] == pytest.approx(np.cos(0.7), rel=1e-12)
+
+
+def test_a_run_up_passes_each_pressure_at_its_line():
+    lines, pressure = np.array([20.0, 30.0, 60.0]), np.array([[0.1], [0.5], [0.2]])
+    sound = run_up_sound(pressure, lines, 40.0, 4096.0)
+    assert sound.shape == (163840, 1)
+    length = np.abs(signal.hilbert(sound[:, 0]))
+    at = np.array([5, 10, 25]) * 4096
+    assert length[at] == pytest.approx([0.3, 0.5, 0.35], rel=0.01)

@@ -9,11 +9,14 @@ from deboom.physics.dynamic_stiffness import (
     dynamic_stiffness,
     force_at_virtual_point,
     kelvin_voigt,
+    loss_factor,
     stiffness_h1,
     stiffness_h2,
     stiffness_hv,
 )
 from deboom.physics.forced_response import (
+    SMALLEST_AMPLITUDE,
+    ConvergenceError,
     amplitude_dependent_response,
     dynamic_stiffness_matrix,
     forced_response,
@@ -96,7 +99,7 @@ def test_eq_30_with_measured_acceleration_of_a_known_spring():
     motion = displacement_from_acceleration(acceleration, frequency)
     stiffness = dynamic_stiffness(cosine + sine, motion)
     np.testing.assert_allclose(stiffness, kelvin_voigt(frequency, spring, damper), rtol=1e-12)
-    assert np.all(stiffness.imag > 0)
+    np.testing.assert_allclose(loss_factor(stiffness), omega * damper / spring)
 
 
 @pytest.mark.parametrize("noise_in_force", [0.0, 0.1, 0.3])
@@ -142,6 +145,8 @@ def test_table_9_of_an_oscillator():
         for target, expected in written.items():
             converted = convert(values[:, np.newaxis, np.newaxis], FREQUENCY, source, target)
             assert deviation(converted[:, 0, 0], expected) < EXACT
+    still = convert(np.ones((2, 1, 3)), [0.0, 1.0], FrfForm.RECEPTANCE, FrfForm.INERTANCE)
+    np.testing.assert_allclose(still[:, 0, 0], [0.0, -((2 * np.pi) ** 2)])
 
 
 def test_table_9_inverse_is_that_of_the_matrix(rng):
@@ -179,10 +184,17 @@ def test_condition_number_450_is_an_artefact_of_units():
     assert np.linalg.cond(free) == pytest.approx(7.2 / np.linalg.eigvalsh(INERTIA)[0])
     assert np.linalg.cond(free) == pytest.approx(455, abs=5)
     units = np.repeat([1.0, 1e3], 3)
-    assert np.linalg.cond(free * np.outer(units, units)) > 4000
+    in_millimetres = free * np.outer(units, units)
+    assert np.linalg.cond(in_millimetres) > 4000
     length = characteristic_length(7.2, INERTIA)
     assert length == pytest.approx(0.055, abs=0.005)
-    assert scaled_condition_number(free, FrfForm.APPARENT_MASS, length) == pytest.approx(2, abs=0.1)
+    scaled = scaled_condition_number(free, FrfForm.APPARENT_MASS, length)
+    assert scaled == pytest.approx(2, abs=0.1)
+    for matrix, form, unit in (
+        (in_millimetres, FrfForm.APPARENT_MASS, 1e3),
+        (np.linalg.inv(free), FrfForm.INERTANCE, 1.0),
+    ):
+        assert scaled_condition_number(matrix, form, unit * length) == pytest.approx(scaled)
 
 
 def test_eq_68_69_standard_functions():
@@ -298,7 +310,11 @@ def test_stiffening_spring_meets_the_cubic_of_harmonic_balance_and_the_time_resp
 
 
 def test_amplitudes_are_those_at_the_mounts_of_a_body():
-    """Every mount softens with its own travel: the balance of forces closes mount by mount."""
+    """Every mount softens with its own travel: the balance of forces closes mount by mount.
+
+    Without load nothing moves, and the stiffness is asked for at the smallest amplitude; one that
+    is not finite is reported with its line.
+    """
     positions = np.array([[0.05, 0.43, 0.20], [-0.034, -0.45, 0.19], [0.20, -0.06, -0.27]])
     static = 1e3 * np.array([[110, 90, 150], [190, 140, 220], [75, 50, 55]])
     inertia = np.diag([11.0, 6.8, 9.6])
@@ -310,13 +326,23 @@ def test_amplitudes_are_those_at_the_mounts_of_a_body():
         z = (amplitude / 1e-4) ** 0.55
         return static.ravel() * (1 + 0.45 / (1 + z**2) + 0.1j + 0.2j * z / (1 + z**2))
 
-    state = amplitude_dependent_response(
-        mass_matrix(193.5, inertia),
-        lambda amplitude: mount_stiffness_matrix(positions, law(amplitude)),
-        force,
-        frequency,
-        forward_matrices(positions),
-    )
+    asked = []
+
+    def solve(force, spoil=1.0):
+        def springs(amplitude):
+            asked.append(amplitude)
+            matrices = mount_stiffness_matrix(positions, law(amplitude))
+            matrices[3] *= spoil
+            return matrices
+
+        mass, forward = mass_matrix(193.5, inertia), forward_matrices(positions)
+        return amplitude_dependent_response(mass, springs, force, frequency, forward)
+
+    assert not solve(0 * force).displacement.any()
+    np.testing.assert_allclose(asked[-1], SMALLEST_AMPLITUDE)
+    with pytest.raises(ConvergenceError, match="not finite at 35 Hz"):
+        solve(force, np.nan)
+    state = solve(force)
     place, angle = state.displacement[:, np.newaxis, :3], state.displacement[:, np.newaxis, 3:]
     travel = place + np.cross(angle, positions)
     reaction = law(np.abs(travel).reshape(9, 9)).reshape(9, 3, 3) * travel
@@ -325,3 +351,20 @@ def test_amplitudes_are_those_at_the_mounts_of_a_body():
     moments = np.cross(positions, reaction).sum(1) - omega_squared * (angle[:, 0] @ inertia)
     np.testing.assert_allclose(forces, 0, atol=1e-5)
     np.testing.assert_allclose(moments, force[:, 3:], atol=1e-5)
+
+
+def test_relaxation_calms_a_swinging_iteration():
+    """Below its resonance a stiffening spring swings between two amplitudes."""
+
+    def stiffening(amplitude):
+        return 1e4 * (1 + (amplitude / 1e-3) ** 2)[:, :, np.newaxis]
+
+    def solve(**options):
+        return amplitude_dependent_response(
+            [[1.0]], stiffening, [[60.0]], [1.0], [[1.0]], start=1e-3, **options
+        )
+
+    with pytest.raises(ConvergenceError, match="at 1 Hz after 200 iterations"):
+        solve()
+    x = solve(relaxation=0.4).amplitude[0, 0]
+    assert (1e4 * (1 + (x / 1e-3) ** 2) - (2 * np.pi) ** 2) * x == pytest.approx(60.0, rel=1e-8)

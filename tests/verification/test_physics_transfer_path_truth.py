@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from deboom.errors import InputError
 from deboom.physics.force_inversion import (
     LAMBDAS,
     PLAIN,
@@ -254,13 +253,6 @@ def test_mount_force_in_time():
     assert ours[0, 0] == pytest.approx(measured, rel=1e-7)
 
 
-def test_a_singular_interface_is_refused():
-    """A rigid source at two points of one axis: they move only together."""
-    together = np.ones((3, 2, 2))
-    with pytest.raises(InputError, match="leave out paths that move only together"):
-        blocked_force(together, np.ones((3, 2)))
-
-
 @pytest.fixture(scope="module")
 def alone():
     """Receptance of the receiver on its own."""
@@ -297,6 +289,9 @@ def test_forces_from_the_stiffness_of_the_mounts(operation):
     assert deviation(mount_force(SOURCE.mounts, above, below), truth) < EXACT
     as_matrix = SOURCE.mounts[:, :, np.newaxis] * np.eye(N_PATH)
     assert deviation(mount_force(as_matrix, above, below), truth) < EXACT
+    # mounts may couple paths
+    coupled = mount_force([[[2.0, 1j], [1j, 3.0]]], [[2.0, 1.0]], [[1.0, 0.0]])
+    np.testing.assert_allclose(coupled, [[2 + 1j, 3 + 1j]])
 
 
 def test_in_situ_inversion_finds_the_blocked_forces(operation, assembled):

@@ -47,29 +47,6 @@ def determinant(dofs, beam=LOSSLESS):
     return at
 
 
-def test_static_limits():
-    length = LOSSLESS.length
-    stiffness = beam_stiffness(LOSSLESS, [0.01])[0].real
-    bent = LOSSLESS.bending
-    expected = {
-        (0, 0): LOSSLESS.tension / length,
-        (0, 6): -LOSSLESS.tension / length,
-        (3, 3): LOSSLESS.torsion / length,
-        (3, 9): -LOSSLESS.torsion / length,
-        (1, 1): 12 * bent / length**3,
-        (1, 5): 6 * bent / length**2,
-        (5, 5): 4 * bent / length,
-        (1, 7): -12 * bent / length**3,
-        (1, 11): 6 * bent / length**2,
-        (5, 11): 2 * bent / length,
-        (2, 4): -6 * bent / length**2,
-        (8, 10): 6 * bent / length**2,
-    }
-    for entry, value in expected.items():
-        assert stiffness[entry] == pytest.approx(value, rel=1e-6)
-    assert np.count_nonzero(np.abs(stiffness) > 1e-9) == 2 * 4 + 2 * 16
-
-
 @pytest.mark.parametrize("number", [4.730040744862704, 7.853204624095838, 10.995607838001671])
 def test_clamped_and_free_natural_frequencies(number):
     """Free: the receptance has a pole. Clamped: the stiffness. Both solve cos x cosh x = 1."""
@@ -104,23 +81,11 @@ def test_reciprocal_and_passive():
     assert np.linalg.eigvalsh(dissipated).min() > -1e-9 * np.abs(dissipated).max()
 
 
-def test_slow_rigid_motion_meets_the_mass():
-    line, length = 0.05, BEAM.length
-    ends = np.zeros((12, 2))
-    ends[[1, 7], 0] = 1.0
-    ends[[7, 5, 11], 1] = length, 1.0, 1.0
-    load = (beam_stiffness(LOSSLESS, [line])[0] @ ends).real / -((2 * np.pi * line) ** 2)
-    total = BEAM.line_mass * length
-    mass = ends.T @ load
-    expected = total * np.array([[1, length / 2], [length / 2, length**2 / 3]])
-    np.testing.assert_allclose(mass, expected, rtol=1e-4)
-
-
 def test_series_meets_the_closed_form():
+    """Entry by entry, with consistent masses worth 4e-7 of an entry or more."""
     slow = frequency_of(SERIES_BELOW)
-    around = np.array([slow * (1 - 1e-9), slow * (1 + 1e-9)])
-    below, above = beam_stiffness(LOSSLESS, around)
-    assert np.abs(below - above).max() < 1e-8 * np.abs(below).max()
+    below, above = beam_stiffness(LOSSLESS, slow * (1 + np.array([-1e-9, 1e-9])))
+    np.testing.assert_allclose(below.real, above.real, rtol=2e-10)
 
 
 def finite_elements(beam, line, n):

@@ -124,7 +124,6 @@ def vold_kalman_spectra(
     rpm: npt.ArrayLike,
     *,
     bandwidth: npt.ArrayLike,
-    poles: int = 2,
 ) -> tuple[OrderSpectrum, ...]:
     """Return order spectra by a Vold-Kalman filter that solves all orders together, one per order.
 
@@ -152,7 +151,7 @@ def vold_kalman_spectra(
     _refuse_lines_outside(shaft, speeds, time, samples, "its line")
     phase = shaft.angle(samples)[:, np.newaxis] * np.concatenate([[0.0], orders])
     all_widths = np.concatenate([[widths.min()], widths])
-    envelopes = vold_kalman(values, phase, rate, all_widths, poles)[:, 1:]
+    envelopes = vold_kalman(values, phase, rate, all_widths)[:, 1:]
     amplitudes = CubicSpline(samples, envelopes)(time)
     from_end = np.minimum(time - samples[0], samples[-1] - time)
     return tuple(

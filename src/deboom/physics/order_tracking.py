@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from math import comb
-
 import numpy as np
 import numpy.typing as npt
 from scipy import signal
@@ -21,8 +19,6 @@ LEAST_SAMPLES_PER_PERIOD = 4
 """Samples per period below which a record is refused."""
 HANN_HALF_POWER_WIDTH = 1.4405826
 """Full width of a Hann window's transform between its half-power points, times its length [1]."""
-POLES = (1, 2, 3)
-"""Orders of the difference that a Vold-Kalman filter keeps small; 2 unless there is a reason."""
 _RIPPLE = 110.0
 """Deviation of the passband from 1 and of the stopband from 0 that the filter is made for [dB]."""
 _STEEPEST = 1e13
@@ -221,7 +217,6 @@ def vold_kalman(
     phase: npt.ArrayLike,
     rate: float,
     bandwidth: npt.ArrayLike,
-    poles: int = 2,
 ) -> ComplexArray:
     """Return complex amplitudes of one or several orders in time, all solved together.
 
@@ -235,72 +230,65 @@ def vold_kalman(
     - `rate`.
     - `bandwidth` (n_order,): full width between the half-power (−3 dB) points about each order
       [Hz].
-    - `poles`.
     - returns (n_sample, n_order, n_channel): peak amplitudes A, so that the part of an order in the
       record is ``Re(A e^{j phase})`` [unit]; for a column of zeros the quasi-static part itself.
 
     Least squares over all envelopes (Vold and Leuridan, SAE 931288; Tůma, Int. J. Acoustics and
     Vibration 10, 2005), here for a real record with cosine and sine of every order as unknowns:
 
-        ``Σ_n (y_n − Re Σ_k A_k(n) e^{jφ_k(n)})² + ½ Σ_k r_k² Σ_n |∇^p A_k(n)|² → min``
+        ``Σ_n (y_n − Re Σ_k A_k(n) e^{jφ_k(n)})² + ½ Σ_k r_k² Σ_n |∇²A_k(n)|² → min``
 
-    with p poles and r_k from the bandwidth (`penalty`); a quasi-static part is real and has no ½. A
-    constant amplitude comes out exactly, up to the ends of the record; the usual form, complex
+    with two poles and r_k from the bandwidth (`penalty`); a quasi-static part is real and has no ½.
+    A constant amplitude comes out exactly, up to the ends of the record; the usual form, complex
     envelopes on a real record, mistakes an order's mirror image for noise. The normal equations
-    lose up to all digits at usual rates; here ``u = r ∇^p A`` is an unknown of its own, the matrix
+    lose up to all digits at usual rates; here ``u = r ∇²A`` is an unknown of its own, the matrix
     is banded and its condition the square root of theirs.
 
     Away from the ends the envelope of one order is its demodulated record through the filter
-    ``1 / (1 + r² (2 sin(πf/rate))^{2p})``; at the ends it looks to one side only: within about one
+    ``1 / (1 + r² (2 sin(πf/rate))⁴)``; at the ends it looks to one side only: within about one
     over the bandwidth the noise is up to twice as large. Two orders that run together for longer
     than one over the bandwidth share their energy in a way that no method can tell.
     """
-    record, angle, widths = _checked_filter(values, phase, rate, bandwidth, poles)
+    record, angle, widths = _checked_filter(values, phase, rate, bandwidth)
     static = np.ptp(angle, axis=0) == 0
-    weight = penalty(widths, rate, poles)
+    weight = penalty(widths, rate)
     cosine, sine = np.cos(angle), -np.sin(angle[:, ~static])
     weights = np.concatenate(
         [np.where(static, weight, weight / np.sqrt(2)), weight[~static] / np.sqrt(2)]
     )
-    solved = _smoothest(np.hstack([cosine, sine]), weights, record, poles)
+    solved = _smoothest(np.hstack([cosine, sine]), weights, record)
     amplitude = solved[:, : static.size].astype(complex)
     amplitude[:, ~static] += 1j * solved[:, static.size :]
     return amplitude
 
 
-def penalty(bandwidth: npt.ArrayLike, rate: float, poles: int) -> RealArray:
+def penalty(bandwidth: npt.ArrayLike, rate: float) -> RealArray:
     """Return the weight r of the differences that gives the filter its half-power bandwidth [1].
 
-    ``r² = (√2 − 1) / (2 sin(πB/(2 rate)))^{2p}``; Tůma's polynomials in cosines for one, two and
-    three poles are this expression written out.
+    ``r² = (√2 − 1) / (2 sin(πB/(2 rate)))⁴``, Tůma's polynomial in cosines for two poles.
     """
     step = 2 * np.sin(np.pi * np.asarray(bandwidth, dtype=float) / (2 * rate))
-    return np.asarray(np.sqrt(np.sqrt(2) - 1) / step**poles)
+    return np.asarray(np.sqrt(np.sqrt(2) - 1) / step**2)
 
 
-def _smoothest(basis: RealArray, weight: RealArray, record: RealArray, poles: int) -> RealArray:
+def _smoothest(basis: RealArray, weight: RealArray, record: RealArray) -> RealArray:
     """Coefficients of the basis functions, shape (n_sample, n_basis, n_channel).
 
     Solves ``basisᵀ basis c + ∇ᵀ r u = basisᵀ y`` and ``r ∇ c − u = 0``. A sample's unknowns stand
     together, each c with its u; u sits at the middle of the samples that its difference reaches.
     """
     samples, functions = basis.shape
-    before, after = poles // 2, poles - poles // 2
     block = 2 * functions
-    width = max(after * block - 1, before * block + 1, block - 2)
+    width = block + 1
     # row width + i − j of the flat storage holds element (i, j) in its column j
     band = np.zeros((2 * width + 1, samples, functions, 2))
     for row in range(functions):
         for column in range(functions):
             band[width + 2 * (row - column), :, column, 0] = basis[:, row] * basis[:, column]
     band[width, :, :, 1] = -1
-    inside = slice(before, samples - after)
-    for reach in range(poles + 1):
-        shift = reach - before
-        shifted = slice(before + shift, samples - after + shift)
-        coefficient = (-1) ** (poles - reach) * comb(poles, reach) * weight
-        band[width - shift * block + 1, shifted, :, 0] = coefficient
-        band[width + shift * block - 1, inside, :, 1] = coefficient
+    for shift, share in ((-1, 1), (0, -2), (1, 1)):
+        band[width - shift * block + 1, 1 + shift : samples - 1 + shift, :, 0] = share * weight
+        band[width + shift * block - 1, 1:-1, :, 1] = share * weight
     right = np.zeros((samples, functions, 2, record.shape[1]))
     right[:, :, 0] = basis[:, :, np.newaxis] * record[:, np.newaxis, :]
     solved = solve_banded(
@@ -315,19 +303,13 @@ def _smoothest(basis: RealArray, weight: RealArray, record: RealArray, poles: in
 
 
 def _checked_filter(
-    values: npt.ArrayLike,
-    phase: npt.ArrayLike,
-    rate: float,
-    bandwidth: npt.ArrayLike,
-    poles: int,
+    values: npt.ArrayLike, phase: npt.ArrayLike, rate: float, bandwidth: npt.ArrayLike
 ) -> tuple[RealArray, RealArray, RealArray]:
-    if poles not in POLES:
-        raise InputError(f"a Vold-Kalman filter has 1, 2 or 3 poles, not {poles}")
     sizes: dict[str, int] = {}
     record: RealArray = checked_array(values, "s c", "time record", sizes)
     angle: RealArray = checked_array(phase, "s order", "phase of the orders", sizes)
-    if len(record) <= 2 * poles or angle.shape[1] == 0:
-        raise InputError(f"{angle.shape} phases are too few for a filter of {poles} poles")
+    if len(record) <= 4 or angle.shape[1] == 0:
+        raise InputError(f"{angle.shape} phases are too few for the filter")
     axes = "order" if np.ndim(bandwidth) else ""
     given: RealArray = checked_array(bandwidth, axes, "bandwidths of the orders", sizes)
     widths = np.broadcast_to(given, angle.shape[1])
@@ -346,10 +328,9 @@ def _checked_filter(
                 f"a bandwidth of {width:g} Hz is wider than the lowest frequency of its order, "
                 f"{lowest:.3g} Hz: the order could not be told from a slow drift; narrow it"
             )
-    steepest = float(np.max(penalty(widths, rate, poles))) * 2**poles
-    if steepest > _STEEPEST:
+    if np.max(penalty(widths, rate)) * 4 > _STEEPEST:
         raise InputError(
-            f"a bandwidth of {widths.min():g} Hz is too narrow for {rate:g} Hz and {poles} poles: "
-            "lower the rate first"
+            f"a bandwidth of {widths.min():g} Hz is too narrow for {rate:g} Hz: lower the "
+            "rate first"
         )
     return record, angle, widths

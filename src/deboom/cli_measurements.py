@@ -300,10 +300,10 @@ def show(
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
-        identity = opened.find(
+        matching = opened.identities(
             campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
-        typer.echo(_described(opened.load(identity)))
+        typer.echo(_described(opened.load(opened.only(matching))))
 
 
 @library_app.command("import")

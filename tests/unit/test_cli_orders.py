@@ -45,7 +45,7 @@ def test_one_command_leads_from_time_data_to_stiffness(campaign, tmp_path):
     assert done.exit_code == 0, done.output
     assert f"{NAME} -> run {NAME} of mount set M1" in done.output
     with open_library(library) as opened:
-        points = opened.load(opened.find(mount="TSM")).direction("x").map_points
+        points = opened.load(opened.only(opened.identities(mount="TSM"))).direction("x").map_points
     own = points.run == NAME
     assert np.count_nonzero(own) == 13
     with np.load(campaign / "truth" / f"{NAME}.npz") as truth:

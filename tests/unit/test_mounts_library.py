@@ -78,7 +78,7 @@ def library(path):
 
 def test_identities_are_sorted_asked_for_by_any_field_and_found_alone(library):
     with pytest.raises(InputError, match="no such mount; there is none at all"):
-        library.find(mount="TSM")
+        library.only(library.identities(mount="TSM"))
     library.add(
         [campaign(), campaign("summer")],
         [
@@ -100,11 +100,11 @@ def test_identities_are_sorted_asked_for_by_any_field_and_found_alone(library):
     assert library.identities(part_number="4711") == everything[1:2]
     assert library.identities(serial="A7") == everything[3:]
     assert library.identities(mount="GeM") == ()
-    assert library.find(mount="Du") == wishbone().identity
+    assert library.only(library.identities(mount="Du")) == wishbone().identity
     with pytest.raises(InputError, match=r"2 mounts fit, .* TSM M3 of campaign spring; TSM M3 of"):
-        library.find(mount="TSM", variant="M3")
+        library.only(library.identities(mount="TSM", variant="M3"))
     with pytest.raises(InputError, match=r"no such mount; there Du M3 of .*, serial A7"):
-        library.find(mount="GeM")
+        library.only(library.identities(mount="GeM"))
 
 
 def test_what_is_not_there_cannot_be_loaded(library):

@@ -54,7 +54,7 @@ def test_mounts_of_the_set_asked_for_are_in_the_library_with_their_surfaces(kept
     library, output = kept
     with open_library(library) as opened:
         found = opened.identities()
-        strut = opened.load(opened.find(mount="TSM"))
+        strut = opened.load(opened.only(opened.identities(mount="TSM")))
     assert [(one.mount, one.variant) for one in found] == [
         (mount, "M2") for mount in ("Du", "EnM", "GeM", "TSM")
     ]

@@ -140,19 +140,11 @@ class MountLibrary:
         except InputError as error:
             raise InputError(f"{self.name}: {error}; restore it from a backup") from None
 
-    def find(
-        self,
-        campaign: str | None = None,
-        mount: str | None = None,
-        variant: str | None = None,
-        part_number: str | None = None,
-        serial: str | None = None,
-    ) -> MountIdentity:
-        """Return the one mount that is asked for, as `identities` does.
+    def only(self, matching: Sequence[MountIdentity]) -> MountIdentity:
+        """Return the one mount that `identities` told.
 
         - raises InputError: None, or more than one: the candidates are named.
         """
-        matching = self.identities(campaign, mount, variant, part_number, serial)
         if len(matching) == 1:
             return matching[0]
         if matching:

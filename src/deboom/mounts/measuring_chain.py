@@ -100,11 +100,6 @@ class InstrumentedBody:
         return np.asarray(block_diag(*[point.force_matrix for point in self.points]))
 
     @property
-    def directions(self) -> tuple[str, ...]:
-        """``<mount> [<piece>] <axis>`` of all rows of `at_points`."""
-        return tuple(f"{point.name} {axis}" for point in self.points for axis in AXES)
-
-    @property
     def measured_directions(self) -> tuple[tuple[MountPoint, str, int], ...]:
         """Point, axis and row of `at_points` of every direction that is characterised."""
         return tuple(
@@ -338,16 +333,6 @@ class AlignmentEstimate:
     covariance: RealArray
     misfit: tuple[tuple[str, float], ...] = ()
 
-    @property
-    def motion_matrix(self) -> RealArray:
-        """Channels → motion of the points, with the best values, (3 n_point, n_channel)."""
-        return self.alignment.motion_matrix(self.mean)
-
-    @property
-    def force_matrix(self) -> RealArray:
-        """Cell channels → force at the points, with the best values."""
-        return self.alignment.force_matrix(self.mean)
-
     def draw(self, n_draws: int, generator: np.random.Generator) -> RealArray:
         """Draw parameters, shape (n_draws, n)."""
         values, vectors = np.linalg.eigh(self.covariance)
@@ -447,7 +432,7 @@ def body_record(
         frequency=np.concatenate([run.frequency for run in runs]),
         wheel_torque=np.concatenate([run.wheel_torque for run in runs]),
         wheel_torque_noise=np.repeat([t.torque * run.total_ratio for run in runs], lines),
-        static_force=np.vstack([_static_force(run, body.directions) for run in runs]),
+        static_force=np.vstack([_static_force(run, body.points) for run in runs]),
         acceleration=acceleration,
         acceleration_noise=_noise(acceleration, np.array(body.channel_rows) // 3, *of_motion),
         cell_force=cell_force,
@@ -486,13 +471,12 @@ def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> 
     return spectrum.select(names).values
 
 
-def _static_force(run: OperatingRun, directions: tuple[str, ...]) -> RealArray:
+def _static_force(run: OperatingRun, points: Sequence[MountPoint]) -> RealArray:
     """Take the static force per direction, nan where it was not measured."""
-    columns = np.full((run.frequency.size, len(directions)), np.nan)
-    for place, name in enumerate(directions):
-        if name in run.static_force_names:
-            columns[:, place] = run.static_force[:, run.static_force_names.index(name)]
-    return columns
+    known = dict(zip(run.static_force_names, run.static_force.T, strict=True))
+    unknown = np.full(run.frequency.size, np.nan)
+    names = [f"{point.name} {axis}" for point in points for axis in AXES]
+    return np.column_stack([known.get(name, unknown) for name in names])
 
 
 def _noise(

@@ -192,7 +192,10 @@ def bench_load_case(
 
 def _body_maps(chain: AlignmentEstimate, record: BodyRecord) -> list[OperatingMap]:
     """Build the maps of one body: per number of repeats, point and axis."""
-    motion, force_matrix = chain.motion_matrix, chain.force_matrix
+    motion, force_matrix = (
+        matrix(chain.mean)
+        for matrix in (chain.alignment.motion_matrix, chain.alignment.force_matrix)
+    )
     displacement = displacement_from_acceleration(record.acceleration @ motion.T, record.frequency)
     force = record.cell_force @ force_matrix.T
     displacement_noise = np.sqrt(record.acceleration_noise**2 @ motion.T**2)

@@ -472,14 +472,14 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
     by_surface = [case for case in index.cases if isinstance(case, AmplitudeMotion)]
     if not by_surface:
         return MotionReport((*prescribed, meaning), "", terms, summary)
-    clipped = index.clipped(designs)
-    summary["held_amplitude_share"] = clipped.amplitude
-    summary["held_preload_share"] = clipped.preload
+    held_amplitude, held_preload = index.clipped(designs)
+    summary["held_amplitude_share"] = held_amplitude
+    summary["held_preload_share"] = held_preload
     texts, alarms = [], []
     if index.motion is Motion.amplitude:
         texts.append(
             f"Of the lines and directions of today's mounts and the named designs, "
-            f"{100 * clipped.amplitude:.1f} % have an amplitude beyond what the response surfaces "
+            f"{100 * held_amplitude:.1f} % have an amplitude beyond what the response surfaces "
             "are backed for; there the stiffness keeps its value at the bound."
         )
         for case in by_surface:
@@ -499,14 +499,12 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
             )
     if factor == Factor.part.value:
         texts.append(
-            f"{100 * clipped.preload:.1f} % have a static force beyond what the surfaces are "
+            f"{100 * held_preload:.1f} % have a static force beyond what the surfaces are "
             "backed for; there the stiffness of a powertrain mount follows the slope of its "
             "quasi-static curve, and that of a wishbone mount keeps its value at the bound. The "
             "stiffnesses named for the supplier are those at today's static deflection; under load "
             "the part rides elsewhere."
         )
-    if clipped.worst:
-        texts.append(f"Most often beyond: {clipped.worst} of the lines.")
     return MotionReport((meaning, *alarms), "\n\n".join(texts), terms, summary)
 
 

@@ -44,21 +44,6 @@ class Motion(Enum):
     """So are they, and the stiffnesses follow the amplitudes that come out."""
 
 
-@dataclass(frozen=True)
-class ClippedShare:
-    """How often designs leave what the mounts' measurements back.
-
-    - `amplitude`, `preload`: share of lines and directions whose amplitude, or preload, lies beyond
-      [1]. Directions without a surface do not count.
-    - `worst`: where it is most often: load case, direction, and its share of lines; empty if
-      nowhere.
-    """
-
-    amplitude: float
-    preload: float
-    worst: str
-
-
 @dataclass(frozen=True, eq=False)
 class BoomingModel:
     """SPLV of every vehicle over weighted load cases, as a function of the stiffness factors.
@@ -268,32 +253,23 @@ class BoomingModel:
         elastic, lossy = np.split(total, 2, axis=-1)
         return np.concatenate([elastic + loss * lossy, stiffness * lossy], axis=-1)
 
-    def clipped(self, designs: RealArray) -> ClippedShare:
-        """Count where designs (n, k) leave what the mounts' measurements back.
+    def clipped(self, designs: RealArray) -> tuple[float, float]:
+        """Return how often designs (n, k) leave what the mounts' measurements back [1].
 
-        There the stiffness keeps its value at the bound (amplitude), or follows the quasi-static
-        curve (preload), see `deboom.vehicles.design_factor.PartRatio`. Prescribed and coupled
-        motion take the stiffness as measured and leave nothing.
+        Shares of lines and directions whose amplitude, and whose preload, lies beyond; directions
+        without a surface do not count. There the stiffness keeps its value at the bound
+        (amplitude), or follows the quasi-static curve (preload), see
+        `deboom.vehicles.design_factor.PartRatio`. Prescribed and coupled motion take the stiffness
+        as measured and leave nothing.
         """
-        amplitude, preload, worst, most = [], [], "", 0.0
+        amplitude, preload = [], []
         for case in self.cases:
-            if not isinstance(case, AmplitudeMotion):
-                continue
-            by_amplitude, by_preload = np.zeros((2, case.variables.size))
-            if case.follows.any():
-                by_amplitude = case.clipped(solve_along_lines(case, designs).ratio).mean((0, 1))
-                amplitude.append(float(by_amplitude[case.follows].mean()))
-            if case.ratio is not None:
-                by_preload = case.ratio.clipped(designs).mean((0, 1))
-            preload.append(float(by_preload.mean()))
-            share = np.maximum(by_amplitude, by_preload)
-            if share.max() > most:
-                most = float(share.max())
-                name = case.variable_names[case.variables[int(share.argmax())]]
-                worst = f"{case.load_case}, {name}: {100 * most:.0f} %"
-        return ClippedShare(
-            float(np.mean(amplitude or [0.0])), float(np.mean(preload or [0.0])), worst
-        )
+            if isinstance(case, AmplitudeMotion):
+                if case.follows.any():
+                    ratio = solve_along_lines(case, designs).ratio
+                    amplitude.append(case.clipped(ratio)[..., case.follows].mean())
+                preload.append(0.0 if case.ratio is None else case.ratio.clipped(designs).mean())
+        return float(np.mean(amplitude or 0.0)), float(np.mean(preload or 0.0))
 
     def _factors(self, designs: npt.ArrayLike) -> RealArray:
         """Return checked factors of the cases' variables."""

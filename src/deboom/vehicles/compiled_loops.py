@@ -172,7 +172,7 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                 _scale(factors[chunk], tables.variables, tables.stiffness[line], nominal)
                 if ratio.shape[0] > 0:
                     _multiply(ratio[chunk, line], nominal)
-                _copy(nominal, k)
+                k[:] = nominal
                 moving[:] = 1.0
                 for sweep in range(most_sweeps):
                     _follow(tables, line, reached, nominal, k)
@@ -264,15 +264,6 @@ def _scale(x, variables, stiffness, k):  # type: ignore[no-untyped-def]
         for lane in range(COUPLED_LANES):
             k[s, 0, lane] = factor[lane] * real
             k[s, 1, lane] = factor[lane] * imag
-
-
-@_helper
-def _copy(nominal, k):  # type: ignore[no-untyped-def]
-    """Start from the nominal stiffnesses."""
-    for s in range(k.shape[0]):
-        for lane in range(COUPLED_LANES):
-            k[s, 0, lane] = nominal[s, 0, lane]
-            k[s, 1, lane] = nominal[s, 1, lane]
 
 
 @_helper

@@ -275,7 +275,20 @@ def path_transfer(
     """
     values = np.empty((len(fleet.vehicles), frequency.size, len(paths)), dtype=complex)
     for vehicle, ear in zip(fleet.vehicles, values, strict=True):
-        transfer = _transfer_functions(vehicle, paths)
+        inputs = vehicle.noise_transfer.inputs
+        missing = [path for path in paths if path not in inputs]
+        if missing:
+            raise InputError(
+                f"vehicle {vehicle.name}: no noise transfer function of {missing}, there are "
+                f"{list(inputs)}: measure these paths or take them out of transfer_axes"
+            )
+        surplus = [name for name in inputs if name not in paths]
+        if surplus:
+            raise InputError(
+                f"vehicle {vehicle.name}: noise transfer functions of {surplus} belong to no "
+                "transfer axis of the mounts: add the axes to transfer_axes or leave these out"
+            )
+        transfer = vehicle.noise_transfer.select(inputs=paths)
         lines = lines_inside(transfer.frequency, band, f"vehicle {vehicle.name}")
         if not np.array_equal(transfer.frequency[lines], frequency):
             raise InputError(
@@ -285,24 +298,6 @@ def path_transfer(
             )
         ear[:] = transfer.values[lines, 0, :]
     return values
-
-
-def _transfer_functions(vehicle: Vehicle, paths: Sequence[str]) -> Frf:
-    """Return the vehicle's transfer functions of exactly these paths, in this order."""
-    inputs = vehicle.noise_transfer.inputs
-    missing = [path for path in paths if path not in inputs]
-    if missing:
-        raise InputError(
-            f"vehicle {vehicle.name}: no noise transfer function of {missing}, there are "
-            f"{list(inputs)}: measure these paths or take them out of transfer_axes"
-        )
-    surplus = [name for name in inputs if name not in paths]
-    if surplus:
-        raise InputError(
-            f"vehicle {vehicle.name}: noise transfer functions of {surplus} belong to no transfer "
-            "axis of the mounts: add the axes to transfer_axes or leave these paths out"
-        )
-    return vehicle.noise_transfer.select(inputs=paths)
 
 
 def lines_inside(frequency: RealArray, band: Band, whose: str) -> BoolArray:

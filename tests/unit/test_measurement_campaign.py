@@ -6,10 +6,8 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.campaign import (
     OperatingRun,
-    RunDirection,
     StaticCurve,
     TimeRun,
-    rising_runs,
 )
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.sensors import Tolerances
@@ -101,24 +99,6 @@ def test_time_runs_hold_one_sample_per_channel_and_instant():
         time_run(cell_force=np.zeros((4, 1)))
     with pytest.raises(InputError, match="t: tacho: a number is not finite"):
         time_run(tacho=np.full(4, np.inf))
-
-
-def test_runs_are_chosen_by_their_stated_direction():
-    run = ["up"] * 3 + ["down"] * 2 + ["up again"]
-    directions = {
-        "up": RunDirection.RISING,
-        "down": RunDirection.FALLING,
-        "up again": RunDirection("rising"),
-        "not measured": RunDirection.FALLING,
-    }
-    assert rising_runs(run, directions).tolist() == [True] * 3 + [False] * 2 + [True]
-
-
-def test_runs_without_direction_or_with_falling_torque_only_are_refused():
-    with pytest.raises(InputError, match=r"no direction stated for the runs \['b'\]"):
-        rising_runs(["a", "b"], {"a": RunDirection.RISING})
-    with pytest.raises(InputError, match="all have falling torque: measure a run with rising"):
-        rising_runs(["a", "a"], {"a": RunDirection.FALLING})
 
 
 FREQUENCY = np.array([20.0, 20.5, 21.0])

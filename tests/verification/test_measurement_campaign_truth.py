@@ -9,7 +9,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.files.campaign import read_campaign
-from deboom.measurement.campaign import RunDirection, ShakerRun, rising_runs
+from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.force_transfer import (
     force_transfer_matrix,
@@ -41,11 +41,7 @@ def test_the_direction_of_the_run_removes_the_hysteresis():
     amplitude = np.abs(np.concatenate([run.displacement[:, column] for run in runs]))
     stiffness = np.concatenate([run.stiffness[:, column] for run in runs])
     frequency = np.tile(FREQUENCY[::2], len(runs))
-    name = [plan.name for plan in plans for _ in FREQUENCY[::2]]
-    directions = {
-        plan.name: RunDirection.RISING if plan.rising else RunDirection.FALLING for plan in plans
-    }
-    rising = rising_runs(name, directions)
+    rising = np.repeat([plan.rising for plan in plans], FREQUENCY[::2].size)
     assert rising.sum() == rising.size / 2
 
     def rms_error(lines):

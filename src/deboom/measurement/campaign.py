@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
@@ -123,29 +122,6 @@ class TimeRun:
     cell_force_channels: tuple[str, ...]
     static_force: RealArray
     static_force_names: tuple[str, ...]
-
-
-class RunDirection(Enum):
-    """Course of the torque over a run, as the test log states it."""
-
-    RISING = "rising"
-    FALLING = "falling"
-
-
-def rising_runs(run: Sequence[str], direction: Mapping[str, RunDirection]) -> BoolArray:
-    """Mark the lines of the runs with rising torque: a falling run is on another branch.
-
-    - returns (n,).
-    """
-    unknown = sorted(set(run) - set(direction))
-    if unknown:
-        raise InputError(f"no direction stated for the runs {unknown}: add rising or falling")
-    rising = np.array([direction[name] is RunDirection.RISING for name in run], dtype=bool)
-    if not rising.any():
-        raise InputError(
-            f"the runs {sorted(set(run))} all have falling torque: measure a run with rising torque"
-        )
-    return rising
 
 
 @dataclass(frozen=True, eq=False)

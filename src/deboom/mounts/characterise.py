@@ -15,8 +15,6 @@ from deboom.measurement.campaign import (
     Campaign,
     MeasuredMount,
     OperatingRun,
-    RunDirection,
-    rising_runs,
 )
 from deboom.measurement.culprit import culprit_of_responses
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
@@ -321,10 +319,14 @@ def training_runs(
             f"campaign {campaign.name}, mount set {mount_set}: there is no run in the gears "
             f"{options.gears}, only in {sorted({run.gear for run in of_set})}: choose other gears"
         )
-    ways = {True: RunDirection.RISING, False: RunDirection.FALLING}
-    direction = {run.name: ways[run.rising] for run in runs}
-    rising = rising_runs([run.name for run in runs], direction)
-    return tuple(run for run, kept in zip(runs, rising, strict=True) if kept)
+    # a falling run is on another branch of the static curve
+    rising = tuple(run for run in runs if run.rising)
+    if not rising:
+        names = sorted(run.name for run in runs)
+        raise InputError(
+            f"the runs {names} all have falling torque: measure a run with rising torque"
+        )
+    return rising
 
 
 def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:

@@ -12,7 +12,6 @@ from deboom.explore.scatter import capability
 from deboom.measurement.campaign import StaticCurve
 from deboom.measurement.channels import Frf
 from deboom.measurement.impact_test import HammerMeasurement, check_hits
-from deboom.measurement.modal import require_coherence
 from deboom.measurement.quality import quality_in_operation
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.mount import Mount
@@ -164,13 +163,6 @@ def test_late_is_a_share_of_the_block():
     first, second = (" ".join(hit.reasons) for hit in check_hits(measured))
     assert "late" not in first
     assert "late: its peak comes 1.2 s into a block of 2 s" in second
-
-
-def test_dips_of_the_coherence_are_no_fault():
-    """A third of the lines at an antiresonance: the median stays, the mean would not."""
-    frf = Frf(np.arange(20.0, 29.0), np.ones((9, 1, 1)), ("A1 x",), ("I1",), "m/s^2/N")
-    coherence = np.where(np.arange(9) % 3, 0.99, 0.05).reshape(9, 1, 1)
-    require_coherence(frf, coherence, (20.0, 28.0), smallest=0.8)
 
 
 def test_the_limit_of_the_overall_consistency_lies_halfway_from_chance():

@@ -5,10 +5,9 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import ShakerRun
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import Frf
 from deboom.measurement.force_transfer import (
     force_transfer_matrix,
-    operating_force,
 )
 from deboom.measurement.sensors import Sensor, SensorKind
 
@@ -31,10 +30,6 @@ def test_pieces_have_names_of_their_own():
     transfer = matrix([run("x"), run("y"), run("z"), run("x", piece="right")])
     assert transfer.channels() == ("Du left x", "Du left y", "Du left z")
     assert transfer.repeats == (1, 1, 1)
-    force = Spectrum(LINES, np.ones((3, 3)), CELL.channels, "N")
-    found = operating_force(transfer, force)
-    assert found.channels == transfer.channels()
-    assert found.unit == "N"
     with pytest.raises(ValueError, match="read-only"):
         transfer.matrix[0, 0] = 2.0
 

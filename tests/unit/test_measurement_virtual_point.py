@@ -12,7 +12,6 @@ from deboom.measurement.virtual_point import (
     ChannelGeometry,
     conditioning,
     impact_geometry,
-    load_at_point,
     motion_at_point,
     sensor_geometry,
     virtual_point,
@@ -167,11 +166,3 @@ def test_a_transformation_needs_a_side():
     frf = Frf([1.0], np.ones((1, 1, 1)), ("A1 x",), ("I1",), "m/s^2/N")
     with pytest.raises(InputError, match="responses, of the excitation, or both"):
         virtual_point_frf(frf)
-
-
-def test_a_sum_of_cells_cannot_lack_one():
-    cells = [sensor(name, PLACES[name], SensorKind.FORCE_CELL) for name in ("A1", "A2")]
-    channels = [c for cell in cells for c in cell.channels]
-    with pytest.raises(InputError, match=r"lacks \['A2 z'\]"):
-        load_at_point(cells, spectrum(channels[:-1], "N"), (0, 0, 0))
-    assert load_at_point(cells, spectrum(channels, "N"), (0, 0, 0)).unit == "N"

@@ -12,11 +12,8 @@ from deboom.measurement.quality import (
     reciprocity,
     response_consistency,
 )
-from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import (
     impact_geometry,
-    load_at_point,
-    motion_at_mounts,
     motion_at_point,
     sensor_geometry,
     virtual_point,
@@ -109,33 +106,3 @@ def test_least_squares_is_the_least_of_all_sums():
         # an iterative solver of bounded problems, without any bounds
         best = lsq_linear(point.forward, part(values[0]), tol=1e-14)
         assert part(found) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
-
-
-def test_mounts_move_as_the_body_does():
-    generator = np.random.default_rng(6)
-    test = draw_hammer_test(generator)
-    motion = body_motion(generator)
-    point = virtual_point(sensor_geometry(test.sensors, (0.1, 0.2, -0.3)))
-    mounts = {"EnM": (0.05, 0.43, 0.2), "Du left": (0.2, -0.06, -0.27)}
-    found = motion_at_mounts(point, spectrum(test.sensors, readings(test.sensors, motion)), mounts)
-    assert found.channels == (
-        *("EnM x", "EnM y", "EnM z"),
-        *("Du left x", "Du left y", "Du left z"),
-    )
-    truth = np.hstack([motion[:, :3] + np.cross(motion[:, 3:], r) for r in mounts.values()])
-    assert found.values == pytest.approx(truth, rel=1e-11)
-
-
-def test_cells_add_up_to_the_load_that_they_carry():
-    generator = np.random.default_rng(8)
-    sensors = [
-        Sensor(s.name, SensorKind.FORCE_CELL, "", "", "", s.position, s.orientation)
-        for s in draw_hammer_test(generator, n_sensor=3).sensors
-    ]
-    force = generator.normal(size=(5, 3, 3)) + 1j * generator.normal(size=(5, 3, 3))
-    shown = np.hstack([force[:, k] @ s.orientation for k, s in enumerate(sensors)])
-    point = np.array([0.1, -0.2, 0.3])
-    found = load_at_point(sensors, spectrum(sensors, shown, "N"), point)
-    arms = np.array([s.position - point for s in sensors])
-    assert found.values[:, :3] == pytest.approx(force.sum(axis=1), rel=1e-12)
-    assert found.values[:, 3:] == pytest.approx(np.cross(arms, force).sum(axis=1), rel=1e-12)

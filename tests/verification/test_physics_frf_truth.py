@@ -9,9 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
 from deboom.measurement.impact_test import ForceWindow, HammerOptions, hammer_frf
-from deboom.measurement.modal import require_coherence
 from deboom.physics.frf import (
     CrossSpectra,
     SpectrumScaling,
@@ -130,25 +128,6 @@ def test_h2_and_hv_follow_from_the_coherence(export):
     )
     np.testing.assert_allclose(h1(part) / h2(part), gamma2, rtol=2e-5)
     np.testing.assert_allclose(hv(part), h1(part) / np.sqrt(gamma2), rtol=2e-5)
-
-
-def test_nothing_is_identified_from_it(export):
-    values = export["Hf_chan_2"][:, np.newaxis, np.newaxis]
-    gamma2 = export["Hf_coh_chan_2"].astype(float)[:, np.newaxis, np.newaxis]
-    assert gamma2.mean() == pytest.approx(0.34, abs=0.01)
-    possible = gamma2[:, 0, 0] <= 1
-    frf = Frf(export["Freq_domain"][possible], values[possible], ("out",), ("in",), "V/V")
-    band = (5.0, 400.0)
-    with pytest.raises(InputError, match=r"'out' to input 'in': median coherence 0\.3\d from 5 to"):
-        require_coherence(frf, gamma2[possible], band)
-    whole = Frf(export["Freq_domain"], values, ("out",), ("in",), "V/V")
-    if gamma2.max() > 1:
-        with pytest.raises(InputError, match="is not from 0 to 1; leave such lines out"):
-            require_coherence(whole, gamma2, band)
-    with pytest.raises(InputError, match="has no coherence"):
-        require_coherence(frf, np.full(gamma2[possible].shape, np.nan), band)
-    # the figure is the reason, not the data set
-    require_coherence(frf, gamma2[possible], band, smallest=0.1)
 
 
 TRUTH = np.array([[2.0 + 1j, -0.5 + 0.2j], [0.3j, 1.5], [-1.0 + 0.4j, 0.7 - 0.9j]])

@@ -9,13 +9,9 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, ShakerRun
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor
-from deboom.measurement.virtual_point import (
-    load_at_point,
-    sensor_geometry,
-)
-from deboom.physics.dynamic_stiffness import force_at_virtual_point
+from deboom.measurement.virtual_point import sensor_geometry
 
 
 @checked(
@@ -129,16 +125,6 @@ def force_transfer_matrix(
         residual=float(np.sqrt(np.mean(scatter))),
         condition_number=float(singular[0] / singular[-1]),
     )
-
-
-def operating_force(transfer: ForceTransferMatrix, cell_force: Spectrum) -> Spectrum:
-    """Return the force ``<mount> [<piece>] <axis>`` at the virtual point, ``FTM⁻¹ F_cells`` [N].
-
-    A missing cell channel raises InputError.
-    """
-    load = load_at_point(transfer.cells, cell_force, np.zeros(3)).values[:, :3]
-    force = force_at_virtual_point(transfer.matrix, load)
-    return Spectrum(cell_force.frequency, force, transfer.channels(), cell_force.unit)
 
 
 def _cell_force(response: Frf, cells: Sequence[Sensor], name: str) -> ComplexArray:

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.linalg import toeplitz
 
-from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked, checked_array
+from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.physics.frf import FrfForm, mac
@@ -37,8 +37,6 @@ LARGE_ERROR = 0.05
 NEARBY, LARGE_NEARBY = 1.0, 0.08
 """Half-power widths of a mode on either side that show whether it is two, and the error there from
 which it may be: two modes 0.8 Hz apart at 30 Hz, taken for one, leave 10 to 50 % [1]."""
-SMALLEST_COHERENCE = 0.8
-"""Median over the band: five hits then err by 18 % at random, close to where the formula ends."""
 PRESSURE_PER_VOLUME_ACCELERATION = "Pa/(m^3/s^2)"
 _FORM_NAMES = {
     FrfForm.RECEPTANCE: "receptance",
@@ -308,55 +306,6 @@ class ModalModel(Tabled):
         )
 
 
-def require_coherence(
-    frf: Frf,
-    coherence: npt.ArrayLike,
-    band: tuple[float, float],
-    smallest: float = SMALLEST_COHERENCE,
-) -> None:
-    """Refuse to go on with FRFs that are not a response to their input.
-
-    Raises InputError: the worst output and input and its coherence, or which of them have none; a
-    coherence of another shape or outside 0 … 1; no line in the band.
-
-    - `coherence` (n_frequency, n_output, n_input): ordinary coherence, multiple where several
-      inputs acted; NaN is not known [1].
-    - `band` (float, float) — first and last frequency that the identification uses [Hz].
-    - `smallest`: least median over the band of every output and input [1]. The median: dips at
-      antiresonances and at nodes are no fault.
-    """
-    low, high = band
-    sizes = dict(zip("foi", frf.values.shape, strict=True))
-    given: RealArray = checked_array(coherence, "f o i ?", "coherence of the FRFs", sizes)
-    lines = (frf.frequency >= low) & (frf.frequency <= high)
-    if not lines.any():
-        raise InputError(f"no line from {low:g} Hz to {high:g} Hz to judge the coherence by")
-    outside = np.argwhere((given < 0) | (given > 1))
-    if outside.size:
-        line, o, i = outside[0]
-        raise InputError(
-            f"output '{frf.outputs[o]}' to input '{frf.inputs[i]}': a coherence of "
-            f"{given[line, o, i]:.4g} at {frf.frequency[line]:g} Hz is not from 0 to 1; leave "
-            "such lines out, and ask how auto and cross spectra were averaged"
-        )
-    median = np.median(given[lines], axis=0)
-    o, i = np.unravel_index(int(np.argmin(median)), median.shape)
-    pair = f"output '{frf.outputs[o]}' to input '{frf.inputs[i]}'"
-    if np.isnan(median[o, i]):
-        raise InputError(
-            f"{pair} has no coherence (one average, or exported without it), so nothing tells it "
-            "from noise: average at least two blocks, or export the coherence beside it"
-        )
-    if median[o, i] < smallest:
-        n_low = int(np.sum(median < smallest))
-        raise InputError(
-            f"{pair}: median coherence {median[o, i]:.2f} from {low:g} to {high:g} Hz is below "
-            f"{smallest:g}, most of it is no response to this input ({n_low} of {median.size} "
-            "functions): find the cable, the range or the second source and measure again, nothing "
-            "is identified from it"
-        )
-
-
 def poles_over_orders(
     frf: Frf,
     form: FrfForm,
@@ -369,8 +318,7 @@ def poles_over_orders(
     ----------
     frf : Frf
         Functions on equidistant lines at whole multiples of their step,
-        (n_frequency, n_output, n_input); every pair of output and input takes part. Judge their
-        coherence first: `require_coherence`.
+        (n_frequency, n_output, n_input); every pair of output and input takes part.
     form : FrfForm
         Form of the FRF, a ratio of displacement, velocity or acceleration.
     band : (float, float)

@@ -6,7 +6,7 @@ it maps the motion of the body to the channel, and transposed the force to a loa
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from scipy.linalg import solve_triangular
 from deboom.arrays import AXES, ComplexArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
-from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor
+from deboom.measurement.sensors import Impact, Sensor
 from deboom.physics.rigid_body import forward_matrices
 
 RIGID_MOTIONS = AXES
@@ -309,38 +309,6 @@ def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
     """
     values = measured.select(point.channels).values @ point.inverse.T
     return Spectrum(measured.frequency, values, RIGID_MOTIONS, measured.unit)
-
-
-def motion_at_mounts(
-    point: VirtualPoint, measured: Spectrum, mounts: Mapping[str, npt.ArrayLike]
-) -> Spectrum:
-    """Return the motion ``<name> x``, ``y``, ``z`` of points of the body, such as its mounts.
-
-    ``a_i = V_i a_B`` with the forward matrix of the mount (thesis, eq. 28). Positions are from the
-    origin of the position sheet [m]; a missing channel raises InputError.
-    """
-    positions = np.reshape([np.asarray(r, dtype=float) for r in mounts.values()], (-1, 3))
-    forward = forward_matrices(positions - point.geometry.position)
-    values = motion_at_point(point, measured).values @ forward.T
-    names = tuple(f"{name} {axis}" for name in mounts for axis in SENSOR_AXES)
-    return Spectrum(measured.frequency, values, names, measured.unit)
-
-
-def load_at_point(cells: Sequence[Sensor], measured: Spectrum, position: npt.ArrayLike) -> Spectrum:
-    """Return the sum of the forces of several cells, and their moment about a point.
-
-    Channels ``fx fy fz mx my mz``, in the unit of `measured`, moments times metre. A sum cannot do
-    without one of the cells: a missing channel raises InputError.
-
-    ``F = Σ V_iᵀ R_i f_i``, hence moments ``r × F``. No least squares: cells measure forces, they do
-    not estimate them.
-    """
-    geometry = sensor_geometry(cells, position)
-    missing = [name for name in geometry.channels if name not in measured.channels]
-    if missing:
-        raise InputError(f"the sum of the cells {[c.name for c in cells]} lacks {missing}")
-    values = measured.select(geometry.channels).values @ geometry.forward
-    return Spectrum(measured.frequency, values, RIGID_LOADS, measured.unit)
 
 
 def virtual_point_frf(

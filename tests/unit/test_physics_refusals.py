@@ -100,7 +100,6 @@ REFUSED = [
     ),
     ("relaxation", lambda: steady(relaxation=0.0)),
     ("relaxation", lambda: steady(relaxation=1.5)),
-    ("max_iterations", lambda: steady(max_iterations=0)),
     ("above 0", lambda: steady(start=0.0)),
     ("above 0", lambda: steady(start=NAN)),
     ("above 0", lambda: steady(start=[1e-4] * 5 + [0.0])),

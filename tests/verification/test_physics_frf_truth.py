@@ -105,18 +105,18 @@ def test_the_trap_of_the_line_spacing(export):
 
 
 def test_one_kind_of_spectrum_cannot_fall_into_it(export):
-    """From time data, H1 is the same in every scaling; powers differ by df, as they must."""
+    """From time data, H1 is the same in both scalings, and each keeps the power or energy."""
     first, second = (export[f"Time_chan_{i}"].astype(float) for i in (1, 2))
     first, second = (x.reshape(4, 1024)[:, :, np.newaxis] for x in (first, second))
     rate = float(export["Time_Sample_Rate"])
     each = {s: cross_spectra(first, second, rate, scaling=s) for s in SpectrumScaling}
-    power = each[SpectrumScaling.POWER]
     density = each[SpectrumScaling.POWER_DENSITY]
-    np.testing.assert_allclose(power.input_auto, density.input_auto * rate / 1024, rtol=1e-12)
     for other in each.values():
-        np.testing.assert_allclose(h1(other)[1:], h1(power)[1:], rtol=1e-10)
-    # Parseval: the sum over the lines is the mean square of the record
-    assert power.input_power.sum() == pytest.approx(np.mean(first**2), rel=1e-12)
+        np.testing.assert_allclose(h1(other)[1:], h1(density)[1:], rtol=1e-10)
+    # Parseval: the sum over the lines is the mean square of the record, and its energy
+    assert density.input_power.sum() * rate / 1024 == pytest.approx(np.mean(first**2), rel=1e-12)
+    energy = each[SpectrumScaling.ENERGY_DENSITY].input_power.sum() * rate / 1024
+    assert energy == pytest.approx(np.mean(first**2) * 1024 / rate, rel=1e-12)
 
 
 def test_h2_and_hv_follow_from_the_coherence(export):

@@ -13,6 +13,8 @@ from deboom.physics.rigid_body import rigid_body_modes
 
 SMALLEST_AMPLITUDE = 1e-12
 """Smallest amplitude that a stiffness is asked for [m]."""
+MOST_ITERATIONS = 200
+"""Iterations after which an amplitude-dependent steady state is given up."""
 
 
 class ConvergenceError(ArithmeticError):
@@ -100,12 +102,10 @@ class SteadyState:
 
     - `displacement` (n_frequency, n): displacement of the body, complex amplitudes [m, rad].
     - `amplitude` (n_frequency, n_amplitude): amplitudes on which the stiffness depends [m].
-    - `iterations`.
     """
 
     displacement: ComplexArray
     amplitude: RealArray
-    iterations: int
 
 
 def amplitude_dependent_response(
@@ -118,12 +118,11 @@ def amplitude_dependent_response(
     start: npt.ArrayLike = 1e-4,
     tolerance: float = 1e-9,
     relaxation: float = 1.0,
-    max_iterations: int = 200,
 ) -> SteadyState:
     """Return the displacement under harmonic loads when the stiffness depends on the amplitude.
 
     Raises InputError: an option out of range, or loads that do not fit; ConvergenceError, with the
-    frequency of the line: no steady state within `max_iterations`, or a stiffness that is not
+    frequency of the line: no steady state within `MOST_ITERATIONS`, or a stiffness that is not
     finite.
 
     Parameters
@@ -138,7 +137,6 @@ def amplitude_dependent_response(
     start : float or array, shape (n_frequency, n_amplitude) — amplitudes to begin with, above 0 [m]
     tolerance : float — largest change of the logarithm of an amplitude at the end [1]
     relaxation : float — share of each step, 0 to 1; below 1 calms an iteration that swings
-    max_iterations : int — number of iterations after which it is given up
 
     Notes
     -----
@@ -149,8 +147,6 @@ def amplitude_dependent_response(
     """
     if not 0 < relaxation <= 1:
         raise InputError(f"relaxation lies above 0 and up to 1, not {relaxation}")
-    if max_iterations < 1:
-        raise InputError(f"max_iterations is at least 1, not {max_iterations}")
     lines = np.asarray(frequency, dtype=float)
     to_motion = np.asarray(motion, dtype=float)
     load = np.asarray(force, dtype=complex)
@@ -160,7 +156,7 @@ def amplitude_dependent_response(
     logarithm = np.log(amplitude)
     displacement = np.zeros_like(load)
     moving = np.ones(lines.size, dtype=bool)
-    for iteration in range(1, max_iterations + 1):
+    for _ in range(MOST_ITERATIONS):
         matrices = np.asarray(stiffness(np.exp(logarithm)))
         solved = forced_response(mass_matrix, matrices, load, lines)
         displacement = np.where(moving[:, np.newaxis], solved, displacement)
@@ -173,9 +169,9 @@ def amplitude_dependent_response(
         logarithm = logarithm + relaxation * step
         moving = change > tolerance
         if not moving.any():
-            return SteadyState(displacement, moved, iteration)
+            return SteadyState(displacement, moved)
     worst = int(np.argmax(change))
     raise ConvergenceError(
-        f"no steady state at {lines[worst]:g} Hz after {max_iterations} iterations (amplitudes "
+        f"no steady state at {lines[worst]:g} Hz after {MOST_ITERATIONS} iterations (amplitudes "
         f"still change by {change[worst]:.1g}): try a relaxation below {relaxation:g}"
     )

@@ -201,7 +201,6 @@ class SpectrumScaling(Enum):
     wrong by the factor df, its coherence by df².
     """
 
-    POWER = "mean square per line [unit²]"
     POWER_DENSITY = "mean square per hertz [unit²/Hz], for random signals"
     ENERGY_DENSITY = "energy per hertz [unit² s/Hz], for impacts"
 
@@ -272,13 +271,13 @@ def cross_spectra(
     rate : float — samples per second [Hz]
     input_window, output_window : array, shape (n_sample,), optional — factors of every block
     scaling : SpectrumScaling
-        Powers are divided by the mean of the product of both windows squared; energies are not, a
-        window there cuts noise and not signal.
+        Densities are divided by the mean of the product of both windows squared; energies are not,
+        a window there cuts noise and not signal.
 
     Notes
     -----
-    ``G_ab = 2 c E[X_a X_b*]`` with ``X = Σ_n w_n x_n e^{−j2πkn/N}``, and ``c = 1/N²`` for power,
-    ``1/(N rate)`` for power density, ``1/rate²`` for energy density; the lines at 0 Hz and at
+    ``G_ab = 2 c E[X_a X_b*]`` with ``X = Σ_n w_n x_n e^{−j2πkn/N}``, and ``c = 1/(N rate)`` for
+    power density, ``1/rate²`` for energy density; the lines at 0 Hz and at
     rate/2 have no mirror image and no 2 (Bendat and Piersol, Random Data, 4th ed., 5.2 and 11.5).
     """
     sizes: dict[str, int] = {}
@@ -307,7 +306,10 @@ def cross_spectra(
     def averaged(a: ComplexArray, b: ComplexArray, *pair: RealArray) -> ComplexArray:
         # blocks are the summed axis of one matrix product per line
         product = a.transpose(1, 2, 0) @ b.conj().transpose(1, 0, 2) / n_block
-        scale = sides * _scale(scaling, pair[0], pair[1], rate)
+        # roots of the mean squares, so that quotients do not depend on the windows' sizes
+        size = float(np.sqrt(np.mean(pair[0] ** 2) * np.mean(pair[1] ** 2)))
+        density = scaling is SpectrumScaling.POWER_DENSITY
+        scale = sides * (1.0 / (n_sample * rate * size if density else rate**2))
         return np.asarray(product * scale[:, np.newaxis, np.newaxis], dtype=complex)
 
     window_in, window_out = windows
@@ -318,17 +320,6 @@ def cross_spectra(
         averaged(y, y, window_out, window_out),
         n_block,
     )
-
-
-def _scale(scaling: SpectrumScaling, first: RealArray, second: RealArray, rate: float) -> float:
-    n_sample = first.size
-    if scaling is SpectrumScaling.ENERGY_DENSITY:
-        return 1.0 / rate**2
-    # roots of the mean squares, so that quotients do not depend on the windows' sizes
-    size = float(np.sqrt(np.mean(first**2) * np.mean(second**2)))
-    if scaling is SpectrumScaling.POWER_DENSITY:
-        return 1.0 / (n_sample * rate * size)
-    return 1.0 / (n_sample**2 * size)
 
 
 def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArray:
@@ -488,31 +479,17 @@ def partial_coherence(spectra: CrossSpectra) -> RealArray:
 
     Notes
     -----
-    Ordinary coherence of the conditioned spectra ``G_ab·r = G_ab − G_ar G_rr⁻¹ G_rb`` with the
-    other inputs r (Bendat and Piersol, Random Data, 4th ed., section 7.3). Errors as of
-    `multiple_coherence`.
+    ``|H|² g / (|H|² g + G_vv)`` with H of `h1`, ``g = 1/(G_xx⁻¹)_ii``, what the other inputs leave
+    of the input, and the unexplained output ``G_vv = G_yy − G_yx G_xx⁻¹ G_xy``: the ordinary
+    coherence of the conditioned spectra (Bendat and Piersol, Random Data, 4th ed., section 7.3).
+    Errors as of `multiple_coherence`.
     """
-    n_input = spectra.input_auto.shape[1]
-    if n_input == 1:
+    if spectra.input_auto.shape[1] == 1:
         return coherence(spectra)
-    _needs_averages(spectra, n_input)
-    _check_inputs(spectra)
-    result = np.empty(spectra.output_input.shape)
-    for i in range(n_input):
-        rest = [j for j in range(n_input) if j != i]
-        by_rest = spectra.output_input[:, :, rest]
-        others = spectra.input_auto[:, rest][:, :, rest]
-        # what the others predict of input i, and of each output
-        of_input = np.linalg.solve(others, spectra.input_auto[:, rest, i : i + 1])
-        of_output = _hermitian(np.linalg.solve(others, _hermitian(by_rest)))
-        to_rest = spectra.input_auto[:, i, rest]
-        auto = spectra.input_power[:, i] - np.einsum("fr,fr->f", to_rest, of_input[:, :, 0]).real
-        cross = spectra.output_input[:, :, i] - (by_rest @ of_input)[:, :, 0]
-        explained = np.einsum("for,for->fo", of_output, by_rest.conj()).real
-        left = spectra.output_power - explained
-        result[:, :, i] = _quotient(np.abs(cross) ** 2, left * auto[:, np.newaxis])
-    # multiple coherence is the judge of the spectra; differences of near equals only round
-    return np.clip(result, 0.0, 1.0)
+    unexplained = (1.0 - multiple_coherence(spectra)) * spectra.output_power
+    left = 1.0 / np.einsum("fii->fi", np.linalg.inv(spectra.input_auto)).real
+    alone = np.abs(h1(spectra)) ** 2 * left[:, np.newaxis]
+    return _quotient(alone, alone + unexplained[:, :, np.newaxis])
 
 
 def _hermitian(matrix: npt.ArrayLike) -> ComplexArray:

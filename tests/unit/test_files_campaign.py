@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from broken_files import (
     all_of,
-    content,
     edited,
     edits,
     function,
@@ -53,13 +52,11 @@ def copy(written, tmp_path):
 
 def test_everything_is_there_in_si(written):
     campaign = read_campaign(written)
-    assert campaign.name == "virtual_bench_1"
     assert campaign.mount_sets == ("M1", "M2")
     assert campaign.powertrain_mounts == ("EnM", "GeM", "TSM")
     assert [mount.pieces for mount in campaign.mounts][-1] == ("left", "right")
-    assert len(campaign.runs) == 4
-    assert len(campaign.shaker_runs) == 9
-    assert len(campaign.static_curves) == 20
+    parts = (campaign.runs, campaign.shaker_runs, campaign.static_curves)
+    assert [len(part) for part in parts] == [4, 9, 20]
     assert campaign.order == 1.5
     assert campaign.tolerances.sensor_position == 0.002
     assert campaign.tolerances.shaker_angle == pytest.approx(np.deg2rad(0.5))
@@ -69,12 +66,8 @@ def test_everything_is_there_in_si(written):
     assert len(campaign.sensors_of(SensorKind.FORCE_CELL, ("TSM",))) == 2
     assert len(campaign.sensors_of(SensorKind.FORCE_CELL, ("Du",), "left")) == 1
     rising, falling = campaign.runs_of("M2")
-    assert rising.rising
-    assert rising.full_load
-    assert rising.total_ratio == 3.4
-    assert not falling.rising
-    assert not falling.full_load
-    assert falling.torque_limit == 100.0
+    assert (rising.rising, rising.full_load, rising.total_ratio) == (True, True, 3.4)
+    assert (falling.rising, falling.full_load, falling.torque_limit) == (False, False, 100.0)
     assert falling.engine_torque == pytest.approx(100.0, abs=5.0)
     assert falling.wheel_torque == pytest.approx(340.0, abs=17.0)
     assert rising.acceleration.channels[:4] == ("A1 x", "A1 y", "A1 z", "A2 x")
@@ -165,38 +158,28 @@ def half_missed(function):
 BROKEN = [
     *edits(
         """
-campaign.toml | rising = true | risin = true | unknown key 'risin' in [[runs]] 1; did you mean 'risi
 campaign.toml | gear = 5 | gear = 9 | run 'g5_wot220' is in gear 9, but total_ratios
-campaign.toml | g5_slice100_falling | g5_wot220 | two [[runs]] of one mount set are named 'M1 g5_wot
 campaign.toml | mount = "EnM"\\npiece | mount = "XnM"\\npiece | shaker run at mount 'XnM'
 campaign.toml | mount = "EnM"\\naxis | mount = "XnM"\\naxis | static curve of mount 'XnM'
 sensors.csv | B&K 4321,EnM | B&K 4321,XnM | sensor 'A1' is at mount 'XnM'
 sensors.csv | accelerometer | microphone | sensors.csv line 2: sensor 'A1' is of unknown kind 'micro
-sensors.csv | \\nA2, | \\nA1, | line 3: sensor 'A1' already stands in line 2
-sensors.csv | y [m] | y | column 'y' has no unit: write 'y [mm]' or [m]
 sensors.csv | ry [deg] | ry | column 'ry' has no unit: write 'ry [deg]' or [rad]
 sensors.csv | ry [deg] | ry [mm] | column 'ry [mm]': an angle is in deg or rad
+sensors.csv | \\nA2, | \\nA1, | line 3: sensor 'A1' already stands in line 2
 channels.csv | 1,+x,m/s^2 | 1,+x,N | acceleration 'A1 x' is in 'N', which is no unit of it
 channels.csv | acceleration,1,+x | acceleration,1,+y | acceleration 'A1 x' has direction '+y', which
 channels.csv | A1 y,acceleration,1,+y | A1 x,acceleration,1,+x | line 3: acceleration 'A1 x' already
 channels.csv | A2 x,acceleration,2 | A2 x,acceleration,1 | line 5: acceleration at node 1 along x al
 channels.csv | A1 x, | A99 x, | channel 'A99 x' fits no accelerometer
 channels.csv | A1 x, | there is no acceleration channel 'A1 x': add its row, or name it in switched_
-channels.csv | x,acceleration | x,speed | line 2: unknown quantity 'speed'
 channels.csv | engine speed, | 0 channels of quantity 'engine speed', expected one: a run without it
-channels.csv | engine torque, | 0 channels of quantity 'engine torque'
 channels.csv | tacho, | 0 channels of quantity 'tacho', expected one: a run without it has no order
-channels.csv | acceleration,1,+x | acceleration,1.5,+x | node '1.5' is no whole number from 1
-channels.csv | acceleration,1,+x | acceleration,1,up | channel 'A1 x' has direction 'up', which is n
 campaign.toml | switched_off = [] | switched_off = ["A9 q"] | switched_off names 'A9 q', which is no
 campaign.toml | switched_off = [] | switched_off = ["C1 x"] | switched_off names 'C1 x', a force cel
-mounts.csv | TSM, | mounts.csv: no row for mount 'TSM', piece '': add its position
 mounts.csv | TSM, | CTSM, | mounts.csv: mount 'CTSM', piece '' is not in
-campaign.toml | torque_nm = 1.0 | torque_nm = -1.0 | key 'torque_nm' in [tolerances] is -1.0: input
 static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 'a' is no finite num
 """,
     ),
-    (content(TOML, None), "campaign.toml cannot be read"),
     (without_sections(TOML, "[[runs]]"), "no [[runs]]: add"),
     (
         all_of(edited(TOML, f'{SHAKER}"x"', f'{SHAKER}"y"'), edited(TOML, SHAKER, SHAKER)),
@@ -221,47 +204,20 @@ static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 
         all_of(without("sensors.csv", "C8,"), without("channels.csv", "C8 ")),
         "mount 'Du right' has no force cell",
     ),
-    (
-        edited("channels.csv", "m/s^2", "g", -1),
-        "is in 'm/s^2', but the channel table says 'g': correct the wrong one",
-    ),
+    (edited("channels.csv", "m/s^2", "g", -1), "is in 'm/s^2', but the channel table says 'g': co"),
     (
         functions(RUN, lambda there: [f for f in there if f.response_node != 3]),
         "run 'g5_wot220' of M1: acceleration 'A3 z' (node 3 +z) is not in it: export it",
     ),
-    (
-        functions(RUN, lambda there: [*there, there[0]]),
-        "acceleration 'A1 x' (node 1 +x) is in it 2 times: keep one",
-    ),
-    (
-        functions(RUN, lambda there: [f for f in there if f.response_direction != "scalar"]),
-        "engine speed 'engine speed' (node 201 scalar) is not in it",
-    ),
-    (
-        function(RUN, (201, "scalar"), values=half_missed),
-        "the tacho reads 1500 rpm at 75 Hz, which is not order 1.5: a pulse may be missing",
-    ),
-    (
-        function(RUN, A2_Y, values=lambda f: 0 * f.values),
-        "acceleration 'A2 y' is dead, 0 at all lines: name it in switched_off, or measure again",
-    ),
-    (
-        function(RUN, A2_Y, values=lambda f: np.abs(f.values)),
-        "acceleration 'A2 y' is real: export real and imaginary part",
-    ),
+    (function(RUN, (201, "scalar"), values=half_missed), "the tacho reads 1500 rpm at 75 Hz, whic"),
+    (function(RUN, A2_Y, values=lambda f: 0 * f.values), "acceleration 'A2 y' is dead, 0 at all l"),
+    (function(RUN, A2_Y, values=lambda f: np.abs(f.values)), "acceleration 'A2 y' is real: export"),
     (
         function(RUN, (201, "+ry"), values=lambda f: f.values + 1j),
         "engine torque 'engine torque' is complex: export it as real values",
     ),
     (function(RUN, A2_Y, id_lines=("order 3",)), "is of order 3, not of order 1.5"),
-    (
-        function(RUN, A2_Y, abscissa=lambda f: f.abscissa + 1.0),
-        "the axes of node 1 +x acceleration and node 2 +y acceleration differ: line 1 is 20 Hz and",
-    ),
-    (
-        function(RUN, A2_Y, function_type=4),
-        "acceleration 'A2 y' has UFF function type 4: export it as 0 or 12 or 27",
-    ),
+    (function(RUN, A2_Y, function_type=4), "acceleration 'A2 y' has UFF function type 4: export i"),
     (
         functions("shaker/GeM_x_1.uff", lambda there: [turned(f) for f in there]),
         "shaker run 'GeM x' 1: its reference is force along '+y', expected one force along 'x'",
@@ -339,11 +295,7 @@ def test_channels_in_other_units_and_against_their_axes_read_back_the_same(folde
         ({"name": "../out"}, None, "is no name of a run"),
         ({"static_force_names": ("TSM x",), "static_force": np.zeros((11, 1))}, None, "no static"),
         ({}, lambda f: (f / "runs/M1/again.uff").write_bytes(b"x"), "though no run of"),
-        (
-            {},
-            without("channels.csv", "engine speed"),
-            "add its row",
-        ),
+        ({}, without("channels.csv", "engine speed"), "add its row"),
     ],
 )
 def test_what_does_not_fit_is_refused_and_nothing_changes(folder, run, change, spoil, message):

@@ -77,7 +77,6 @@ def test_mat_files_may_hold_one_function_or_a_unit_per_name_or_a_char_matrix(tmp
         ({"units": None}, "there is no variable 'units': save frequency [Hz], names"),
         ({"frequency": None, "names": None}, "there is no variable 'frequency', 'names'"),
         ({"values": VALUES.T}, "values of size 2 x 7 do not fit together"),
-        ({"units": np.array(["N", "N", "N"], dtype=object)}, "3 units and values of size 7 x 2"),
         ({"values": np.array(["a", "b"], dtype=object)}, "must be numbers"),
         ({"names": np.array(["a", "a"], dtype=object)}, "the name 'a' comes twice"),
         ({"frequency": LINES[::-1].copy()}, "that increase: line 2 is 20.5 Hz"),
@@ -97,8 +96,6 @@ def test_a_wrong_mat_file_is_refused(tmp_path, changes, sentence):
     [
         (b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512) + b"\x89HDF", "of version 7.3"),
         (b"no MATLAB file at all", "is damaged, or no MATLAB file"),
-        (b"", "is empty"),
-        (None, "cannot be read"),
     ],
 )
 def test_what_is_no_mat_file_is_refused(tmp_path, data, sentence):
@@ -109,19 +106,11 @@ def test_what_is_no_mat_file_is_refused(tmp_path, data, sentence):
         read_function_table(path)
 
 
-def test_a_truncated_mat_file_is_refused(tmp_path):
-    path = written(tmp_path, "mat")
-    path.write_bytes(path.read_bytes()[:-60])
-    with pytest.raises(InputError, match="is damaged"):
-        read_function_table(path)
-
-
 @pytest.mark.parametrize(
     ("header", "row", "sentence"),
     [
         ("f [Hz],a real [N],a imag [N]", "20,1,2", "there is no column 'frequency [Hz]'"),
         ("frequency [Hz]|a real [N]|a imag [N]", "20|1|2", "add it, columns separated by commas"),
-        ("frequency [kHz],a real [N],a imag [N]", "20,1,2", "there is no column 'frequency [Hz]'"),
         ("frequency [Hz],a real [N],a real [N]", "20,1,2", "column 'a real [N]' comes twice"),
         ("frequency [Hz],a real [N],a imag [N]", "x,1,2", "line 2, column 'frequency [Hz]': 'x'"),
         ("frequency [Hz],a real [N],a imag [N]", "20,1,2", "two lines or more"),
@@ -139,11 +128,8 @@ def test_a_wrong_table_is_refused(tmp_path, header, row, sentence):
     ("header", "rows", "sentence"),
     [
         ("a real [N]", "1|2", "no column 'a imag [unit]'"),
-        ("a imag [N]", "1|2", "no column 'a real [unit]'"),
         ("a real [N],a imag [kN]", "1,2|3,4", "need one unit in brackets, the same"),
-        ("a real,a imag", "1,2|3,4", "need one unit in brackets"),
         ("a real [N],a imag [N]", "1,2|3,1e999", "line 3, column 'a imag [N]': '1e999'"),
-        ("a real [N],a imag [N]", "1,2|,4", "line 3, column 'a real [N]': '' is no finite"),
         ("a real [parsec],a imag [parsec]", "1,2|3,4", "unknown unit 'parsec'"),
         ("b real [N],b imag [N]", "1,2|3,4", "no function 'a': add it, with real and imag"),
     ],

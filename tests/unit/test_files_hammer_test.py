@@ -98,37 +98,20 @@ def test_a_channel_against_its_axis_is_turned(folder):
     np.testing.assert_allclose(stored[0].values, -blocks()["I3"][1][0, :, 1])
 
 
-def test_a_table_in_other_units(folder):
-    table = folder / "impacts.csv"
-    text = table.read_text(encoding="utf-8").replace("x [m]", "x [mm]")
-    table.write_text(text, encoding="utf-8")
-    assert read_hammer_test(folder).impacts[0].position[0] == pytest.approx(1e-4)
-
-
 @pytest.mark.parametrize(
     ("fault", "words"),
     edits(
         """
 hammer_test.toml | 5120.0 | 5121.0 | sampled at 5119.99 Hz, hammer_test.toml says 5121
 hammer_test.toml | 0.0125 | 0.02 | hammer_test.toml says 0.02 s before the trigger
-hammer_test.toml | force_range_n | force_range | did you mean 'force_range_n'
 impacts.csv | hits/I3.uff | ../I3.uff | not inside the folder
-impacts.csv | hits/I3.uff | hits/I4.uff | I4.uff cannot be read
 impacts.csv | hits/EnM_z.uff | hits/EnM_x.uff | already stands in line 2
-impacts.csv | EnM z | EnM x | impact 'EnM x' already stands in line 2
 impacts.csv | ,1.0,0.0,0.0 | ,0.0,1.0,0.0 | node 7 +x is not in the tables; they have it along +y, s
 impacts.csv | ,0.6,0.8,0.0 | ,0.6,0.6,0.0 | I3: its direction has length
-impacts.csv | I3,8 | I3,9 | node 8 scalar is not in the tables; add it there
-impacts.csv | I3,8 | I3,8.5 | no whole number
-channels.csv | A1 x,acceleration,1,+x | A1 x,acceleration,1,+y | not along 'x'
-channels.csv | 1,-y | 1,along | which is none: use
-channels.csv | pressure | loudness | unknown quantity 'loudness'
 channels.csv | Pa,20.0 | Pa,-2 | a range is positive
 channels.csv | Pa,20.0 | N,20.0 | no unit of it: use Pa
 channels.csv | Pa,20.0 | kPa,20.0 | the channel table says 'kPa': correct
-channels.csv | Pa,20.0 | phon,20.0 | unknown unit 'phon'
 channels.csv | ear,pressure,901 | ear,pressure,902 | node 901 scalar is not in the tables; add it th
-channels.csv | ear, | A1 x, | 'A1 x' already stands in line 2
 sensors.csv | A1, | A2, | sensors ['A2'] have a position and no channel
 """,
     ),
@@ -144,14 +127,8 @@ I3 = "hits/I3.uff"
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (
-            functions(I3, lambda f: f[:-1]),
-            "hit 3: pressure 'ear' (node 901 scalar) is not in it: exp",
-        ),
-        (
-            functions(I3, lambda f: f[1:]),
-            "hit 1: force 'I3' (node 8 scalar) is not in it: export it",
-        ),
+        (functions(I3, lambda f: f[:-1]), "hit 3: pressure 'ear' (node 901 scalar) is not in it:"),
+        (functions(I3, lambda f: f[1:]), "hit 1: force 'I3' (node 8 scalar) is not in it: export"),
         (functions(I3, lambda f: f[5:]), "it holds hits [2, 3]: number them from 1 without a gap"),
         (functions(I3, lambda f: [*f, f[0]]), "hit 1: force 'I3' (node 8 scalar) is in it 2 times"),
         (function(I3, 0, id_lines=("run 1",)), "let it name the hit, such as 'hit 3'"),

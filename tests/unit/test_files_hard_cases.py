@@ -90,19 +90,9 @@ CASES = [
     (parts, "a.toml", f"format = 1\n{'x' * 100_000} = 1", "unknown key 'xxx"),
     (parts, "a.toml", 'format = 1\nx = "a\0"', "is not TOML: Illegal character"),
     (again, "a.json", '{"a":' * 5000, "nested too deeply"),
-    (
-        again,
-        "a.json",
-        '{"a": NaN}',
-        "NaN is no number",
-    ),
+    (again, "a.json", '{"a": NaN}', "NaN is no number"),
     (again, "a.json", f'{{"a": {"1" * 5000}}}', "is not JSON"),
-    (
-        record,
-        "s/r/run.json",
-        '{"study": "s", "arguments": 3}',
-        "key 'arguments' in the top level",
-    ),
+    (record, "s/r/run.json", '{"study": "s", "arguments": 3}', "key 'arguments' in the top level"),
     (record, "s/r/run.json", '{"study": "s", "seed": "x"}', "key 'seed' in the top level is \"x\""),
     (record, "s/r/run.json", '{"study": "s", "files_sha256": {"a": 1}}', "key 'files_sha256' in"),
     (

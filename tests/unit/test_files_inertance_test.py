@@ -217,35 +217,14 @@ def scaled(factor, unit):
 @pytest.mark.parametrize(
     ("sheet", "change", "words"),
     [
-        ("sensors", lambda t: t.rename(columns={"x [mm]": "x"}), "column 'x' has no unit"),
         ("sensors", scaled(1, "m"), "its position is up to 80 m ... is the unit right?"),
         ("impacts", scaled(1e-3, "mm"), "the impacts lie within ... mm and m"),
         ("sensors", lambda t: t.iloc[:2], "2 triaxial accelerometers ... at least three"),
         ("impacts", lambda t: t.iloc[:5], "5 impacts ... at least six"),
         ("impacts", lambda t: t.assign(impact="I1"), "sheet 'impacts' line 3 ... already"),
         ("sensors", lambda t: t.assign(node=11), "node 11 already stands in line 2"),
-        ("sensors", lambda t: t.assign(node=1.5), "no whole number"),
-        ("impacts", lambda t: t.assign(dx=np.nan), "column 'dx' ... no finite number"),
-        (
-            "impacts",
-            lambda t: t.replace({"dx": {0.6: 0.9}}),
-            "positions.xlsx ... I6 ... unit ve",
-        ),
-        (
-            "impacts",
-            lambda t: t.replace({"node": {24: 77}}),
-            "reference node 24 -z is not in the tables; add it there",
-        ),
-        (
-            "sensors",
-            lambda t: t.replace({"node": {12: 77}}),
-            "node 12 +x is not in the tables; add it there",
-        ),
-        (
-            "impacts",
-            lambda t: t.assign(dy=-t["dy"]),
-            "reference node 21 -y is not ... they have it along +x, +y: correct the wrong one",
-        ),
+        ("impacts", lambda t: t.replace({"dx": {0.6: 0.9}}), "positions.xlsx ... I6 ... unit ve"),
+        ("impacts", lambda t: t.assign(dy=-t["dy"]), "reference node 21 -y is not ... they have i"),
     ],
 )
 def test_bad_position_sheets(folder, sheet, change, words):
@@ -253,51 +232,18 @@ def test_bad_position_sheets(folder, sheet, change, words):
     refused(read_inertance_test, folder, words)
 
 
-def test_a_missing_sheet_is_named(folder):
-    table = pd.read_excel(folder / "positions.xlsx", sheet_name="sensors")
-    table.to_excel(folder / "positions.xlsx", sheet_name="sensors", index=False)
-    refused(read_inertance_test, folder, "has no sheet 'impacts', only sensors")
-
-
 def shifted(by):
     return lambda there: [replace(f, abscissa=f.abscissa + by) for f in there]
 
 
-def not_finite(folder):
-    frf, _ = measured()
-    data = (folder / FRF).read_bytes()
-    value = frf[1, 0, 0].real.tobytes()
-    assert data.count(value) == 1
-    (folder / FRF).write_bytes(data.replace(value, np.float64(np.nan).tobytes()))
-
-
 FRF, COHERENCE = "frf.uff", "coherence.uff"
 BAD_FUNCTIONS = [
-    (rewritten(FRF, lambda there: [*there, there[7]]), "'A1 y' per I2 ... is in it 2 times: keep"),
-    (
-        rewritten(FRF, lambda there: there[1:]),
-        "acceleration 'A1 x' per I1 ... is not in it",
-    ),
     (rewritten(COHERENCE, lambda there: there[:-1]), "function 'A3 z' per I6 ... is not in it"),
-    (
-        function(FRF, 0, response_node=99),
-        "node 99 +x is not in the tables; add it there, or",
-    ),
+    (function(FRF, 0, response_node=99), "node 99 +x is not in the tables; add it there, or"),
     (function(FRF, 0, reference_node=98), "reference node 98 +x is not in the tables"),
-    (
-        function(FRF, 0, response_direction="scalar"),
-        "node 11 scalar is not in the tables; they have it along +x, +y, +z, -x",
-    ),
-    (
-        function(FRF, 0, reference_direction="-x"),
-        "reference node 21 -x is not in the tables; they have it along +x, -y: correct",
-    ),
+    (function(FRF, 0, response_direction="scalar"), "node 11 scalar is not in the tables; they ha"),
     (function(FRF, 0, reference_direction="scalar"), "node 21 scalar is not in the tables"),
-    (function(FRF, 0, abscissa=LINES + 0.5), "differ: line 1 is 10.5 Hz and 10 Hz; export all"),
-    (
-        function(FRF, 0, ordinate="velocity", ordinate_unit="m/s"),
-        "is not in it: export it ... there are node 11 +x velocity",
-    ),
+    (function(FRF, 0, ordinate="velocity", ordinate_unit="m/s"), "is not in it: export it ... the"),
     (function(FRF, 0, values=np.ones(3)), "'A1 x' per I1 is real ... phase is needed"),
     (function(COHERENCE, 0, values=np.full(3, 1.1)), "a coherence lies between 0 and 1: export it"),
     (
@@ -309,7 +255,6 @@ BAD_FUNCTIONS = [
         all_of(rewritten(FRF, shifted(-10.0)), rewritten(COHERENCE, shifted(-10.0))),
         "line at 0 Hz ... leave it out",
     ),
-    (not_finite, "frf.uff ... node 11 +x ... nan"),
 ]
 
 
@@ -328,8 +273,6 @@ hits_per_impact = 4\\n |  | needs the key 'hits_per_impact'
 weighed_mass_deviation_kg = 0.007\\n |  | 'weighed_mass_deviation_kg' ... scales
 weighed_mass_kg = 7.1\\n |  | needs the key 'weighed_mass_kg'
 sensor_gain = 0.02 | sensor_gain = 0.0 | sensor_gain ... greater than 0
-sensor_gain = 0.02 | sensor_gains = 0.02 | did you mean 'sensor_gain'
-hammer_gain = 0.01\\n |  | 'hammer_gain' in [tolerances] is missing
 hits_per_impact = 4\\n | hits_per_impact = 4\\nhits = "hits"\\n | 'band_hz'
 frf = "frf.uff"\\n |  | 'coherence' needs the key 'frf'
 frf = "frf.uff"\\ncoherence = "coherence.uff"\\n |  | neither key 'frf' nor 'hits'

@@ -71,18 +71,6 @@ def test_json_that_was_changed_is_refused_by_name(tmp_path, spoil, sentence):
         read_library_json(path)
 
 
-def test_files_that_are_no_export_are_refused(tmp_path):
-    path = tmp_path / "mounts.json"
-    with pytest.raises(InputError, match=r"mounts.json cannot be read \(No such file"):
-        read_library_json(path)
-    path.write_text("{")
-    with pytest.raises(InputError, match=r"mounts.json is not JSON"):
-        read_library_json(path)
-    path.write_text("[]")
-    with pytest.raises(InputError, match="holds no JSON object"):
-        read_library_json(path)
-
-
 def test_the_spreadsheet_holds_every_number_with_its_unit(tmp_path):
     path = tmp_path / "mounts.xlsx"
     write_library_xlsx(path, [campaign()], MOUNTS)

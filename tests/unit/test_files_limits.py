@@ -58,14 +58,11 @@ def test_units_become_si(tmp_path):
 @pytest.mark.parametrize(
     ("old", "new", "sentence"),
     [
-        ("at_most_g_mm =", "at_most_gmm =", "unknown key 'at_most_gmm' in .static_unbalance."),
-        ("at_most_g_mm = 25.0", "at_most_g_mm = -1.0", "greater than 0"),
         ('direction = "x"', 'direction = "rx"', "'direction' in ..stiffness.. 1"),
         ("from_hz = 10.0", "from_hz = 40.0", "from_hz is above to_hz"),
         ("at_least_n_per_mm = 20.0", "at_least_n_per_mm = 40.0", "no part keeps both"),
         ("at_most_n_m_per_rad = 150.0", "", "stiffness rz: a limit needs a bound"),
         ("risk_percent = 2.5", "risk_percent = 50.0", "less than 50"),
-        ("format = 1", "format = 2", "'format'"),
         (WHOLE, "format = 1\n", "there is no limit in it"),
     ],
 )
@@ -95,11 +92,8 @@ def test_every_part_may_have_to_keep_them(tmp_path):
     ("text", "sentence"),
     [
         ("format = 1\n", "there is no limit in it"),
-        (f"format = 2\n{SAG}", "key 'format'"),
         (f'format = 1\nkept_by = "all"\n{SAG}', "'design' or 'every part'"),
         ("format = 1\n" + SAG.replace("sag", "sagg"), "did you mean 'sag'"),
-        ("format = 1\n" + SAG.replace("at_most_mm", "at_most"), "did you mean 'at_most_mm'"),
-        ("format = 1\n" + SAG.replace("6.0", "-6.0"), "greater than 0"),
         ('format = 1\n[[stiffness]]\nvariable = "z"\n', "give a bound"),
         (
             "format = 1\n[[natural_frequency]]\nmode = 7\nat_most_hz = 9.0\n",

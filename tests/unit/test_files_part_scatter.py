@@ -91,9 +91,7 @@ def test_a_library_may_be_its_database(tmp_path):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("hardness = 0.5\n", "unknown key 'hardness'"),
         ("hardness_share = 1.5\n", "hardness_share"),
-        ("[[parts]]\nnumber = 'a'\n", "'places' in \\[\\[parts\\]\\] 1 is missing"),
         ("[[parts]]\nnumber = 'a'\nplaces = []\n", "places"),
         ("[[parts]]\nnumber = 'a'\nplaces = ['Q']\n", "sits at 'Q', which no variable has"),
         (

@@ -3,6 +3,7 @@
 import re
 import shutil
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -39,22 +40,10 @@ def transfer_functions(vehicle):
     functions = []
     for path in PATHS:
         mount, axis = split(path)
-        functions.append(
-            UffFunction(
-                abscissa=LINES,
-                values=noise(vehicle, path),
-                function_type=4,
-                response_node=901,
-                response_direction="scalar",
-                reference_node=NODE[mount],
-                reference_direction=f"+{axis}",
-                ordinate="pressure",
-                ordinate_unit="Pa",
-                denominator="force",
-                denominator_unit="N",
-                response_name="driver ear",
-            )
-        )
+        dofs = (901, "scalar", NODE[mount], f"+{axis}")
+        units = ("pressure", "Pa", "force", "N")
+        function = UffFunction(LINES, noise(vehicle, path), 4, *dofs, *units)
+        functions.append(replace(function, response_name="driver ear"))
     return functions
 
 
@@ -63,22 +52,9 @@ def operating_spectra(case):
     for quantity, unit in (("force", "N"), ("displacement", "m")):
         for channel in CHANNELS:
             owner, axis = split(channel)
-            functions.append(
-                UffFunction(
-                    abscissa=LINES,
-                    values=noise(case, channel, quantity),
-                    function_type=0,
-                    response_node=NODE[owner],
-                    response_direction=f"+{axis}",
-                    reference_node=0,
-                    reference_direction="scalar",
-                    ordinate=quantity,
-                    ordinate_unit=unit,
-                    denominator="none",
-                    denominator_unit="",
-                    id_lines=("order 1.5 at the virtual point",),
-                )
-            )
+            of = (0, NODE[owner], f"+{axis}", 0, "scalar", quantity, unit)
+            function = UffFunction(LINES, noise(case, channel, quantity), *of)
+            functions.append(replace(function, id_lines=("order 1.5 at the virtual point",)))
     return functions
 
 
@@ -233,20 +209,18 @@ def test_a_channel_measured_against_its_axis_changes_sign(folder):
     before = read_platform(folder)
     edited("channels.csv", "TSM z,force,TSM,,z,11,+z", "TSM z,force,TSM,,z,11,-z")(folder)
     edited("channels.csv", "function,TSM,,z,11,+z", "function,TSM,,z,11,-z")(folder)
+
+    def turned(end, ordinate, there):
+        return [
+            replace(f, **{end: "-z"}) if (getattr(f, end), f.ordinate) == ("+z", ordinate) else f
+            for f in there
+        ]
+
     for case in ("g5", "g2"):
-        turned = [
-            replace(f, response_direction="-z")
-            if (f.response_direction, f.ordinate) == ("+z", "force")
-            else f
-            for f in operating_spectra(case)
-        ]
-        write_uff(folder / f"{case}.uff", turned)
+        functions(f"{case}.uff", partial(turned, "response_direction", "force"))(folder)
     for vehicle in ("A-1", "A-2", "B-1"):
-        turned = [
-            replace(f, reference_direction="-z") if f.reference_direction == "+z" else f
-            for f in transfer_functions(vehicle)
-        ]
-        write_uff(folder / "ntf" / f"{vehicle}.uff", turned)
+        change = partial(turned, "reference_direction", "pressure")
+        functions(f"ntf/{vehicle}.uff", change)(folder)
     after = read_platform(folder)
     signs = np.array([1, 1, -1, 1, 1])
     wanted = before.load_case("g5").force.values * signs
@@ -293,36 +267,18 @@ BROKEN = [
         """
 platform.toml | ear_node = 901 | ear_node = 902 | vehicle A-1 ... (node 902 scalar, reference node 1
 channels.csv | TSM z,force | channels.csv: there is no force channel 'TSM z': add its row
-channels.csv | Du x,noise | there is no noise transfer function channel 'Du x' ... transfer_axes in
-mounts.csv | Du,right | Du,rear | mounts.csv: mount 'Du', piece 'rear' is not in ... correct its nam
+channels.csv | Du x,noise | there is no noise transfer function channel 'Du x'
+mounts.csv | Du,right | Du,rear | mounts.csv: mount 'Du', piece 'rear' is not in
 channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTSM x' fits no mount
 """,
     ),
     (content(NTF, None), "B-1.uff cannot be read ... check the path"),
-    (
-        functions(NTF, lambda there: there[:2]),
-        ("B-1.uff: vehicle B-1: noise transfer function 'ear' per Du x ... node 31 +x) is not in"),
-    ),
-    (
-        function(NTF, 0, response_name="MIC 2"),
-        ("vehicle B-1: noise transfer functions of different microphones ... measure all paths"),
-    ),
-    (
-        functions(G2, lambda there: there[1:]),
-        "g2.uff: load case g2: force 'TSM x' (node 11 +x) is not in it: export it",
-    ),
-    (
-        functions(G2, every(abscissa=LINES + 0.125)),
-        "ntf/A-1.uff (vehicle A-1) and ... g2.uff (load case g2) differ: line 1 is 20 Hz and 20.12",
-    ),
-    (
-        functions(G5, every(abscissa_quantity="time")),
-        "g5.uff: load case g5: the abscissa of ... is time: export it over frequency",
-    ),
-    (
-        edited(CSV, f"{STATED}m", f"{STATED}mm"),
-        ("displacement 'TSM x' is in 'm', but the channel table says 'mm': correct the wrong one"),
-    ),
+    (functions(NTF, lambda there: there[:2]), "B-1.uff: vehicle B-1: noise transfer function 'ear"),
+    (function(NTF, 0, response_name="MIC 2"), "vehicle B-1: noise transfer functions of different"),
+    (functions(G2, lambda there: there[1:]), "g2.uff: load case g2: force 'TSM x' (node 11 +x) is"),
+    (functions(G2, every(abscissa=LINES + 0.125)), "ntf/A-1.uff (vehicle A-1) and ... g2.uff (loa"),
+    (functions(G5, every(abscissa_quantity="time")), "g5.uff: load case g5: the abscissa of"),
+    (edited(CSV, f"{STATED}m", f"{STATED}mm"), "displacement 'TSM x' is in 'm', but the channel t"),
     (
         all_of(
             without_units_set(G5),
@@ -334,22 +290,10 @@ channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTS
         functions("ntf/A-1.uff", every(denominator="none", denominator_unit="")),
         "vehicle A-1: noise ... per TSM x is in 'Pa': export it in Pa/N",
     ),
-    (
-        functions(G5, every(values=lambda f: np.abs(f.values))),
-        "load case g5: force 'TSM x' is real ... phase is needed",
-    ),
-    (
-        functions(G5, every(function_type=2)),
-        "load case g5 ... UFF function type 2: export it as 0 or 12 or 27",
-    ),
-    (
-        functions(G5, every(id_lines=("order 2.0",))),
-        ("load case g5 ... is of order 2.0, not of order 1.5 ... dominant_order of the engine"),
-    ),
-    (
-        without(CSV, "Du left x", "Du right x"),
-        ("mount 'Du' has no channel: add 'Du left x' ... there is no force channel 'Du right x'"),
-    ),
+    (functions(G5, every(values=lambda f: np.abs(f.values))), "load case g5: force 'TSM x' is rea"),
+    (functions(G5, every(function_type=2)), "load case g5 ... UFF function type 2: export it as 0"),
+    (functions(G5, every(id_lines=("order 2.0",))), "load case g5 ... is of order 2.0, not of ord"),
+    (without(CSV, "Du left x", "Du right x"), "mount 'Du' has no channel: add 'Du left x'"),
     (
         edited(CSV, "Du x,", "Du y,noise transfer function,Du,,y,31,+y,Pa/N\nDu x,"),
         ("channel 'Du y' fits no mount, piece and transfer axis of platform.toml: correct one"),

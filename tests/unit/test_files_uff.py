@@ -363,10 +363,7 @@ KILO = (FORCE_LABEL, b"force                kN  ")
         ([scaled_units(1e3, 1e-3)], "label says 'N', but data set 164 states another unit"),
         ([scaled_units(1e3, 1e-3), NO_LABEL], "no unit label and data set 164 is not SI; export"),
         ([scaled_units(0.0, 1.0)], "states length 0.0"),
-        (
-            [without_units, (FORCE_LABEL, b"force                mm  ")],
-            "labelled 'mm', which is",
-        ),
+        ([without_units, (FORCE_LABEL, b"force                mm  ")], "labelled 'mm', which is"),
     ],
 )
 def test_what_one_edit_makes_wrong_is_refused(newtons, edits, sentence):

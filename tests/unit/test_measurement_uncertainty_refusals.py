@@ -8,10 +8,6 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import (
-    NextMeasurement,
-    VariancePart,
-    crossed_spread,
-    half_width_after,
     method_difference,
     pivotal_interval,
 )
@@ -46,7 +42,6 @@ def case(name="run", lines=LINES):
     )
 
 
-PART = VariancePart("a", 1.0)
 NOISE = run_noise("test", 0.01)
 
 
@@ -74,22 +69,6 @@ def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
         (lambda: pivotal_interval([1.0, 2.0], np.ones((50, 3))), "one row per draw"),
         (lambda: pivotal_interval(1.0, np.full(50, -np.inf)), "finite values"),
         (lambda: pivotal_interval(1.0, np.ones(50), 90.0), "a coverage of 90.0"),
-        (lambda: VariancePart("a", -1.0), "a: a variance of -1.0"),
-        (lambda: VariancePart("a", 1.0, 0.0), "degrees of freedom"),
-        (lambda: crossed_spread([[1.0, 2.0]]), "at least two rows"),
-        (lambda: crossed_spread([[1.0, np.nan], [1.0, 2.0]]), "finite values"),
-        (
-            lambda: half_width_after(
-                [VariancePart("a", 1.0)], NextMeasurement("n", {"b": 0.5}, {})
-            ),
-            "no cause 'b'",
-        ),
-        (
-            lambda: half_width_after(
-                [VariancePart("a", 1.0)], NextMeasurement("n", {"a": 2.0}, {})
-            ),
-            "give 0 to 1",
-        ),
         (lambda: method_difference([]), "at least one vehicle"),
         (lambda: method_difference([(frf(), frf(("M x", "M y")))]), "vehicle 1: its two"),
         (lambda: method_difference([(frf(("M x",)), frf(("M x",)))]), "at least two paths"),

@@ -213,8 +213,6 @@ def test_exact_files_give_the_noise_transfer_back(exact: tuple[Path, ElectricCar
         true = truth["noise_transfer"]
     off = np.abs(found.transfer.values[:, 0] - true).max(axis=0)
     assert np.all(off < 1e-6 * np.abs(true).max(axis=0))
-    for consistency in found.consistency.values():
-        assert consistency.overall.min() > 1 - 1e-9
 
 
 def test_exact_files_give_the_body_back(exact: tuple[Path, ElectricCar]) -> None:
@@ -279,8 +277,6 @@ def test_errors_are_as_large_as_stated(measured: tuple[Path, ElectricCar]) -> No
     # 30 functions of errors that are one draw each: not each of them, but all together
     assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.4
     assert ratio.max() < 2.5
-    for consistency in found.consistency.values():
-        assert 0.98 < consistency.overall.min() < 0.99999
 
 
 def test_sweeps_scatter_as_stated(measured: tuple[Path, ElectricCar]) -> None:

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from enum import Enum
 from pathlib import Path
-from types import MappingProxyType
 
 import numpy as np
 import numpy.typing as npt
@@ -23,7 +22,6 @@ from deboom.measurement.noise_transfer import (
     POINT_LOADS,
     noise_transfer_at_points,
 )
-from deboom.measurement.quality import RigidConsistency, excitation_consistency
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
     RIGID_MOTIONS,
@@ -173,23 +171,17 @@ class WrenchNoiseTransfer:
 
     - `deviation` (n_frequency, n_input): root of the mean square modulus of the error, in the unit
       of each column.
-    - `consistency`: point to the consistency of its impacts, by the accelerations around it: how
-      well one rigid patch explains them.
     """
 
     transfer: Frf
     deviation: RealArray
-    consistency: Mapping[str, RigidConsistency]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "consistency", MappingProxyType(dict(self.consistency)))
 
     def at(self, frequency: npt.ArrayLike) -> WrenchNoiseTransfer:
-        """Return these measured lines only; the consistency is that of all."""
+        """Return these measured lines only."""
         wanted, whole = np.asarray(frequency, dtype=float), self.transfer
         rows = measured_lines(whole.frequency, wanted)
         chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
-        return WrenchNoiseTransfer(chosen, self.deviation[rows], self.consistency)
+        return WrenchNoiseTransfer(chosen, self.deviation[rows])
 
 
 def wrench_noise_transfer(
@@ -212,13 +204,7 @@ def wrench_noise_transfer(
     deviations = [
         _deviation(car, point, values) for point, values in zip(chosen, per_point, strict=True)
     ]
-    consistency = {
-        point.name: excitation_consistency(
-            point.struck(), car.accelerance.select(outputs=point.channels)
-        )
-        for point in chosen
-    }
-    return WrenchNoiseTransfer(transfer, np.hstack(deviations), consistency)
+    return WrenchNoiseTransfer(transfer, np.hstack(deviations))
 
 
 def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) -> Frf:

@@ -9,8 +9,6 @@ import pytest
 from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.hoses import (
     HammerEvidence,
-    beam_of,
-    changed_hose,
     hose_matrices,
     motion_at_virtual_point,
     port_forces,
@@ -20,7 +18,6 @@ from deboom.compressor.hoses import (
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingSweep
-from deboom.physics.viscoelastic_beam import beam_stiffness
 
 LINES = np.array([20.0, 60.0, 110.0])
 SUCTION = HoseDrawing(
@@ -75,48 +72,6 @@ def operating(*sweeps, **fields):
     return SimpleNamespace(
         name="a test", sweeps=sweeps, with_hoses=with_hoses, hoses=HOSES, **fields
     )
-
-
-def test_matrices_add_up_and_are_reciprocal():
-    both = hose_matrices(HOSES, LINES)
-    each = [hose_matrices([hose], LINES) for hose in HOSES]
-    np.testing.assert_allclose(both.point, each[0].point + each[1].point)
-    np.testing.assert_allclose(both.transfer[:, 6:], each[1].transfer)
-    np.testing.assert_allclose(both.body[:, 6:, 6:], each[1].body)
-    assert not both.body[:, :6, 6:].any()
-
-
-def test_loads_follow_from_the_beam_in_its_own_axes():
-    """A unit pull along the axis: body and compressor are pulled towards each other."""
-    hose = replace(SUCTION, position=np.zeros(3), direction=np.array([0.0, 0.0, 1.0]))
-    own = beam_stiffness(beam_of(hose), LINES)
-    seen = hose_matrices([hose], LINES)
-    np.testing.assert_allclose(seen.transfer[:, 2, 2], -own[:, 6, 0])
-    np.testing.assert_allclose(seen.point[:, 2, 2], own[:, 0, 0])
-    assert seen.transfer[0, 2, 2].real > 0 > -seen.point[0, 2, 2].real
-    # moved as one, slowly: hardly a load
-    slow = hose_matrices([hose], [0.01])
-    assert np.abs((slow.transfer - slow.body)[0, :, 2]).max() < 1e-3
-    assert np.abs((slow.transfer.swapaxes(1, 2) - slow.point)[0, :, 2]).max() < 1e-3
-
-
-def test_changed_hose():
-    same = changed_hose(SUCTION, np.zeros(11))
-    unit = SUCTION.direction / np.linalg.norm(SUCTION.direction)
-    np.testing.assert_allclose(same.position, SUCTION.position, atol=1e-15)
-    np.testing.assert_allclose(same.direction, unit, atol=1e-15)
-    assert same.length == pytest.approx(SUCTION.length)
-    numbers = np.zeros(11)
-    numbers[[0, 5, 10]] = np.log(1.2), 0.004, np.log(1.04)
-    other = changed_hose(SUCTION, numbers)
-    assert other.tension == pytest.approx(1.2 * SUCTION.tension)
-    assert other.length == pytest.approx(1.04 * SUCTION.length)
-    np.testing.assert_allclose(other.position - SUCTION.position, [0.004, 0, 0], atol=1e-15)
-    numbers[:] = 0
-    numbers[8] = 0.1
-    tilted = changed_hose(SUCTION, numbers).direction
-    cosine = tilted @ unit / np.linalg.norm(tilted)
-    assert np.degrees(np.arccos(cosine)) == pytest.approx(np.degrees(np.arctan(0.1)))
 
 
 def test_one_hose_is_separable_and_three_are_less():

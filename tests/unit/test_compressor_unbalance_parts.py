@@ -6,10 +6,8 @@ import numpy as np
 import pytest
 
 from deboom.compressor.routes import (
-    MEASURED,
     ONE_FACTOR,
     FactorOverFrequency,
-    updated,
 )
 from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import (
@@ -92,7 +90,6 @@ def test_alarms_name_one_cause():
     assert len(load_alarms((sweep(),), found, 0.03, state)) == 1
 
 
-def test_confidence_and_titles():
+def test_a_confidence_is_no_certainty():
     with pytest.raises(InputError, match="confidence"):
         UnbalanceOptions(confidence=1.0)
-    assert updated(MEASURED).title == "measured apparent mass (thesis), mounts updated"

@@ -56,24 +56,21 @@ def drawing():
     return Drawing(drawn["mass_kg"], np.zeros(3), np.diag([0.015, 0.03, 0.029]), mounts)
 
 
-def sheet():
-    """Six sensors and three impacts on each side, by the position sheet of the bench."""
-    sensors = tuple(
-        Sensor(
-            row.sensor,
-            SensorKind.ACCELEROMETER,
-            "",
-            "",
-            "",
-            np.array(row.position),
-            rotation_matrix(np.array(row.angles)),
-        )
-        for row in SHEET.sensors
+SENSORS = tuple(
+    Sensor(
+        row.sensor,
+        SensorKind.ACCELEROMETER,
+        "",
+        "",
+        "",
+        np.array(row.position),
+        rotation_matrix(np.array(row.angles)),
     )
-    impacts = (
-        Impact(row.impact, np.array(row.position), np.array(row.direction)) for row in SHEET.impacts
-    )
-    return sensors, tuple(impacts)
+    for row in SHEET.sensors
+)
+IMPACTS = tuple(
+    Impact(row.impact, np.array(row.position), np.array(row.direction)) for row in SHEET.impacts
+)
 
 
 def complex_noise(rng, shape):
@@ -113,13 +110,12 @@ def sample(
     sigma = noise * 1e-3 * np.sqrt(1 + (20 / HAMMER_LINES) ** 2)[:, None, None]
     values = exact + sigma * complex_noise(rng, exact.shape)
     ratio = 2 * (AVERAGES - 1) * np.maximum(sigma, 1e-9) ** 2 / np.abs(values) ** 2
-    sensors, impacts = sheet()
-    channels = tuple(name for sensor in sensors for name in sensor.channels)
+    channels = tuple(name for sensor in SENSORS for name in sensor.channels)
     test = InertanceTest(
         "sample",
-        sensors,
-        impacts,
-        Frf(HAMMER_LINES, values, channels, tuple(i.name for i in impacts), "(m/s^2)/N"),
+        SENSORS,
+        IMPACTS,
+        Frf(HAMMER_LINES, values, channels, tuple(i.name for i in IMPACTS), "(m/s^2)/N"),
         1 / (1 + ratio),
         AVERAGES,
         TOLERANCES,

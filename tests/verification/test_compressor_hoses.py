@@ -7,13 +7,13 @@ from functools import cache
 import numpy as np
 import pytest
 
+from deboom.arrays import derivatives
 from deboom.bench.compressor_rig import OperationPlan, measured, operation, true_sweep
 from deboom.bench.compressor_truth import CompressorPlan, Hose, drawn_hoses
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
 from deboom.compressor.hose_identification import (
     DRAWN,
-    NUMBERS,
     identify_hoses,
 )
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
@@ -127,40 +127,41 @@ def test_derivatives_of_the_stiffness_and_of_both_evidences(measured_test):
     drawn, lines = test.hoses, np.array([20.0, 80.0, 120.0])
     scale = np.tile(DRAWN, (2, 1))
     numbers = 0.5 * scale * generator.standard_normal(scale.shape)
+    flat = numbers.ravel()
 
-    def stiffness(numbers, lines):
-        changed = [changed_hose(*one) for one in zip(drawn, numbers, strict=True)]
-        return hose_matrices(changed, lines).point
+    def stiffness(rows, lines):
+        changed = [[changed_hose(*one) for one in zip(drawn, row, strict=True)] for row in rows]
+        return np.array([hose_matrices(hoses, lines).point for hoses in changed])
 
+    expected = derivatives(lambda rows: stiffness(rows.reshape(-1, 2, 11), lines), flat, 3e-4)
+    slopes = point_derivatives(drawn, numbers, lines).reshape(expected.shape)
+    size = np.abs(expected).max(axis=(1, 2, 3), keepdims=True)
+    np.testing.assert_allclose((slopes - expected) / size, 0, atol=1e-6)
     evidences = [
         HammerEvidence(
             test.hammer, test.hammer_with_hoses, found, band=(20, 150), largest_lines=20
         ),
         SweepEvidence(sweep_pairs(test, found, (100, 115))[0], found, test.rotor_inertia),
     ]
-    step = 1e-5
-    for hose, number in ((0, 0), (1, 2), (0, 4), (1, 5), (0, 8), (1, 10)):
-        move = np.zeros(scale.shape)
-        move[hose, number] = step
-        ahead, behind = stiffness(numbers + move, lines), stiffness(numbers - move, lines)
-        expected = (ahead - behind) / (2 * step)
-        slope = point_derivatives(drawn, numbers, lines)[hose, number]
-        assert np.abs(slope - expected).max() < 1e-6 * np.abs(expected).max(), NUMBERS[number]
     for evidence in evidences:
         own, deviations = evidence.frequency, evidence.nuisance_deviations
         nuisances = 0.3 * deviations * generator.standard_normal(deviations.size)
         slopes = point_derivatives(drawn, numbers, own).reshape(22, -1, 6, 6)
-        _, exact = evidence.residuals(stiffness(numbers, own), slopes, nuisances)
-        unknowns = np.concatenate([numbers.ravel(), nuisances])
-        for unknown in (0, 13, 22, unknowns.size - 1):
-            values = []
-            for sign in (1, -1):
-                moved = unknowns.copy()
-                moved[unknown] += sign * step
-                at = stiffness(moved[:22].reshape(2, 11), own)
-                values.append(evidence.residuals(at, slopes, moved[22:])[0])
-            expected = (values[0] - values[1]) / (2 * step)
-            assert np.abs(exact[unknown] - expected).max() < 1e-5 * np.abs(expected).max()
+
+        def residuals(rows, evidence=evidence, own=own, slopes=slopes):
+            at = stiffness(rows[:, :22].reshape(-1, 2, 11), own)
+            return np.array(
+                [
+                    evidence.residuals(k, slopes, row[22:])[0]
+                    for k, row in zip(at, rows, strict=True)
+                ]
+            )
+
+        unknowns = np.concatenate([flat, nuisances])
+        exact = evidence.residuals(stiffness([numbers], own)[0], slopes, nuisances)[1]
+        expected = derivatives(residuals, unknowns, 1e-4)
+        size = np.abs(expected).max(axis=1, keepdims=True)
+        assert np.all(np.abs(exact - expected) <= 1e-5 * size)
 
 
 def test_reaction_is_that_of_the_bench_and_its_floor_holds(measured_test):

@@ -10,17 +10,6 @@ import pytest
 from deboom.study.runner import load_study, run_study
 
 STUDY = load_study(Path(__file__).parents[2] / "studies" / "compressor_identification.py")
-KEYS = [
-    "mass_kg",
-    "cog_error_mm",
-    "inertia_error_percent",
-    "k_vp_error_percent",
-    "jacobian_rank",
-    "reduced_chi2",
-    "n_alarms",
-    "condition_scaled_100hz",
-    "seconds",
-]
 
 
 @pytest.fixture(scope="module")
@@ -31,7 +20,6 @@ def finished(tmp_path_factory):
 
 def test_a_compressor_is_identified(finished):
     summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-    assert sorted(summary) == sorted(KEYS)
     # 1.5 times what twenty compressors reach in nine of ten cases
     assert summary["cog_error_mm"] < 1.8
     assert summary["jacobian_rank"] == 35
@@ -58,11 +46,3 @@ def test_the_saved_compressor_is_the_identified_one(finished):
     assert 1e3 * kept["centre_of_gravity_m"][2] == pytest.approx(parameters["centre z"], rel=1e-12)
     shapes = [np.shape(kept[part]["matrix"]) for part in ("response", "excitation")]
     assert shapes == [(18, 6), (18, 6)]
-
-
-def test_the_page_says_what_the_test_cannot(finished):
-    page = (finished / "report.html").read_text(encoding="utf-8")
-    assert "What this test can and cannot say" in page
-    assert "35 of 44" in page
-    assert "mount 1&#39;s rotation about its own axis is not visible" in page
-    assert "nothing but mass over the smallest moment of inertia" in page

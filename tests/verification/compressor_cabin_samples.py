@@ -1,6 +1,5 @@
 """Cabin index of the bench's exact cars: nothing measured, nothing identified."""
 
-from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -80,7 +79,7 @@ def matrices_of(hoses):
     return HoseMatrices(point, transfer, body)
 
 
-def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, weights=(1.0, 3.0)):
+def index_of(*, with_hoses=False, identical=False, places=True, weights=(1.0, 3.0)):
     """Index of all frozen cars."""
     compressor = bench_operation().laboratory.compressor
     hoses = matrices_of(compressor.hoses) if with_hoses else None
@@ -93,7 +92,7 @@ def index_of(*, with_hoses=False, rigid=False, identical=False, places=True, wei
             car_seam(
                 *running(),
                 compressor.positions,
-                replace(body, receptance=(not rigid) * body.receptance),
+                body,
                 hoses,
             )
             for body in bodies

@@ -299,33 +299,6 @@ def test_a_mount_that_stands_off_is_a_mount_that_stands_there():
     )
 
 
-def test_rigid_holders_leave_the_body_to_the_ear_alone():
-    """Closed form: six equations of motion, forces on holders that stand still."""
-    index = index_of(rigid=True, places=False)
-    designs = some_designs(index, 2, seed=5)
-    factors = index.variables.factors(designs)
-    static = np.concatenate([mount.stiffness for mount in mounts()])
-    rows = forward_matrices(
-        np.array([mount.position for mount in mounts()]),
-        np.array([mount.orientation for mount in mounts()]),
-    )
-    turn = np.zeros((9, 9))
-    for number, mount in enumerate(mounts()):
-        turn[3 * number : 3 * number + 3, 3 * number : 3 * number + 3] = mount.orientation
-    forces_at = [6 * number + axis for number in range(3) for axis in range(3)]
-    (mass, loads), gain = running(), index.gain
-    inertia = np.multiply.outer(-((2 * np.pi * LINES) ** 2), mass)
-    load = loads["7.5 bar"][..., None]
-    for number, factor in enumerate(factors):
-        stiffness = gain[:, None, None] * np.diag(factor * static)
-        motion = np.linalg.solve(inertia + rows.T @ stiffness @ rows, load)
-        force = turn @ stiffness @ rows @ motion
-        for place, car in enumerate(cars()):
-            heard = np.einsum("fi,fi->f", body_of(car).transfer[:, forces_at], force[..., 0])
-            found = index.pressure(designs)[number, place]
-            np.testing.assert_allclose(found, heard, rtol=1e-11)
-
-
 def test_a_design_gives_the_same_however_it_is_batched():
     index = index_of(identical=True)
     designs = some_designs(index, 300, seed=7, place_mm=1.0)

@@ -50,7 +50,8 @@ from deboom.tabled import Tabled
 
 BAND = (20.0, 140.0)
 """Of the thesis's figures 65 and 66 [Hz]."""
-CONFIDENCE = 0.9
+TAILS = (5.0, 95.0)
+"""Percentiles between which 90 % of the draws lie."""
 HOSE_PASSES = 2
 """With drawn, then with identified hoses: how the body moves them depends on what they are."""
 
@@ -393,35 +394,25 @@ def noise_bands(
     *,
     draws: int = 64,
     seed: int = 1,
-    confidence: float = CONFIDENCE,
 ) -> tuple[NoiseBand, ...]:
     """Draw the sound of every sweep many times.
 
     - `running`, `transfer`: compressor, mounts and hoses; noise transfer of the same car.
     - `band` (float, float): lines that are kept [Hz].
-    - `draws`: number of draws, at least 20.
-    - `seed`: seed, from 1.
-    - `confidence`: confidence of the band at each line [1].
-    - raises InputError: seed below 1, too few draws, a confidence outside 0 to 1; `cabin_noise`.
+    - `draws`, `seed`: number of draws, and their seed.
+    - raises InputError: as `cabin_noise`.
 
     Every draw has its own compressor from the joint posterior of model and placement, its own
     single mounts, hoses, state of the mounts in operation and noise transfer functions. Left out:
     noise of the sweeps, which is a hundredth of these, and gains and places of the holders'
     accelerometers, since the body moves little against the compressor.
     """
-    if seed < 1:
-        raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
-    if draws < 20:
-        raise InputError(f"{draws} draws make no band: ask for at least 20")
-    if not 0 < confidence < 1:
-        raise InputError(f"a confidence lies between 0 and 1, not at {confidence:g}")
-    tails = (50 * (1 - confidence), 50 * (1 + confidence))
     drawn = _draws(running, draws, seed)
     bands = []
     for number, sweep in enumerate(running.car.operation.sweeps):
         generator = np.random.default_rng([seed, 2, number])
         both = _levels(running, transfer, sweep, band, drawn, generator)
-        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(both, tails, axis=0)
+        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(both, TAILS, axis=0)
         bands.append(NoiseBand(lower, upper, lower_mounts, upper_mounts))
     return tuple(bands)
 

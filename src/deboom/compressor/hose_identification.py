@@ -264,11 +264,11 @@ def _fit(
     moved = posterior[:n] @ jacobian[: by_error.shape[0]].T @ by_error
     covariance = posterior[:n, :n] + moved @ found.calibrated.covariance @ moved.T
     names = tuple(f"{hose.name} {number}" for hose in drawn for number in NUMBERS)
-    reduced_chi, at = [], 0
-    for part in evidence:
-        end = at + 12 * part.frequency.size
-        reduced_chi.append((part.name, float(np.sqrt(np.mean(values[at:end] ** 2)))))
-        at = end
+    each = np.split(values, np.cumsum([12 * part.frequency.size for part in evidence]))
+    reduced_chi = [
+        (part.name, float(np.sqrt(np.mean(own**2))))
+        for part, own in zip(evidence, each, strict=False)
+    ]
     return HoseIdentification(
         tuple(drawn),
         hoses,

@@ -7,10 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-import numpy.typing as npt
 from scipy.stats import gamma
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.compressor.hose_identification import DRAWN
 from deboom.compressor.hoses import (
     SweepPair,
@@ -223,7 +222,7 @@ def hoses_in_sweep(
     """
     motion, covariance = motion_at_virtual_point(sweep, found)
     kept = _sought(sweep.frequency)
-    if kept.size < SMALLEST_LINES:
+    if np.count_nonzero(kept) < SMALLEST_LINES:
         return None
     lines, motion, covariance = sweep.frequency[kept], motion[kept], covariance[kept]
     mass, mounts = running_mass(found, lines, rotor_inertia=rotor_inertia, sense=sense)
@@ -268,7 +267,7 @@ def hoses_in_hammer_test(
     resonate do not.
     """
     kept = _sought(inertance.frequency)
-    if kept.size < SMALLEST_LINES:
+    if np.count_nonzero(kept) < SMALLEST_LINES:
         return None
     kept = thinned(kept, LARGEST_LINES)
     lines = inertance.frequency[kept]
@@ -295,9 +294,9 @@ def hoses_in_hammer_test(
     )
 
 
-def _sought(frequency: RealArray) -> npt.NDArray[np.intp]:
+def _sought(frequency: RealArray) -> BoolArray:
     """Lines on which hoses are looked for."""
-    return np.flatnonzero((frequency >= SOUGHT_IN[0]) & (frequency <= SOUGHT_IN[1]))
+    return np.asarray((frequency >= SOUGHT_IN[0]) & (frequency <= SOUGHT_IN[1]))
 
 
 def _presence(

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
+from scipy.linalg import block_diag
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import deviation_from_coherence
@@ -394,8 +395,8 @@ class HammerEvidence:
                 f"{without.name} and {with_hoses.name} have other lines: record both with one "
                 "setting"
             )
-        kept = thinned(np.flatnonzero((lines >= band[0]) & (lines <= band[1])), largest_lines)
-        if not kept.size:
+        kept = thinned((lines >= band[0]) & (lines <= band[1]), largest_lines)
+        if not kept.any():
             raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
         calibrated = found.calibrated
         self.frequency = lines[kept]
@@ -555,12 +556,7 @@ def stack(
 
     Returns `values` (n,), `jacobian` (n, first + n_nuisance).
     """
-    sizes = [len(slopes) - first for _, slopes in parts]
-    rows, at = [], first
-    for (values, slopes), size in zip(parts, sizes, strict=True):
-        block = np.zeros((2 * values.size, first + sum(sizes)))
-        real = np.ascontiguousarray(slopes).view(float).T
-        block[:, :first], block[:, at : at + size] = real[:, :first], real[:, first:]
-        at += size
-        rows.append(block)
-    return np.concatenate([values.view(float) for values, _ in parts]), np.concatenate(rows)
+    rows = [np.ascontiguousarray(slopes).view(float).T for _, slopes in parts]
+    of_hoses = np.concatenate([row[:, :first] for row in rows])
+    jacobian = np.hstack([of_hoses, block_diag(*(row[:, first:] for row in rows))])
+    return np.concatenate([values.view(float) for values, _ in parts]), jacobian

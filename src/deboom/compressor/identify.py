@@ -240,7 +240,7 @@ def identify(
     say = step or (lambda _: None)
     say("virtual point and quality")
     _refuse_different_units(test)
-    fitted = _lines_of_fit(test, options)
+    fitted = thinned(in_bands(test.frf.frequency, options.bands), options.largest_lines)
     _refuse_low_coherence(test, fitted, options)
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
@@ -281,9 +281,8 @@ def identify(
     by_sheet = np.linalg.inv(inertance.values)
     rigid = rigid_limit(calibrated.model, inertance.frequency, by_sheet)
     if _worst_chi(calibrated, held_out) > ALARM or not rigid.is_rigid:
-        marked = np.zeros(between.size, dtype=bool)
-        marked[thinned(np.flatnonzero(between | fitted), MISFIT_LINES)] = True
-        calibrated = with_misfit(calibrated, raw.select(marked), test, PRIOR)
+        marked = raw.select(thinned(between | fitted, MISFIT_LINES))
+        calibrated = with_misfit(calibrated, marked, test, PRIOR)
     return Identification(
         test,
         options,
@@ -319,15 +318,13 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
     """
     if _worst_chi(found.calibrated, found.held_out) <= ALARM:
         return found.calibrated
-    lines = np.flatnonzero(found.raw.frf.frequency >= above)
-    if lines.size < SMALLEST_LINES:
+    lines = found.raw.frf.frequency >= above
+    if np.count_nonzero(lines) < SMALLEST_LINES:
         raise InputError(
             f"{found.test.name}: mounts on rigid ground do not explain the hammer test, and only "
-            f"{lines.size} of its lines lie above {above:g} Hz, where they hardly matter: measure "
-            "up to 150 Hz"
+            f"{np.count_nonzero(lines)} of its lines lie above {above:g} Hz, where they hardly "
+            "matter: measure up to 150 Hz"
         )
-    marked = np.zeros(found.raw.frf.frequency.size, dtype=bool)
-    marked[thinned(lines, LARGEST_LINES)] = True
     free = N_MASS + N_STIFFNESS
     start = found.point.values
     stiffness = np.maximum(np.abs(start[N_MASS:free]), 1.0) * STIFFNESS_DEVIATION
@@ -335,21 +332,13 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
         np.concatenate([start[:free], START_GAIN]),
         np.concatenate([np.full(N_MASS, np.inf), stiffness, GAIN_DEVIATION]),
     )
-    raw = found.raw.select(marked)
+    raw = found.raw.select(thinned(lines, LARGEST_LINES))
     return self_calibrate(found.calibrated.parametrisation, raw, found.test, start, prior)
 
 
 def _worst_chi(calibrated: SelfCalibration, held_out: Sequence[HoldOut]) -> float:
     """Find the largest reduced χ of fit and predictions [1]."""
     return max([calibrated.reduced_chi, *(check.reduced_chi for check in held_out)])
-
-
-def _lines_of_fit(test: InertanceTest, options: IdentifyOptions) -> BoolArray:
-    """Mark the lines of the fit: in the bands, thinned evenly."""
-    marked = np.flatnonzero(in_bands(test.frf.frequency, options.bands))
-    lines = np.zeros(test.frf.frequency.size, dtype=bool)
-    lines[thinned(marked, options.largest_lines)] = True
-    return lines
 
 
 def _start(

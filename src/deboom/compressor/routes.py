@@ -144,7 +144,7 @@ class RouteModel:
     mounts: ComplexArray
     noise: HammerNoise | None
 
-    def with_rotor(self, inertia: float, sense: RotationSense) -> RouteModel:
+    def with_rotor(self, inertia: float | None, sense: RotationSense) -> RouteModel:
         """Add the gyroscopic moment of the rotor [kg m²], which a struck compressor lacks."""
         return replace(self, apparent_mass=self.apparent_mass + gyroscopic_mass(inertia, sense))
 

@@ -299,8 +299,7 @@ def unbalance(
     for route in options.routes:
         say(f"route {route.letter}: {route.title}")
         model = route.model(identification, calibration, frequency)
-        if test.rotor_inertia is not None:
-            model = model.with_rotor(test.rotor_inertia, sense.sense)
+        model = model.with_rotor(test.rotor_inertia, sense.sense)
         loads = [operating_load(model, sweep) for sweep in used]
         solve = partial(fit_source, model, loads, sense.sense, band=options.band)
         factor = solve(route.update or state_law)

@@ -47,12 +47,13 @@ def in_bands(
     return np.asarray(np.logical_or.reduce(marks))
 
 
-def thinned(places: npt.NDArray[np.intp], largest: int) -> npt.NDArray[np.intp]:
-    """Keep at most `largest` of the places, spread evenly."""
-    if places.size <= largest:
-        return places
-    kept = np.round(np.linspace(0, places.size - 1, largest)).astype(int)
-    return np.asarray(places[kept])
+def thinned(marked: BoolArray, largest: int) -> BoolArray:
+    """Keep at most `largest` of the marked lines, spread evenly, shape (n_frequency,)."""
+    places = np.flatnonzero(marked)
+    kept = np.round(np.linspace(0, places.size - 1, min(largest, places.size))).astype(int)
+    lines = np.zeros(marked.size, dtype=bool)
+    lines[places[kept]] = True
+    return lines
 
 
 @dataclass(frozen=True, eq=False)
@@ -169,7 +170,7 @@ def fit_at_virtual_point(
     parametrisation: Parametrisation,
     objective: Objective,
     start: RealArray,
-    bounds: Bounds | None = None,
+    bounds: Bounds,
 ) -> PointFit:
     """Fit by nonlinear least squares.
 
@@ -177,8 +178,6 @@ def fit_at_virtual_point(
     """
     from scipy.optimize import least_squares
 
-    if bounds is None:
-        bounds = Bounds(np.full(start.shape, -np.inf), np.full(start.shape, np.inf))
     outside = (start < bounds.lower) | (start > bounds.upper)
     if outside.any():
         name = parametrisation.names[int(np.flatnonzero(outside)[0])]

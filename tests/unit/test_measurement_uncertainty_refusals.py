@@ -16,7 +16,6 @@ from deboom.vehicles.platform_uncertainty import transfer_sources
 from deboom.vehicles.uncertain_data import (
     UncertainData,
     run_noise,
-    transfer_paths,
 )
 
 LINES = np.arange(20.0, 61.0)
@@ -53,18 +52,7 @@ def data(sources=(NOISE,), cases=None, transfers=None, band=(20.0, 60.0)):
 @pytest.mark.parametrize(
     ("call", "sentence"),
     [
-        (lambda: data().drawn(0, 0), "seed 0 is refused"),
-        (lambda: data().drawn(-1, 1), "draws count from 0"),
-        (lambda: data().drawn(0, 1, ["moon"]), r"no source of uncertainty \['moon'\]: use"),
-        (lambda: data((NOISE, NOISE)), "duplicated source"),
-        (lambda: data(cases=(case(), case("other", LINES[1:]))), "run and other differ"),
-        (lambda: data(transfers=(frf(), frf(("M x", "M y")))), "vehicle V-2: its noise transfer"),
         (lambda: data(band=(200.0, 300.0)).measured, "no line between 200 and 300 Hz"),
-        (lambda: UncertainData(Fleet((Vehicle("V", "V", frf()),)), (), (), (20, 60)), "load case"),
-        (
-            lambda: data((transfer_paths("", 0.05, 0.0),)).drawn(0, 1),
-            "correlation length of 0",
-        ),
         (lambda: pivotal_interval(1.0, np.ones(39)), "39 draws do not give an interval"),
         (lambda: pivotal_interval([1.0, 2.0], np.ones((50, 3))), "one row per draw"),
         (lambda: pivotal_interval(1.0, np.full(50, -np.inf)), "finite values"),

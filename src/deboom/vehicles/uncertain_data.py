@@ -298,15 +298,19 @@ class UncertainData:
         paths = self.fleet.vehicles[0].noise_transfer.inputs
         measured = [v.noise_transfer.select(inputs=paths) for v in self.fleet.vehicles]
         transfer = np.stack([one.values[inside, 0] for one in measured])
-        frequency = first.force.frequency[inside]
+        frequency, channels = first.force.frequency[inside], first.force.channels
         return MeasuredArrays(
             frequency=frequency,
             transfer=transfer,
             transfer_around=local_magnitude(transfer, frequency),
-            displacement=np.stack([case.displacement.values[inside] for case in self.load_cases]),
-            force=np.stack([case.force.values[inside] for case in self.load_cases]),
+            displacement=np.stack(
+                [case.displacement.select(channels).values[inside] for case in self.load_cases]
+            ),
+            force=np.stack(
+                [case.force.select(channels).values[inside] for case in self.load_cases]
+            ),
             paths=paths,
-            channels=first.force.channels,
+            channels=channels,
         )
 
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:

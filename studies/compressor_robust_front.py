@@ -13,10 +13,9 @@ bounds decide: softer mounts mostly isolate better.
 Keys of summary.json, best mean against today, over scatter: level_change_db_<car>, mean_change_db
 (of cars), largest_rise_db (of a peak, without scatter), sigma_change_percent_best_mean|best_sigma;
 leading_stiffness (largest mean Sobol index, leading_total_index); travel_ratio,
-travel_limit_reached, at_bound (variables there); rigid_holders_median_db|p90_db (of lines, if
-holders stood still); exact_mean_change_db (virtual cars only, without scatter); sigma_bias_percent,
-mean_bias_db (search - verification); n_front, n_evaluated, n_failed, n_beyond_limits,
-seconds_search.
+travel_limit_reached, at_bound (variables there); exact_mean_change_db (virtual cars only, without
+scatter); sigma_bias_percent, mean_bias_db (search - verification); n_front, n_evaluated, n_failed,
+n_beyond_limits, seconds_search.
 """
 
 from __future__ import annotations
@@ -408,7 +407,6 @@ def _tell(report: Report, front: MountFront) -> None:
                 f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of {len(front.vehicles)} cars "
                 f"have a peak that rises by more than {RISE:g} dB."
             )
-    rigid = np.abs(_rigid_difference(front))
     report.summary |= {
         f"level_change_db_{v}": float(c) for v, c in zip(front.vehicles, front.change, strict=True)
     }
@@ -420,8 +418,6 @@ def _tell(report: Report, front: MountFront) -> None:
         "leading_total_index": float(front.sobol.total.mean(axis=1).max()),
         "travel_ratio": travel,
         "at_bound": ", ".join(front.at_bound),
-        "rigid_holders_median_db": float(np.median(rigid)),
-        "rigid_holders_p90_db": float(np.quantile(rigid, 0.9)),
         "sigma_bias_percent": front.verification.sigma_bias_percent,
         "mean_bias_db": front.verification.mean_bias * front.per_line,
         **front.counts,
@@ -605,7 +601,7 @@ def _conditions(front: MountFront, options: Options) -> pd.DataFrame:
 
 def _trust(report: Report, front: MountFront, options: Options) -> None:
     """Say what the model leaves out."""
-    running, rigid = front.model.running, np.abs(_rigid_difference(front))
+    running = front.model.running
     hoses = "Hoses are left out: theirs is a path of its own, which mounts do not change."
     if options.hoses is Hoses.identified:
         hoses = "Hoses are in as identified beams."
@@ -613,9 +609,7 @@ def _trust(report: Report, front: MountFront, options: Options) -> None:
         "How far to trust it",
         f"{running.shares.statement}\n\n{running.source.state.statement}\n\n"
         "Mounts keep their gain over frequency whatever their stiffness, and do not soften with "
-        f"amplitude. {hoses}\n\n"
-        "Holders give way as the free bodies do. Rigid holders would move the level of a line by "
-        f"{np.median(rigid):.2f} dB (median), {np.quantile(rigid, 0.9):.2f} dB (90 %).",
+        f"amplitude. {hoses} Holders give way as the free bodies do.",
     )
     exact = exact_change(front.model, front.robust.space.nominal, front.best)
     if exact is not None:
@@ -625,9 +619,3 @@ def _trust(report: Report, front: MountFront, options: Options) -> None:
             f"{signed(float(np.mean(exact)), 2)} dB in the exact cars of the virtual bench, and by "
             f"{signed(float(front.splv_change(front.best).mean()), 2)} dB in the model."
         )
-
-
-def _rigid_difference(front: MountFront) -> RealArray:
-    """Level with holders that do not move minus level, today, first case, (v, f) [dB]."""
-    today = front.robust.space.nominal[np.newaxis]
-    return np.asarray((front.model.rigid.levels(today) - front.model.index.levels(today))[0])

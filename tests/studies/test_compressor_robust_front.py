@@ -81,7 +81,6 @@ def test_the_model_agrees_with_the_exact_cars(finished):
     """Figures of the whole band, with room for another choice of lines."""
     summary = summary_of(finished)
     assert summary["exact_mean_change_db"] == pytest.approx(summary["mean_change_db"], abs=0.3)
-    assert summary["rigid_holders_p90_db"] > 0.0
 
 
 def test_front_and_summary_agree(finished):

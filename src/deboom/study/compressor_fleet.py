@@ -163,15 +163,13 @@ class MountedFleet:
     """The noise of a fleet as a function of the compressor's mounts, ready to be explored.
 
     - `identified`, `running`: the compressor's hammer test; its source, mounts and hoses.
-    - `index`: with holders as the bodies have them; `rigid`: with holders that do not move.
-    - `statics`: with the stiffness of the lowest line.
+    - `index`: level at the ear; `statics`: travel and modes, with the stiffness of the lowest line.
     """
 
     fleet: CompressorFleet
     identified: Identification
     running: RunningInCar
     index: CabinIndex
-    rigid: CabinIndex
     statics: MountStatics
 
     @property
@@ -235,24 +233,15 @@ def mounted_fleet(
     beams = hose_matrices(hoses, lines) if hoses else None
     names = [hose.name for hose in hoses]
     bodies = [measured_body(car, mounts, lines, names) for car in fleet.cars]
-    rigid_bodies = [replace(b, receptance=np.zeros_like(b.receptance)) for b in bodies]
     positions = np.array([mount.position for mount in mounts])
     variables = mount_variables(mounts, identical=identical, pieces=identical, places=places)
     gain = model.gain.at(lines) * (1 + running.source.state.significant(lines))
-    index, rigid = (
-        CabinIndex(
-            variables,
-            mounts,
-            gain,
-            tuple(car_seam(mass, wanted, positions, body, beams) for body in held),
-            tuple(weights.values()),
-        )
-        for held in (bodies, rigid_bodies)
-    )
+    seams = tuple(car_seam(mass, wanted, positions, body, beams) for body in bodies)
+    index = CabinIndex(variables, mounts, gain, seams, tuple(weights.values()))
     statics = MountStatics(
         variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix
     )
-    return MountedFleet(fleet, identified, running, index, rigid, statics)
+    return MountedFleet(fleet, identified, running, index, statics)
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

@@ -245,7 +245,7 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
                 "hoses of the vehicle": unit * size,
             }
             curves |= _true_curve(measured.truth, sweep, name)
-            title = _panel_title(name, case_name(pressure))
+            title = f"{name.capitalize()}, {case_name(pressure)}"
             masked = _curve(sweep, name).reasons
             panels.append(CurvePanel(title, sweep.frequency, curves, y_label=label, masked=masked))
     report.figure(
@@ -277,10 +277,6 @@ def _curve(sweep: SweepUnbalance, name: str) -> UnbalanceCurve:
     return sweep.static if name == STATIC else sweep.dynamic
 
 
-def _panel_title(name: str, case: str) -> str:
-    return f"{name.capitalize()}, {case}"
-
-
 def _true_curve(
     truth: UnbalanceTruth | None, sweep: SweepUnbalance, name: str
 ) -> dict[str, RealArray]:
@@ -301,7 +297,7 @@ def _panel(
     parts = {"from y": curve.from_y, "from z": curve.from_z}
     sizes = {part: unit * np.abs(band.value) for part, band in parts.items()}
     return CurvePanel(
-        _panel_title(name, sweep.sweep),
+        f"{name.capitalize()}, {sweep.sweep}",
         sweep.frequency,
         sizes | _true_curve(measured.truth, sweep, name),
         y_label=label,
@@ -325,41 +321,41 @@ def _source_table(measured: MeasuredUnbalance) -> pd.DataFrame:
     return table
 
 
-def _line_columns(sweep: str, lines: RealArray) -> dict[str, Any]:
-    """Begin a table with one row per line of a sweep."""
-    return {"sweep": [sweep] * lines.size, "frequency [Hz]": lines}
-
-
 def _curve_table(sweep: SweepUnbalance) -> pd.DataFrame:
     """Both unbalances of one sweep line by line, amplitudes."""
-    table = _line_columns(sweep.sweep, sweep.frequency)
-    table["speed [rpm]"] = sweep.speed
+    table: dict[str, Any] = {"speed [rpm]": sweep.speed}
     for name, curve, unit, factor in (
         ("static", sweep.static, "g mm", 1e6),
         ("dynamic", sweep.dynamic, "g mm²", 1e9),
     ):
-        for part, values in (
-            ("from y", np.abs(curve.from_y.value)),
-            ("from z", np.abs(curve.from_z.value)),
-            ("mean", np.abs(curve.mean)),
-            ("mean from", curve.both.lower),
-            ("mean to", curve.both.upper),
-        ):
-            table[f"{name} {part} [{unit}]"] = factor * values
-        table[f"{name} trusted"] = curve.trusted
-    return pd.DataFrame(table)
+        table |= {
+            f"{name} from y [{unit}]": factor * np.abs(curve.from_y.value),
+            f"{name} from z [{unit}]": factor * np.abs(curve.from_z.value),
+            f"{name} mean [{unit}]": factor * np.abs(curve.mean),
+            f"{name} mean from [{unit}]": factor * curve.both.lower,
+            f"{name} mean to [{unit}]": factor * curve.both.upper,
+            f"{name} trusted": curve.trusted,
+        }
+    return _lines(sweep, table)
 
 
 def _force_table(sweep: SweepUnbalance) -> pd.DataFrame:
     """Write the load inside, complex, and the band of its amplitudes."""
-    table = _line_columns(sweep.sweep, sweep.frequency)
+    table: dict[str, Any] = {}
     forces = [(f"F_{axis}", "N") for axis in "xyz"] + [(f"M_{axis}", "N m") for axis in "xyz"]
     for place, (name, unit) in enumerate(forces):
-        table[f"{name} real [{unit}]"] = sweep.load[:, place].real
-        table[f"{name} imaginary [{unit}]"] = sweep.load[:, place].imag
-        table[f"{name} amplitude from [{unit}]"] = sweep.load_lower[:, place]
-        table[f"{name} amplitude to [{unit}]"] = sweep.load_upper[:, place]
-    return pd.DataFrame(table)
+        table |= {
+            f"{name} real [{unit}]": sweep.load[:, place].real,
+            f"{name} imaginary [{unit}]": sweep.load[:, place].imag,
+            f"{name} amplitude from [{unit}]": sweep.load_lower[:, place],
+            f"{name} amplitude to [{unit}]": sweep.load_upper[:, place],
+        }
+    return _lines(sweep, table)
+
+
+def _lines(sweep: SweepUnbalance, columns: dict[str, Any]) -> pd.DataFrame:
+    """One row per line of a sweep."""
+    return pd.DataFrame({"sweep": sweep.sweep, "frequency [Hz]": sweep.frequency} | columns)
 
 
 def unbalance_into_run(

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
-from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
+from deboom.measurement.noise_transfer import noise_transfer_of_paths
 from deboom.measurement.path_forces import (
     Receiver,
     blocked_forces_in_situ,
@@ -12,8 +12,6 @@ from deboom.measurement.path_forces import (
 )
 from deboom.physics.force_inversion import (
     PLAIN,
-    Inversion,
-    Regularisation,
     invert_for_forces,
 )
 
@@ -26,6 +24,7 @@ FORCE = RNG.normal(size=(3, 2)) + 1j * RNG.normal(size=(3, 2))
 ALL = Frf(LINES, VALUES, (*INDICATORS, "floor", "roof"), PATHS, "m/s²/N")
 RESPONSE = ALL @ Spectrum(LINES, FORCE, PATHS, "N")
 KEPT_OUT = ("floor", "roof")
+EARS, PIECES = ("driver ear", "passenger ear"), ("TSM x", "Du left x", "Du right x")
 ACCELERANCE = ALL.select(outputs=INDICATORS)
 
 
@@ -87,98 +86,13 @@ def test_validation_with_sensors_kept_out():
     assert wrong.corr_f.max() < 1e-10
 
 
-def test_validation_refuses_what_proves_nothing():
-    forces = forces_by_inversion(ACCELERANCE, RESPONSE)
-    validation = ALL.select(outputs=KEPT_OUT)
-    with pytest.raises(InputError, match=r"\['strut'\] were indicators of the inversion"):
-        validate_on_board(ALL.select(outputs=("strut", "roof")), forces, RESPONSE)
-    with pytest.raises(InputError, match=r"paths \['EnM x'\] to the validation sensors"):
-        validate_on_board(validation.select(inputs=PATHS[:1]), forces, RESPONSE)
-    silent = RESPONSE.values * (np.arange(6) < 5)
-    with pytest.raises(InputError, match=r"\['roof'\] measured nothing"):
-        validate_on_board(validation, forces, Spectrum(LINES, silent, RESPONSE.channels, "m/s²"))
-    with pytest.raises(InputError, match="which measured m:"):
-        validate_on_board(
-            validation, forces, Spectrum(LINES, RESPONSE.values, RESPONSE.channels, "m")
-        )
-    later = Spectrum(LINES + 1, RESPONSE.values, RESPONSE.channels, "m/s²")
-    with pytest.raises(InputError, match="different frequency lines"):
-        validate_on_board(validation, forces, later)
-
-
-def test_more_unknown_forces_than_indicators_are_refused():
-    with pytest.raises(InputError, match="2 unknown forces from 1 indicators"):
-        forces_by_inversion(ALL.select(outputs=("roof",)), RESPONSE)
-
-
-def test_singular_positions_are_refused_by_name():
-    values = np.concatenate([VALUES, 3j * VALUES[:, :, :1]], axis=2)
-    matrix = Frf(LINES, values, ALL.outputs, (*PATHS, "GeM x"), "m/s²/N")
-    with pytest.raises(
-        InputError, match=r"singular positions: forces at \['TSM x', 'GeM x'\] .*3 lines"
-    ):
-        forces_by_inversion(matrix, RESPONSE)
-
-
-def test_a_path_that_no_indicator_sees_is_refused_by_name():
-    matrix = Frf(LINES, VALUES * [1, 0], ALL.outputs, PATHS, "m/s²/N")
-    with pytest.raises(InputError, match="force at EnM x moves no indicator"):
-        forces_by_inversion(matrix, RESPONSE)
-
-
-def test_a_line_at_0_hz_is_refused():
-    lines = np.array([0.0, 30.0, 40.0])
-    matrix = Frf(lines, VALUES, ALL.outputs, PATHS, "m/s²/N")
-    with pytest.raises(InputError, match="0 Hz"):
-        forces_by_inversion(matrix, Spectrum(lines, RESPONSE.values, ALL.outputs, "m/s²"))
-
-
-@pytest.mark.parametrize(
-    ("response", "message"),
-    [
-        (RESPONSE.select(INDICATORS[:3]), r"no response of the indicators of \['dash'\]"),
-        (Spectrum(LINES + 1, RESPONSE.values, ALL.outputs, "m/s²"), "other frequency lines"),
-        (
-            Spectrum(LINES, RESPONSE.values, ALL.outputs, "m/s"),
-            "responses of the indicators are in m/s",
-        ),
-    ],
-)
-def test_responses_that_do_not_belong_to_the_matrix_are_refused(response, message):
-    with pytest.raises(InputError, match=message):
-        forces_by_inversion(ACCELERANCE, response)
-
-
-def test_motion_that_does_not_fit_is_refused():
-    stiffness = Spectrum(LINES, np.ones((3, 2)), PATHS, "N/m")
-    motion = Spectrum(LINES, np.ones((3, 2)), PATHS, "m")
-    with pytest.raises(InputError, match=r"no receiver displacement of \['EnM x'\]"):
-        forces_by_mount_stiffness(stiffness, motion, motion.select(PATHS[:1]))
-    with pytest.raises(InputError, match="mount stiffness is in m"):
-        forces_by_mount_stiffness(motion, motion, motion)
-
-
-ONE = np.ones((3, 4))
-
-
-@pytest.mark.parametrize(
-    ("arguments", "message"),
-    [
-        ((VALUES[:, :4], ONE[:2], PLAIN), "responses: shape"),
-        ((VALUES[:, :4], ONE * np.nan, PLAIN), "responses: a number is not finite"),
-        ((VALUES[:, :4], ONE, PLAIN, np.zeros(4)), "above 0"),
-        ((VALUES[:, :4], ONE, PLAIN, np.ones(3)), "noise of the indicators: shape"),
-        ((VALUES[:, :2], ONE[:, :2]), "2 unknown forces from as many indicators"),
-    ],
-)
-def test_arrays_that_cannot_be_inverted_are_refused(arguments, message):
-    with pytest.raises(InputError, match=message):
-        invert_for_forces(*arguments)
-
-
-def test_a_fraction_outside_of_the_singular_values_is_refused():
-    with pytest.raises(InputError, match="0 to 1"):
-        Inversion(Regularisation.TIKHONOV, 1.5)
+def test_a_path_of_two_pieces_is_per_newton_of_their_sum():
+    points = Frf(LINES, VALUES[:, :2].repeat(2, axis=2)[:, :, :3], EARS, PIECES, "Pa/N")
+    paths = {"TSM x": PIECES[:1], "Du x": PIECES[1:]}
+    found = noise_transfer_of_paths(points, paths, "passenger ear")
+    assert (found.outputs, found.inputs) == (EARS[1:], ("TSM x", "Du x"))
+    halves = 0.5 * (points.values[:, 1, 1] + points.values[:, 1, 2])
+    np.testing.assert_allclose(found.values[:, 0, 1], halves)
 
 
 def test_silence_gives_no_force():

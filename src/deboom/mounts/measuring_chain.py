@@ -499,17 +499,17 @@ def _refuse_dead_channels(
     """Refuse a channel below half of its group's least share and of its own stated noise."""
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
     noise_level = np.sqrt(np.mean(noise**2, axis=0))
-    for place, name in enumerate(names):
-        neighbours = level[groups == groups[place]]
-        others, largest = np.median(neighbours), neighbours.max()
-        least = np.hypot(shares[place] * largest, noise_level[place])
-        low = level[place] <= DEAD * others or level[place] == 0
-        if low and (level[place] < 0.5 * least or largest == 0):
-            raise InputError(
-                f"{what} channel '{name}' is dead: over {len(values)} lines it shows "
-                f"{level[place]:.2g}, the others {others:.2g}; repair it, or name it in "
-                "switched_off if enough others are left"
-            )
+    others = np.array([np.median(level[groups == group]) for group in groups])
+    largest = np.array([level[groups == group].max() for group in groups])
+    low = (level <= DEAD * others) | (level == 0)
+    dead = low & ((level < 0.5 * np.hypot(shares * largest, noise_level)) | (largest == 0))
+    if dead.any():
+        place = int(np.argmax(dead))
+        raise InputError(
+            f"{what} channel '{names[place]}' is dead: over {len(values)} lines it shows "
+            f"{level[place]:.2g}, the others {others[place]:.2g}; repair it, or name it in "
+            "switched_off if enough others are left"
+        )
 
 
 def _least_shares(body: InstrumentedBody, tolerances: Tolerances) -> tuple[RealArray, RealArray]:

@@ -11,7 +11,6 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -198,21 +197,6 @@ class ScatteredLevel(_VehicleLevel):
                 slope = case.weighted_gradient(rows[block], factor)
                 gradient[block] += weight / case.frequency.size * slope
         return np.asarray(NEPER_TO_DB * gradient)
-
-
-class Quantity(Protocol):
-    """Some numbers of a design."""
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """Names of the columns."""
-
-    @property
-    def unit(self) -> str:
-        """Unit of all columns."""
-
-    def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
-        """Return the columns, shape (n, c), from the factors (n,) by variable."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -406,6 +390,10 @@ class OperatingStiffness:
             for variables in self.sums.values()
         ]
         return N_PER_MM * np.column_stack(columns)
+
+
+Quantity = WeightSag | TorqueTravel | NaturalFrequencies | OperatingStiffness
+"""Some numbers of a design: their names, their unit, and a call with the factors by variable."""
 
 
 def _blocks(n_designs: int) -> Iterator[slice]:

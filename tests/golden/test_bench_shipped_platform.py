@@ -13,7 +13,7 @@ import pytest
 
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.platform_writer import write_platform
-from deboom.files.tables import read_torque_table
+from deboom.files.rows import read_torque_table
 from deboom.files.uff import read_uff
 from deboom.study.platform_model import CATALOGUE_FILE, LIBRARY_FILE
 

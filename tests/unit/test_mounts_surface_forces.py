@@ -142,23 +142,16 @@ TSM = characterised("TSM", ("",), [("x", KNOWN, SURFACE), ("y", UNKNOWN, SURFACE
 DU = characterised("Du", ("left", "right"), [("x", KNOWN, SURFACE)])
 
 
-def load_case(**changes):
+def load_case():
     rng = np.random.default_rng(1)
     size = rng.uniform(1e-4, 1e-3, (41, 5))
     displacement = size * np.exp(1j * rng.uniform(-np.pi, np.pi, (41, 5)))
     force = rng.normal(size=(41, 5)) + 1j
-    content = {
-        "name": "g5",
-        "title": "5th gear",
-        "gear": 5,
-        "total_ratio": RATIO,
-        "torque_limit": 220.0,
-        "order": 1.5,
-        "displacement": Spectrum(LINES, displacement, CHANNELS, "m"),
-        "force": Spectrum(LINES, force, CHANNELS, "N"),
-        "engine_torque": TORQUE,
-    }
-    return LoadCase(**(content | changes))
+    motion, pushed = (
+        Spectrum(LINES, displacement, CHANNELS, "m"),
+        Spectrum(LINES, force, CHANNELS, "N"),
+    )
+    return LoadCase("g5", "5th gear", 5, RATIO, 220.0, 1.5, motion, pushed, TORQUE)
 
 
 def truth(case):

@@ -1,5 +1,7 @@
 """Transfer path analysis."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -80,26 +82,15 @@ def test_a_band_without_lines_or_a_sum_of_nothing_is_refused():
         silent.ranking()
 
 
-def _frf(**changes):
-    fields = {
-        "frequency": LINES,
-        "values": NTF,
-        "outputs": ("driver",),
-        "inputs": PATHS,
-        "unit": "Pa/N",
-    }
-    return Frf(**{**fields, **changes})
-
-
 @pytest.mark.parametrize(
     ("transfer", "force", "message"),
     [
         (TRANSFER.select(inputs=PATHS[:3]), FORCES, r"no noise .* paths \['Du left x'\]"),
         (TRANSFER, FORCES.select(PATHS[:3]), r"\['Du left x'\] have a noise transfer function"),
-        (_frf(unit="m/s²/N"), FORCES, "are m/s², not Pa"),
-        (_frf(frequency=LINES + 1), FORCES, "different frequency lines"),
+        (replace(TRANSFER, unit="m/s²/N"), FORCES, "are m/s², not Pa"),
+        (replace(TRANSFER, frequency=LINES + 1), FORCES, "different frequency lines"),
         (
-            _frf(values=np.ones((3, 2, 4)), outputs=("driver", "passenger")),
+            Frf(LINES, np.ones((3, 2, 4)), ("driver", "passenger"), PATHS, "Pa/N"),
             FORCES,
             r"microphones \['driver', 'passenger'\]: select\(\) the one ear",
         ),

@@ -50,12 +50,7 @@ def one_path(*sources, axes=("x",)):
         for name, v in zip(("V-1", "V-2"), values, strict=False)
     ]
     case = LoadCase(
-        "run",
-        "",
-        5,
-        3.4,
-        220.0,
-        1.5,
+        *("run", "", 5, 3.4, 220.0, 1.5),
         Spectrum(LINES, 1e-4 * values[2], paths, "m"),
         Spectrum(LINES, 30.0 * values[3], paths, "N"),
     )

@@ -10,36 +10,7 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
-from deboom.bench.compressor_rig import (
-    PRESSURES,
-    RATE,
-    RUNNING,
-    SCATTER,
-    STRIKING,
-    STRIKING_WITH_HOSES,
-    WEIGHING,
-    Blows,
-    HitPlan,
-    Laboratory,
-    Operation,
-    OperationPlan,
-    Sheet,
-    Sweep,
-    TrueSweep,
-    averaged,
-    draw,
-    exact_inertance,
-    hit_plan,
-    laboratory,
-    measured,
-    operation,
-    placement_errors,
-    run_up,
-    speeds,
-    strike,
-    true_sweep,
-    without_noise,
-)
+from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     CompressorPlan,
@@ -111,7 +82,7 @@ def hammer_functions(
     kind: int,
     frequency: RealArray,
     values: RealOrComplexArray,
-    sheet: Sheet,
+    sheet: rig.Sheet,
     title: str,
 ) -> list[UffFunction]:
     """Return FRFs or coherences (f, n_channel, n_impact) of a roving hammer.
@@ -136,7 +107,7 @@ def hammer_functions(
 
 def tolerance_section(level: CalibrationLevel) -> ToleranceSection:
     """Return the stated tolerances of a level."""
-    errors = placement_errors(level)
+    errors = rig.placement_errors(level)
     degrees = float(np.round(np.rad2deg(errors.angle), 10))
     return ToleranceSection(
         sensor_gain=errors.gain,
@@ -183,21 +154,21 @@ def write_compressor_test(
         Seed below 1; a folder that is not empty or cannot be written.
     """
     plan = plan or CompressorPlan()
-    rig = laboratory(seed, level, plan, noise_free=noise_free)
-    hits = without_noise(hit_plan()) if noise_free else hit_plan()
+    lab = rig.laboratory(seed, level, plan, noise_free=noise_free)
+    hits = rig.without_noise(rig.hit_plan()) if noise_free else rig.hit_plan()
     # who strikes a second time, now with hoses, makes other errors
-    striking = STRIKING if plan.hoses is None else STRIKING_WITH_HOSES
+    striking = rig.STRIKING if plan.hoses is None else rig.STRIKING_WITH_HOSES
     title = f"virtual compressor, {plan.case.value}, level {level.value}, seed {seed}"
     if plan.hoses is not None:
         title += ", with hoses"
-    weighed = rig.compressor.mass
+    weighed = lab.compressor.mass
     if not noise_free:
-        off = SCALES * float(draw(seed, WEIGHING).standard_normal())
+        off = SCALES * float(rig.draw(seed, rig.WEIGHING).standard_normal())
         weighed = round(weighed * (1 + off), 3)
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        blows = strike(rig.compressor, rig.placed, hits, draw(seed, striking))
-        sheet = rig.placed.sheet
-        inertance, coherence = averaged(blows, hits)
+        blows = rig.strike(lab.compressor, lab.placed, hits, rig.draw(seed, striking))
+        sheet = lab.placed.sheet
+        inertance, coherence = rig.averaged(blows, hits)
         for file, kind, values in (
             (FRF_FILE, FRF, inertance),
             (COHERENCE_FILE, COHERENCE, coherence),
@@ -209,11 +180,13 @@ def write_compressor_test(
             _write_hits(unfinished / HITS, sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
         _write_test_readme(unfinished, title, hits)
-        _write_test_truth(unfinished / "truth", rig, plan, level, hits, blows)
+        _write_test_truth(unfinished / "truth", lab, plan, level, hits, blows)
     return Path(folder)
 
 
-def _write_hits(folder: Path, sheet: Sheet, blows: Blows, plan: HitPlan, title: str) -> None:
+def _write_hits(
+    folder: Path, sheet: rig.Sheet, blows: rig.Blows, plan: rig.HitPlan, title: str
+) -> None:
     """Write all hits over time as a hammer test."""
     unit = parse_unit("m/s^2")
     facts = HammerTestFile(
@@ -242,7 +215,7 @@ def _write_test_file(
     folder: Path,
     level: CalibrationLevel,
     plan: CompressorPlan,
-    hits: HitPlan,
+    hits: rig.HitPlan,
     weighed: float,
     title: str,
 ) -> None:
@@ -286,7 +259,7 @@ def _write_test_file(
     dump_toml(folder / INERTANCE_TEST_FILE, file)
 
 
-def _write_test_readme(folder: Path, title: str, hits: HitPlan) -> None:
+def _write_test_readme(folder: Path, title: str, hits: rig.HitPlan) -> None:
     """Write what was measured to ``README.txt``."""
     lines = hits.lines
     write_readme(
@@ -305,15 +278,15 @@ def _write_test_readme(folder: Path, title: str, hits: HitPlan) -> None:
 
 def _write_test_truth(
     folder: Path,
-    rig: Laboratory,
+    lab: rig.Laboratory,
     plan: CompressorPlan,
     level: CalibrationLevel,
-    hits: HitPlan,
-    blows: Blows,
+    hits: rig.HitPlan,
+    blows: rig.Blows,
 ) -> None:
     """Write ``truth.npz`` and ``truth.json``."""
     folder.mkdir()
-    compressor, placed = rig.compressor, rig.placed
+    compressor, placed = lab.compressor, lab.placed
     factors = blows.factors.mean(axis=1)
     # of the rigid body at the amplitude of a usual hit: what a model with six motions can find
     inertance = replace(compressor, joint=None).inertance(hits.lines)
@@ -324,7 +297,7 @@ def _write_test_truth(
         apparent_mass=np.linalg.inv(inertance),
         response_matrix=placed.response_rows(),
         excitation_matrix=placed.excitation_rows() / (1 + placed.hammer_gain),
-        frf=exact_inertance(compressor, placed, hits.lines, factors),
+        frf=rig.exact_inertance(compressor, placed, hits.lines, factors),
     )
     mounts = zip(compressor.positions, compressor.rotations, compressor.stiffness, strict=True)
     content = {
@@ -359,7 +332,7 @@ def write_operating_test(
     folder: Path,
     seed: int = 1,
     level: CalibrationLevel = CalibrationLevel.C2,
-    plan: OperationPlan | None = None,
+    plan: rig.OperationPlan | None = None,
     *,
     noise_free: bool = False,
 ) -> Path:
@@ -388,32 +361,36 @@ def write_operating_test(
     InputError
         Seed below 1; a folder that is not empty or cannot be written.
     """
-    plan = plan or OperationPlan()
-    running_rig = operation(seed, level, plan, noise_free=noise_free)
+    plan = plan or rig.OperationPlan()
+    running_lab = rig.operation(seed, level, plan, noise_free=noise_free)
     sweeps = tuple(
-        true_sweep(running_rig, pressure, soft=soft, frequency=speeds())
+        rig.true_sweep(running_lab, pressure, soft=soft, frequency=rig.speeds())
         for soft in (False, True)
-        for pressure in PRESSURES
+        for pressure in rig.PRESSURES
     )
     channels = [
-        (sweep.acceleration if noise_free else measured(sweep, draw(seed, RUNNING, number)),)
+        (
+            sweep.acceleration
+            if noise_free
+            else rig.measured(sweep, rig.draw(seed, rig.RUNNING, number)),
+        )
         for number, sweep in enumerate(sweeps)
     ]
     record = None
     if plan.time_record:
-        noise = None if noise_free else draw(seed, RUNNING, len(sweeps))
-        record = run_up(running_rig, PRESSURES[0], noise)
+        noise = None if noise_free else rig.draw(seed, rig.RUNNING, len(sweeps))
+        record = rig.run_up(running_lab, rig.PRESSURES[0], noise)
     title = f"running compressor, {plan.compressor.case.value}, level {level.value}, seed {seed}"
     with complete_or_not_at_all(Path(folder)) as unfinished:
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
-        write_operation(unfinished, title, plan, running_rig, sweeps, channels, record=record)
-        _write_operation_truth(unfinished / "truth", running_rig, plan, sweeps)
+        write_operation(unfinished, title, plan, running_lab, sweeps, channels, record=record)
+        _write_operation_truth(unfinished / "truth", running_lab, plan, sweeps)
         _write_operation_readme(unfinished, title)
     return Path(folder)
 
 
 def write_hammer_tests(
-    folder: Path, seed: int, level: CalibrationLevel, plan: OperationPlan, *, noise_free: bool
+    folder: Path, seed: int, level: CalibrationLevel, plan: rig.OperationPlan, *, noise_free: bool
 ) -> None:
     """Write the hammer test without hoses and, where the plan asks for it, that with hoses."""
     struck = {HAMMER: plan.compressor}
@@ -426,9 +403,9 @@ def write_hammer_tests(
 def write_operation(
     folder: Path,
     title: str,
-    plan: OperationPlan,
-    running_rig: Operation,
-    sweeps: Sequence[Sweep],
+    plan: rig.OperationPlan,
+    running_lab: rig.Operation,
+    sweeps: Sequence[rig.Sweep],
     channels: Sequence[tuple[ComplexArray, ...]],
     *,
     record: tuple[RealArray, RealArray] | None = None,
@@ -437,20 +414,20 @@ def write_operation(
 ) -> None:
     """Write ``sweeps/``, the sensors on the compressor and ``operation.toml``.
 
-    - `title`, `plan`, `running_rig`: title of the test; wanted operation; compressor and source.
+    - `title`, `plan`, `running_lab`: title of the test; wanted operation; compressor and source.
     - `sweeps`: sweeps over `speeds`.
     - `channels`: measured order spectra of each sweep, the last two where the car has such sensors.
     - `record` (tacho, acceleration), optional, optional: run-up over time.
     - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
     """
-    sheet = running_rig.laboratory.placed.sheet
+    sheet = running_lab.laboratory.placed.sheet
     nodes = SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
     write_table(folder / SENSORS, PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
     for sweep, parts in zip(sweeps, channels, strict=True):
         file, notes = f"{SWEEPS}/{sweep.name.replace(' ', '_')}.uff", (title, sweep.name)
-        write_sweep(folder / file, nodes, speeds(), parts, notes=notes)
+        write_sweep(folder / file, nodes, rig.speeds(), parts, notes=notes)
         sections.append(
             SweepSection(
                 name=sweep.name, hoses=sweep.state, pressure_bar=sweep.pressure, spectra=file
@@ -459,19 +436,19 @@ def write_operation(
     if record is not None:
         file = f"{SWEEPS}/{RECORD_NAME.replace(' ', '_')}.uff"
         pulses, acceleration = record
-        time = np.arange(pulses.size) / RATE
+        time = np.arange(pulses.size) / rig.RATE
         write_sweep(folder / file, nodes, time, (acceleration,), pulses=pulses, notes=[RECORD_NAME])
         sections.append(
             SweepSection(
                 name=RECORD_NAME,
                 hoses="soft",
-                pressure_bar=PRESSURES[0],
+                pressure_bar=rig.PRESSURES[0],
                 record=file,
-                sample_rate_hz=RATE,
+                sample_rate_hz=rig.RATE,
             )
         )
     # of one part of a complex number: 1/√2 of the number's
-    recorder, part = hit_plan(), float(np.sqrt(0.5))
+    recorder, part = rig.hit_plan(), float(np.sqrt(0.5))
     file_content = OperatingTestFile(
         format=1,
         title=title,
@@ -479,9 +456,9 @@ def write_operation(
         hammer_with_hoses=HAMMER_WITH_HOSES if plan.hammer_with_hoses else None,
         sensor_table=SENSORS,
         tacho_node=TACHO_NODE,
-        rotor_inertia_kg_m2=running_rig.source.rotor_inertia,
+        rotor_inertia_kg_m2=running_lab.source.rotor_inertia,
         deviations=DeviationSection(
-            relative=SCATTER * part,
+            relative=rig.SCATTER * part,
             floor_m_s2=recorder.response_noise * part,
             corner_hz=float(recorder.corner),
         ),
@@ -523,7 +500,10 @@ def _write_operation_readme(folder: Path, title: str) -> None:
 
 
 def _write_operation_truth(
-    folder: Path, running_rig: Operation, plan: OperationPlan, sweeps: Sequence[TrueSweep]
+    folder: Path,
+    running_lab: rig.Operation,
+    plan: rig.OperationPlan,
+    sweeps: Sequence[rig.TrueSweep],
 ) -> None:
     """Write ``operation.json``, ``operation.npz`` and one ``.npz`` per sweep, but of no record.
 
@@ -535,8 +515,8 @@ def _write_operation_truth(
     the other ends (f, 6 n_hose). ``operation.npz``: ``response_matrix`` (n_channel, 6).
     """
     folder.mkdir()
-    rig, source = running_rig.laboratory, running_rig.source
-    np.savez(folder / "operation.npz", response_matrix=rig.placed.response_rows())
+    lab, source = running_lab.laboratory, running_lab.source
+    np.savez(folder / "operation.npz", response_matrix=lab.placed.response_rows())
     for number, sweep in enumerate(sweeps):
         run = sweep.running
         squared = ((2 * np.pi * sweep.frequency) ** 2)[:, None, None]
@@ -569,7 +549,7 @@ def _write_operation_truth(
                 "direction": hose.direction,
                 **asdict(hose.beam),
             }
-            for hose in rig.compressor.hoses
+            for hose in lab.compressor.hoses
         ],
     }
     write_json(folder / "operation.json", content)

@@ -179,8 +179,7 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
         yield from _write_runs(session, mount_set, entries)
     for time_run in file.time_runs:
         yield _write_time_run(session, time_run)
-    _write_sensor_truth(session)
-    write_powertrain_truth(folder / "truth", bench, sheet)
+    write_powertrain_truth(folder / "truth", bench)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
     write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench))
@@ -272,21 +271,6 @@ def _write_time_run(session: _Session, entry: TimeRunEntry) -> str:
         write_uff(session.path(entry.file), functions, binary=True)
     np.savez(session.folder / "truth" / f"{entry.name}.npz", **truth)
     return entry.file
-
-
-def _write_sensor_truth(session: _Session) -> None:
-    """Write what the sensors truly do."""
-    sensors = session.sensors
-    truth: dict[str, Any] = {
-        "positions": sensors.true_positions,
-        "orientations": sensors.true_orientations,
-        "sensitivity": sensors.sensitivity,
-        "cells": sensors.cells,
-        "side_cells": sensors.side_cells,
-        "pushes": sensors.pushes,
-        "drift": sensors.drift,
-    }
-    np.savez(session.folder / "truth" / "sensors.npz", **truth)
 
 
 def _functions(

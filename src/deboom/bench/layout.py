@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -109,11 +109,6 @@ class Place:
         return self.point.position + self.offset
 
     @property
-    def channels(self) -> tuple[str, ...]:
-        """Names of a sensor's channels, such as ``B4 x``."""
-        return tuple(f"{self.name} {axis}" for axis in AXES)
-
-    @property
     def vector(self) -> RealArray:
         """Unit vector along `direction`."""
         sign = -1.0 if self.direction.startswith("-") else 1.0
@@ -135,18 +130,11 @@ def points(bench: VirtualBench) -> tuple[Point, ...]:
     )
 
 
-def paths(bench: VirtualBench, per_piece: bool) -> tuple[tuple[str, str, str, int], ...]:
-    """Return mount, piece, axis and node of the forces into the body.
-
-    Both wishbone mounts are one path, or one each.
-    """
-    powertrain = [
-        (mount, "", axis, node)
-        for node, mount in enumerate(bench.mount_names, FIRST_POINT_NODE)
-        for axis in AXES
-    ]
-    sides = zip(SIDES, WISHBONE_NODES, strict=True) if per_piece else [("", BOTH_WISHBONES_NODE)]
-    return (*powertrain, *(("Du", side, "x", node) for side, node in sides))
+def paths(bench: VirtualBench, per_piece: bool) -> tuple[Point, ...]:
+    """Return where forces enter the body; both wishbone mounts are one path, or one each."""
+    *powertrain, left, right = points(bench)
+    sides = (left, right) if per_piece else (replace(left, piece="", node=BOTH_WISHBONES_NODE),)
+    return (*powertrain, *sides)
 
 
 def accelerometer_places(bench: VirtualBench) -> tuple[Place, ...]:

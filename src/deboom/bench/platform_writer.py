@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +14,11 @@ from deboom.bench.layout import (
     FREQUENCY,
     LOAD_CASES,
     MOUNT_DESCRIPTIONS,
+    Point,
     paths,
     points,
 )
-from deboom.bench.operating_run import OperatingRun, PlannedRun, true_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench
 from deboom.bench.sensors import (
     CENTRE_TOLERANCE,
@@ -177,13 +178,12 @@ def mount_sections(
     return tuple(sections)
 
 
-def write_powertrain_truth(folder: Path, bench: VirtualBench, sheet: DataSheet) -> None:
+def write_powertrain_truth(folder: Path, bench: VirtualBench) -> None:
     """Write what the data sheet only approximates, as ``powertrain.json``."""
     powertrain = {
         "mass_kg": bench.mass,
         "inertia_kg_m2": bench.inertia,
         "mount_position_m": dict(zip(bench.mount_names, bench.positions, strict=True)),
-        "centre_of_gravity_from_stated_one_m": sheet.centre_error,
         "wheel_end_mass_kg": float(bench.wheel_end.mass_matrix[0, 0]),
     }
     write_json(folder / "powertrain.json", powertrain)
@@ -216,7 +216,7 @@ def _write_files(
         runs[case.name] = run
         yield name
 
-    listed = paths(bench, per_piece)
+    listed = [(point, axis) for point in paths(bench, per_piece) for axis in point.axes]
     transfers = {}
     children = for_vehicles.spawn(len(fleet.bodies))
     for node, (vehicle, child) in enumerate(
@@ -233,9 +233,21 @@ def _write_files(
         transfers[vehicle] = true
         yield name
 
-    names = [_channel(mount, piece, axis) for mount, piece, axis, _ in listed]
-    _write_truth(folder / "truth", fleet, runs, transfers, names)
-    write_powertrain_truth(folder / "truth", bench, sheet)
+    np.savez(
+        folder / "truth/operating.npz",
+        frequency=FREQUENCY,
+        load_cases=np.array(list(runs)),
+        channels=np.array(next(iter(runs.values())).channels),
+        **stacked(runs.values(), "displacement", "force", "stiffness", "engine_torque"),
+    )
+    np.savez(
+        folder / "truth/noise_transfer.npz",
+        frequency=FREQUENCY,
+        vehicles=np.array(list(transfers)),
+        paths=np.array([point.channel(axis) for point, axis in listed]),
+        noise_transfer=np.array(list(transfers.values())),
+    )
+    write_powertrain_truth(folder / "truth", bench)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench, listed))
     _write_readme(folder, bench, seed)
@@ -270,7 +282,7 @@ def _operating_functions(
 
 
 def _noise_transfer_functions(
-    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[str, str, str, int]]
+    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[Point, str]]
 ) -> list[UffFunction]:
     """Return the pressure at the driver's ear per force at every path, UFF type 4."""
     return [
@@ -279,24 +291,18 @@ def _noise_transfer_functions(
             FREQUENCY,
             values,
             Dof(ear_node, "scalar", "driver ear", "pressure"),
-            Dof(node, f"+{axis}", mount, "force"),
-            f"noise transfer function, {vehicle}, {_channel(mount, piece, axis)}",
+            Dof(point.node, f"+{axis}", point.mount, "force"),
+            f"noise transfer function, {vehicle}, {point.channel(axis)}",
             "driver's ear; a mount of several pieces: per newton of their summed force",
         )
-        for values, (mount, piece, axis, node) in zip(measured.T, listed, strict=True)
+        for values, (point, axis) in zip(measured.T, listed, strict=True)
     ]
 
 
-def _channel(mount: str, piece: str, axis: str) -> str:
-    return " ".join(filter(None, (mount, piece, axis)))
-
-
-def _channel_rows(
-    bench: VirtualBench, listed: Sequence[tuple[str, str, str, int]]
-) -> list[ChannelRow]:
+def _channel_rows(bench: VirtualBench, listed: Sequence[tuple[Point, str]]) -> list[ChannelRow]:
     """Return the channel table: operating channels first, then noise transfer functions."""
     channels = [
-        (quantity, point.mount, point.piece, axis, point.node)
+        (quantity, point, axis)
         for quantity in ("displacement", "force")
         for point in points(bench)
         for axis in point.axes
@@ -304,16 +310,16 @@ def _channel_rows(
     channels += [(NOISE_TRANSFER, *path) for path in listed]
     return [
         ChannelRow(
-            channel=_channel(mount, piece, axis),
+            channel=point.channel(axis),
             quantity=quantity,
-            mount=mount,
-            piece=piece,
+            mount=point.mount,
+            piece=point.piece,
             axis=axis,
-            node=node,
+            node=point.node,
             direction=f"+{axis}",
             unit=parse_unit(QUANTITY_UNIT[quantity]),
         )
-        for quantity, mount, piece, axis, node in channels
+        for quantity, point, axis in channels
     ]
 
 
@@ -368,34 +374,4 @@ def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
         "changes no result.",
         "platform",
         "platform.toml",
-    )
-
-
-def _write_truth(
-    folder: Path,
-    fleet: BenchFleet,
-    runs: Mapping[str, OperatingRun],
-    transfers: Mapping[str, ComplexArray],
-    names: Sequence[str],
-) -> None:
-    """Write true runs by load case, true noise transfer functions and modes by vehicle."""
-    np.savez(
-        folder / "operating.npz",
-        frequency=FREQUENCY,
-        load_cases=np.array(list(runs)),
-        channels=np.array(next(iter(runs.values())).channels),
-        **stacked(runs.values(), "displacement", "force", "stiffness", "engine_torque"),
-    )
-    np.savez(
-        folder / "noise_transfer.npz",
-        frequency=FREQUENCY,
-        vehicles=np.array(list(transfers)),
-        paths=np.array(names),
-        noise_transfer=np.array(list(transfers.values())),
-    )
-    of_modes = ("frequencies", "damping_ratios", "shapes_at_paths", "shapes_at_panels")
-    np.savez(
-        folder / "body_modes.npz",
-        vehicles=np.array(list(fleet.bodies)),
-        **stacked(fleet.bodies.values(), *of_modes, "local_stiffness"),
     )

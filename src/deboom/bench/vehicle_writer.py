@@ -18,7 +18,6 @@ from deboom.bench.fleet import (
     ear_transfer,
     interface_shapes,
     load_fleet,
-    local_flexibility,
     scattered_body,
 )
 from deboom.bench.layout import (
@@ -360,8 +359,6 @@ def _write_run(
         deflection=run.deflection,
         stiffness=run.stiffness,
         body_motion=run.body_motion,
-        powertrain_motion=run.powertrain,
-        wheel_end_motion=run.wheel_ends,
     )
     return name
 
@@ -394,7 +391,6 @@ def _write_vehicle_truth(session: _Session) -> None:
         damping_ratios=body.damping_ratios,
         shapes_at_interfaces=interface_shapes(body),
         shapes_at_panels=body.shapes_at_panels,
-        local_flexibility=local_flexibility(body),
     )
 
 

@@ -33,8 +33,8 @@ def write_small(folder, seed, progress=None):
 
 # true mounts under the true engine, and the plan of the channels, are those of every seed
 WRITERS = {
-    "platform": (write_platform, {"channels.csv", "truth/operating.npz"}),
-    "campaign": (write_small, {"channels.csv", "truth/M1.npz"}),
+    "platform": (write_platform, {"channels.csv", "truth/operating.npz", "truth/powertrain.json"}),
+    "campaign": (write_small, {"channels.csv", "truth/M1.npz", "truth/powertrain.json"}),
 }
 
 

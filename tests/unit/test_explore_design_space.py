@@ -36,6 +36,12 @@ def test_tolerance_is_three_sigma_of_the_design_itself():
         ({"upper": [1.2, np.inf]}, "'gap' has .* not finite"),
         ({"nominal": [1.0]}, r"lower: shape \(1\) is needed, not \(2,\)"),
         ({"units": ("1",)}, "names 2 variables, but has 1 units"),
+        ({"integer": [True, False]}, "'TSM x' takes whole numbers"),
+        ({"integer": [False, True], "lower": [0.8, 0.0]}, "'gap' takes whole numbers"),
+        (
+            {"integer": [True, False], "lower": [0, 0], "upper": [2, 1], "names": ("part", "gap")},
+            "'part' takes whole numbers",
+        ),
     ],
 )
 def test_bad_spaces_are_refused_by_variable(change, words):

@@ -387,16 +387,3 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
     found = nsga2(robust, 20, 40, seed=1).front
     np.testing.assert_array_equal(found.designs, truth.designs)
-
-
-@pytest.mark.parametrize(
-    "changes",
-    [
-        {"upper": np.array([4, 3, 5.5, 1.2, 1.2])},
-        {"nominal": np.array([0.5, 0, 0, 1, 1])},
-        {"tolerance": np.array([0.1, 0, 0, 0.15, 0.15])},
-    ],
-)
-def test_a_fraction_or_a_tolerance_is_refused(changes):
-    with pytest.raises(InputError, match="takes whole numbers"):
-        replace(MIXED_SPACE, **changes)

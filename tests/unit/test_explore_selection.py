@@ -79,28 +79,22 @@ def model(function, n_responses=2):
     return ResponseFunction(function, SPACE.names, names, "dB")
 
 
-def test_variables_without_effect_are_found_and_weak_ones_are_not():
-    weights = np.array([[1.0, 2.0], [0.0, 0.0], [0.0, 1e-12], [0.0, 0.0]])
-    found = variables_without_effect(model(lambda designs: designs @ weights), SPACE)
-    assert found == ("b", "d")
+WEIGHTS = np.array([[1.0, 2.0], [0.0, 0.0], [0.0, 1e-12], [0.0, 0.0]])
+HELD = {"lower": np.array([0.8, 1.0, 0.8, 0.8]), "upper": np.array([1.2, 1.0, 1.2, 1.2])}
 
 
-def test_an_effect_that_shows_only_away_from_the_nominal_design_counts():
-    def product(designs):
-        return np.column_stack([(designs[:, 0] - 1.0) * designs[:, 1], designs[:, 2]])
-
-    assert variables_without_effect(model(product), SPACE) == ("d",)
-
-
-def test_a_variable_that_cannot_move_is_not_said_to_be_without_effect():
-    held = replace(SPACE, lower=np.array([0.8, 1.0, 0.8, 0.8]), upper=np.array([1.2, 1, 1.2, 1.2]))
-    constant = model(lambda designs: np.ones((len(designs), 2)))
-    assert variables_without_effect(constant, held) == ("a", "c", "d")
-
-
-def test_a_model_that_fails_at_a_bound_is_not_said_to_be_without_effect():
-    failing = model(lambda designs: np.full((len(designs), 2), np.nan))
-    assert variables_without_effect(failing, SPACE) == ()
+@pytest.mark.parametrize(
+    ("function", "changes", "expected"),
+    [
+        (lambda x: x @ WEIGHTS, {}, "bd"),  # weak ones have an effect
+        (lambda x: np.column_stack([(x[:, 0] - 1.0) * x[:, 1], x[:, 2]]), {}, "d"),  # away from 1
+        (lambda x: np.ones((len(x), 2)), HELD, "acd"),  # what cannot move has shown nothing
+        (lambda x: np.full((len(x), 2), np.nan), {}, ""),  # nor has a model that fails
+    ],
+)
+def test_variables_without_effect(function, changes, expected):
+    space = replace(SPACE, **changes)
+    assert variables_without_effect(model(function), space) == tuple(expected)
 
 
 def test_back_to_nominal():

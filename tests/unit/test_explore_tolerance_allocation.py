@@ -207,6 +207,13 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
         (lambda: ShareTarget(np.array([np.nan]), 0.9), "finite"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.0, 0.3), "could only be chosen from 0 to 0.3"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.4, 0.3), "could only be chosen from 0.4"),
+        (
+            lambda: replace(
+                linear_allocator(SLOPE[:1], WEIGHT[:1]),
+                price=ToleranceCost(("Q x",), np.ones(1), np.full(1, 0.15)),
+            ),
+            "there is a cost of",
+        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, words):
@@ -214,27 +221,26 @@ def test_what_makes_no_sense_is_refused(make, words):
         make()
 
 
-def test_models_and_draws_that_do_not_serve_are_refused():
-    allocator = linear_allocator(SLOPE, WEIGHT)
-    effect = allocator.effect
-    other = ToleranceCost(("Q x",), np.ones(1), np.full(1, 0.15))
-    with pytest.raises(InputError, match="there is a cost of"):
-        replace(allocator, price=other, lower=np.asarray(0.05), upper=np.asarray(0.3))
-    fresh = replace(effect.robust, sample=FreshGaussianSampler(12, 64, seed=1))
-    with pytest.raises(InputError, match="draws that they share"):
-        ToleranceEffect(fresh, effect.design)
-    plain = ResponseFunction(Linear(SLOPE), effect.names, ("v0",), "dB")
-    with pytest.raises(InputError, match="offers no gradient"):
-        ToleranceEffect(replace(effect.robust, evaluate=plain), effect.design)
+class Broken(Linear):
+    """A model that always fails."""
+
+    def __call__(self, designs):
+        """Fail."""
+        return np.full((len(designs), 1), np.nan)
 
 
-def test_a_design_that_fails_in_its_scatter_is_refused():
-    class Broken(Linear):
-        def __call__(self, designs):
-            """Fail."""
-            return np.full((len(designs), 1), np.nan)
-
-    allocator = linear_allocator(SLOPE, WEIGHT)
-    robust = replace(allocator.effect.robust, evaluate=Broken(SLOPE))
-    with pytest.raises(InputError, match="fails somewhere in its scatter"):
-        ToleranceEffect(robust, np.ones(12)).at(np.full(12, 0.1))
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sample": FreshGaussianSampler(12, 64, seed=1)}, "draws that they share"),
+        (
+            {"evaluate": ResponseFunction(Linear(SLOPE), Linear(SLOPE).variable_names, "v", "dB")},
+            "offers no gradient",
+        ),
+        ({"evaluate": Broken(SLOPE)}, "fails somewhere in its scatter"),
+    ],
+)
+def test_models_and_draws_that_do_not_serve_are_refused(changes, words):
+    robust = linear_allocator(SLOPE, WEIGHT).effect.robust
+    with pytest.raises(InputError, match=words):
+        ToleranceEffect(replace(robust, **changes), np.ones(12)).at(np.full(12, 0.1))

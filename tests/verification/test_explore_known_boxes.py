@@ -21,32 +21,12 @@ EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
 
 
-def draws(lower, upper, size=200_000):
-    return lower + np.random.default_rng(7).random((size, len(lower))) * (upper - lower)
-
-
-@pytest.mark.parametrize("limit", [1.0, 2.0, 3.0, 4.0])
-def test_the_share_below_a_plane_is_that_of_random_parts(limit):
-    slope = np.array([1.0, -2.0, 0.5, 1.5])
-    lower, upper = np.array([0.0, -0.5, 0.2, 1.0]), np.array([1.0, 0.5, 2.0, 1.3])
-    counted = np.mean(draws(lower, upper) @ slope <= limit)
-    assert linear_share(slope, limit, lower, upper) == pytest.approx(counted, abs=0.004)
-
-
 def test_the_share_below_a_plane_is_exact_where_it_is_plain():
     zeros, ones = np.zeros(2), np.ones(2)
     assert linear_share(ones, 0.5, zeros, ones) == pytest.approx(0.125, abs=1e-14)
     assert linear_share(ones, 1.5, zeros, ones) == pytest.approx(0.875, abs=1e-14)
     assert linear_share(ones, 2.0, zeros, ones) == 1.0
     assert linear_share(ones, 0.6, zeros, np.array([0.0, 1.0])) == pytest.approx(0.6)
-
-
-@pytest.mark.parametrize("limit", [0.05, 0.1, 0.2])
-def test_the_share_of_a_bowl_is_that_of_random_parts(limit):
-    weight, target = np.array([0.7, 1.2, 0.9]), np.array([0.9, 1.1, 1.05])
-    lower, upper = np.array([0.7, 0.8, 0.6]), np.array([1.2, 1.3, 1.4])
-    counted = np.mean((draws(lower, upper) - target) ** 2 @ weight <= limit)
-    assert quadratic_share(weight, target, limit, lower, upper) == pytest.approx(counted, abs=0.004)
 
 
 def test_a_disc_in_its_square_has_the_share_of_pi():

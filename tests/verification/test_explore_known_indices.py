@@ -1,7 +1,5 @@
 """Sobol indices against closed forms, against SALib, and on the virtual test bench."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -16,11 +14,7 @@ from deboom.explore.sensitivity import (
     tolerance_inputs,
 )
 from deboom.explore.space import stiffness_factor_space
-from deboom.files.platform import read_platform
-from deboom.vehicles.booming_model import booming_model
 from known_indices import Ishigami, SobolG
-
-PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 
 
 def analysed(inputs, model, n_base, seed=1, **options):
@@ -85,24 +79,6 @@ def test_every_number_is_salibs():
             np.testing.assert_allclose(
                 getattr(own, kind), getattr(salib, kind), rtol=1e-9, atol=1e-12
             )
-
-
-def test_variables_without_path_are_exactly_zero_on_the_bench():
-    data = read_platform(PLATFORM)
-    cases = [(data.load_case(data.default_load_case), 1.0)]
-    index = booming_model(data.fleet.group("U06"), data.mounts, cases, (20, 60))
-    space = stiffness_factor_space(index.variable_names, 0.15, 0.15)
-    for inputs in (design_inputs(space), tolerance_inputs(space)):
-        designs = sobol_designs(inputs, 64, seed=1)
-        values = index(designs)
-        found = sobol_indices(values, inputs.names, index.response_names, seed=1)
-        for name in ("Du y", "Du z"):
-            row = inputs.names.index(name)
-            for column in ("first", "total", "interaction", "first_interval", "total_interval"):
-                assert np.all(getattr(found, column)[row] == 0.0)
-            assert found.zero[row].all()
-        leaders = np.array(inputs.names)[found.total.argmax(axis=0)]
-        assert list(leaders) == ["TSM x"] * 4 + ["GeM x"]
 
 
 def test_elementary_effects_of_ishigami():

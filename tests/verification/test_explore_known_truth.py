@@ -15,6 +15,7 @@ from scipy import optimize, stats
 import known_truth
 from deboom.explore import scatter as tolerance_samples
 from deboom.explore.front import hypervolume, nondominated, verify
+from deboom.explore.moments import Estimator
 from deboom.explore.robust import Robust, RobustResponse, RobustValues
 from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
 from deboom.explore.search import nsga2
@@ -85,13 +86,16 @@ def test_the_default_sample_gives_mean_and_sigma(make):
         assert np.sqrt(np.mean(error[:, 1] ** 2)) < sigma_error
 
 
+@pytest.mark.parametrize("degree", [0, 1])
 @BOTH
-def test_standard_errors_are_the_scatter_between_samples(make):
+def test_standard_errors_are_the_scatter_between_samples(make, degree):
     """Over 400 gaussian samples: mean and sigma sums scatter as the standard errors say, ±10 %."""
     problem, space = instance(make, 6)
-    design = designs_in(space, 1)
+    design, estimator = designs_in(space, 1), Estimator(degree)
     runs = [
-        RobustResponse(problem, space, gaussian_sample(6, 200, seed=seed))(design)
+        RobustResponse(problem, space, gaussian_sample(6, 200, seed=seed), estimator=estimator)(
+            design
+        )
         for seed in range(1, 401)
     ]
     for figure, error in (

@@ -54,17 +54,15 @@ class Placement:
 
     def deviations(self, tolerances: PlacementTolerances) -> RealArray:
         """State how well each unknown is known before, 1 σ, shape (9 n + 1 + 4 m,)."""
-        n_channels, n_tangents = 3 * len(self.sensors), 2 * len(self.impacts)
-        return np.concatenate(
-            [
-                np.full(n_channels, tolerances.sensor_gain),
-                np.full(n_channels, tolerances.sensor_position),
-                np.full(n_channels, tolerances.sensor_angle),
-                [tolerances.hammer_gain],
-                np.full(n_tangents, tolerances.impact_position),
-                np.full(n_tangents, tolerances.impact_angle),
-            ]
-        )
+        known = [
+            (3 * len(self.sensors), tolerances.sensor_gain),
+            (3 * len(self.sensors), tolerances.sensor_position),
+            (3 * len(self.sensors), tolerances.sensor_angle),
+            (1, tolerances.hammer_gain),
+            (2 * len(self.impacts), tolerances.impact_position),
+            (2 * len(self.impacts), tolerances.impact_angle),
+        ]
+        return np.concatenate([np.full(*each) for each in known])
 
     def response_matrix(self, errors: RealArray) -> RealArray:
         """Compute motion of the virtual point → channels, (..., n_error) → (..., 3 n, 6)."""

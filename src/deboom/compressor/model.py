@@ -266,17 +266,19 @@ def modal_table(model: CompressorModel) -> ModalTable:
     With one gain for all directions the shapes are those of the static stiffness, and each
     frequency solves ``f = f_s √v'(f)``; exact for the common gain only.
     """
+    from scipy.optimize import fixed_point
+
     static, shapes = rigid_body_modes(model.mass_matrix, model.stiffness)
-    frequency = static.copy()
-    for _ in range(_LARGEST_STEPS):
+
+    def following(frequency: RealArray) -> RealArray:
         gain = model.gain.real.at(frequency)
         if np.any(gain <= 0):
             raise InputError("the gain factor is not positive at a natural frequency")
-        following = static * np.sqrt(gain)
-        settled = np.allclose(following, frequency, rtol=1e-12, atol=0)
-        frequency = following
-        if settled:
-            break
+        return static * np.sqrt(gain)
+
+    frequency = fixed_point(
+        following, static, xtol=1e-12, maxiter=_LARGEST_STEPS, method="iteration"
+    )
     dynamic = model.gain.at(frequency)
     energy = shapes * (model.mass_matrix @ shapes)
     return ModalTable(frequency, dynamic.imag / dynamic.real, shapes, energy)

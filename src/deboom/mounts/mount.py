@@ -45,6 +45,11 @@ class Mount:
         unknown = [axis for axis in self.transfer_axes if axis not in AXES]
         if unknown:
             raise InputError(f"mount {self.name}: unknown axes {unknown}, use {list(AXES)}")
+        if not 0.0 <= self.body_mass_tolerance <= (self.body_mass or 0.0):
+            raise InputError(
+                f"mount {self.name}: a body of {self.body_mass} ± {self.body_mass_tolerance} kg: "
+                "give a mass above 0 and a smaller tolerance"
+            )
 
     @property
     def variables(self) -> tuple[str, ...]:

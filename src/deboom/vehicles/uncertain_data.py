@@ -298,19 +298,15 @@ class UncertainData:
         paths = self.fleet.vehicles[0].noise_transfer.inputs
         measured = [v.noise_transfer.select(inputs=paths) for v in self.fleet.vehicles]
         transfer = np.stack([one.values[inside, 0] for one in measured])
-        frequency, channels = first.force.frequency[inside], first.force.channels
+        frequency = first.force.frequency[inside]
         return MeasuredArrays(
             frequency=frequency,
             transfer=transfer,
             transfer_around=local_magnitude(transfer, frequency),
-            displacement=np.stack(
-                [case.displacement.select(channels).values[inside] for case in self.load_cases]
-            ),
-            force=np.stack(
-                [case.force.select(channels).values[inside] for case in self.load_cases]
-            ),
+            displacement=np.stack([case.displacement.values[inside] for case in self.load_cases]),
+            force=np.stack([case.force.values[inside] for case in self.load_cases]),
             paths=paths,
-            channels=channels,
+            channels=first.force.channels,
         )
 
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:

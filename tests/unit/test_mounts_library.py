@@ -48,6 +48,7 @@ X = VALUE.direction("x")
         (lambda: replace(X, axis="rx"), "unknown axis 'rx', use x, y, z"),
         (lambda: replace(X, surface=None), "direction x is identified, but it has no surface"),
         (lambda: DirectionQuality(False, r2_real=float("nan")), "r2_real is nan; leave out what"),
+        (lambda: replace(VALUE.mount, body_mass=-3.0), "a body of -3.0"),
         (lambda: replace(VALUE, directions=(X, X)), r"every axis once, it has \['x', 'x'\]"),
         (lambda: replace(VALUE, directions=(X,)).direction("y"), "no direction 'y', use x"),
         (

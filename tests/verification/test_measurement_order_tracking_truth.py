@@ -205,33 +205,24 @@ def test_clean_pulses_give_angle_and_speed():
     np.testing.assert_allclose(speed(shaft.time_at(wanted)), wanted, rtol=1e-5)
 
 
-def test_voltage_with_edges_of_two_samples_is_read_between_samples():
+@pytest.mark.parametrize(
+    ("samples", "noise", "late", "degrees"),
+    [
+        (2, 0.0, 0.01, 0.02),  # straight between the samples about its middle
+        (0, 0.0, 0.5 + 1e-9, 0.6),  # half a sample at 50 rev/s is 0.55 degrees
+        (4, 0.1, 0.6, 0.2),
+    ],
+)
+def test_voltages_are_read_between_samples(samples, noise, late, degrees):
+    """Edges of so many samples, noise [V] and an offset: delay [samples] and angle."""
     time = np.arange(int(DURATION * RATE)) / RATE
-    edge = 2 * speed(time) / 60 / RATE
-    times = pulse_times(voltage(revolution(time), edge=edge), RATE)
-    # an edge two samples wide is straight between the samples about its middle
-    np.testing.assert_allclose(times, pulses()[: times.size], atol=0.01 / RATE)
-    assert worst_angle(shaft_angle(repair_pulses(times))) < 0.02
-
-
-def test_perfect_steps_are_late_by_half_a_sample():
-    time = np.arange(int(DURATION * RATE)) / RATE
-    times = pulse_times(voltage(revolution(time)), RATE)
-    delay = (times - pulses()[: times.size]) * RATE
-    assert np.abs(delay).max() <= 0.5 + 1e-9
-    shaft = shaft_angle(repair_pulses(times))
-    # half a sample at 50 rev/s is 0.55 degrees
-    assert worst_angle(shaft) < 0.6
-
-
-def test_pulses_with_noise_and_offset():
-    rng = np.random.default_rng(2)
-    time = np.arange(int(DURATION * RATE)) / RATE
-    edge = 4 * speed(time) / 60 / RATE
-    signal = -3 + voltage(revolution(time), edge=edge) + rng.normal(0, 0.1, time.size)
-    times = pulse_times(signal, RATE)
-    assert times.size == pulses()[pulses() < time[-1]].size
-    assert worst_angle(shaft_angle(repair_pulses(times))) < 0.2
+    edge = samples * speed(time) / 60 / RATE
+    rough = np.random.default_rng(2).normal(0, noise, time.size)
+    times = pulse_times(-3 + voltage(revolution(time), edge=edge) + rough, RATE)
+    expected = pulses()[pulses() < time[-1]]
+    assert times.size == expected.size
+    assert np.abs(times - expected).max() <= late / RATE
+    assert worst_angle(shaft_angle(repair_pulses(times))) < degrees
 
 
 def test_missing_doubled_and_displaced_pulses_are_named():

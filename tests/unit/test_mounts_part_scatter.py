@@ -119,12 +119,17 @@ def test_the_share_of_hardness_is_recovered():
 
 @cache
 def surface(factor=1.0):
+    if factor != 1.0:
+        arrays = surface().to_arrays()
+        names = ("real_coefficients", "imag_coefficients")
+        scaled = {name: factor * arrays[name] for name in names}
+        return DynamicStiffnessSurface.from_arrays(arrays | scaled)
     rng = np.random.default_rng(3)
     preload, amplitude = rng.normal(0.0, 800.0, 300), rng.uniform(1e-5, 1e-3, 300)
     frequency = rng.uniform(20.0, 80.0, 300)
     stiffness = 2e5 * (1.0 + 1e-4 * preload) * (1.0 + 0.1j) + 100.0 * frequency
     lines = operating_points(preload, amplitude, frequency)
-    return DynamicStiffnessSurface().fit(lines, factor * stiffness)
+    return DynamicStiffnessSurface().fit(lines, stiffness)
 
 
 def part(factors, serial, *, name="TSM", half_width=0.004, **identity):
@@ -188,6 +193,8 @@ def test_an_axis_that_is_not_identified_everywhere_is_left_to_the_prior():
 
 
 def test_parts_that_cannot_be_compared_are_refused():
+    with pytest.raises(InputError, match="no part to learn"):
+        library_scatter([])
     both = [part((1.0, 1.0), "1", part_number="A"), part((1.1, 1.0), "2", part_number="B")]
     with pytest.raises(InputError, match=r"numbers \['A', 'B'\].*choose one number"):
         library_scatter(both)

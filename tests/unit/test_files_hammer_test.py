@@ -136,10 +136,7 @@ I3 = "hits/I3.uff"
             function(I3, 0, abscissa=lambda f: f.abscissa[:-9], values=lambda f: f.values[:-9]),
             "differ: 631 and 640 lines; export all on the same",
         ),
-        (
-            function(I3, 0, function_type=0, abscissa_quantity="time"),
-            "export real time blocks, type 1",
-        ),
+        (function(I3, 0, function_type=0, abscissa_quantity="time"), "export real time blocks, ty"),
     ],
 )
 def test_blocks_that_do_not_fit_are_named(folder, fault, words):

@@ -103,10 +103,7 @@ def test_a_library_may_be_its_database(tmp_path):
             "have the number 'a': keep or rename one",
         ),
         ("[[tolerances]]\nvariable = 'Q x'\ntolerance = 0.1\n", "'Q x', which is no variable"),
-        (
-            "[[tolerances]]\nvariable='Du x'\ntolerance=0.1\n" * 2,
-            "are of the variable 'Du x'",
-        ),
+        ("[[tolerances]]\nvariable='Du x'\ntolerance=0.1\n" * 2, "are of the variable 'Du x'"),
         ("[measured]\nlibrary = 'gone.json'\n", "gone.json"),
     ],
 )

@@ -177,11 +177,7 @@ def test_a_platform_is_read_in_the_order_of_its_mounts(folder):
     g5 = platform.load_case("g5")
     assert (g5.gear, g5.total_ratio, g5.torque_limit, g5.order) == (3, 3.5, 220.0, 1.5)
     assert platform.default_load_case == "g5"
-
-
-def test_every_file_that_was_read_is_listed_once(folder):
     there = {path for path in folder.rglob("*") if path.is_file()}
-    platform = read_platform(folder)
     assert set(platform.input_files) == there
     assert len(platform.input_files) == len(there) == 8
 
@@ -268,15 +264,10 @@ BROKEN = [
 platform.toml | ear_node = 901 | ear_node = 902 | vehicle A-1 ... (node 902 scalar, reference node 1
 channels.csv | TSM z,force | channels.csv: there is no force channel 'TSM z': add its row
 channels.csv | Du x,noise | there is no noise transfer function channel 'Du x'
-mounts.csv | Du,right | Du,rear | mounts.csv: mount 'Du', piece 'rear' is not in
 channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTSM x' fits no mount
 """,
     ),
-    (content(NTF, None), "B-1.uff cannot be read ... check the path"),
-    (functions(NTF, lambda there: there[:2]), "B-1.uff: vehicle B-1: noise transfer function 'ear"),
     (function(NTF, 0, response_name="MIC 2"), "vehicle B-1: noise transfer functions of different"),
-    (functions(G2, lambda there: there[1:]), "g2.uff: load case g2: force 'TSM x' (node 11 +x) is"),
-    (functions(G2, every(abscissa=LINES + 0.125)), "ntf/A-1.uff (vehicle A-1) and ... g2.uff (loa"),
     (functions(G5, every(abscissa_quantity="time")), "g5.uff: load case g5: the abscissa of"),
     (edited(CSV, f"{STATED}m", f"{STATED}mm"), "displacement 'TSM x' is in 'm', but the channel t"),
     (
@@ -284,12 +275,9 @@ channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTS
             without_units_set(G5),
             edited(G5, "displacement         m   ", "displacement         NONE"),
         ),
-        ("g5.uff: load case g5: displacement 'TSM x' has no unit ... data set 164 ... says 'm'"),
+        "g5.uff: load case g5: displacement 'TSM x' has no unit ... data set 164 ... says 'm'",
     ),
-    (
-        functions("ntf/A-1.uff", every(denominator="none", denominator_unit="")),
-        "vehicle A-1: noise ... per TSM x is in 'Pa': export it in Pa/N",
-    ),
+    (functions(NTF, every(denominator="none", denominator_unit="")), "'Pa': export it in Pa/N"),
     (functions(G5, every(values=lambda f: np.abs(f.values))), "load case g5: force 'TSM x' is rea"),
     (functions(G5, every(function_type=2)), "load case g5 ... UFF function type 2: export it as 0"),
     (functions(G5, every(id_lines=("order 2.0",))), "load case g5 ... is of order 2.0, not of ord"),
@@ -390,8 +378,6 @@ gear = 2 | gear = "6" | 'gear' in [[load_cases]] 2 is "6": input should be a val
 gear = 2 | gear = true | 'gear' in [[load_cases]] 2 is true: input should be a valid
 [11.0, 0.0 | [true, 0.0 | key 'inertia_kg_m2[0][0]' in [powertrain] is true
 format = 1 | format = 2 | key 'format' in the top level is 2: input should be 1
-gear = 2 | gear = 7 | load case 'g2' is in gear 7, but total_ratios in [engine] has 3
-mass_kg = 193.5 | mass_kg = -1.0 | is -1.0: input should be greater than 0
 mass_kg = 193.5 | mass_kg = nan | 'mass_kg' in [powertrain] is NaN: input should be
 0.0, 9.6] | 0.5, 9.6] | an inertia tensor is symmetric and positive
 [11.0, 0.0 | [-11.0, 0.0 | an inertia tensor is symmetric and positive
@@ -402,11 +388,8 @@ name = "g2" | name = "g5" | two [[load_cases]] are named 'g5'
 ["left", "right"] | ["left", "left"] | two pieces of mount Du are named 'left'
 ["left", "right"] | ["left"] | key 'pieces' in [[mounts]] 2
 name = "Du" | name = "D u" | at least one character and no blanks
-default_load_case = "g5" | default_load_case = "g7" | among the load cases g5, g2
 "g2.uff" | "../g2.uff" | 'operating' in [[load_cases]] 2 is "../g2.uff": a file is
 "g2.uff" | "/data/g2.uff" | relative to the platform folder
-"g2.uff" | "" | relative to the platform folder
-gear = 2 | gear = six | is not TOML: Invalid value (at line
 body_mass_tolerance_kg = 1.0\\n |  | 'body_mass_tolerance_kg' in [[mounts]] 2 is null
 body_mass_tolerance_kg = 1.0 | body_mass_tolerance_kg = 50.0 | a tolerance below it
 body_mass_kg = 40.2\\n |  | is 1.0: a tolerance needs the key 'body_mass_kg'
@@ -458,11 +441,3 @@ def test_toml_reads_back_byte_for_byte(tmp_path):
         '[[parts]]\nname = "\\"b\\" µ"\nmass_kg = 2.0\n'
     )
     assert load_toml(tmp_path / "whole.toml", Whole) == whole
-
-
-def test_a_missing_and_a_foreign_file_are_refused(tmp_path):
-    with pytest.raises(InputError, match=r"platform\.toml cannot be read \(No such file"):
-        load_toml(tmp_path / "platform.toml", PlatformFile)
-    (tmp_path / "platform.toml").write_bytes(b'name = "\xff"')
-    with pytest.raises(InputError, match=r"platform\.toml is not UTF-8"):
-        load_toml(tmp_path / "platform.toml", PlatformFile)

@@ -6,13 +6,11 @@ import sys
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from deboom.errors import InputError
 from deboom.files import run_folder
 from deboom.files.run_folder import environment_record, finish_run, hash_files, start_run
-from deboom.tabled import csv_text
 
 
 def names(folder):
@@ -57,18 +55,6 @@ def test_names_are_unique_within_a_second_and_sort_by_time(tmp_path, monkeypatch
         "2026-11-21_104531_seed1",
     ]
     assert sorted(finished) == finished
-
-
-def test_tables_keep_every_bit_and_unix_line_ends(tmp_path):
-    run = start_run(tmp_path, "front", seed=1, record={})
-    values = np.random.default_rng(1).standard_normal(50) * 10.0 ** np.arange(-25, 25)
-    table = pd.DataFrame({"vehicle": ["Ä,1"] * 50, "level [dB(A)]": values, "n [1]": range(50)})
-    run.save_text("front.csv", csv_text(table))
-    data = (run.folder / "front.csv").read_bytes()
-    assert data.startswith(b"vehicle,level [dB(A)],n [1]\n")
-    assert b"\r" not in data
-    back = pd.read_csv(run.folder / "front.csv", dtype=str)
-    assert [float(text) for text in back["level [dB(A)]"]] == list(values)
 
 
 def test_json_takes_numpy_and_refuses_nan(tmp_path):

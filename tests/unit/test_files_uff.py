@@ -22,39 +22,17 @@ LINES = 20.0 + 0.25 * np.arange(9)
 
 def spectrum(**changes):
     values = np.exp(0.3j * np.arange(LINES.size)) * np.linspace(1e-7, 3.0, LINES.size)
-    function = UffFunction(
-        abscissa=LINES,
-        values=values,
-        function_type=0,
-        response_node=11,
-        response_direction="+x",
-        reference_node=0,
-        reference_direction="scalar",
-        ordinate="force",
-        ordinate_unit="N",
-        denominator="none",
-        denominator_unit="",
-        id_lines=("order 1.5 at a virtual point", "bench 1"),
-        response_name="EnM",
-    )
-    return replace(function, **changes)
+    function = UffFunction(LINES, values, 0, 11, "+x", ordinate="force", ordinate_unit="N")
+    texts = {"id_lines": ("order 1.5 at a virtual point", "bench 1"), "response_name": "EnM"}
+    return replace(function, **texts | changes)
 
 
 def transfer_function(**changes):
-    return spectrum(
-        function_type=4,
-        response_node=901,
-        response_direction="scalar",
-        response_name="ear",
-        reference_node=11,
-        reference_direction="-z",
-        reference_name="EnM",
-        ordinate="pressure",
-        ordinate_unit="Pa",
-        denominator="force",
-        denominator_unit="N",
-        **changes,
-    )
+    quantities = {"ordinate": "pressure", "ordinate_unit": "Pa"}
+    quantities |= {"denominator": "force", "denominator_unit": "N", "function_type": 4}
+    response = {"response_node": 901, "response_direction": "scalar", "response_name": "ear"}
+    reference = {"reference_node": 11, "reference_direction": "-z", "reference_name": "EnM"}
+    return spectrum(**quantities | response | reference | changes)
 
 
 def edit(path, old, new, count=1):
@@ -78,12 +56,14 @@ def same(a, b, rtol=0.0):
 def test_what_is_written_reads_back(tmp_path, binary):
     given_functions = [spectrum(), transfer_function(), spectrum(values=LINES**2, response_node=12)]
     given_functions += [spectrum(function_type=kind, response_node=kind) for kind in (12, 27)]
+    given_functions += [spectrum(function_type=1, abscissa_quantity="")]
     write_uff(tmp_path / "a.uff", given_functions, binary=binary)
     read = read_uff(tmp_path / "a.uff")
     for a, b in zip(given_functions, read, strict=True):
         same(a, b, rtol=0 if binary else 5e-12)
-    assert [f.unit for f in read] == ["N", "Pa/N", "N", "N", "N"]
-    assert [f.function_type for f in read[3:]] == [12, 27]
+    assert [f.unit for f in read] == ["N", "Pa/N", "N", "N", "N", "N"]
+    assert [f.function_type for f in read[3:]] == [12, 27, 1]
+    assert [f.abscissa_quantity for f in read] == ["frequency"] * 5 + ["time"]
     assert read[2].values.dtype == np.float64
 
 
@@ -93,22 +73,6 @@ def test_every_direction_round_trips(tmp_path, direction):
     function = spectrum(response_direction=direction, ordinate="displacement", ordinate_unit=unit)
     write_uff(tmp_path / "a.uff", [function])
     same(function, read_uff(tmp_path / "a.uff")[0], rtol=5e-12)
-
-
-def test_time_records_round_trip(tmp_path):
-    record = spectrum(
-        abscissa=np.arange(64) / 1000.0,
-        values=np.sin(np.arange(64)),
-        function_type=1,
-        abscissa_quantity="",
-        ordinate="acceleration",
-        ordinate_unit="m/s^2",
-    )
-    assert record.abscissa_quantity == "time"
-    write_uff(tmp_path / "a.uff", [record])
-    read = read_uff(tmp_path / "a.uff")[0]
-    np.testing.assert_allclose(read.abscissa, record.abscissa, rtol=1e-12)
-    assert read.abscissa_quantity == "time"
 
 
 def test_an_uneven_abscissa_round_trips_in_ascii_and_is_refused_in_binary(tmp_path):
@@ -153,20 +117,14 @@ def test_any_function_round_trips(tmp_path_factory, values, node, name, line, bi
     assert read.id_lines[0] == line
 
 
-def test_writing_replaces_an_old_file_and_leaves_nothing_else(tmp_path):
-    path = tmp_path / "a.uff"
-    path.write_text("old")
-    write_uff(path, [spectrum()])
-    assert len(read_uff(path)) == 1
-    assert [p.name for p in tmp_path.iterdir()] == ["a.uff"]
-
-
-def test_a_failed_writing_keeps_the_old_file(tmp_path):
+def test_a_failed_writing_keeps_the_old_file_and_a_good_one_replaces_it(tmp_path):
     path = tmp_path / "a.uff"
     path.write_text("old")
     with pytest.raises(InputError):
         write_uff(path, [spectrum(), spectrum(response_name="longer than ten")])
     assert path.read_text() == "old"
+    write_uff(path, [spectrum()])
+    assert len(read_uff(path)) == 1
     assert [p.name for p in tmp_path.iterdir()] == ["a.uff"]
 
 
@@ -220,10 +178,7 @@ def test_what_would_not_read_back_is_refused(tmp_path, changes, sentence):
     [
         ({"values": np.ones(8)}, "one equal length of at least 2"),
         ({"values": np.ones(1), "abscissa": np.ones(1)}, "one equal length of at least 2"),
-        (
-            {"abscissa": np.array([1.0, 2.0, 2.0]), "values": np.ones(3)},
-            "does not increase after line 2 (2, then 2)",
-        ),
+        ({"abscissa": np.array([1.0, 2.0, 2.0]), "values": np.ones(3)}, "does not increase after"),
         ({"response_direction": "x"}, "unknown direction 'x'"),
         ({"id_lines": ("a",) * 6}, "6 ID lines"),
         *(

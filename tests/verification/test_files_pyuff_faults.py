@@ -20,20 +20,10 @@ def functions(n, complex_values=True, lines=LINES):
     values = rng.standard_normal((n, lines.size))
     if complex_values:
         values = values + 1j * rng.standard_normal((n, lines.size))
+    units = ("acceleration", "rad/s^2", "force", "N")
     return [
         UffFunction(
-            abscissa=lines,
-            values=values[i],
-            function_type=4,
-            response_node=i + 1,
-            response_direction="-rz",
-            reference_node=1000 + i,
-            reference_direction="+y",
-            ordinate="acceleration",
-            ordinate_unit="rad/s^2",
-            denominator="force",
-            denominator_unit="N",
-            response_name="ten letter",
+            *(lines, values[i], 4, i + 1, "-rz", 1000 + i, "+y", *units), response_name="ten letter"
         )
         for i in range(n)
     ]

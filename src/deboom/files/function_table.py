@@ -11,6 +11,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -253,27 +254,19 @@ class FunctionMatrix:
         - raises InputError: a response, or a reference where any is given, at an unknown node or
           direction.
         """
-        stated = (
-            ("", responses, [(f.response_node, f.response_direction) for f in self.functions]),
-            (
-                "reference ",
-                references,
-                [(f.reference_node, f.reference_direction) for f in self.functions],
-            ),
-        )
         with telling(None) as tell:
-            for what, dofs, places in stated:
+            for what, dofs in (("response", responses), ("reference", references)):
                 known = {(dof.node, direction) for dof in dofs for direction in dof.directions}
-                for node, direction in dict.fromkeys(places) if dofs else ():
-                    if (node, direction) not in known:
-                        here = [along for at, along in sorted(known) if at == node]
-                        remedy = (
-                            f"they have it along {', '.join(here)}: correct the wrong one"
-                            if here
-                            else "add it there, or export without it"
-                        )
-                        sentence = f"{what}node {node} {direction} is not in the tables"
-                        tell(self.error(f"{sentence}; {remedy}"))
+                parts = (f"{what}_node", f"{what}_direction")
+                places = dict.fromkeys(attrgetter(*parts)(each) for each in self.functions)
+                for node, direction in [each for each in places if dofs and each not in known]:
+                    here = ", ".join(along for at, along in sorted(known) if at == node)
+                    remedy = "add it there, or export without it"
+                    if here:
+                        remedy = f"they have it along {here}: correct the wrong one"
+                    place = f"{what} node".removeprefix("response ")
+                    sentence = f"{place} {node} {direction} is not in the tables"
+                    tell(self.error(f"{sentence}; {remedy}"))
 
     def check_order(self, order: float, remedy: str) -> None:
         """Refuse functions whose first ID line states another engine order.

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import made_folder
 from deboom.files.function_table import ANY_REFERENCE, TIME_SIGNAL, Dof, FunctionMatrix
 from deboom.files.rows import (
@@ -95,10 +95,8 @@ def _measurement(
     hits: dict[int, list[UffFunction]] = defaultdict(list)
     with telling(None) as tell:
         for function in read_uff(path):
-            try:
+            with noting(tell), naming(f"{path}: {item}: {function.dof}"):
                 hits[_hit_of(function, facts)].append(function)
-            except InputError as error:
-                tell(InputError(f"{path}: {item}: {function.dof}: {error}"))
     if sorted(hits) != list(range(1, len(hits) + 1)):
         raise InputError(
             f"{path}: {item}: it holds hits {sorted(hits)}: number them from 1 without a gap"

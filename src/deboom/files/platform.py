@@ -13,7 +13,7 @@ import numpy.typing as npt
 from pydantic import Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     ANY_REFERENCE,
     TABLE_ENDINGS,
@@ -146,11 +146,9 @@ def _opened(
     table = read_function_table(path)
     functions, right = [], []
     for row in rows:
-        try:
+        with noting(tell), naming(f"{path}: {item}: {row.quantity} '{row.channel}'"):
             functions.append(_of_table(table, row))
             right.append(row)
-        except InputError as error:
-            tell(InputError(f"{path}: {item}: {row.quantity} '{row.channel}': {error}"))
     return FunctionMatrix(path, item, types, functions), right
 
 

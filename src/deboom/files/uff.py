@@ -17,7 +17,7 @@ import pyuff
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import kind_of, read_bytes
+from deboom.files.disk import kind_of, read_bytes, replace_bytes
 from deboom.files.tables import Unit, parse_unit
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
@@ -409,19 +409,11 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
         raise InputError(f"{path}: no function to write; give at least one")
     with naming(path):
         sets = [_SI_SET, *(set_58(function, binary) for function in functions)]
-    try:
-        with tempfile.TemporaryDirectory(prefix=".uff-", dir=path.parent) as folder:
-            whole = Path(folder) / "whole.uff"
-            with whole.open("wb") as out:
-                for number, content in enumerate(sets):
-                    out.write(_block(Path(folder) / f"{number}.uff", content))
-            _check_written(path, whole, functions)
-            whole.replace(path)
-    except OSError as error:
-        raise InputError(
-            f"{path} cannot be written ({error.strerror or error}): choose a folder that exists "
-            "and may be written to"
-        ) from None
+    with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+        whole = Path(folder) / "whole.uff"
+        whole.write_bytes(b"".join(_block(whole, content) for content in sets))
+        _check_written(path, whole, functions)
+        replace_bytes(path, whole.read_bytes())
 
 
 def read_uff(path: Path | str) -> tuple[UffFunction, ...]:

@@ -259,10 +259,8 @@ def test_frequency_axes_that_differ_are_told_file_by_file(tmp_path):
         write_uff(path, shifted)
     faults = check_platform(folder).faults
     assert len([one for one in faults if "line 1 is 20 Hz and 21 Hz" in one]) == len(faults) == 2
-    assert {name for one in faults for name in ("cabrio", "slow") if name in one} == {
-        "cabrio",
-        "slow",
-    }
+    named = {name for one in faults for name in ("cabrio", "slow") if name in one}
+    assert named == {"cabrio", "slow"}
 
 
 def scaled(factor, kind):
@@ -317,10 +315,7 @@ def torque(folder):
 @pytest.mark.parametrize(
     ("fault", "sentence"),
     [
-        (
-            millimetres,
-            "mounts.xlsx line 3: its position is up to 428 m, and none is above 50 m: is",
-        ),
+        (millimetres, "mounts.xlsx line 3: its position is up to 428 m, and none is above 50 m"),
         (scaled(1e200, "pressure"), "per EnM x: its noise transfer function is up to 1e+198 Pa/N"),
         (scaled(0.0, "pressure"), "'EnM x' is 0 at all lines: measure it again, or take the axis"),
         (torque, "t.csv: its engine torque is up to 1e+308 N m, and none is above 100000 N m: is"),

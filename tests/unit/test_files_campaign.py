@@ -23,7 +23,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign, read_time_run
-from deboom.files.campaign_run import add_operating_run, new_run_file
+from deboom.files.campaign_run import add_operating_run
 from deboom.files.rows import SensorRow, read_curve, read_table, write_curve, write_table
 from deboom.measurement.sensors import SensorKind
 
@@ -132,14 +132,19 @@ SHAKER = 'mount = "GeM"\npiece = ""\naxis = '
 A2_Y = (2, "+y")
 
 
-def turned(function):
-    return replace(function, reference_direction="+y")
+def pushed(direction):
+    return lambda there: [replace(one, reference_direction=direction) for one in there]
 
 
 def half_missed(function):
     speed = np.array(function.values)
     speed[-3:] /= 2
     return speed
+
+
+def gone(*sensors):
+    rows = {"sensors.csv": ",", "channels.csv": " "}
+    return all_of(*(without(name, *(s + end for s in sensors)) for name, end in rows.items()))
 
 
 BROKEN = [
@@ -176,21 +181,9 @@ static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 
         without_sections(TOML, *(f'[[shaker_runs]]\n{SHAKER}"{axis}"' for axis in "xz")),
         "mount 'GeM' has shaker runs along y only: add x, z",
     ),
-    (
-        all_of(
-            without("sensors.csv", *(f"A{n}," for n in (1, 3, 5, 6))),
-            without("channels.csv", *(f"A{n} " for n in (1, 3, 5, 6))),
-        ),
-        "2 usable accelerometers on the powertrain, fewer than three",
-    ),
-    (
-        all_of(without("sensors.csv", "A7,"), without("channels.csv", "A7 ")),
-        "mount 'Du left' carries a body of its own, which has no usable accelerometer",
-    ),
-    (
-        all_of(without("sensors.csv", "C8,"), without("channels.csv", "C8 ")),
-        "mount 'Du right' has no force cell",
-    ),
+    (gone("A1", "A3", "A5", "A6"), "2 usable accelerometers on the powertrain, fewer than three"),
+    (gone("A7"), "mount 'Du left' carries a body of its own, which has no usable accelerometer"),
+    (gone("C8"), "mount 'Du right' has no force cell"),
     (edited("channels.csv", "m/s^2", "g", -1), "is in 'm/s^2', but the channel table says 'g': co"),
     (
         functions(RUN, lambda there: [f for f in there if f.response_node != 3]),
@@ -203,7 +196,7 @@ static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 
     (function(RUN, A2_Y, id_lines=("order 3",)), "is of order 3, not of order 1.5"),
     (function(RUN, A2_Y, function_type=4), "acceleration 'A2 y' has UFF function type 4: export i"),
     (
-        functions("shaker/GeM_x_1.uff", lambda there: [turned(f) for f in there]),
+        functions("shaker/GeM_x_1.uff", pushed("+y")),
         "shaker run 'GeM x' 1: its reference is force along '+y', expected one force along 'x'",
     ),
 ]
@@ -217,9 +210,7 @@ def test_what_is_broken_is_named(copy, fault, sentence):
 
 def test_a_shaker_that_pulls_turns_the_sign(copy):
     before = read_campaign(copy).shaker_runs[0].response.values
-    functions(
-        "shaker/EnM_x_1.uff", lambda there: [replace(f, reference_direction="-x") for f in there]
-    )(copy)
+    functions("shaker/EnM_x_1.uff", pushed("-x"))(copy)
     after = read_campaign(copy).shaker_runs[0].response.values
     assert after == pytest.approx(-before)
 
@@ -307,12 +298,6 @@ def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run):
     assert len(read_campaign(folder).runs) == 1
     sentence = "write the list as [[runs]] sections"
     refused(lambda place: add_operating_run(place, run), folder, sentence)
-
-
-def test_the_place_of_a_new_run_is_told_before_any_work(folder):
-    assert new_run_file(folder, "M1", "new") == folder / "runs" / "M1" / "new.uff"
-    with pytest.raises(InputError, match="is there already"):
-        new_run_file(folder, "M1", "g5_wot220")
 
 
 ROWS = (

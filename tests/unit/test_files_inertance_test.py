@@ -30,29 +30,18 @@ from deboom.files.uff import UffFunction, write_uff
 from deboom.physics.rigid_body import rotation_matrix
 
 LINES = np.array([10.0, 10.5, 11.0])
-SENSORS = tuple(
-    PlacedSensor(f"A{k + 1}", 11 + k, position, angles)
-    for k, (position, angles) in enumerate(
-        [
-            ((0.08, 0.04, 0.045), (0.1, -0.2, 0.3)),
-            ((-0.09, 0.04, -0.04), (0.0, 0.0, 0.0)),
-            ((0.0, 0.06, -0.02), (0.0, 0.5, 0.0)),
-        ]
-    )
+SENSORS = (
+    PlacedSensor("A1", 11, (0.08, 0.04, 0.045), (0.1, -0.2, 0.3)),
+    PlacedSensor("A2", 12, (-0.09, 0.04, -0.04), (0.0, 0.0, 0.0)),
+    PlacedSensor("A3", 13, (0.0, 0.06, -0.02), (0.0, 0.5, 0.0)),
 )
-OBLIQUE = (0.6, 0.0, 0.8)
-IMPACTS = tuple(
-    PlacedImpact(f"I{k + 1}", node, position, direction)
-    for k, (node, position, direction) in enumerate(
-        [
-            (21, (-0.11, 0.04, 0.02), (1.0, 0.0, 0.0)),
-            (21, (-0.11, 0.04, 0.02), (0.0, -1.0, 0.0)),
-            (22, (0.09, 0.0, 0.02), (-1.0, 0.0, 0.0)),
-            (23, (0.0, 0.06, -0.03), (0.0, 1.0, 0.0)),
-            (24, (0.0, -0.02, 0.06), (0.0, 0.0, -1.0)),
-            (25, (0.07, 0.02, -0.06), OBLIQUE),
-        ]
-    )
+IMPACTS = (
+    PlacedImpact("I1", 21, (-0.11, 0.04, 0.02), (1.0, 0.0, 0.0)),
+    PlacedImpact("I2", 21, (-0.11, 0.04, 0.02), (0.0, -1.0, 0.0)),
+    PlacedImpact("I3", 22, (0.09, 0.0, 0.02), (-1.0, 0.0, 0.0)),
+    PlacedImpact("I4", 23, (0.0, 0.06, -0.03), (0.0, 1.0, 0.0)),
+    PlacedImpact("I5", 24, (0.0, -0.02, 0.06), (0.0, 0.0, -1.0)),
+    PlacedImpact("I6", 25, (0.07, 0.02, -0.06), (0.6, 0.0, 0.8)),
 )
 CHANNELS = [(sensor, axis) for sensor in SENSORS for axis in "xyz"]
 FILE = InertanceTestFile(
@@ -66,12 +55,7 @@ FILE = InertanceTestFile(
     weighed_mass_kg=7.1,
     weighed_mass_deviation_kg=0.007,
     tolerances=ToleranceSection(
-        sensor_gain=0.02,
-        sensor_position_m=0.001,
-        sensor_angle_deg=1.5,
-        hammer_gain=0.01,
-        impact_position_m=0.002,
-        impact_angle_deg=3.0,
+        **dict(zip(ToleranceSection.model_fields, (0.02, 0.001, 1.5, 0.01, 0.002, 3), strict=True))
     ),
     drawing=DrawingSection(
         mass_kg=6.8,
@@ -97,10 +81,7 @@ def measured():
 
 
 def functions(kind, values, lines=LINES):
-    unit = {
-        4: ("acceleration", "m/s^2", "force", "N"),
-        6: ("general", "1", "none", ""),
-    }[kind]
+    unit = {4: ("acceleration", "m/s^2", "force", "N"), 6: ("general", "1", "none", "")}[kind]
     return [
         UffFunction(
             *(lines, values[:, row, column], kind, sensor.node, f"+{axis}"),
@@ -160,12 +141,8 @@ def test_what_is_written_reads_back(written):
     (mount,) = test.drawing.mounts
     np.testing.assert_allclose(mount.rotation, [0, 0, np.pi])
     np.testing.assert_array_equal(mount.stiffness, [23000, 13000, 13000])
-    assert [path.name for path in test.input_files] == [
-        INERTANCE_TEST_FILE,
-        "positions.xlsx",
-        "frf.uff",
-        "coherence.uff",
-    ]
+    read = [path.name for path in test.input_files]
+    assert read == [INERTANCE_TEST_FILE, "positions.xlsx", "frf.uff", "coherence.uff"]
 
 
 def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):

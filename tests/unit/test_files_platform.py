@@ -14,7 +14,7 @@ from deboom.files.platform import (
     PlatformFile,
     read_platform,
 )
-from deboom.files.rows import ChannelRow, MountRow, write_table
+from deboom.files.rows import QUANTITY_UNIT, ChannelRow, MountRow, write_table
 from deboom.files.schema import Several, StrictModel, dump_toml, load_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
@@ -60,17 +60,13 @@ def operating_spectra(case):
 
 def channel_rows():
     rows = []
-    for quantity, unit in (("displacement", "m"), ("force", "N")):
-        for channel in CHANNELS:
+    for quantity, unit in QUANTITY_UNIT.items():
+        for channel in PATHS if unit == "Pa/N" else CHANNELS:
             owner, axis = split(channel)
             mount, _, piece = owner.partition(" ")
-            rows.append((channel, quantity, mount, piece, axis, NODE[owner], f"+{axis}", unit))
-    for path in PATHS:
-        mount, axis = split(path)
-        rows.append(
-            (path, "noise transfer function", mount, "", axis, NODE[mount], f"+{axis}", "Pa/N")
-        )
-    return [ChannelRow(*row[:-1], parse_unit(row[-1])) for row in rows]
+            place = (mount, piece, axis, NODE[owner], f"+{axis}", parse_unit(unit))
+            rows.append(ChannelRow(channel, quantity, *place))
+    return rows
 
 
 def write_tiny_platform(folder):
@@ -120,15 +116,9 @@ def write_tiny_platform(folder):
         }
     )
     dump_toml(folder / "platform.toml", file)
-    write_table(
-        folder / "mounts.csv",
-        MountRow,
-        [
-            MountRow("TSM", "", (0.2, -0.06, -0.27)),
-            MountRow("Du", "left", (-0.5, -0.3, -0.1)),
-            MountRow("Du", "right", (-0.5, 0.3, -0.1)),
-        ],
-    )
+    places = (("TSM", "", (0.2, -0.06, -0.27)),)
+    places += (("Du", "left", (-0.5, -0.3, -0.1)), ("Du", "right", (-0.5, 0.3, -0.1)))
+    write_table(folder / "mounts.csv", MountRow, [MountRow(*place) for place in places])
     write_table(folder / "channels.csv", ChannelRow, channel_rows())
     for vehicle in file.vehicles:
         write_uff(folder / vehicle.noise_transfer, transfer_functions(vehicle.name))

@@ -131,23 +131,11 @@ def test_a_vehicle_without_panels_is_read(folder):
 
 def model_of(panels, form=FrfForm.RECEPTANCE, frequency=40.0, outputs=None):
     names = panels.names if outputs is None else outputs
-    constants = np.ones((1, len(names), 2), dtype=complex)
+    constants, nothing = np.ones((1, len(names), 2), dtype=complex), np.zeros((len(names), 2))
     clusters = (PoleCluster(frequency, 0.0, 0.03, 0.0, 1.0),)
-    nothing = np.zeros((len(names), 2))
+    parts = (constants, constants[:, :, 0], nothing, nothing, np.ones(1), np.zeros(1))
     return ModalModel(
-        clusters,
-        form,
-        names,
-        panels.motion.inputs,
-        constants,
-        constants[:, :, 0],
-        nothing,
-        nothing,
-        np.ones(1),
-        np.zeros(1),
-        panels.motion,
-        nothing,
-        0.0,
+        clusters, form, names, panels.motion.inputs, *parts, panels.motion, nothing, 0.0
     )
 
 
@@ -161,13 +149,16 @@ def test_contributions_follow_from_pressure_area_and_motion(folder):
     assert found.shares.sum() == pytest.approx(1.0)
 
 
-def test_contributions_that_cannot_be_known_are_refused(folder):
+@pytest.mark.parametrize(
+    ("changes", "ear", "sentence"),
+    [
+        ({"form": FrfForm.INERTANCE}, "driver ear", "receptance-like"),
+        ({"outputs": ("trunk floor",)}, "driver ear", r"knows nothing of \['rear bench'"),
+        ({}, "rear ear", r"knows nothing of \['rear ear'\]"),
+        ({"frequency": 90.0}, "driver ear", "from 20 to 80 Hz only"),
+    ],
+)
+def test_contributions_that_cannot_be_known_are_refused(folder, changes, ear, sentence):
     panels = read_vehicle(folder).panels
-    with pytest.raises(InputError, match="receptance-like"):
-        panel_contributions(model_of(panels, FrfForm.INERTANCE), panels, "driver ear")
-    with pytest.raises(InputError, match="knows nothing of \\['windshield'\\]"):
-        panel_contributions(model_of(panels, outputs=panels.names[:-1]), panels, "driver ear")
-    with pytest.raises(InputError, match="knows nothing of \\['rear ear'\\]"):
-        panel_contributions(model_of(panels), panels, "rear ear")
-    with pytest.raises(InputError, match="from 20 to 80 Hz only"):
-        panel_contributions(model_of(panels, frequency=90.0), panels, "driver ear")
+    with pytest.raises(InputError, match=sentence):
+        panel_contributions(model_of(panels, **changes), panels, ear)

@@ -48,6 +48,8 @@ BUDGET = {
     "group": GROUP,
 }
 EFFORT = {
+    "u06_platform": {"VERIFIED": 64},
+    "u06_robust_front": {"VERIFIED": 64},
     "solution_box": {"GENERATIONS": 8, "SHOWN_PARTS": 512, "DRAWS": 40, "PARTS": 256},
     "commonality": {"DRAWS": 1024, "ROUNDS": 1},
 }

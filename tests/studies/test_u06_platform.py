@@ -33,6 +33,8 @@ def few_trajectories_and_pictures():
     """Leave out what takes long and is drawn in the tests of the single studies."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(correlation, "_append_clouds", lambda *_: None)
+        for study in (STUDY, load_study(STUDIES / "u06_robust_front.py")):
+            patch.setattr(study.module, "VERIFIED", 64)
         yield
 
 

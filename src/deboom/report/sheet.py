@@ -22,13 +22,6 @@ _FLOAT = re.compile(r"(?<=\d)\.(?=\d)")
 
 
 @dataclass(frozen=True, eq=False)
-class Fields:
-    """A block of labels with their values, such as the head of a drawing; an empty value is due."""
-
-    pairs: Mapping[str, str]
-
-
-@dataclass(frozen=True, eq=False)
 class Grid:
     """A table: columns as text, caption, and what stood in a cell before, by row and column."""
 
@@ -73,7 +66,7 @@ class Sheet:
     def fields(self, pairs: Mapping[str, str]) -> None:
         """Show labels with values; where a value is empty, it is to be agreed."""
         due = self.say("to be agreed", "noch zu vereinbaren")
-        self.blocks.append(("fields", Fields({k: v or due for k, v in pairs.items()})))
+        self.blocks.append(("fields", {label: value or due for label, value in pairs.items()}))
 
     def section(self, title: str, text: str = "") -> None:
         """Begin a part with its heading and first paragraph."""

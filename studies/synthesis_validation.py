@@ -213,22 +213,13 @@ def _mode_numbers(result: Validation) -> dict[str, float]:
 
 def _facts(report: Report, result: Validation) -> None:
     """Note what was settled beside the options."""
-    data, design = result.data, result.design
+    data = result.data
     report.facts |= {
         "run": data.run,
         "ear": result.listening.ear,
         "vehicles": ", ".join(result.vehicles),
         "mount_sets": ", ".join(name for name in data.sets if name not in data.mixes),
-        "held_out": "surfaces are fitted to all runs but the one that is looked at",
-        "transfer_functions": "reciprocal",
     }
-    if design is not None:
-        report.facts |= {
-            "virtual_design": design.mix,
-            "virtual_design_other_set": design.other,
-            "virtual_design_sweeps": design.resolved.sweeps,
-            "virtual_design_lines_outside": int(design.resolved.outside.sum()),
-        }
     if result.complaint:
         report.facts["no_modal_analysis"] = result.complaint
 

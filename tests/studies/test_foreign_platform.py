@@ -5,6 +5,7 @@ so narrow that no level has a booming peak.
 """
 
 import json
+import re
 import shutil
 from functools import cache
 from pathlib import Path
@@ -145,3 +146,20 @@ def test_a_library_that_does_not_fit_is_found(folder, tmp_path):
     (fault,) = check_platform(library.parent).faults
     assert "mounts.library.json" in fault
     assert "Other" in fault
+
+
+def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correlate(
+    folder, tmp_path, monkeypatch
+):
+    alone = shutil.copytree(folder, tmp_path / "any")
+    toml = alone / "platform.toml"
+    first, second, rest = re.split(r"(?=\[\[vehicles\]\])", toml.read_text(encoding="utf-8"))
+    toml.write_text(first + second + rest[rest.index("[[load_cases]]") :], encoding="utf-8")
+    study = load_study(STUDIES / "u06_platform.py")
+    asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
+    monkeypatch.setattr(study.module, "VERIFIED", 64)
+    source = {"platform": alone, "mounts": MountSource.spectra}
+    run = run_study(study, tmp_path / "results", {**asked, **source})
+    assert "nothing to correlate" in (run / "report.html").read_text(encoding="utf-8")
+    assert not (run / "doe.csv").exists()
+    assert "st_Roll_x_Wagon" in json.loads((run / "summary.json").read_text(encoding="utf-8"))

@@ -13,15 +13,12 @@ from deboom.bench.campaign import NO_ERRORS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
-from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
 from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import (
-    STEPS_PER_BENCH,
     characterise_given,
-    characterise_virtual,
     direction_numbers,
 )
 from deboom.study.runner import load_study, run_study
@@ -123,24 +120,6 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     shown = [block.png for block in blocks if isinstance(block, Picture)]
     assert sorted(shown) == sorted(done.figures.values())
     assert "truth" not in done.tables
-
-
-def test_a_virtual_bench_has_a_campaign_that_is_gone_afterwards(monkeypatch):
-    seen = []
-
-    def characterise_folder(folder, mount_set, options, progress, title):
-        seen.append((folder, read_campaign(folder, (mount_set,)).name))
-        progress(STEPS_PER_BENCH, STEPS_PER_BENCH, title)
-        return title
-
-    monkeypatch.setattr(characterisation, "TRAINING_RUNS", RUNS[:1])
-    monkeypatch.setattr(characterisation, "characterise_given", characterise_folder)
-    said = []
-    done = characterise_virtual(3, "M1", CharacteriseOptions(), lambda *s: said.append(s))
-    assert done == "bench 3"
-    assert [name for _, name in seen] == ["virtual_bench_3"]
-    assert not any(folder.exists() for folder, _ in seen)
-    assert [step for step, _, _ in said] == [0, STEPS_PER_BENCH]
 
 
 @pytest.mark.parametrize(

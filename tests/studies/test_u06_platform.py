@@ -14,8 +14,6 @@ from deboom.study import correlation
 from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
-from deboom.study.search import ThoroughSearchOptions
-from deboom.vehicles.fleet import Fleet
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study(STUDIES / "u06_platform.py")
@@ -47,31 +45,6 @@ def finished(tmp_path_factory):
 @pytest.fixture(scope="module")
 def runs():
     return PlatformOptions(group=None, mounts=MountSource.spectra).operation()
-
-
-def options(group=None):
-    return STUDY.module.Options(
-        doe=32,
-        draws=4,
-        search=ThoroughSearchOptions(3, 8),
-        samples=8,
-        n=8,
-        resamples=100,
-        platform=PlatformOptions(group=group, mounts=MountSource.spectra),
-    )
-
-
-def model_of(runs, asked):
-    """Build the model of any vehicles of the platform."""
-    whole = STUDY.module.prepare(asked)
-    index = asked.motion.index(runs)
-    return replace(
-        whole,
-        everyone=runs,
-        everyone_index=index,
-        runs=runs,
-        robust=replace(whole.robust, evaluate=index),
-    )
 
 
 def test_one_run_says_what_the_four_studies_say(finished):
@@ -117,21 +90,3 @@ def test_the_page_begins_with_what_to_build(finished):
         assert f'href="#section-{place}"' in page
     for stem in ("group_matrix", "pareto_front", "sobol", "convergence"):
         assert (finished / "figures" / f"{stem}.png").stat().st_size > 5000
-
-
-def test_where_there_is_nothing_to_compare_the_page_says_so(runs):
-    single = replace(runs, fleet=Fleet(runs.fleet.vehicles[-1:]))
-    asked = options("F45")
-    report = STUDY.module.run(model_of(single, asked), asked)
-    page = report.html()
-    assert "nothing to correlate" in page
-    assert not {"doe", "matrix"} & set(report.tables)
-    assert "st_TSM_x_F45-5" in report.summary
-    pair = replace(runs, fleet=Fleet(runs.fleet.vehicles[:2]))
-    asked = options("U06")
-    model = model_of(pair, asked)
-    fleet = STUDY.module.fleet_doe(model, asked)
-    assert fleet.by_group is None
-    within = STUDY.module.within_group
-    assert within(fleet, pair, model.robust.evaluate).names == ("U06-1", "U06-2")
-    assert within(fleet, single, motion_index(single, Motion.prescribed)) is None

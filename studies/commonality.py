@@ -235,7 +235,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             sigma_label="level above mounts of its own [dB]",
         ),
         f"Price against part numbers; {total} keep every limit.",
-        alt="Price of sharing over the count of part numbers",
     )
     report.table(
         "counts",

@@ -73,7 +73,7 @@ def report_of(text, titles=("The front", "Levels"), frame=TABLE):
     report.warn(text or "TSM x stops at its bound.")
     for title in titles:
         report.section(text or title, f"{text or 'First paragraph.'}\n\nSecond one.")
-    report.figure(None, PNG, text or "The search has settled.", alt=text or "A rising curve.")
+    report.figure(None, PNG, text or "The search has settled.")
     report.table(None, frame, text or "Per vehicle.")
     return report
 
@@ -102,7 +102,7 @@ def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
     ((attributes, _),) = document.every("img")
     encoded = attributes["src"].removeprefix("data:image/png;base64,")
     assert base64.b64decode(encoded) == PNG
-    assert attributes["alt"] == "A rising curve."
+    assert attributes["alt"] == "The search has settled."
     assert (attributes["width"], attributes["height"]) == ("960", "427")
     assert document.every("figcaption")[0][1] == "Figure 1. The search has settled."
 

@@ -96,13 +96,12 @@ def vector_sum(
     contributions: Mapping[str, npt.ArrayLike],
     colours: Sequence[str],
     *,
-    unit: str = "Pa",
     ax: Axes | None = None,
 ) -> Axes:
     """Draw the paths of one line head to tail in the complex plane, and the pressure they give.
 
     - `paths`: of the contributions, in the order they are added.
-    - `contributions` (n_path,): state, such as today and a pick → complex peak [`unit`].
+    - `contributions` (n_path,): state, such as today and a pick → complex peak [Pa].
     - `colours`: of the paths.
     - raises InputError: nothing to draw, arrays of another length, values that are not finite.
     """
@@ -129,12 +128,12 @@ def vector_sum(
                         zorder=5,
                     )
             tip, colour = ends[-1], INK if number else MUTED
-            label = f"{state}: {abs(tip):.3g} {unit}"
+            label = f"{state}: {abs(tip):.3g} Pa"
             axes.plot([0, tip.real], [0, tip.imag], color=colour, linewidth=2.4, label=label)
             axes.plot(tip.real, tip.imag, "o", color=colour, markersize=6)
         axes.margins(0.1)
         axes.set_aspect("equal", adjustable="datalim")
-        axes.set_xlabel(f"real part [{unit}]")
-        axes.set_ylabel(f"imaginary part [{unit}]")
+        axes.set_xlabel("real part [Pa]")
+        axes.set_ylabel("imaginary part [Pa]")
         place_legend(axes, ax, loc="outside upper right", ncols=len(contributions))
         return axes

@@ -154,8 +154,6 @@ class Report:
         stem: str | None,
         drawing: Drawing | Callable[[], Drawing],
         caption: str,
-        *,
-        alt: str = "",
     ) -> None:
         """Show a figure, and keep it as ``figures/<stem>.png``.
 
@@ -169,9 +167,7 @@ class Report:
             From `deboom.plot`, which is closed afterwards; a PNG; or a function that returns such a
             thing, so that its failure is this figure's alone.
         caption : str
-            What to see in it.
-        alt : str
-            What it shows, for a reader who cannot see it; by default the caption.
+            What to see in it, also for a reader who cannot see it.
 
         Raises
         ------
@@ -191,7 +187,7 @@ class Report:
         if stem is not None:
             self._free(stem, self.figures)
             self.figures[stem] = png
-        self._show(Picture(png, alt.strip() or caption, caption))
+        self._show(Picture(png, caption, caption))
 
     def table(
         self,

@@ -194,7 +194,6 @@ def _levels(report: Report, delivery: Delivery) -> None:
             share_y=True,
         ),
         "Cars in the order of their level; above zero they miss the limit.",
-        alt="Levels of the predicted cars less the limit",
     )
     report.table("levels", pd.DataFrame(rows), "One row per batch and vehicle.")
 

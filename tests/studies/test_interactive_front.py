@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 from deboom.choices import Pick
 from deboom.cli import app
 from deboom.errors import InputError
+from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import interactive_front, overlaid, write_interactive_page
 from deboom.study.platform_model import Motion, MountSource
@@ -41,8 +42,15 @@ def folder(tmp_path_factory):
         "load_case": ["high=2", "low=1"],
     }
     study = load_study(STUDIES / "u06_robust_front.py")
+    figure = Report.figure
+
+    def shown(self, stem, *words):
+        if stem in ("pareto_front", "spl_curves", "stiffness_bars"):  # those of the page
+            figure(self, stem, *words)
+
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(study.module, "VERIFIED", 64)
+        patch.setattr(Report, "figure", shown)
         return run_study(study, home / "results", arguments)
 
 

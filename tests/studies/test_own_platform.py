@@ -10,6 +10,7 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.cli import app
+from deboom.report import Report
 from deboom.study import supplier_numbers
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
@@ -42,6 +43,7 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     folder, quick_front, monkeypatch, tmp_path
 ):
     monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+    monkeypatch.setattr(Report, "figure", lambda *_, **__: None)
     summary = "\n".join(deboom("check", folder))
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary

@@ -41,7 +41,7 @@ def pareto_front(
     *,
     mean_label: str,
     sigma_label: str,
-    label: str = "Pareto front, ± standard error",
+    label: str = "front, ± standard error",
     beside: Pairs | None = None,
     width: float = FULL_WIDTH,
     ax: Axes | None = None,
@@ -122,7 +122,8 @@ def pareto_front(
         axes.set_xlabel(f"← better    {mean_label}")
         axes.set_ylabel(f"← better    {sigma_label}")
         axes.ticklabel_format(useOffset=False, style="plain")
-        place_legend(axes, ax, loc="outside upper right", ncols=2)
+        spacing = {"columnspacing": 0.8, "handlelength": 1.2, "handletextpad": 0.4}
+        place_legend(axes, ax, loc="outside upper right", ncols=2, fontsize=7.5, **spacing)
         return axes
 
 

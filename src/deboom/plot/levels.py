@@ -116,16 +116,18 @@ def vector_sum(
             for path, start, end, colour in zip(paths, ends, ends[1:], colours, strict=False):
                 axes.plot([start.real, end.real], [start.imag, end.imag], style, color=colour)
                 if number == 0 and abs(end - start) > _NAMED * abs(ends[-1]):
-                    middle = (start + end) / 2
+                    # labels stand above and below in turns, each pair further away
+                    side, place = 1 - 2 * (len(axes.texts) % 2), (start + end) / 2
                     axes.annotate(
                         path,
-                        (middle.real, middle.imag),
-                        xytext=(4, 4),
+                        (place.real, place.imag),
+                        xytext=(0, side * (14 + 6 * len(axes.texts))),
                         textcoords="offset points",
+                        ha="center",
                         color=colour,
                         fontsize=9.0,
                         path_effects=halo(2.0),
-                        zorder=5,
+                        arrowprops={"arrowstyle": "-", "color": colour, "linewidth": 0.6},
                     )
             tip, colour = ends[-1], INK if number else MUTED
             label = f"{state}: {abs(tip):.3g} Pa"

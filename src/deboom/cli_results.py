@@ -210,8 +210,7 @@ def accept(
     (share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
     line of the output is the run folder.
 
-    deboom report RUN --supplier --mount TSM --box BOX, fill in the workbook, and deboom accept BOX
-    supplier_sheet_TSM.xlsx.
+    deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
     """
     from deboom.study.accept import accept_into_run
     from deboom.study.progress import progress_bar

@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
@@ -66,10 +67,12 @@ def test_platform_without_library_says_how_to_get_one(cli, tmp_path):
 
 def test_platform_with_library(tmp_path, monkeypatch):
     """Of few runs: what the studies need is there."""
-    few = campaign.TRAINING_RUNS[2::4]
-    monkeypatch.setattr(
-        platform_library, "training_plan", lambda name: campaign.CampaignPlan((name,), few)
-    )
+    few, lines = campaign.TRAINING_RUNS[2::4], np.arange(20.0, 80.5, 2.0)
+
+    def plan(name):
+        return campaign.CampaignPlan((name,), few, 1, frequency=lines)
+
+    monkeypatch.setattr(platform_library, "training_plan", plan)
     folder = tmp_path / "platform"
     done = CliRunner().invoke(app, ["bench", "write", str(folder), "--seed", "2", "--library"])
     assert done.exit_code == 0, done.stderr

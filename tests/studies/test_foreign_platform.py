@@ -10,7 +10,6 @@ import shutil
 from functools import cache
 from pathlib import Path
 
-import pandas as pd
 import pytest
 from foreign_platform_samples import (
     GROUP,
@@ -24,9 +23,7 @@ from foreign_platform_samples import (
 )
 
 from deboom.files.platform import read_platform
-from deboom.files.run_folder import find_run
 from deboom.study.platform_model import Motion, MountSource, check_platform
-from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study, study_files
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -100,17 +97,6 @@ def test_the_study_runs_on_a_foreign_platform(name, run_of):
         assert stranger not in said
     assert all(vehicle in said + page for vehicle in VEHICLES)
     assert json.loads((run / "summary.json").read_text(encoding="utf-8"))
-
-
-def test_the_model_of_a_foreign_run_is_built_again(run_of):
-    run = run_of("u06_robust_front")
-    entry = find_run(run.parents[1], run.parent.name, run.name)
-    robust = rebuilt_model(entry, load_study(STUDIES / "u06_robust_front.py"))
-    assert list(robust.space.names) == VARIABLES
-    front = pd.read_csv(run / "front.csv")
-    designs = pd.read_csv(run / "designs.csv").filter(like="[1]")
-    found = robust(designs.to_numpy()).mean_sum
-    assert found == pytest.approx(front["SPLV mean sum in search [dB(A)]"].to_numpy())
 
 
 def test_units_order_and_lines_are_those_of_the_files(folder):

@@ -15,6 +15,7 @@ from deboom.bench.fleet import (
     source_motion,
 )
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
+from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
@@ -27,6 +28,8 @@ from deboom.measurement.modal import (
     poles_over_orders,
 )
 from deboom.physics.frf import FrfForm
+from deboom.report import Report
+from deboom.study.modal_report import append_modes, body_motion
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 
@@ -193,10 +196,14 @@ def pressure_of_modes(
     return np.sum(both.conj() * product, axis=(1, 2)) / np.sum(np.abs(both) ** 2, axis=(1, 2))
 
 
-def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(exact_vehicle):
+@pytest.fixture(scope="module")
+def part(exact_vehicle):
+    return body_modes(exact_vehicle[1], n_modes=5)
+
+
+def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(exact_vehicle, part):
     """Without errors nothing is missing; without the trunk floor the sum falls short."""
     car = exact_vehicle[1]
-    part = body_modes(car, n_modes=5)
     clusters, band = part.model.clusters, part.chart.band
     models = [
         modal_model(frf, form, band, clusters)
@@ -211,6 +218,48 @@ def test_panels_bring_what_hammer_and_loudspeaker_say_a_mode_brings(exact_vehicl
     assert np.abs(found / expected - 1).max() < 0.05
     without = found - part.panels.values[:5, part.panels.panels.index("trunk floor")]
     assert abs(without[0] / expected[0]) < 0.6
+
+
+def test_outputs_are_mount_points_and_panels_in_their_directions(part):
+    assert part.model.outputs[:3] == ("EnM x", "EnM y", "EnM z")
+    assert part.model.outputs[-1] == "windshield"
+    assert part.model.inputs == ("driver ear", "passenger ear")
+    assert [place.is_panel for place in part.places] == [False] * 5 + [True] * 8
+    labels = [place.label for place in part.places]
+    assert labels[3:6] == ["Du left", "Du right", "trunk floor"]
+    roof = labels.index("roof")
+    assert np.all(part.motion[:, roof, :2] == 0)
+    drawn = body_motion(part)
+    assert np.asarray(drawn.normals)[roof].tolist() == [0.0, 0.0, -1.0]
+    assert drawn.titles[0].startswith("23.")
+
+
+def test_a_report_has_what_is_known(exact_vehicle, part, each_picture_once):
+    def in_report(modes, truth=None):
+        report = Report("Modes")
+        append_modes(report, modes, truth, "U06-1")
+        return report
+
+    few = replace(part, n_modes=2)
+    report = in_report(few)
+    assert list(report.tables) == ["modes", "panel_contributions"]
+    assert "MAC with the truth [1]" not in report.tables["modes"]
+    bare = body_modes(replace(exact_vehicle[1], panels=None), n_modes=2)
+    assert len(bare.model.outputs) == 15
+    report = in_report(bare, bare.model.shapes)
+    assert list(report.figures) == ["stabilisation", "mode_shapes"]
+    assert report.tables["modes"]["MAC with the truth [1]"].to_numpy() == pytest.approx(1.0)
+
+
+def test_modes_that_cannot_be_had_are_refused(exact_vehicle, part):
+    car = exact_vehicle[1]
+    with pytest.raises(InputError, match=r"modes from 20 to 80 Hz .* 12 asked for"):
+        body_modes(car, n_modes=12)
+    with pytest.raises(InputError, match="one column for each of the 23 outputs"):
+        part.mac(np.ones((5, 15)))
+    motion = replace(car.panels.motion, frequency=car.panels.motion.frequency + 1)
+    with pytest.raises(InputError, match="other lines"):
+        body_modes(replace(car, panels=replace(car.panels, motion=motion)))
 
 
 def test_a_measured_ruler_has_the_ratios_of_a_clamped_beam():

@@ -184,7 +184,19 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
     write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench))
     dump_toml(folder / "campaign.toml", file)
-    _write_readme(session)
+    plan, (first, last) = session.plan, session.plan.frequency[[0, -1]]
+    shares = ", ".join(f"{100 * share:.0f}" for share in CELL_SHARES)
+    write_readme(
+        folder,
+        f"Measurement campaign on the virtual bench, seed {session.seed}",
+        f"Mount sets {', '.join(plan.mount_sets)}: M0 is as drawn; M1 and higher are units with "
+        "their manufacturing spread, the same parts in every campaign. Runs: "
+        f"{plan.frequency.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} The force cells under a "
+        f"mount carry {shares} %; their sum is its force.",
+        "campaign",
+        "campaign.toml",
+    )
     yield "campaign.toml"
 
 
@@ -435,22 +447,4 @@ def _tolerances(errors: CampaignErrors) -> ToleranceEntry:
         shaker_gain=chain.shaker_gain,
         torque_nm=errors.torque,
         static_force_n=errors.static_force,
-    )
-
-
-def _write_readme(session: _Session) -> None:
-    """Write what was measured to ``README.txt``."""
-    bench, plan = session.bench, session.plan
-    first, last = plan.frequency[[0, -1]]
-    shares = ", ".join(f"{100 * share:.0f}" for share in CELL_SHARES)
-    write_readme(
-        session.folder,
-        f"Measurement campaign on the virtual bench, seed {session.seed}",
-        f"Mount sets {', '.join(plan.mount_sets)}: M0 is as drawn; M1 and higher are units with "
-        "their manufacturing spread, the same parts in every campaign. Runs: "
-        f"{plan.frequency.size} lines from {first:g} to {last:g} Hz, engine order "
-        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} The force cells under a "
-        f"mount carry {shares} %; their sum is its force.",
-        "campaign",
-        "campaign.toml",
     )

@@ -179,7 +179,19 @@ def write_compressor_test(
         if plan.hits:
             _write_hits(unfinished / HITS, sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
-        _write_test_readme(unfinished, title, hits)
+        lines = hits.lines
+        write_readme(
+            unfinished,
+            title,
+            "A refrigerant compressor on its rubber mounts, struck with a roving hammer: "
+            f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {lines[1] - lines[0]:g} Hz "
+            f"apart; H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and "
+            f"about {hits.impulse:g} N s; blocks of {hits.duration:g} s. Positions count from the "
+            "virtual point. Directions of responses are those of the sensor's own axes, directions "
+            "of forces those of the position sheet.",
+            "compressor",
+            INERTANCE_TEST_FILE,
+        )
         _write_test_truth(unfinished / "truth", lab, plan, level, hits, blows)
     return Path(folder)
 
@@ -257,23 +269,6 @@ def _write_test_file(
         ),
     )
     dump_toml(folder / INERTANCE_TEST_FILE, file)
-
-
-def _write_test_readme(folder: Path, title: str, hits: rig.HitPlan) -> None:
-    """Write what was measured to ``README.txt``."""
-    lines = hits.lines
-    write_readme(
-        folder,
-        title,
-        "A refrigerant compressor on its rubber mounts, struck with a roving hammer: "
-        f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, {lines[1] - lines[0]:g} Hz "
-        f"apart; H1 of {hits.hits} hits per impact, half sine of {1e3 * hits.pulse:g} ms and about "
-        f"{hits.impulse:g} N s; blocks of {hits.duration:g} s. Positions count from the virtual "
-        "point. Directions of responses are those of the sensor's own axes, directions of forces "
-        "those of the position sheet.",
-        "compressor",
-        INERTANCE_TEST_FILE,
-    )
 
 
 def _write_test_truth(
@@ -385,7 +380,17 @@ def write_operating_test(
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
         write_operation(unfinished, title, plan, running_lab, sweeps, channels, record=record)
         _write_operation_truth(unfinished / "truth", running_lab, plan, sweeps)
-        _write_operation_readme(unfinished, title)
+        write_readme(
+            unfinished,
+            title,
+            "A refrigerant compressor on its rubber mounts, struck with a hammer at rest, then run "
+            "from 1000 to 9000 1/min at two pressures, with the standard hoses and with long soft "
+            "ones that have masses on them. Phase from the tacho's pulse, once per revolution, "
+            "when the rotor's mark is on the y axis. Order spectra are type 0 over the frequency "
+            "of rotation, with the tacho's speed; channels over time are type 1, with its pulses.",
+            "operation",
+            OPERATING_TEST_FILE,
+        )
     return Path(folder)
 
 
@@ -482,21 +487,6 @@ def write_operation(
         microphones=tuple(MicrophoneSection(name=name, node=node) for name, node in microphones),
     )
     dump_toml(folder / OPERATING_TEST_FILE, file_content)
-
-
-def _write_operation_readme(folder: Path, title: str) -> None:
-    """Write what was measured of a running compressor to ``README.txt``."""
-    write_readme(
-        folder,
-        title,
-        "A refrigerant compressor on its rubber mounts, struck with a hammer at rest, then run "
-        "from 1000 to 9000 1/min at two pressures, with the standard hoses and with long soft ones "
-        "that have masses on them. Phase from the tacho's pulse, once per revolution, when the "
-        "rotor's mark is on the y axis. Order spectra are type 0 over the frequency of rotation, "
-        "with the tacho's speed; channels over time are type 1, with its pulses.",
-        "operation",
-        OPERATING_TEST_FILE,
-    )
 
 
 def _write_operation_truth(

@@ -11,7 +11,6 @@ from deboom.arrays import RealArray
 from deboom.bench.compressor_rig import (
     NO_PLACEMENT_ERRORS,
     PRESSURES,
-    HitPlan,
     OperationPlan,
     Placed,
     Sheet,
@@ -172,7 +171,19 @@ def write_electric_car(
         )
         _write_body(unfinished, sheets, frfs, car)
         _write_car_file(unfinished, car, title, level, sheets, names, stated)
-        _write_readme(unfinished, title, hits)
+        lines = hits.lines
+        write_readme(
+            unfinished,
+            title,
+            "A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run "
+            "in the car with its own and with long soft hoses; and the body of the car, struck "
+            "with the compressor taken out. Positions count from the virtual point of the "
+            f"compressor, along its axes. Body: {lines.size} lines from {lines[0]:g} to "
+            f"{lines[-1]:g} Hz, H1 of {hits.hits} hits of about {hits.impulse:g} N s. "
+            "Sweeps: first order, phase to the pulse of the tacho.",
+            "car",
+            ELECTRIC_CAR_FILE,
+        )
         _write_truth(unfinished / "truth", body, setup, sensors[1], sweeps)
     return Path(folder)
 
@@ -233,23 +244,6 @@ def _write_car_file(
         ),
     )
     dump_toml(folder / ELECTRIC_CAR_FILE, file)
-
-
-def _write_readme(folder: Path, title: str, hits: HitPlan) -> None:
-    """Write what was measured to ``README.txt``."""
-    lines = hits.lines
-    write_readme(
-        folder,
-        title,
-        "A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run in "
-        "the car with its own and with long soft hoses; and the body of the car, struck with the "
-        "compressor taken out. Positions count from the virtual point of the compressor, along its "
-        f"axes. Body: {lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz, H1 of {hits.hits} "
-        f"hits of about {hits.impulse:g} N s. Sweeps: first order, phase to the pulse of the "
-        "tacho.",
-        "car",
-        ELECTRIC_CAR_FILE,
-    )
 
 
 def _write_truth(

@@ -250,7 +250,18 @@ def _write_files(
     write_powertrain_truth(folder / "truth", bench)
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
     write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench, listed))
-    _write_readme(folder, bench, seed)
+    origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
+    first, last = FREQUENCY[[0, -1]]
+    write_readme(
+        folder,
+        TITLE,
+        f"Written by deboom bench write FOLDER --seed {seed} ({origin}). All spectra: "
+        f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{bench.order_torque.order:g}. {VEHICLE_AXES} No study reads truth/, and deleting it "
+        "changes no result.",
+        "platform",
+        "platform.toml",
+    )
     file = _platform_file(bench, sheet, wheel_end_mass, fleet)
     dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
@@ -358,20 +369,4 @@ def _platform_file(
             )
             for case in LOAD_CASES
         ),
-    )
-
-
-def _write_readme(folder: Path, bench: VirtualBench, seed: int) -> None:
-    """Write what was measured to ``README.txt``."""
-    origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
-    first, last = FREQUENCY[[0, -1]]
-    write_readme(
-        folder,
-        TITLE,
-        f"Written by deboom bench write FOLDER --seed {seed} ({origin}). All spectra: "
-        f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
-        f"{bench.order_torque.order:g}. {VEHICLE_AXES} No study reads truth/, and deleting it "
-        "changes no result.",
-        "platform",
-        "platform.toml",
     )

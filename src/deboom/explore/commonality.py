@@ -333,14 +333,12 @@ def _constraints(
     taken, one_each, kept = wide(minus, member, 0.0), wide(None, every, 0.0), wide(None, missed, -1)
     total = np.zeros((1, taken.shape[1]))
     total[0, :n_values] = 1.0
-    constraints = [LinearConstraint(csr_array(total), 0, count)]
-    for vehicle in range(n_vehicles):
-        values = slice(vehicle * n_values, (vehicle + 1) * n_values)
-        constraints += [
-            LinearConstraint(taken[values], -np.inf, 0),
-            LinearConstraint(one_each[[vehicle]], 1, 1),
-            LinearConstraint(kept[[vehicle]], -np.inf, 0),
-        ]
+    constraints = [
+        LinearConstraint(csr_array(total), 0, count),
+        LinearConstraint(taken, -np.inf, 0),
+        LinearConstraint(one_each, 1, 1),
+        LinearConstraint(kept, -np.inf, 0),
+    ]
     for first, size, part in zip(_first_values(sizes), sizes, problem.part_names, strict=True):
         units = problem.rules.units(part, problem.vehicles)
         clash = problem.rules.clash(part, problem.vehicles)

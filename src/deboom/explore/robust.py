@@ -17,6 +17,7 @@ from deboom.explore.scatter import ToleranceSample, ToleranceSampler, ToleranceS
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
+    Requirements,
     check_same_names,
     checked_model,
     responses,
@@ -430,21 +431,6 @@ class Limits:
         never = np.flatnonzero(np.all(designs_excess > 0.0, axis=0))
         others = ", ".join(f"'{self.names[place]}'" for place in never if place != binding)
         return f"{text}; none keeps {others} either" if others else text
-
-
-class Requirements(Protocol):
-    """What can be limited: an `Evaluate` whose responses may have units of their own."""
-
-    @property
-    def variable_names(self) -> tuple[str, ...]:
-        """Name of each column of the designs."""
-
-    @property
-    def response_names(self) -> tuple[str, ...]:
-        """Name of each column of the result."""
-
-    def __call__(self, designs: RealArray) -> RealArray:
-        """Return the responses, shape (n, r), nan where one could not be computed."""
 
 
 @dataclass(frozen=True, eq=False)

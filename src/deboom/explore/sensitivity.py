@@ -315,7 +315,11 @@ def morris_analysis(
     from SALib.analyze import morris
 
     array, names = _checked(values, outputs, len(inputs.factors) + 1)
-    _check_designs(inputs, designs, array)
+    if designs.shape != (len(array), inputs.n_variables):
+        raise InputError(
+            f"designs of shape {designs.shape} with {len(array)} rows of responses and "
+            f"{inputs.n_variables} variables: bring the designs that gave the responses"
+        )
 
     def analyse(column: RealArray) -> list[RealArray]:
         result = morris.analyze(
@@ -399,14 +403,6 @@ def _check_base(n_base: int) -> int:
             f"upwards and would be unbalanced or too few: take {low} or {2 * low}"
         )
     return n_base
-
-
-def _check_designs(inputs: SensitivityInputs, designs: RealArray, values: RealArray) -> None:
-    if designs.shape != (len(values), inputs.n_variables):
-        raise InputError(
-            f"designs of shape {designs.shape} with {len(values)} rows of responses and "
-            f"{inputs.n_variables} variables: bring the designs that gave the responses"
-        )
 
 
 def _interval_of(resampled: RealArray) -> RealArray:

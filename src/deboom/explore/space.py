@@ -163,13 +163,8 @@ def stiffness_factor_space(
     )
 
 
-class Evaluate(Protocol):
-    """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
-
-    Rows are independent of each other, and the same design always gives the same responses. A
-    design that cannot be computed gives a row that is not finite, or raises ``ArithmeticError`` or
-    ``numpy.linalg.LinAlgError``. A process pool carries objects of importable classes, no closures.
-    """
+class Requirements(Protocol):
+    """What can be limited: responses (n, r) of designs (n, k), each in a unit of its own."""
 
     @property
     def variable_names(self) -> tuple[str, ...]:
@@ -179,12 +174,21 @@ class Evaluate(Protocol):
     def response_names(self) -> tuple[str, ...]:
         """Name of each column of the responses."""
 
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return the responses, shape (n, r), of the designs, shape (n, k)."""
+
+
+class Evaluate(Requirements, Protocol):
+    """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
+
+    Rows are independent of each other, and the same design always gives the same responses. A
+    design that cannot be computed gives a row that is not finite, or raises ``ArithmeticError`` or
+    ``numpy.linalg.LinAlgError``. A process pool carries objects of importable classes, no closures.
+    """
+
     @property
     def response_unit(self) -> str:
         """Unit of all responses."""
-
-    def __call__(self, designs: RealArray) -> RealArray:
-        """Return the responses, shape (n, r) [response_unit], of the designs, shape (n, k)."""
 
 
 class Differentiable(Evaluate, Protocol):

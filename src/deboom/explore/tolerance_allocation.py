@@ -56,10 +56,6 @@ class ToleranceCost:
         return np.asarray(-self.weight * self.reference / tolerance**2)
 
 
-def _with_tolerance(robust: RobustResponse, tolerance: RealArray) -> RobustResponse:
-    return replace(robust, space=replace(robust.space, tolerance=np.asarray(tolerance, float)))
-
-
 @dataclass(frozen=True, eq=False)
 class Scattered:
     """Responses of one design over its scatter, and their derivatives by the tolerances.
@@ -145,7 +141,8 @@ class ToleranceEffect:
         ``∂y/∂t = ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule
         through its estimator and are exact for these draws. Without `slopes` they are nan.
         """
-        robust = _with_tolerance(self.robust, tolerance)
+        space = replace(self.robust.space, tolerance=np.asarray(tolerance, float))
+        robust = replace(self.robust, space=space)
         model: Any = robust.evaluate
         made, values = robust.made_responses(self.design)
         estimator = self.robust.prepared(self.design)

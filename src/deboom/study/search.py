@@ -20,7 +20,6 @@ from deboom.explore.robust import (
     Limit,
     LimitedResponse,
     Limits,
-    Requirements,
     Robust,
     RobustResponse,
     chosen,
@@ -29,7 +28,7 @@ from deboom.explore.robust import (
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.search import SearchResult, merge, nsga2
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import Progress
+from deboom.explore.space import Progress, Requirements
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits

@@ -85,15 +85,10 @@ def _claims(platform: Platform, whose: str) -> list[Claim]:
     mounts = read_library_json(platform.folder / LIBRARY_FILE)[1]
     cases = platform.load_cases
     modelled = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
-    measured = [SurfaceForces(case, ()) for case in cases]
+    measured = [SurfaceForces(case, {}, {}) for case in cases]
     true = _true_cases(platform)
-    lines = [
-        (one.n_measured, one.n_lines)
-        for forces in modelled
-        for one in forces.sources
-        if not one.reason
-    ]
-    outside, total = np.sum(lines, axis=0)
+    outside = sum(sum(forces.outside.values()) for forces in modelled)
+    total = sum(len(f.outside) * f.load_case.force.frequency.size for f in modelled)
     between = _at_peaks(platform, cases, modelled)
     surfaces, spectra = (_at_peaks(platform, true, forces) for forces in (modelled, measured))
     share = 100 * outside / total

@@ -114,7 +114,7 @@ def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
 def entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
     """Return the fields of a dataclass as plain values by their keys, which state the units."""
     names = [field.name for field in fields(value) if field.name not in left_out]
-    return {_KEYS.get(name, name): _plain(getattr(value, name)) for name in names}
+    return {key: _plain(content) for key, content in _labelled(value, *names).items()}
 
 
 def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
@@ -266,15 +266,12 @@ def export_tables(
                 **asdict(value.identity),
                 "description": value.mount.description,
                 "transfer_axes": " ".join(value.mount.transfer_axes),
-                "body_mass [kg]": value.mount.body_mass,
-                "body_mass_tolerance [kg]": value.mount.body_mass_tolerance,
+                **_labelled(value.mount, "body_mass", "body_mass_tolerance"),
                 "piece": piece,
-                "x [m]": x,
-                "y [m]": y,
-                "z [m]": z,
+                **dict(zip(("x [m]", "y [m]", "z [m]"), position, strict=True)),
             }
             for value in mounts
-            for piece, (x, y, z) in zip(value.mount.pieces, value.mount.positions, strict=True)
+            for piece, position in zip(value.mount.pieces, value.mount.positions, strict=True)
         ],
         "quality": [
             {**asdict(value.identity), "quality": name, "value": number}
@@ -288,22 +285,23 @@ def export_tables(
     for start, direction in _directions(mounts):
         points, curve = direction.map_points, direction.static_curve
         if len(points):
-            columns: Row = {"run": points.run}
-            for name in ("preload", "wheel_torque", "amplitude", "frequency"):
-                columns[_KEYS[name]] = getattr(points, name)
-            columns["dynamic_stiffness_real [N/m]"] = points.dynamic_stiffness.real
-            columns["dynamic_stiffness_imag [N/m]"] = points.dynamic_stiffness.imag
-            columns["confidence [1]"] = points.confidence
-            parts["map_points"].append(start | columns)
+            stiffness = points.dynamic_stiffness
+            columns = _labelled(points, "run", "preload", "wheel_torque", "amplitude", "frequency")
+            columns["dynamic_stiffness_real [N/m]"] = stiffness.real
+            columns["dynamic_stiffness_imag [N/m]"] = stiffness.imag
+            parts["map_points"].append(start | columns | _labelled(points, "confidence"))
         if curve is not None:
-            columns = {"mount_set": curve.mount_set}
-            for name in ("force_uncertainty", "deflection", "force"):
-                columns[_KEYS[name]] = getattr(curve, name)
-            parts["static_curves"].append(start | columns)
+            names = ("mount_set", "force_uncertainty", "deflection", "force")
+            parts["static_curves"].append(start | _labelled(curve, *names))
     for name, rows in parts.items():
         filled = [pd.DataFrame(row) for row in rows]
         frames[name] = pd.concat(filled, ignore_index=True) if filled else pd.DataFrame()
     return frames
+
+
+def _labelled(value: DataclassInstance, *names: str) -> Row:
+    """Fields of a dataclass by their keys."""
+    return {_KEYS.get(name, name): getattr(value, name) for name in names}
 
 
 def direction_table(mounts: Sequence[CharacterisedMount]) -> pd.DataFrame:

@@ -29,36 +29,17 @@ class Outside(Enum):
     KEEP_MEASURED = "keep measured"
 
 
-@dataclass(frozen=True)
-class ForceSource:
-    """Source of the force of one channel, ``<mount> [<piece>] <axis>``.
-
-    `reason` says why all its lines keep the measured force, and is empty where they come from the
-    surface; `n_measured` of `n_lines` lines keep it.
-    """
-
-    channel: str
-    reason: str
-    n_measured: int
-    n_lines: int
-
-
 @dataclass(frozen=True, eq=False)
 class SurfaceForces:
-    """A run with the measured motion, forces from response surfaces, and the source of each."""
+    """A run with the measured motion and forces from response surfaces.
+
+    `measured` are the channels that keep a measured force, and why; `outside` has how many lines do
+    of each channel that has a surface.
+    """
 
     load_case: LoadCase
-    sources: tuple[ForceSource, ...]
-
-    @property
-    def measured(self) -> dict[str, str]:
-        """Channels that keep a measured force, and why."""
-        return {
-            source.channel: source.reason
-            or f"{source.n_measured} of {source.n_lines} lines are outside"
-            for source in self.sources
-            if source.n_measured
-        }
+    measured: dict[str, str]
+    outside: dict[str, int]
 
 
 def surface_forces(
@@ -72,8 +53,7 @@ def surface_forces(
     - `mounts`: characterised mounts of the run, with surfaces over wheel torque.
     - `outside`: whether lines outside of the measured region are refused or keep the measured
       force.
-    - returns: a direction that was not identified, or has no surface, keeps the measured force and
-      says so in its `ForceSource`.
+    - returns: a direction that was not identified, or has no surface, keeps the measured force.
     - raises InputError: a run without engine torque; a mount that is missing, double or was not
       measured in the run; a surface over static force; lines outside of the measured region, if
       refused.
@@ -83,25 +63,25 @@ def surface_forces(
     """
     surfaces = identified_surfaces(mounts)
     by_channel = _directions_of_channels(load_case, mounts)
-    columns, sources = [], []
+    columns, kept, n_outside = [], {}, {}
     for column, channel in enumerate(load_case.force.channels):
         mount, axis = by_channel[channel]
         force = load_case.force.values[:, column]
-        n_measured, reason = force.size, ""
         direction, surface = mount.find(axis), surfaces.get(f"{mount.mount.name} {axis}")
         if surface is not None:
             where = f"channel '{channel}', direction {axis} of {mount.identity}"
-            force, n_measured = _force(load_case, column, surface, where, outside)
+            force, n_outside[channel] = _force(load_case, column, surface, where, outside)
+            if n_outside[channel]:
+                kept[channel] = f"{n_outside[channel]} of {force.size} lines are outside"
         elif direction is None:
-            reason = "not characterised"
+            kept[channel] = "not characterised"
         else:
-            reason = "no surface" if direction.surface is None else "not identified"
+            kept[channel] = "no surface" if direction.surface is None else "not identified"
         columns.append(force)
-        sources.append(ForceSource(channel, reason, n_measured, force.size))
     spectrum = load_case.force
     values = np.column_stack(columns)
     modelled = Spectrum(spectrum.frequency, values, spectrum.channels, spectrum.unit)
-    return SurfaceForces(replace(load_case, force=modelled), tuple(sources))
+    return SurfaceForces(replace(load_case, force=modelled), kept, n_outside)
 
 
 def _directions_of_channels(

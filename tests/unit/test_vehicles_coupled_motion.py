@@ -89,31 +89,6 @@ def test_all_factors_one_give_the_rigid_motion_closest_to_the_measured_one():
     assert 0.015 < relative < 0.05
 
 
-def test_a_wheel_end_is_a_body_with_one_degree_of_freedom():
-    motion = coupled_motion(_fleet(), MOUNTS, POWERTRAIN, _load_case())
-    inertia = (2 * np.pi * LINES[:, np.newaxis]) ** 2 * 40.0
-    design = ONE.copy()
-    design[0, 9] = 1.3
-    expected = [end.load / (1.3 * end.stiffness - inertia) for end in motion.bodies[1:]]
-    found = displacement(motion, design)
-    np.testing.assert_allclose(found[:, 9:], np.hstack(expected), rtol=1e-12)
-    # the powertrain does not feel it
-    np.testing.assert_array_equal(found[:, :9], displacement(motion, ONE)[:, :9])
-
-
-def test_every_axis_of_the_powertrain_acts_on_every_path():
-    motion = coupled_motion(_fleet(), MOUNTS, POWERTRAIN, _load_case())
-    before = forces(motion, ONE)[:, :9]
-    for variable in range(9):
-        design = ONE.copy()
-        design[0, variable] = 1.1
-        change = np.abs(forces(motion, design)[:, :9] - before)
-        assert (change > 1e-9 * np.abs(before)).all()
-    design = ONE.copy()
-    design[0, 10:] = 5.0
-    np.testing.assert_array_equal(motion.pressure(design), motion.pressure(ONE))
-
-
 def test_an_axis_that_does_not_transmit_still_moves_the_body():
     mounts = (replace(MOUNTS[0], transfer_axes=("x", "z")), *MOUNTS[1:])
     fleet = Fleet(

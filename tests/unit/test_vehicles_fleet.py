@@ -38,23 +38,6 @@ def _vehicle(name="A-1", group="A", frequency=LINES, paths=PATHS, seed=3):
     return Vehicle(name, group, Frf(frequency, values, ("ear",), paths, "Pa/N"))
 
 
-def test_contributions_are_transfer_function_times_force_summed_over_pieces():
-    case, vehicle = _load_case(), _vehicle()
-    found = path_contributions(Fleet((vehicle,)), MOUNTS, case)
-    inside = slice(1, 4)
-    ntf, force = vehicle.noise_transfer.values[inside, 0], case.force.values[inside]
-    wishbone = force[:, 3] + force[:, 4]
-    expected = np.zeros((1, 3, 6), dtype=complex)
-    expected[0, :, 0] = ntf[:, 0] * force[:, 0]
-    expected[0, :, 2] = ntf[:, 1] * force[:, 2]
-    expected[0, :, 3] = ntf[:, 2] * wishbone
-    np.testing.assert_array_equal(found.frequency, [20.0, 40.0, 60.0])
-    np.testing.assert_allclose(found.values, expected, rtol=1e-15)
-    assert found.variable_names == ("TSM x", "TSM y", "TSM z", "Du x", "Du y", "Du z")
-    assert found.vehicle_names == ("A-1",)
-    assert found.load_case == "g5"
-
-
 def test_pieces_with_functions_of_their_own_keep_them():
     """Left and right pull against each other: the mean function times their sum hears little."""
     case, pieces = _load_case(), ("Du left x", "Du right x")

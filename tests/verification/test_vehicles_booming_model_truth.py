@@ -59,6 +59,8 @@ def test_prescribed_motion_scales_the_stiffness_of_each_piece():
     expected = summed_pressure(ntf[:, 0], path)
 
     contributions = path_contributions(fleet, mounts, case)
+    assert contributions.variable_names == tuple(factor)
+    assert not contributions.values[..., [1, 4, 5]].any()
     found = contributions.pressure(design[np.newaxis])[0, 0]
     np.testing.assert_allclose(found, expected, rtol=1e-12)
     level = 20 * np.log10(np.abs(expected) / (np.sqrt(2) * 20e-6)) + _weighting(frequency)

@@ -28,7 +28,6 @@ from deboom.compressor.hoses import (
     hose_matrices,
     point_derivatives,
     separation_statement,
-    stack,
     sweep_pairs,
 )
 from deboom.compressor.identifiability import Knowledge, knowledge
@@ -210,6 +209,7 @@ def _fit(
     start: RealArray,
 ) -> HoseIdentification:
     """Most probable hoses, searched from the numbers `start`, shape (n, 11)."""
+    from scipy.linalg import block_diag
     from scipy.optimize import least_squares
 
     hose_matrices(drawn, [1.0])  # refuses hoses that are not drawn
@@ -231,19 +231,18 @@ def _fit(
             )
             for part in evidence
         }
-        values, jacobian = stack(
-            [
-                part.residuals(
-                    hose_matrices(hoses, part.frequency).point,
-                    slopes[part.frequency.tobytes()],
-                    own,
-                )
-                for part, own in zip(evidence, nuisances, strict=True)
-            ],
-            n,
-        )
+        parts = [
+            part.residuals(
+                hose_matrices(hoses, part.frequency).point, slopes[part.frequency.tobytes()], own
+            )
+            for part, own in zip(evidence, nuisances, strict=True)
+        ]
+        rows = [np.ascontiguousarray(by_unknown).view(float).T for _, by_unknown in parts]
+        by_hoses = np.concatenate([row[:, :n] for row in rows])
+        jacobian = np.hstack([by_hoses, block_diag(*(row[:, n:] for row in rows))])
+        values = [missed.view(float) for missed, _ in parts]
         return (
-            np.concatenate([values, unknowns / deviations]),
+            np.concatenate([*values, unknowns / deviations]),
             np.concatenate([jacobian, np.diag(1 / deviations)]),
         )
 

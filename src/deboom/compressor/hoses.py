@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
-from scipy.linalg import block_diag
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import deviation_from_coherence
@@ -547,16 +546,3 @@ HoseEvidence: TypeAlias = HammerEvidence | SweepEvidence
 def _squared(frequency: RealArray) -> RealArray:
     """ω² of lines, shape (n_frequency, 1, 1) [1/s²]."""
     return ((2 * np.pi * frequency) ** 2)[:, np.newaxis, np.newaxis]
-
-
-def stack(
-    parts: Sequence[tuple[ComplexArray, ComplexArray]], first: int
-) -> tuple[RealArray, RealArray]:
-    """Put residuals of several measurements of the same hoses below each other, real.
-
-    Returns `values` (n,), `jacobian` (n, first + n_nuisance).
-    """
-    rows = [np.ascontiguousarray(slopes).view(float).T for _, slopes in parts]
-    of_hoses = np.concatenate([row[:, :first] for row in rows])
-    jacobian = np.hstack([of_hoses, block_diag(*(row[:, first:] for row in rows))])
-    return np.concatenate([values.view(float) for values, _ in parts]), jacobian

@@ -86,7 +86,13 @@ def identifiability(
     rank = int(np.sum(values > RANK_TOLERANCE * values[0]))
     null = right[rank:]
     participation = np.sum(null**2, axis=0)
-    directions = tuple(_null_direction(names, row) for row in _sparse_rows(null))
+    # a basis of the null space in which each row moves few parameters
+    _, pivots = qr(null, mode="r", pivoting=True)
+    sparse = np.abs(np.linalg.solve(null[:, np.sort(pivots[: len(null)])], null))
+    directions = tuple(
+        NullDirection(tuple(names[n] for n in np.argsort(-row) if row[n] > NAMED * row.max()))
+        for row in sparse
+    )
     return Identifiability(names, rank, participation, directions)
 
 
@@ -211,16 +217,3 @@ def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray
     unit = np.sqrt(np.diag(covariance))
     slopes = derivatives(function, found.values, _STEP * unit) * unit[:, np.newaxis]
     return np.asarray(slopes.T @ (covariance / np.outer(unit, unit)) @ slopes)
-
-
-def _sparse_rows(null: RealArray) -> RealArray:
-    """Reduce a basis of the null space (n, n_parameters) so that each row moves few parameters."""
-    _, pivots = qr(null, mode="r", pivoting=True)
-    return np.asarray(np.linalg.solve(null[:, np.sort(pivots[: len(null)])], null))
-
-
-def _null_direction(names: tuple[str, ...], row: RealArray) -> NullDirection:
-    """Name the parameters that take part, the largest share first."""
-    size = np.abs(row)
-    order = [int(n) for n in np.argsort(-size) if size[n] > NAMED * size.max()]
-    return NullDirection(tuple(names[n] for n in order))

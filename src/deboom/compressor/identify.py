@@ -272,11 +272,9 @@ def identify(
     _refuse_wrong_scale(test, point.model)
     say("self-calibration")
     calibrated = self_calibrate(parametrisation, part, test, point.values, PRIOR)
-    held_out: list[HoldOut] = []
     lowest, highest = min(b[0] for b in options.bands), max(b[1] for b in options.bands)
     between = (test.frf.frequency >= lowest) & (test.frf.frequency <= highest) & ~fitted
-    if between.any():
-        held_out.append(hold_out_lines(calibrated, raw.select(between)))
+    held_out = (hold_out_lines(calibrated, raw.select(between)),) if between.any() else ()
     # by the sheet: the calibration explains part of a flexible body by placement
     by_sheet = np.linalg.inv(inertance.values)
     rigid = rigid_limit(calibrated.model, inertance.frequency, by_sheet)
@@ -299,7 +297,7 @@ def identify(
         knowledge(parametrisation.names, calibrated.parameter_covariance, PRIOR.deviations),
         modal_table(calibrated.model),
         rigid,
-        tuple(held_out),
+        held_out,
         hoses_in_hammer_test(test.name, inertance, parametrisation.length, hoses)
         if hoses
         else None,

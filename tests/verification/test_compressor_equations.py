@@ -257,65 +257,48 @@ def modes():
 LINE = 24
 
 
-def one_line(rng):
-    force = complex_normal(rng, 6)
-    stiffness = GAIN.at(LINES)[LINE] * MODEL.stiffness
-    impedance = stiffness - OMEGA[LINE] ** 2 * MODEL.mass_matrix
-    return force, impedance, np.linalg.solve(impedance, force)
-
-
-def test_eq_62_to_65_modal_coordinates(rng, modes):
-    """Motion s = Ψ q and q = (−ω² m_r + v k_r)⁻¹ Ψᵀ f; printed Ψ s for q, Ψ f for Ψᵀ f."""
+def test_eq_62_to_75_the_printed_forms_fail(rng, modes):
+    """Motion s = Ψ (S ∘ Ψᵀ f) with ΨᵀMΨ = I, and what the printed equations make of it."""
     squared, shapes = modes
-    force, impedance, motion = one_line(rng)
-    modal = shapes.T @ impedance @ shapes
+    force, gain, omega = complex_normal(rng, 6), GAIN.at(LINES)[LINE], OMEGA[LINE]
+    line = slice(LINE, LINE + 1)
+    motion = modal_superposition(
+        MODEL.mass_matrix, MODEL.stiffness, GAIN.at(LINES)[line], force[np.newaxis], LINES[line]
+    )[0]
+    impedance = gain * MODEL.stiffness - omega**2 * MODEL.mass_matrix
+    assert deviation(motion, np.linalg.solve(impedance, force)) < EXACT
+    modal, load = shapes.T @ impedance @ shapes, shapes.T @ force  # eq. 73
     off_diagonal = modal - np.diag(np.diag(modal))
     assert np.abs(off_diagonal).max() < EXACT * np.abs(modal).max()
-    coordinates = np.linalg.solve(modal, shapes.T @ force)  # eq. 63
-    assert deviation(shapes @ coordinates, motion) < EXACT
-    assert deviation(modal @ (shapes @ motion), shapes @ force) > 0.1  # eq. 62 as printed
-    per_mode = 1 / (GAIN.at(LINES)[LINE] * squared - OMEGA[LINE] ** 2)
-    assert deviation(per_mode * (shapes.T @ force), coordinates) < EXACT  # eq. 64
-    assert deviation(np.linalg.inv(shapes) @ (per_mode * (shapes @ force)), motion) > 0.1  # eq. 65
-    assert deviation(np.linalg.inv(shapes), shapes.T @ MODEL.mass_matrix) < EXACT
-    assert deviation(shapes.T, np.linalg.inv(shapes)) > 0.1
-
-
-def test_eq_66_to_69_modal_mass_belongs_to_the_shapes(rng, modes):
-    """Shapes of unit length need m_r and k_r; with ΨᵀMΨ = I they are 1 and ω_r²."""
-    squared, shapes = modes
-    force, _, motion = one_line(rng)
-    gain, omega = GAIN.at(LINES)[LINE], OMEGA[LINE]
+    per_mode = 1 / (gain * squared - omega**2)
+    resonance, loss = gain.real * squared - omega**2, gain.imag * squared
+    size = resonance**2 + loss**2
     unit = shapes / np.linalg.norm(shapes, axis=0)
-    mass = np.diag(unit.T @ MODEL.mass_matrix @ unit)
+    mass = np.diag(unit.T @ MODEL.mass_matrix @ unit)  # of shapes of unit length
     stiffness = np.diag(unit.T @ MODEL.stiffness @ unit)
-    kept = unit @ ((unit.T @ force) / (gain * stiffness - omega**2 * mass))
-    assert deviation(kept, motion) < EXACT
-    dropped = unit @ ((unit.T @ force) / (gain * squared - omega**2))
-    assert deviation(dropped, motion) > 0.1
-    np.testing.assert_allclose(stiffness / mass, squared, rtol=EXACT)
-    resonance = gain.real * squared - omega**2
-    below = resonance**2 + (gain.imag * squared) ** 2
-    split = resonance / below - 1j * gain.imag * squared / below  # eq. 69
-    assert deviation(split, 1 / (gain * squared - omega**2)) < EXACT
-
-
-def test_eq_70_to_75_sums_and_parts(rng, modes):
-    """ψ_ir ψ_kr with modes as columns; Ψ (S ∘ Y); the imaginary part has Im S Re Y."""
-    squared, shapes = modes
-    force, _, motion = one_line(rng)
-    per_mode = 1 / (GAIN.at(LINES)[LINE] * squared - OMEGA[LINE] ** 2)
-    summed = np.einsum("ir,kr,r,k->i", shapes, shapes, per_mode, force)
-    assert deviation(summed, motion) < EXACT  # eq. 70, 71
-    assert deviation(np.einsum("ri,rk,r,k->i", shapes, shapes, per_mode, force), motion) > 0.1
-    modal_load = shapes.T @ force  # eq. 73
-    assert deviation(shapes @ (per_mode * modal_load), motion) < EXACT  # eq. 74
-    assert deviation((shapes @ per_mode) * modal_load, motion) > 0.1  # eq. 72 as printed
-    real = shapes @ (per_mode.real * modal_load.real - per_mode.imag * modal_load.imag)
-    assert deviation(real, motion.real) < EXACT
-    imaginary = shapes @ (per_mode.real * modal_load.imag + per_mode.imag * modal_load.real)
-    assert deviation(imaginary, motion.imag) < EXACT
-    assert deviation(shapes @ (2 * per_mode.real * modal_load.imag), motion.imag) > 0.1
+    per_unit = 1 / (gain * stiffness - omega**2 * mass)
+    back = np.linalg.inv(shapes)
+    parts = per_mode.real * load.imag + per_mode.imag * load.real
+    for right in (
+        shapes @ np.linalg.solve(modal, load),  # eq. 63
+        shapes @ (per_mode * load),  # eq. 64, 74
+        unit @ (per_unit * (unit.T @ force)),  # eq. 66 to 68
+        shapes @ ((resonance / size - 1j * loss / size) * load),  # eq. 69
+        np.einsum("ir,kr,r,k->i", shapes, shapes, per_mode, force),  # eq. 70, 71
+        motion.real + 1j * (shapes @ parts),  # eq. 75
+    ):
+        assert deviation(right, motion) < EXACT
+    for printed in (
+        np.linalg.solve(modal @ shapes, shapes @ force),  # eq. 62: Ψ s and Ψ f
+        back @ (per_mode * (shapes @ force)),  # eq. 65
+        unit @ (per_mode * (unit.T @ force)),  # eq. 66 to 68 without modal mass
+        np.einsum("ri,rk,r,k->i", shapes, shapes, per_mode, force),  # eq. 70, 71
+        (shapes @ per_mode) * load,  # eq. 72
+        motion.real + 1j * (shapes @ (2 * per_mode.real * load.imag)),  # eq. 75
+    ):
+        assert deviation(printed, motion) > 0.1
+    assert deviation(back, shapes.T @ MODEL.mass_matrix) < EXACT
+    assert deviation(shapes.T, back) > 0.1
 
 
 def test_modal_superposition_is_the_direct_solution_of_a_common_gain():

@@ -384,16 +384,11 @@ def test_msf_returns_the_complex_factor_itself(magnitude, phase):
     factor = magnitude * np.exp(1j * phase)
     assert abs(msf(factor * MEASURED, MEASURED) - factor) <= 1e-10 * magnitude
     assert abs(corr_s(factor * MEASURED, MEASURED) - abs(1 - factor)) <= 1e-10 * (1 + magnitude)
-
-
-@given(magnitudes, phases, magnitudes, phases)
-@settings(max_examples=50, deadline=None)
-def test_mac_does_not_see_scale_or_phase(first, first_phase, second, second_phase):
-    scaled = mac(
-        first * np.exp(1j * first_phase) * MEASURED, second * np.exp(1j * second_phase) * OTHER_CAR
-    )
-    assert abs(scaled - mac(MEASURED, OTHER_CAR)) <= 1e-10
-    assert 0 <= scaled <= 1
+    # MAC sees neither scale nor phase, of either curve
+    alike = mac(MEASURED, OTHER_CAR)
+    assert 0 <= alike <= 1
+    assert abs(mac(factor * MEASURED, OTHER_CAR) - alike) <= 1e-10
+    assert abs(mac(MEASURED, factor * OTHER_CAR) - alike) <= 1e-10
 
 
 def test_against_least_squares():

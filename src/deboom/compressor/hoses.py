@@ -88,26 +88,15 @@ def hose_matrices(hoses: Sequence[HoseDrawing], frequency: npt.ArrayLike) -> Hos
     transfer = np.zeros((lines.size, 6 * n, 6), dtype=complex)
     body = np.zeros((lines.size, 6 * n, 6 * n), dtype=complex)
     for number, hose in enumerate(hoses):
-        turn = _congruence(hose)
-        both = turn.T @ beam_stiffness(beam_of(hose), lines) @ turn
+        turn = beam_congruence(frame_along(hose.direction), hose.position)
+        numbers = {name: getattr(hose, name) for name in (*BEAM_NUMBERS, "length")}
+        beam = ViscoelasticBeam(torsion_radius=hose.torsion_radius, **numbers)
+        both = turn.T @ beam_stiffness(beam, lines) @ turn
         rows = slice(6 * number, 6 * number + 6)
         point += both[:, :6, :6]
         transfer[:, rows] = -both[:, 6:, :6]
         body[:, rows, rows] = both[:, 6:, 6:]
     return HoseMatrices(point, transfer, body)
-
-
-def beam_of(hose: HoseDrawing) -> ViscoelasticBeam:
-    """Return the beam that stands for a hose."""
-    return ViscoelasticBeam(
-        hose.length,
-        hose.tension,
-        hose.torsion,
-        hose.bending,
-        hose.line_mass,
-        hose.loss_factor,
-        hose.torsion_radius,
-    )
 
 
 def changed_hose(hose: HoseDrawing, numbers: npt.ArrayLike) -> HoseDrawing:
@@ -174,11 +163,6 @@ def _point_derivatives(hose: HoseDrawing, numbers: RealArray, lines: RealArray) 
     half = np.swapaxes(turned, -1, -2) @ (now @ turn)
     by_place = half + np.swapaxes(half, -1, -2)
     return np.concatenate([by_beam[:-1], by_place, by_beam[-1:]])
-
-
-def _congruence(hose: HoseDrawing) -> RealArray:
-    """Motions at the virtual point and at the body's end → motions of the element's ends."""
-    return beam_congruence(frame_along(hose.direction), hose.position)
 
 
 def port_forces(hoses: Sequence[HoseDrawing]) -> tuple[int, RealArray]:

@@ -273,11 +273,12 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
 class Drawn:
     """What one index says of the designs; levels are means over the lines.
 
-    Both of shape (..., n_design, n_vehicle): ``level`` [dB(A)], and ``sigma`` over the scatter of
-    parts [dB].
+    All of shape (..., n_design, n_vehicle): ``level``, ``loudest`` (line of the first load case)
+    [dB(A)], and ``sigma`` over the scatter of parts [dB].
     """
 
     level: RealArray
+    loudest: RealArray
     sigma: RealArray
 
 
@@ -374,7 +375,11 @@ def _drawn(model: Model, index: Any, rows: RealArray) -> Drawn:
     scattered = replace(model.robust, evaluate=index)(rows)
     if scattered.failed.any():
         raise InputError("a design could not be computed from data that were measured again")
-    return Drawn(level=index(rows) / n_lines, sigma=scattered.sigma / n_lines)
+    return Drawn(
+        level=index(rows) / n_lines,
+        loudest=index.levels(rows).max(axis=2),
+        sigma=scattered.sigma / n_lines,
+    )
 
 
 def _change(level: RealArray) -> RealArray:
@@ -394,6 +399,8 @@ def _levels(report: Report, repeated: Repeated) -> None:
     )
     level = repeated.interval(lambda drawn: drawn.level)
     change = repeated.interval(lambda drawn: _change(drawn.level))
+    loudest = repeated.interval(lambda drawn: drawn.loudest)
+    change_of_loudest = repeated.interval(lambda drawn: _change(drawn.loudest))
     changed = {name: _bounds(change, place) for place, name in enumerate(repeated.designs) if place}
     panels = [
         IntervalPanel("mean level [dB(A)]", {TODAY: _bounds(level, 0)}),
@@ -423,6 +430,8 @@ def _levels(report: Report, repeated: Repeated) -> None:
                     "vehicle": list(repeated.vehicles),
                     **_columns("mean level", "dB(A)", level, place),
                     **_columns("change", "dB", change, place),
+                    **_columns("loudest line", "dB(A)", loudest, place),
+                    **_columns("change of the loudest line", "dB", change_of_loudest, place),
                 }
             )
             for place, name in enumerate(repeated.designs)

@@ -94,25 +94,10 @@ def test_a_seed_below_one_is_refused(kind, tmp_path, seed):
 def test_the_readers_take_it_and_the_truth_is_not_asked_for(written):
     before = read_platform(written)
     assert not any("truth" in path.parts for path in before.input_files)
-    assert len(before.fleet.vehicles) == 15
-    assert [case.name for case in before.load_cases] == [
-        "g5_wot120",
-        "g5_wot220",
-        "g6_wot120",
-        "g6_wot160",
-        "g6_wot220",
-        "g7_wot220",
-    ]
+    assert (len(before.fleet.vehicles), len(before.load_cases)) == (15, 6)
     assert before.load_case("g5_wot220").order == 1.5
     frequency = before.load_case("g5_wot220").force.frequency
     assert frequency == pytest.approx(np.linspace(20, 80, 241))
-
-
-def test_the_tables_name_every_axis_that_transmits(written):
-    platform = tomllib.loads((written / "platform.toml").read_text(encoding="utf-8"))
-    axes = {mount["name"]: mount["transfer_axes"] for mount in platform["mounts"]}
-    assert axes == {"EnM": [*"xyz"], "GeM": [*"xyz"], "TSM": [*"xyz"], "Du": ["x"]}
-    assert platform["mounts"][3]["pieces"] == ["left", "right"]
 
 
 def test_the_data_sheet_states_the_wheel_end_within_its_tolerance(folders, written):

@@ -8,17 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import RealArray
-from deboom.bench.compressor_rig import (
-    NO_PLACEMENT_ERRORS,
-    PRESSURES,
-    OperationPlan,
-    Placed,
-    Sheet,
-    draw,
-    operation,
-    placement_errors,
-    speeds,
-)
+from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import (
     hammer_functions,
@@ -73,7 +63,7 @@ from deboom.files.vehicle import EarEntry
 
 POSITIONS, PRESSURE, ACCELERANCE = "ntf/positions.xlsx", "ntf/pressure.uff", "ntf/accelerance.uff"
 
-CAR_PLAN = OperationPlan(compressor=CompressorPlan(CompressorCase.TABLE11))
+CAR_PLAN = rig.OperationPlan(compressor=CompressorPlan(CompressorCase.TABLE11))
 """The compressor that the body's points belong to, with scattered hoses."""
 
 _BODY, _STRIKING, _CABIN, _RUNNING = range(100, 104)
@@ -86,7 +76,7 @@ def write_electric_car(
     car: str = "EV-1",
     fleet: int | None = None,
     level: CalibrationLevel = CalibrationLevel.C2,
-    plan: OperationPlan = CAR_PLAN,
+    plan: rig.OperationPlan = CAR_PLAN,
     *,
     noise_free: bool = False,
 ) -> Path:
@@ -132,29 +122,29 @@ def write_electric_car(
     if car not in cars:
         raise InputError(f"there is no car '{car}' in the fleet: use {', '.join(cars)}")
     body = cars[car]
-    running_rig = operation(seed, level, plan, noise_free=noise_free)
-    errors = NO_PLACEMENT_ERRORS if noise_free else placement_errors(level)
+    running_rig = rig.operation(seed, level, plan, noise_free=noise_free)
+    errors = rig.NO_PLACEMENT_ERRORS if noise_free else rig.placement_errors(level)
     compressor = running_rig.laboratory.compressor
     names = (*MOUNTS, *(hose.name for hose in compressor.hoses))
     sheets = point_sheets(compressor)
     # a virtual point is where somebody believes the centre of a mount to be
-    believed = errors.position * draw(seed, _BODY, 1).standard_normal((len(sheets), 3))
+    believed = errors.position * rig.draw(seed, _BODY, 1).standard_normal((len(sheets), 3))
     stated = [sheet.origin for sheet in sheets] + believed
     stated = np.round(stated, 10 if noise_free else SHEET_DIGITS)
-    setup = draw_setup(sheets, errors, draw(seed, _BODY))
-    sensors = draw_car_sensors(errors, draw(seed, _CABIN))
+    setup = draw_setup(sheets, errors, rig.draw(seed, _BODY))
+    sensors = draw_car_sensors(errors, rig.draw(seed, _CABIN))
     sweeps = tuple(
-        sweep_car(body, running_rig, sensors, speeds(), pressure, soft=soft)
+        sweep_car(body, running_rig, sensors, rig.speeds(), pressure, soft=soft)
         for soft in (False, True)
-        for pressure in PRESSURES
+        for pressure in rig.PRESSURES
     )
     channels = [
-        sweep.channels if noise_free else tracked(sweep, draw(seed, _RUNNING, number))
+        sweep.channels if noise_free else tracked(sweep, rig.draw(seed, _RUNNING, number))
         for number, sweep in enumerate(sweeps)
     ]
     hits = body_plan(noise_free=noise_free)
     cabin_noise = 0.0 if noise_free else CABIN_NOISE
-    frfs = strike_body(body, setup, hits, cabin_noise, sensors[1], draw(seed, _STRIKING))
+    frfs = strike_body(body, setup, hits, cabin_noise, sensors[1], rig.draw(seed, _STRIKING))
     title = f"virtual electric car {car}, level {level.value}, seed {seed}"
     holders = tuple((mount, FIRST_HOLDER_NODE + number) for number, mount in enumerate(MOUNTS))
     with complete_or_not_at_all(Path(folder)) as unfinished:
@@ -188,7 +178,7 @@ def write_electric_car(
     return Path(folder)
 
 
-def _write_body(folder: Path, points: Sequence[Sheet], frfs: BodyFrfs, car: str) -> None:
+def _write_body(folder: Path, points: Sequence[rig.Sheet], frfs: BodyFrfs, car: str) -> None:
     """Write what the hammer finds: pressure with its coherence, acceleration, positions."""
     (folder / PRESSURE).parent.mkdir()
     sensors = tuple(row for point in points for row in point.sensors)
@@ -206,7 +196,7 @@ def _write_body(folder: Path, points: Sequence[Sheet], frfs: BodyFrfs, car: str)
             functions.append(function(kind, frfs.frequency, values[:, column], ear, dof, *lines))
     write_uff(folder / PRESSURE, functions, binary=True)
     title = f"accelerance, {car}, hammer at {{1}}, {{0}}"
-    whole = Sheet(sensors, impacts)
+    whole = rig.Sheet(sensors, impacts)
     functions = hammer_functions(FRF, frfs.frequency, frfs.acceleration, whole, title)
     write_uff(folder / ACCELERANCE, functions, binary=True)
 
@@ -216,7 +206,7 @@ def _write_car_file(
     car: str,
     title: str,
     level: CalibrationLevel,
-    points: Sequence[Sheet],
+    points: Sequence[rig.Sheet],
     names: Sequence[str],
     stated: RealArray,
 ) -> None:
@@ -249,7 +239,7 @@ def _write_car_file(
 def _write_truth(
     folder: Path,
     car: ElectricCarBody,
-    setup: Sequence[Placed],
+    setup: Sequence[rig.Placed],
     microphone: float,
     sweeps: Sequence[CarSweep],
 ) -> None:

@@ -281,6 +281,9 @@ REFUSED = [
         lambda: shaft_angle(repaired(UP_AND_DOWN)).time_at([1500.0]),
     ),
     # runs, sweeps and options
+    (r"g5_time: engine_torque: shape", lambda: time_run(engine_torque=np.zeros(3))),
+    ("cell_force_channels: 1 are needed, not 2", lambda: time_run(cell_force_channels=("a", "b"))),
+    ("tacho: a number is not finite", lambda: time_run(tacho=np.full(TIME_3.size, np.inf))),
     ("tacho carries no pulses", lambda: tracked_run(time_run(tacho=np.zeros(TIME_3.size)))),
     ("missing between|check the trigger level", lambda: tracked_run(time_run(tacho=GAP))),
     *(

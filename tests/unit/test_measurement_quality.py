@@ -6,7 +6,6 @@ import pytest
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.culprit import Fault
 from deboom.measurement.quality import (
-    likeness,
     quality_in_operation,
     quality_of_frf,
     quality_of_sheet,
@@ -132,7 +131,3 @@ def test_small_pairs_are_not_accused():
     small = reciprocity(Frf([1.0, 2.0, 3.0], values, ("x", "y"), ("fx", "fy"), "m/N"))
     assert small.worst() == ("", 1.0)
     assert small.worst(smallest=0.0) == ("x–y", 0.0)
-
-
-def test_silence_agrees_with_silence():
-    assert likeness([0.0], [0.0]) == pytest.approx([1.0])

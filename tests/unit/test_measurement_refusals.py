@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.measurement.campaign import OperatingRun, ShakerRun, StaticCurve, TimeRun
+from deboom.measurement.campaign import OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.compressor_test import (
     ACCELERATION_PER_FORCE,
@@ -72,41 +72,23 @@ def spectrum(unit, channels=("M x", "M z"), lines=LINES, value=1.0 + 0j):
 
 # runs and load cases
 
-IN_GEAR = {
-    "gear": 5,
-    "total_ratio": 3.4,
-    "full_load": True,
-    "torque_limit": 220.0,
-    "rising": True,
-    "order": 1.5,
-    "engine_torque": np.zeros(3),
-    "static_force": np.zeros((3, 2)),
-    "static_force_names": ("EnM x", "EnM y"),
-}
-
 
 def run(torque):
-    spectra = spectrum("m/s^2", ("A1 x",)), spectrum("N", ("C1 x",))
     return OperatingRun(
-        "g5",
-        "M1",
-        **IN_GEAR | {"engine_torque": torque},
-        acceleration=spectra[0],
-        cell_force=spectra[1],
+        name="g5",
+        mount_set="M1",
+        gear=5,
+        total_ratio=3.4,
+        full_load=True,
+        torque_limit=220.0,
+        rising=True,
+        order=1.5,
+        engine_torque=torque,
+        acceleration=spectrum("m/s^2", ("A1 x",)),
+        cell_force=spectrum("N", ("C1 x",)),
+        static_force=np.zeros((3, 2)),
+        static_force_names=("EnM x", "EnM y"),
     )
-
-
-def time_run(**changes):
-    fields = IN_GEAR | {
-        "sample_rate": 100.0,
-        "tacho": np.zeros(3),
-        "pulses_per_revolution": 2,
-        "acceleration": np.zeros((3, 1)),
-        "acceleration_channels": ("A1 x",),
-        "cell_force": np.zeros((3, 2)),
-        "cell_force_channels": ("C1 x", "C1 y"),
-    }
-    return TimeRun("t", "M1", **fields | changes)
 
 
 def case(name="g5", lines=LINES, **changes):
@@ -225,9 +207,6 @@ REFUSED = [
     ("g5", lambda: run(NOT_FINITE)),
     ("static curve TSM x of M1: its deflection must", lambda: curve([1e-3, 1e-3], [-75.0, 75.0])),
     ("static curve TSM x of M1: force: shape", lambda: curve([0.0, 1e-3], [0.0, 0.0, 0.0])),
-    (r"t: engine_torque: shape \(3\)", lambda: time_run(engine_torque=np.zeros(2))),
-    ("t: cell_force_channels: 1 are needed", lambda: time_run(cell_force=np.zeros((3, 1)))),
-    ("t: tacho: a number is not finite", lambda: time_run(tacho=np.full(3, np.inf))),
     ("g5: its engine torque was not recorded: add its table", lambda: case().wheel_torque),
     (r"shape \(2,\), expected one value for each of 3", lambda: case(engine_torque=np.ones(2))),
     ("g5: engine_torque: shape", lambda: case(engine_torque=np.ones((3, 1)))),
@@ -375,7 +354,6 @@ def test_what_fits_is_taken_and_stays_as_it_is():
     assert transfer.repeats == (1, 1, 1)
     for array in (
         loaded.engine_torque,
-        time_run().cell_force,
         curve([-1e-3, 1e-3], [-75.0, 75.0]).force,
         transfer.matrix,
         FORCES.inversion.force,

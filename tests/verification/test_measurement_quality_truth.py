@@ -54,6 +54,7 @@ def test_likeness_of_unrelated_functions_is_one_half():
     assert likeness(a, a) == pytest.approx(np.ones(20000))
     assert likeness(a, -a) == pytest.approx(np.zeros(20000))
     assert likeness(a, 0 * a) == pytest.approx(np.full(20000, 0.5))
+    assert likeness([0.0], [0.0]) == pytest.approx([1.0])  # silence agrees with silence
 
 
 @pytest.mark.parametrize("other", [np.exp(1j * np.pi / 3), 2 + np.sqrt(3), 2 - np.sqrt(3)])

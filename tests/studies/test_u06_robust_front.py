@@ -93,6 +93,12 @@ def test_every_picture_behind_the_answer_has_its_table(front_run):
 
 def test_picks_keep_what_they_promise_when_verified(front_run):
     picks = pd.read_csv(front_run / "picks.csv").set_index("design")
+    today = picks.iloc[0]
+    np.testing.assert_allclose(
+        picks["change [dB]"], picks["mean level [dB(A)]"] - today["mean level [dB(A)]"], atol=1e-9
+    )
+    sigma = picks["sigma of the level [dB]"] / today["sigma of the level [dB]"]
+    np.testing.assert_allclose(picks["change of sigma [%]"], 100 * (sigma - 1), atol=1e-9)
     assert picks.loc["sigma kept", "change of sigma [%]"] <= 0
     per_vehicle = pd.read_csv(front_run / "vehicles.csv")
     assert (per_vehicle["change [dB]"] < 0).all()

@@ -36,6 +36,7 @@ from deboom.measurement.path_forces import (
     forces_by_mount_stiffness,
     validate_on_board,
 )
+from deboom.measurement.sensors import PlacementTolerances
 from deboom.measurement.uncertainty import level_spread
 from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.path_analysis import analyse_paths
@@ -277,6 +278,18 @@ def test_errors_are_as_large_as_stated(measured: tuple[Path, ElectricCar]) -> No
     # 30 functions of errors that are one draw each: not each of them, but all together
     assert 0.7 < np.sqrt(np.mean(ratio**2)) < 1.4
     assert ratio.max() < 2.5
+
+
+def test_noise_falls_with_the_root_of_the_averages(measured: tuple[Path, ElectricCar]) -> None:
+    _, car = measured
+    exact_sheet = PlacementTolerances(*[1e-12] * 6)
+    once, four_times = (
+        wrench_noise_transfer(
+            replace(car, tolerances=exact_sheet, n_averages=count * car.n_averages)
+        ).deviation
+        for count in (1, 4)
+    )
+    np.testing.assert_allclose(four_times, once / 2, rtol=1e-6)
 
 
 def test_sweeps_scatter_as_stated(measured: tuple[Path, ElectricCar]) -> None:

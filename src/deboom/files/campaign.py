@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -198,6 +198,16 @@ def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel], quantity: s
     return file.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
 
 
+def _facts(entry: RunEntry, engine: Engine) -> dict[str, Any]:
+    """Return what is stated of a run."""
+    return {
+        "total_ratio": engine.total_ratios[entry.gear - 1],
+        "torque_limit": entry.torque_nm,
+        "order": engine.dominant_order,
+        **entry.model_dump(include={"name", "mount_set", "gear", "full_load", "rising"}),
+    }
+
+
 def read_operating_run(
     folder: Path,
     entry: RunEntry,
@@ -218,14 +228,7 @@ def read_operating_run(
                 "measure again"
             )
     return OperatingRun(
-        name=entry.name,
-        mount_set=entry.mount_set,
-        gear=entry.gear,
-        total_ratio=campaign.engine.total_ratios[entry.gear - 1],
-        full_load=entry.full_load,
-        torque_limit=entry.torque_nm,
-        rising=entry.rising,
-        order=order,
+        **_facts(entry, campaign.engine),
         engine_torque=_real(file, channels, "engine torque")[:, 0],
         acceleration=acceleration,
         cell_force=_spectrum(file, channels, "cell force"),
@@ -508,16 +511,9 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     recorded = [row for row in tables.channels if row.quantity != "engine speed"]
     functions = time_functions(path, recorded)
     file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), functions)
-    time, engine, channels = file.axis, tables.file.engine, tables.channels
+    time, channels = file.axis, tables.channels
     return TimeRun(
-        name=entry.name,
-        mount_set=entry.mount_set,
-        gear=entry.gear,
-        total_ratio=engine.total_ratios[entry.gear - 1],
-        full_load=entry.full_load,
-        torque_limit=entry.torque_nm,
-        rising=entry.rising,
-        order=engine.dominant_order,
+        **_facts(entry, tables.file.engine),
         sample_rate=(time.size - 1) / float(time[-1] - time[0]),
         tacho=_real(file, channels, "tacho")[:, 0],
         pulses_per_revolution=entry.pulses_per_revolution,

@@ -111,15 +111,11 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     tables = [folder / file.sensor_table, folder / file.impact_table]
     sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
     impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
-    for table, what, known, named in (
-        (tables[0], "sensor", sensors, [n for p in file.points for n in p.sensors]),
-        (tables[1], "impact", impacts, [n for p in file.points for n in p.impacts]),
-    ):
-        _check_named(path, table, what, list(known), named)
-    placed = Places(
-        tuple(sensors[name] for point in file.points for name in point.sensors),
-        tuple(impacts[name] for point in file.points for name in point.impacts),
-    )
+    asked = [name for point in file.points for name in point.sensors]
+    struck = [name for point in file.points for name in point.impacts]
+    _check_named(path, tables[0], "sensor", list(sensors), asked)
+    _check_named(path, tables[1], "impact", list(impacts), struck)
+    placed = Places(tuple(map(sensors.__getitem__, asked)), tuple(map(impacts.__getitem__, struck)))
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)
     accelerance = read_inertances(files[1], placed)

@@ -107,21 +107,17 @@ def _measurement(
             with noting(tell):
                 blocks = FunctionMatrix(path, f"{item}: hit {hit}", (TIME_SIGNAL,), hits[hit])
                 blocks.check_known([push, *responses])
-                columns = [
+                blow, *columns = [
                     blocks.function(
-                        channel.dof,
+                        dof,
                         ANY_REFERENCE,
-                        ordinate=channel.quantity,
-                        unit=HAMMER_QUANTITIES[channel.quantity],
+                        ordinate=what,
+                        unit=HAMMER_QUANTITIES[what],
                         is_complex=False,
                     )
-                    for channel in channels
+                    for dof, what in ((push, "force"), *((dof, dof.quantity) for dof in responses))
                 ]
-                force.append(
-                    blocks.function(
-                        push, ANY_REFERENCE, ordinate="force", unit="N", is_complex=False
-                    )
-                )
+                force.append(blow)
                 response.append(np.column_stack(columns))
     lengths = sorted({values.size for values in force})
     if len(lengths) > 1:

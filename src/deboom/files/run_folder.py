@@ -344,9 +344,7 @@ class RunEntry:
         Folders that a killed process left half written are taken away.
         """
         for scratch in self.folder.rglob(".write-*"):
-            for file in scratch.iterdir():
-                file.unlink()
-            scratch.rmdir()
+            shutil.rmtree(scratch)
         return Run(self.folder, self.record["seed"], created=())
 
 

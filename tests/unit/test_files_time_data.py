@@ -1,5 +1,6 @@
 """Time data of measuring systems: what each library wrote reads back, broken files are refused."""
 
+import os
 import re
 import shutil
 import sys
@@ -200,8 +201,7 @@ def cut(kind, share):
 
     def write(folder):
         path = intact(kind)(folder)
-        data = path.read_bytes()
-        path.write_bytes(data[: int(share * len(data))])
+        os.truncate(path, int(share * path.stat().st_size))
         return path
 
     return write
@@ -224,20 +224,16 @@ def data(name, content):
     return write
 
 
-def twice(folder):
-    path = folder / "run.tdms"
-    with nptdms.TdmsWriter(path) as file:
-        for group in ("a", "b"):
-            step = {"wf_increment": 0.1}
-            file.write_segment([nptdms.ChannelObject(group, "A1 x", TIME, step)])
-    return path
+def waveforms(*groups, **properties):
+    """Write A1 x into each group of a TDMS file."""
 
+    def write(folder):
+        with nptdms.TdmsWriter(folder / "run.tdms") as file:
+            for group in groups:
+                file.write_segment([nptdms.ChannelObject(group, "A1 x", TIME, properties)])
+        return folder / "run.tdms"
 
-def without_step(folder):
-    path = folder / "run.tdms"
-    with nptdms.TdmsWriter(path) as file:
-        file.write_segment([nptdms.ChannelObject("run", "A1 x", TIME)])
-    return path
+    return write
 
 
 def without_rate(folder):
@@ -266,8 +262,11 @@ REFUSED = {
     "mdf cut": (cut("mdf", 0.4), "is an MDF file, but damaged"),
     "mdf invalid samples": (invalid, "'A1 x' has 1 samples that are marked invalid"),
     "tdms cut": (cut("tdms", 0.9), "its last segment is cut off: copy it again"),
-    "tdms twice": (twice, "channel 'A1 x' comes 2 times: keep or rename one"),
-    "tdms without step": (without_step, "has no property wf_increment: write it as a waveform"),
+    "tdms twice": (
+        waveforms("a", "b", wf_increment=0.1),
+        "channel 'A1 x' comes 2 times: keep or rename one",
+    ),
+    "tdms without step": (waveforms("run"), "has no property wf_increment: write it as a waveform"),
     "hdf5 cut": (cut("hdf5", 0.5), "is an HDF5 file, but damaged"),
     "hdf5 without rate": (without_rate, "nor an attribute 'sample_rate' [Hz]: add one of them"),
     "matlab cut": (cut("matlab", 0.7), "is damaged, or no MATLAB file"),

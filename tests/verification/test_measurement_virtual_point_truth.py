@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.optimize import lsq_linear
 
+from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.quality import (
     excitation_consistency,
@@ -12,7 +13,9 @@ from deboom.measurement.quality import (
     reciprocity,
     response_consistency,
 )
+from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import (
+    conditioning,
     impact_geometry,
     motion_at_point,
     sensor_geometry,
@@ -106,3 +109,65 @@ def test_least_squares_is_the_least_of_all_sums():
         # an iterative solver of bounded problems, without any bounds
         best = lsq_linear(point.forward, part(values[0]), tol=1e-14)
         assert part(found) == pytest.approx(best.x, rel=1e-7, abs=1e-9)
+
+
+PLACES = {"A1": (0.1, 0, 0), "A2": (0, 0.1, 0), "A3": (0, 0, 0.1), "A4": (-0.1, 0.02, 0.03)}
+
+
+def sensor(name, place):
+    kind = SensorKind.ACCELEROMETER
+    return Sensor(name, kind, "", "", "", np.array(place, dtype=float), np.eye(3))
+
+
+def sensors(*names):
+    return [sensor(name, PLACES[name]) for name in names or PLACES]
+
+
+def test_switched_off_channels_are_not_looked_at():
+    geometry = sensor_geometry(sensors(), switched_off=("A2 y", "A4 x"))
+    assert len(geometry.channels) == 10
+    assert {"A2 y", "A4 x"}.isdisjoint(geometry.channels)
+    full = spectrum(sensors(), np.random.default_rng(1).normal(size=(4, 12)) + 1j)
+    point = virtual_point(geometry)
+    found = motion_at_point(point, full)
+    values = full.values.copy()
+    values[:, list(full.channels).index("A2 y")] = 1e6
+    spoiled = Spectrum(full.frequency, values, full.channels, full.unit)
+    assert np.array_equal(motion_at_point(point, spoiled).values, found.values)
+    assert found.unit == "m/s^2"
+    with pytest.raises(InputError, match="no channel named"):
+        motion_at_point(point, full.select(["A1 x", "A1 y"]))
+
+
+def test_too_many_channels_off_is_refused_by_the_direction_that_is_gone():
+    off = tuple(f"{name} z" for name in PLACES)
+    state = conditioning(sensor_geometry(sensors(), switched_off=off))
+    assert state.rank == 5
+    assert state.worst_seen == "translation along (0, 0, 1)"
+    assert not state.complete
+    assert state.condition_number == np.inf
+    one = conditioning(
+        sensor_geometry(sensors("A1", "A2", "A3"), switched_off=("A1 x", "A2 x", "A3 x"))
+    )
+    assert one.rank == 5
+    assert one.worst_seen == "translation along (1, 0, 0)"
+
+
+def test_redundancy_of_a_symmetric_sheet():
+    """Six sensors at ±a on the axes: V'V is diagonal, 6 and 4 a²."""
+    a = 0.2
+    places = [s * a * np.eye(3)[k] for k in range(3) for s in (1, -1)]
+    geometry = sensor_geometry([sensor(f"A{k}", p) for k, p in enumerate(places)])
+    state = conditioning(geometry)
+    assert state.length == pytest.approx(a)
+    assert state.condition_number == pytest.approx(np.sqrt(6 / 4))
+    # trace of the residual projection: 18 channels minus 6 motions
+    assert state.redundancy.sum() == pytest.approx(12.0)
+    # a radial channel sees one translation only
+    assert state.redundancy[0] == pytest.approx(1 - 1 / 6)
+    assert state.redundancy[1] == pytest.approx(1 - 1 / 6 - 1 / 4)
+
+
+def test_a_channel_without_redundancy_is_seen():
+    geometry = sensor_geometry(sensors("A1", "A2", "A3"), switched_off=("A2 x", "A3 x", "A2 y"))
+    assert conditioning(geometry).redundancy == pytest.approx(np.zeros(6), abs=1e-12)

@@ -44,16 +44,6 @@ def points(test, position=(0.0, 0.0, 0.0)):
     )
 
 
-def body_motion(generator, n=7):
-    return generator.normal(size=(n, 6)) + 1j * generator.normal(size=(n, 6))
-
-
-def readings(sensors, motion):
-    """By the cross product: a sensor shows its own components of a + α × r."""
-    here = [motion[:, :3] + np.cross(motion[:, 3:], s.position) for s in sensors]
-    return np.hstack([a @ s.orientation for a, s in zip(here, sensors, strict=True)])
-
-
 def spectrum(sensors, values, unit="m/s^2"):
     names = tuple(c for s in sensors for c in s.channels)
     return Spectrum(np.arange(20.0, 20.0 + len(values)), values, names, unit)

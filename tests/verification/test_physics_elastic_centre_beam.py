@@ -41,10 +41,6 @@ STATIC = beam([1e-6])[0].real
 CLAMPED = STATIC[:6, :6]  # B held: figure 5, loads at A
 
 
-def deviation(value, truth):
-    return np.linalg.norm(value - truth) / np.linalg.norm(truth)
-
-
 @pytest.mark.parametrize("centre", [centre_of_stiffness, centre_of_compliance])
 def test_elastic_centre_of_a_clamped_beam_is_its_middle(centre):
     """12×12 → 6×6 by holding one end; fully diagonal at the middle, as figure 5 promises."""

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from deboom.bench.compressor_truth import drawn_hoses
 from deboom.compressor.hose_presence import hoses_in_sweep
 from deboom.compressor.hoses import (
     HammerEvidence,
@@ -20,26 +21,10 @@ from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingSweep
 
 LINES = np.array([20.0, 60.0, 110.0])
-SUCTION = HoseDrawing(
-    name="suction hose",
-    position=np.array([-0.07, 0.035, 0.05]),
-    direction=np.array([-0.3, 0.5, 0.81]),
-    length=0.36,
-    tension=2100.0,
-    torsion=3.0,
-    bending=4.4,
-    line_mass=0.3,
-    loss_factor=0.12,
-    torsion_radius=0.0077,
-)
-DISCHARGE = replace(
-    SUCTION,
-    name="discharge hose",
-    position=np.array([0.06, -0.04, 0.045]),
-    direction=np.array([0.5, -0.75, 0.43]),
-    length=0.32,
-)
-HOSES = (SUCTION, DISCHARGE)
+HOSES = SUCTION, _ = [
+    HoseDrawing(hose.name, hose.position, hose.direction, *vars(hose.beam).values())
+    for hose in drawn_hoses()
+]
 CHANNELS = ("A1 x", "A1 y", "A1 z")
 
 
@@ -55,23 +40,21 @@ def sweep(name, hoses, pressure=7.5e5, frequency=None, channels=CHANNELS):
     )
 
 
-def found(channels=CHANNELS, impacts=("I1",)):
+def found():
     """As much of an identification as the projection of channels needs."""
-    matrix = np.random.default_rng(1).standard_normal((len(channels), 6))
-    frf = SimpleNamespace(outputs=channels, inputs=impacts)
+    matrix = np.random.default_rng(1).standard_normal((3, 6))
+    frf = SimpleNamespace(outputs=CHANNELS, inputs=("I1",))
     return SimpleNamespace(
         calibrated=SimpleNamespace(response_matrix=matrix),
         test=SimpleNamespace(name="a test", frf=frf),
     )
 
 
-def operating(*sweeps, **fields):
+def operating(*sweeps):
     def with_hoses(state):
         return tuple(one for one in sweeps if one.hoses is state)
 
-    return SimpleNamespace(
-        name="a test", sweeps=sweeps, with_hoses=with_hoses, hoses=HOSES, **fields
-    )
+    return SimpleNamespace(name="a test", sweeps=sweeps, with_hoses=with_hoses, hoses=HOSES)
 
 
 def test_one_hose_is_separable_and_three_are_less():
@@ -101,10 +84,17 @@ def without_partner(**change):
     return lambda: sweep_pairs(operating(sweep("a", HoseState.SOFT), other), found())
 
 
-def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
+MOVED = sweep("a", HoseState.SOFT, channels=("B1 x",))
+
+
+def evidence(with_hoses, band=(20, 50)):
+    return HammerEvidence(frf(), with_hoses, found(), band=band, largest_lines=20)
+
+
+def frf(inputs=("I1",), step=1.0):
     lines = np.arange(20.0, 60.0, step)
-    shape = (lines.size, len(outputs), len(inputs))
-    values = Frf(lines, np.ones(shape, dtype=complex), outputs, inputs, "(m/s^2)/N")
+    shape = (lines.size, 3, 1)
+    values = Frf(lines, np.ones(shape, dtype=complex), CHANNELS, inputs, "(m/s^2)/N")
     return SimpleNamespace(name="struck", frf=values, coherence=np.ones(shape), n_averages=5)
 
 
@@ -116,25 +106,12 @@ def frf(outputs=CHANNELS, inputs=("I1",), step=1.0):
         (lambda: hose_matrices([], LINES), "no drawing of a hose"),
         (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
         (
-            lambda: motion_at_virtual_point(
-                sweep("a", HoseState.SOFT, channels=("B1 x",)), found()
-            ),
-            "sensors must stay where they were struck",
+            lambda: motion_at_virtual_point(MOVED, found()),
+            "sensors must stay where they",
         ),
-        (
-            lambda: HammerEvidence(
-                frf(), frf(inputs=("I2",)), found(), band=(20, 50), largest_lines=20
-            ),
-            "strike the same points",
-        ),
-        (
-            lambda: HammerEvidence(frf(), frf(step=2.0), found(), band=(20, 50), largest_lines=20),
-            "have other lines",
-        ),
-        (
-            lambda: HammerEvidence(frf(), frf(), found(), band=(200, 250), largest_lines=20),
-            "no line between 200 and 250 Hz",
-        ),
+        (lambda: evidence(frf(inputs=("I2",))), "strike the same points"),
+        (lambda: evidence(frf(step=2.0)), "have other lines"),
+        (lambda: evidence(frf(), band=(200, 250)), "no line between 200 and 250 Hz"),
     ],
 )
 def test_refused(what, words):

@@ -4,6 +4,9 @@ import numpy as np
 import pytest
 
 from deboom.arrays import AXES, derivatives
+from deboom.bench.compressor_truth import CompressorPlan, true_compressor
+from deboom.bench.electric_car import MOUNTS as MOUNT_NAMES
+from deboom.choices import CompressorCase
 from deboom.compressor.model import (
     CompressorModel,
     GainFactor,
@@ -26,15 +29,11 @@ from deboom.physics.rigid_body import RigidBody, mass_matrix
 
 LINES = np.arange(10.0, 150.5, 0.5)
 FEW = np.array([10.0, 17.5, 30.0, 100.0, 150.0])
-RUBBER = [1.85, 0.06, 2.2, 0.42, 0.15, 2.5]
+STRUCK = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
+RUBBER, INERTIA, CENTRE = STRUCK.gain, STRUCK.inertia, STRUCK.centre
 GAIN = GainFactor.of(RUBBER)
-INERTIA = np.array([[0.0158, 2e-4, -1.5e-4], [2e-4, 0.0291, 1e-4], [-1.5e-4, 1e-4, 0.0302]])
-CENTRE = np.array([0.0015, -0.002, 0.001])
-PLACES = np.array([[-0.156, 0.004, 0.020], [-0.019, -0.067, 0.078], [-0.008, 0.074, 0.082]])
-TURNS = np.deg2rad([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
-STIFFNESS = 1e3 * np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
 MOUNTS = tuple(
-    CompressorMount(f"mount {i + 1}", PLACES[i], TURNS[i], STIFFNESS[i]) for i in range(3)
+    map(CompressorMount, MOUNT_NAMES, STRUCK.positions, STRUCK.rotations, STRUCK.stiffness)
 )
 
 

@@ -103,6 +103,8 @@ def test_a_ranking_tells_who_works_against_the_others():
     one = sweep(HoseState.STANDARD, hose=-0.5)
     table = ranking(one).set_index(["band", "point"])
     part = table["part of the sound [%]"]
+    assert part.groupby("band").sum().to_numpy() == pytest.approx(100)
+    assert part.groupby("band").is_monotonic_decreasing.all()
     # the hose is louder than the mounts and in opposite phase
     assert part.loc["90–140 Hz", "hose"] > 100
     assert part.loc["90–140 Hz", "left"] < 0

@@ -14,9 +14,9 @@ from deboom.compressor.cabin_index import (
     car_seam,
     mount_variables,
 )
-from deboom.compressor.hoses import HoseMatrices
+from deboom.compressor.hoses import hose_matrices
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
-from deboom.measurement.compressor_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount, HoseDrawing
 
 LINES = np.arange(20.0, 141.0, 10.0)
 CASES = {"7.5 bar": 1.0, "13.5 bar": 1.6}
@@ -35,14 +35,8 @@ def cars():
 
 def mounts():
     compressor = bench_operation().laboratory.compressor
-    rows = zip(
-        MOUNTS,
-        compressor.positions,
-        compressor.rotations,
-        compressor.stiffness,
-        strict=True,
-    )
-    return tuple(CompressorMount(*row) for row in rows)
+    numbers = (compressor.positions, compressor.rotations, compressor.stiffness)
+    return tuple(map(CompressorMount, MOUNTS, *numbers))
 
 
 def running():
@@ -56,47 +50,28 @@ def running():
 def body_of(car, *, with_hoses=False):
     points = POINTS if with_hoses else MOUNTS
     n = 6 * len(points)
-    return BodySide(
-        car.name,
-        LINES,
-        points,
-        car.receptance(LINES)[:, :n, :n],
-        car.noise_transfer(LINES)[:, :n],
+    receptance, transfer = car.receptance(LINES)[:, :n, :n], car.noise_transfer(LINES)[:, :n]
+    return BodySide(car.name, LINES, points, receptance, transfer)
+
+
+def drawings(hoses):
+    """Hoses of the bench in the compressor room's own form."""
+    return tuple(
+        HoseDrawing(hose.name, hose.position, hose.direction, *vars(hose.beam).values())
+        for hose in hoses
     )
-
-
-def matrices_of(hoses):
-    """Exact matrices of the bench's hoses in the compressor room's own form."""
-    n = len(hoses)
-    point = np.zeros((LINES.size, 6, 6), dtype=complex)
-    transfer = np.zeros((LINES.size, 6 * n, 6), dtype=complex)
-    body = np.zeros((LINES.size, 6 * n, 6 * n), dtype=complex)
-    for number, hose in enumerate(hoses):
-        stiffness, rows = hose.stiffness(LINES), slice(6 * number, 6 * number + 6)
-        point += stiffness[:, :6, :6]
-        transfer[:, rows] = -stiffness[:, 6:, :6]
-        body[:, rows, rows] = stiffness[:, 6:, 6:]
-    return HoseMatrices(point, transfer, body)
 
 
 def index_of(*, with_hoses=False, identical=False, places=True, weights=(1.0, 3.0)):
     """Index of all frozen cars."""
     compressor = bench_operation().laboratory.compressor
-    hoses = matrices_of(compressor.hoses) if with_hoses else None
+    hoses = hose_matrices(drawings(compressor.hoses), LINES) if with_hoses else None
     bodies = [body_of(car, with_hoses=with_hoses) for car in cars()]
     return CabinIndex(
         mount_variables(mounts(), identical=identical, pieces=identical, places=places),
         mounts(),
         compressor.gain_at(LINES),
-        tuple(
-            car_seam(
-                *running(),
-                compressor.positions,
-                body,
-                hoses,
-            )
-            for body in bodies
-        ),
+        tuple(car_seam(*running(), compressor.positions, body, hoses) for body in bodies),
         weights,
     )
 

@@ -9,6 +9,8 @@ import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
 
+from deboom.bench.compressor_truth import CompressorPlan, true_compressor
+from deboom.choices import CompressorCase
 from deboom.compressor import thesis_fit
 from deboom.compressor.model import (
     CompressorModel,
@@ -34,23 +36,22 @@ EXACT = 1e-10
 LINES = np.arange(10.0, 150.5, 0.5)
 OMEGA = 2 * np.pi * LINES
 
-# thesis, table 11, in m, rad, N/m; table 10 is where it starts from
-TABLE_11_MM = np.array([[-155.92, 3.750, 19.98], [-19.44, -67.495, 77.98], [-8.46, 73.576, 82.34]])
-TABLE_11_DEG = np.array([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
-TABLE_11_N_MM = np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
+# thesis, tables 11 and 10, which is where table 11 starts from
+STRUCK = true_compressor(CompressorPlan(CompressorCase.TABLE11), np.random.default_rng(1))
+CENTRE, INERTIA = STRUCK.centre, STRUCK.inertia
+TABLE_11_MM, TABLE_11_DEG = 1e3 * STRUCK.positions, np.rad2deg(STRUCK.rotations)
+TABLE_11_N_MM = 1e-3 * STRUCK.stiffness
 TABLE_10_MM = np.array([[-143.41, 0.10, 8.16], [-14.83, -67.94, 76.49], [-14.84, 67.09, 76.49]])
 TABLE_10_DEG = np.array([[0.0, 0, 180], [0, 45, 90], [0, 135, 90]])
 TABLE_10_N_MM = np.array([[23.0, 13, 13]] * 3)
 
-INERTIA = np.array([[158e-4, 2e-4, -1.5e-4], [2e-4, 291e-4, 1e-4], [-1.5e-4, 1e-4, 302e-4]])
-CENTRE = np.array([1.5e-3, -2e-3, 1e-3])
+
+def mounts_of(places, turns, stiffness):
+    return tuple(map(CompressorMount, "123", 1e-3 * places, np.deg2rad(turns), 1e3 * stiffness))
+
+
 GAIN = GainFactor(HyperbolicGain(1.85, 0.06, 2.2), HyperbolicGain(0.42, 0.15, 2.5))
-MOUNTS = tuple(
-    CompressorMount(f"mount {i + 1}", 1e-3 * place, np.deg2rad(turn), 1e3 * stiffness)
-    for i, (place, turn, stiffness) in enumerate(
-        zip(TABLE_11_MM, TABLE_11_DEG, TABLE_11_N_MM, strict=True)
-    )
-)
+MOUNTS = mounts_of(TABLE_11_MM, TABLE_11_DEG, TABLE_11_N_MM)
 MODEL = CompressorModel(7.2, CENTRE, INERTIA, mounts_at_virtual_point(MOUNTS), GAIN)
 SCALE = np.repeat([1.0, 0.055], 3)  # rotations as motions at the radius of gyration
 
@@ -349,14 +350,7 @@ def test_natural_frequencies_of_table_11_and_table_10():
         6.8,
         np.zeros(3),
         np.diag([0.015, 0.030, 0.029]),
-        mounts_at_virtual_point(
-            [
-                CompressorMount("m", 1e-3 * place, np.deg2rad(turn), 1e3 * stiffness)
-                for place, turn, stiffness in zip(
-                    TABLE_10_MM, TABLE_10_DEG, TABLE_10_N_MM, strict=True
-                )
-            ]
-        ),
+        mounts_at_virtual_point(mounts_of(TABLE_10_MM, TABLE_10_DEG, TABLE_10_N_MM)),
         GAIN,
     )
     modes = modal_table(start).frequency

@@ -31,19 +31,6 @@ def test_best_mean_quietens_every_u06_vehicle_the_one_with_the_battery_least(fro
     assert min(changes[:4]) < changes[4]
 
 
-def test_a_run_says_where_it_comes_from(front_run):
-    assert front_run.parent.name == "u06_robust_front"
-    record = json.loads((front_run / "run.json").read_text())
-    assert record["seed"] == 1
-    assert record["arguments"]["generations"] == 2
-    assert record["facts"]["kernel"] == "numba"
-    assert record["facts"]["motion"] == "coupled"
-    assert record["facts"]["tolerance_draws"] == 16
-    assert record["study_text"] == STUDY.read_text(encoding="utf-8")
-    assert len(record["inputs_sha256"]) == 31
-    assert all(len(digest) == 64 for digest in record["inputs_sha256"].values())
-
-
 def test_tables_have_units_and_belong_together(front_run):
     front = pd.read_csv(front_run / "front.csv")
     designs = pd.read_csv(front_run / "designs.csv")
@@ -79,6 +66,7 @@ def test_every_picture_behind_the_answer_has_its_table(front_run):
     np.testing.assert_allclose(peaks["share, today [%]"].sum(), 100.0)
     assert (peaks["share, best mean [%]"].sum() < 100.0).all()
     price = pd.read_csv(front_run / "price.csv").set_index("number")
+    assert "EnM sag [mm]" in price.index
     modes = [f"mode {mode} [Hz]" for mode in tables["modes"]["mode"]]
     np.testing.assert_allclose(price.loc[modes, "best mean"], tables["modes"]["best mean [Hz]"])
     maps = tables["level_maps"].query("`load case` == 'g5_wot220' or `load case` == 'g6_wot220'")
@@ -106,17 +94,6 @@ def test_picks_keep_what_they_promise_when_verified(front_run):
     assert len(cases) == 30
     summary = json.loads((front_run / "summary.json").read_text())
     assert summary["worst_load_case_change_db"] == cases["best mean [dB]"].max()
-
-
-def test_the_first_screen_says_what_to_build_and_its_price(front_run):
-    page = (front_run / "report.html").read_text(encoding="utf-8")
-    first = page[page.index("<h1>") : page.index("The picks</h2>")]
-    said = ("N/mm (mean |K|; today", "at the booming peaks", "alone bring", "edge of the search")
-    for words in said:
-        assert words in first
-    price = pd.read_csv(front_run / "price.csv")
-    assert {"EnM sag [mm]", "mode 1 [Hz]"} <= set(price["number"])
-    assert page.index("How to read this page") > page.index("What the driver hears</h2>")
 
 
 def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):

@@ -232,12 +232,7 @@ def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path):
 
 def test_beyond_reading_signs_are_checked(tmp_path):
     folder = filled(made(tmp_path / "mine"))
-    path = folder / "operating/fast.uff"
-    turned = [
-        UffFunction(**{**vars(one), "values": -one.values}) if one.ordinate == "force" else one
-        for one in read_uff(path)
-    ]
-    write_uff(path, turned)
+    scaled(-1, "force", "fast.uff")(folder)
     (fault,) = check_platform(folder).faults
     assert "load case fast: channel 'EnM x' has a negative stiffness" in fault
 
@@ -246,8 +241,7 @@ def test_lines_that_count_follow_the_data(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     assert "21 lines in 20 to 60 Hz" in check_platform(folder).summary
     for path in folder.rglob("*.uff"):
-        high = [UffFunction(**{**vars(one), "abscissa": LINES + 80.0}) for one in read_uff(path)]
-        write_uff(path, high)
+        write_uff(path, [replace(f, abscissa=LINES + 80.0) for f in read_uff(path)])
     assert "21 lines in 100 to 140 Hz" in check_platform(folder).summary
 
 
@@ -255,19 +249,18 @@ def test_frequency_axes_that_differ_are_told_file_by_file(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     for name in ("noise_transfer/cabrio.uff", "operating/slow.uff"):
         path = folder / name
-        shifted = [UffFunction(**{**vars(f), "abscissa": LINES + 1.0}) for f in read_uff(path)]
-        write_uff(path, shifted)
+        write_uff(path, [replace(f, abscissa=LINES + 1.0) for f in read_uff(path)])
     faults = check_platform(folder).faults
     assert len([one for one in faults if "line 1 is 20 Hz and 21 Hz" in one]) == len(faults) == 2
     named = {name for one in faults for name in ("cabrio", "slow") if name in one}
     assert named == {"cabrio", "slow"}
 
 
-def scaled(factor, kind):
+def scaled(factor, kind, files="*.uff"):
     """Write the functions of a kind with another factor."""
 
     def fault(folder):
-        for path in folder.rglob("*.uff"):
+        for path in folder.rglob(files):
             there = [
                 replace(f, values=factor * f.values) if f.ordinate == kind else f
                 for f in read_uff(path)

@@ -40,8 +40,7 @@ def page(browser, path):
 def axis_place(page, number):
     """Middle, top and bottom of an axis of the parallel coordinates on the screen [px]."""
     lines = "[...document.querySelectorAll('#parallel line')].map(l => l.getBoundingClientRect())"
-    box = page.value(f"(b => [b.x + b.width / 2, b.top, b.bottom])({lines}[{number}])")
-    return box
+    return page.value(f"(b => [b.x + b.width / 2, b.top, b.bottom])({lines}[{number}])")
 
 
 def count(page):
@@ -65,7 +64,7 @@ def test_it_opens_with_today_and_two_picks(page):
     assert page.value("document.getElementById('pin-b').selectedOptions[0].text") == (
         "design 9, sigma kept"
     )
-    assert cells(page, "stiffness", 0) == [
+    assert cells(page, "stiffness", 0)[:7] == [
         "Front x",
         "100",
         "70",
@@ -73,7 +72,6 @@ def test_it_opens_with_today_and_two_picks(page):
         "+60",
         "0.700",
         "1.300",
-        "",
     ]
     assert cells(page, "stiffness", 1)[1:5] == ["–"] * 4
     assert cells(page, "stiffness", 1)[7] == "no requirement"
@@ -95,13 +93,8 @@ def test_a_drag_along_an_axis_and_its_sliders_brush_alike(page):
     assert selected(page) == "1 of 9 designs selected: Front x 70 to 70 N/mm"
     page.key("ArrowRight", times=26)
     assert selected(page) == "2 of 9 designs selected: Front x 70 to 78 N/mm"
-    assert (
-        page.value(
-            f"document.querySelector('{high}').ariaValueText || "
-            f"document.querySelector('{high}').getAttribute('aria-valuetext')"
-        )
-        == "78 N/mm"
-    )
+    told = f"document.querySelector('{high}').getAttribute('aria-valuetext')"
+    assert page.value(told) == "78 N/mm"
     page.key("End")
     assert selected(page) == "9 of 9 designs selected, no brush"
 

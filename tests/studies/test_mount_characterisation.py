@@ -17,10 +17,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
 from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
-from deboom.study.mount_characterisation import (
-    characterise_given,
-    direction_numbers,
-)
+from deboom.study.mount_characterisation import characterise_given, direction_numbers
 from deboom.study.runner import load_study, run_study
 
 DRAWN = Report.figure
@@ -50,11 +47,7 @@ def campaign(tmp_path_factory):
 @pytest.fixture(scope="module")
 def finished(campaign, tmp_path_factory):
     """One run that several tests look at."""
-    return run_study(
-        STUDY,
-        tmp_path_factory.mktemp("results"),
-        {"campaign": campaign},
-    )
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), {"campaign": campaign})
 
 
 def test_mounts_are_found_within_a_few_percent_of_the_truth(finished):

@@ -551,6 +551,9 @@ def test_an_older_sheet_marks_what_moved(
     wrong = report(front_run, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path)
     assert "that sheet is of mount TSM" in wrong.stderr
     assert "say --mount" in report(front_run, "--since", anonymous[1]).stderr
+    unknown = report(front_run, "--mount", "TMS", "--out", tmp_path / "out")
+    assert "no mount 'TMS': use EnM, GeM, TSM, Du" in unknown.stderr
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.parametrize(
@@ -593,9 +596,3 @@ def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, fro
     refused("other files of the platform", sharing=copy)
     (copy / "part_numbers.csv").write_text("nothing")
     refused("has been edited", sharing=copy)
-
-
-def test_an_unknown_mount_is_refused(front_run, tmp_path):
-    unknown = report(front_run, "--mount", "TMS", "--out", tmp_path / "out")
-    assert "no mount 'TMS': use EnM, GeM, TSM, Du" in unknown.stderr
-    assert not (tmp_path / "out").exists()

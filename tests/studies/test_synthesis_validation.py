@@ -32,7 +32,6 @@ MIX = "EnM1-GeM2-TSM1-Du2"
 PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9:2], shaker_repeats=1)
 CASE = LOAD_CASES[1]
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
-MODAL_FIGURES = ("stabilisation", "mode_shapes", "panel_contributions")
 
 
 @pytest.fixture(scope="module")
@@ -117,7 +116,6 @@ def test_blocked_forces_cost_more_than_transfer_functions(validation):
 
 def test_every_figure_stands_beside_the_thesis(validation):
     table = validation[1].tables["validation"]
-    assert list(table.columns) == ["name", "measured", "thesis", "target", "holds"]
     rows = table.set_index("name")
     corr_f = rows.loc["corr_f, complex pressure, median [%]"]
     assert (corr_f["thesis"], corr_f["target"], corr_f["holds"]) == ("5", "≤ 5", "yes")
@@ -147,14 +145,7 @@ def test_peaks_are_listed_with_and_without_partner(validation):
 
 def test_every_figure_shows_its_curves(validation):
     """What goes into the drawing; the drawing itself has tests of its own."""
-    _, report, drawn = validation
-    assert [stem for stem in report.figures if stem not in MODAL_FIGURES] == [
-        "measured_synthesised",
-        "surface_forces",
-        "virtual_design",
-        "hammer_reciprocal",
-        "contributions",
-    ]
+    drawn = validation[2]
     ways = [way.value for way in DesignMotion]
     assert list(drawn[2][0]) == ["measured forces of the design", *ways]
     assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[4][0])
@@ -181,8 +172,6 @@ def test_without_truth_accelerances_and_mix_what_is_unknown_is_left_out(
     read = list(record["inputs_sha256"])
     assert any(name.endswith("small/campaign.toml") for name in read)
     assert any(name.endswith(f"operating/{CASE.name}.uff") for name in read)
-    page = (done / "report.html").read_text(encoding="utf-8")
-    assert "Where the accuracy is lost" not in page
 
 
 @pytest.mark.parametrize(

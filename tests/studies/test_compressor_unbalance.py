@@ -11,10 +11,7 @@ from typer.testing import CliRunner
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.cli import app
-from deboom.files.operating_test import (
-    OPERATING_TEST_FILE,
-    OperatingTestFile,
-)
+from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile
 from deboom.files.schema import dump_toml, load_toml
 from deboom.study.runner import load_study, run_study
 

@@ -3,17 +3,9 @@
 import numpy as np
 import pytest
 
-from deboom.compressor.cabin_index import (
-    DATUM,
-    BodySide,
-    CabinIndex,
-    car_seam,
-    mount_variables,
-)
+from deboom.compressor.cabin_index import DATUM, mount_variables
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-
-LINES = np.array([30.0, 60.0])
 
 
 def two_mounts():
@@ -21,18 +13,6 @@ def two_mounts():
         CompressorMount(f"mount {n}", np.array([0.1 * n, 0, 0.05]), np.zeros(3), np.full(3, 1e4))
         for n in (1, 2)
     )
-
-
-def small_index():
-    random = np.random.default_rng(1)
-    load = random.standard_normal((2, 6)) + 0j
-    body = BodySide(
-        "EV", LINES, ("mount 1", "mount 2"), np.zeros((2, 12, 12)), np.ones((2, 12)) + 0j
-    )
-    places = np.array([mount.position for mount in two_mounts()])
-    seam = car_seam(np.eye(6), {"a": load, "b": load}, places, body)
-    variables = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
-    return CabinIndex(variables, two_mounts(), np.full(2, 1.2 + 0.1j), (seam,), (1.0, 2.0))
 
 
 def test_identical_parts_share_and_pieces_differ():
@@ -61,7 +41,6 @@ def test_own_parts_and_places():
 
 
 ALIKE = mount_variables(two_mounts(), identical=True, pieces=False, places=False)
-INDEX = small_index()
 
 
 @pytest.mark.parametrize(
@@ -70,7 +49,6 @@ INDEX = small_index()
         (lambda: ALIKE.checked(np.ones((1, 3))), "with the 2 columns"),
         (lambda: ALIKE.checked([[1.0, np.nan]]), "mounts radial is nan"),
         (lambda: ALIKE.checked([[1.0, 0.0]]), "not positive"),
-        (lambda: INDEX.levels(np.ones((1, 2)), "c"), "no case 'c'"),
     ],
 )
 def test_what_does_not_fit_is_refused(build, words):

@@ -5,17 +5,9 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.routes import (
-    ONE_FACTOR,
-    FactorOverFrequency,
-)
+from deboom.compressor.routes import ONE_FACTOR, FactorOverFrequency
 from deboom.compressor.sources import ResidualBand
-from deboom.compressor.unbalance import (
-    UnbalanceOptions,
-    load_alarms,
-    sweeps_of,
-    within_hammer_test,
-)
+from deboom.compressor.unbalance import UnbalanceOptions, load_alarms, sweeps_of, within_hammer_test
 from deboom.errors import InputError
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import HoseState, OperatingSweep

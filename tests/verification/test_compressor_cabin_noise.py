@@ -21,13 +21,7 @@ from threadpoolctl import threadpool_limits
 
 from deboom.bench.compressor_rig import true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
-from deboom.bench.electric_car import (
-    HOSES,
-    MOUNTS,
-    columns_of,
-    design_pressure,
-    run_car,
-)
+from deboom.bench.electric_car import HOSES, MOUNTS, columns_of, design_pressure, run_car
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase
@@ -208,6 +202,8 @@ def test_the_sum_is_weighted_over_the_pressures():
     designs = some_designs(index, 3, seed=2)
     low, high = (index.levels(designs, case).sum(axis=-1) for case in CASES)
     np.testing.assert_allclose(index(designs), 0.25 * low + 0.75 * high, rtol=1e-13)
+    with pytest.raises(InputError, match="no case 'c'"):
+        index.levels(designs, "c")
 
 
 def test_a_mount_that_stands_off_is_a_mount_that_stands_there():

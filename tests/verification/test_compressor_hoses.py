@@ -12,10 +12,7 @@ from deboom.bench.compressor_rig import OperationPlan, measured, operation, true
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
 from deboom.choices import CalibrationLevel, HoseCase
-from deboom.compressor.hose_identification import (
-    DRAWN,
-    identify_hoses,
-)
+from deboom.compressor.hose_identification import DRAWN, identify_hoses
 from deboom.compressor.hose_presence import hose_reactions, hoses_in_hammer_test, hoses_in_sweep
 from deboom.compressor.hoses import (
     BEAM_NUMBERS,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from claims import Claim, at_most, draws
+from claims import Claim, at_most, between, draws
 from deboom.arrays import RealArray
 from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
@@ -79,8 +79,8 @@ def _coverage() -> list[Claim]:
     batches = np.repeat(np.arange(6), 5)
     total, share, axes = [], [], []
     for _ in range(REPETITIONS):
-        between = np.sqrt(0.5) * sigma * rng.standard_normal((6, 1))[batches]
-        values = between + np.sqrt(0.5) * sigma * rng.standard_normal((30, 1))
+        shared = np.sqrt(0.5) * sigma * rng.standard_normal((6, 1))[batches]
+        values = shared + np.sqrt(0.5) * sigma * rng.standard_normal((30, 1))
         one = direction_scatter("x", values[:, 0], batches=batches)
         total.append(one.lower <= sigma <= one.upper)
         found = batch_share(values, batches)

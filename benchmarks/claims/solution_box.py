@@ -59,7 +59,7 @@ def repetition(seed: int) -> tuple[bool, bool, bool]:
 
 def fleet() -> Any:
     """Return the box of the shipped fleet at the limit that ±15 % keeps."""
-    options = STUDY.Options(curve=False, motion=MotionOptions(Motion.prescribed))
+    options = STUDY.Options(motion=MotionOptions(Motion.prescribed))
     model = STUDY.prepare(options)
     point = STUDY.pareto_point(model, options, lambda *_: None)
     question = STUDY.question(model, options, point)

@@ -44,7 +44,7 @@ def claims() -> list[Claim]:
         out = Path(folder)
         budget = {"generations": 40, "population": 60, "motion": Motion.prescribed}
         run = run_study(load_study(STUDIES / "u06_robust_front.py"), out, budget)
-        box = {"front": run, "curve": False, "motion": Motion.prescribed}
+        box = {"front": run, "motion": Motion.prescribed}
         files = SheetFiles(box=run_study(load_study(STUDIES / "solution_box.py"), out, box))
         begin = time.perf_counter()
         written = supplier_sheets(

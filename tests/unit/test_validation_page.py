@@ -61,9 +61,9 @@ def test_a_section_rests_on_what_it_imports_and_the_studies_it_names():
     assert "benchmarks/claims/front_study.py" in names
     assert "studies/u06_robust_front.py" in names
     assert "src/deboom/physics/sound_level.py" in names
-    boxes = {path.name for path in validate.sources("solution_box")}
-    assert {"solution_box.py", "moments.py", "known_boxes.py", "known_truth.py"} <= boxes
-    assert "hoses.py" not in boxes
+    modules = {path.name for path in validate.sources("robust")}
+    assert {"robust.py", "moments.py", "scatter.py"} <= modules
+    assert "hoses.py" not in modules
 
 
 def test_draws_are_a_few_times_what_is_asked_for(monkeypatch):

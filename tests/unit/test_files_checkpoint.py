@@ -48,6 +48,18 @@ def test_nothing_is_pickled(tmp_path):
         store.kept(1)
 
 
+@pytest.mark.parametrize("method", [8, 99])
+def test_evaluations_of_another_compression_are_refused(tmp_path, method):
+    store = CheckpointFolder(tmp_path / "search", INPUTS)
+    store.keep(1, {"x": np.zeros(1)})
+    path = tmp_path / "search" / "evaluations" / "000001.npz"
+    data = bytearray(path.read_bytes())
+    data[data.index(b"PK\1\2") + 10] = method
+    path.write_bytes(data)
+    with pytest.raises(InputError, match=r"000001\.npz cannot be read"):
+        store.kept(1)
+
+
 @pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="no pipes with names")
 def test_a_pipe_in_place_of_evaluations_is_refused(tmp_path):
     store = CheckpointFolder(tmp_path / "search", INPUTS)

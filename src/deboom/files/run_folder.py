@@ -17,7 +17,7 @@ import secrets
 import shutil
 import subprocess
 import sys
-import zipfile
+import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -25,6 +25,7 @@ from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path, PurePosixPath
 from typing import Annotated, Any, BinaryIO
+from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
@@ -515,7 +516,7 @@ class CheckpointFolder:
         try:
             with np.load(io.BytesIO(data), allow_pickle=False) as archive:
                 return dict(archive)
-        except (OSError, ValueError, EOFError, zipfile.BadZipFile) as error:
+        except (OSError, ValueError, EOFError, RuntimeError, BadZipFile, zlib.error) as error:
             raise InputError(
                 f"{path} cannot be read ({error}): it is damaged; start a new run"
             ) from None

@@ -38,7 +38,7 @@ from deboom.explore.sharing import (
     SharedDesign,
     Sharing,
     SharingProblem,
-    SharingRules,
+    check_together,
     own_optima,
 )
 from deboom.explore.space import DesignSpace, responses
@@ -69,7 +69,6 @@ class Options:
     limits: Annotated[Path | None, Option(help="Table: vehicle, limit [dB(A)].")] = None
     share: Annotated[float, Option(help="Share of cars within the limit [1].")] = 0.95
     together: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
-    apart: Annotated[list[str] | None, Option(help="TSM=U06-1,U06-2; repeatable.")] = None
     starts: Annotated[
         int, Option(help="Descents per vehicle for its own best.", callback=at_least(1))
     ] = 12
@@ -87,13 +86,13 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """Levels of the vehicles, their design space, and who must share and who must not."""
+    """Levels of the vehicles, their design space, and who must share."""
 
     runs: Operation
     index: Any
     space: DesignSpace
     parts: dict[str, list[str]]
-    rules: SharingRules
+    together: dict[str, list[list[str]]]
     limits: RealArray | None
 
     @property
@@ -119,13 +118,13 @@ def prepare(options: Options) -> Model:
         mount: [name for name in space.names if mount_of(name) == mount]
         for mount in dict.fromkeys(mount_of(name) for name in space.names)
     }
-    rules = SharingRules(_rule("--together", options.together), _rule("--apart", options.apart))
-    rules.check(tuple(parts), vehicles)
+    together = _together(options.together)
+    check_together(together, tuple(parts), vehicles)
     limits = None
     if options.limits is not None:
         rows = rows_of(options.limits, ("vehicle",), {"limit": "dB(A)"}, vehicles)
         limits = np.array([row.number("limit") for row in rows])
-    return Model(runs, index, space, parts, rules, limits)
+    return Model(runs, index, space, parts, together, limits)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
@@ -309,7 +308,7 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     asked = options.share + SURE * np.sqrt(options.share * (1.0 - options.share) / DRAWS)
     room = limits - own.levels
     margin = np.minimum(np.quantile(made, min(asked, 1.0), axis=1) - own.levels, room)
-    problem = SharingProblem(drawn, searched, model.parts, limits - margin, model.rules)
+    problem = SharingProblem(drawn, searched, model.parts, limits - margin, model.together)
     groups = _group_sets(model.runs, problem)
     guesses = [] if groups is None else [groups]
     for _ in range(ROUNDS):
@@ -410,18 +409,18 @@ def _as_made(
     return np.array([responses(level, row * scale)[:, v] for v, row in enumerate(designs)])
 
 
-def _rule(option: str, texts: Sequence[str] | None) -> dict[str, list[list[str]]]:
+def _together(texts: Sequence[str] | None) -> dict[str, list[list[str]]]:
     """Read ``TSM=U06-1,U06-2``."""
-    rules: dict[str, list[list[str]]] = {}
+    together: dict[str, list[list[str]]] = {}
     for text in texts or ():
         part, mark, names = text.partition("=")
         vehicles = [name.strip() for name in names.split(",") if name.strip()]
         if not mark or len(vehicles) < 2:
             raise InputError(
-                f"{option} '{text}': write a mount and at least two vehicles, TSM=U06-1,U06-2"
+                f"--together '{text}': write a mount and at least two vehicles, TSM=U06-1,U06-2"
             )
-        rules.setdefault(part.strip(), []).append(vehicles)
-    return rules
+        together.setdefault(part.strip(), []).append(vehicles)
+    return together
 
 
 def _refuse_missed(

@@ -51,10 +51,6 @@ def test_tables_agree_with_each_other(finished):
     [
         ({"together": ["TSM"]}, "write a mount and at least two vehicles"),
         ({"together": ["CTSM=U06-1,U06-2"]}, "there is no part 'CTSM'"),
-        (
-            {"together": ["TSM=U06-1,U06-2"], "apart": ["TSM=U06-1,U06-2"]},
-            "TSM: U06-1 and U06-2 must not share",
-        ),
         ({"allowed": -0.1}, "costs 0 dB or more"),
         ({"share": 0.2}, "at least half of the cars"),
     ],

@@ -8,7 +8,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
-from deboom.explore.sharing import Sharing, SharingProblem, SharingRules, own_optima, shared_design
+from deboom.explore.sharing import Sharing, SharingProblem, own_optima, shared_design
 from deboom.explore.space import DesignSpace
 
 
@@ -39,7 +39,7 @@ class Bowls:
         return 2 * (designs[:, np.newaxis] - self.centres)
 
 
-def problem_of(centres, radius, rules=None):
+def problem_of(centres, radius, together=None):
     bowls = Bowls(np.asarray(centres, dtype=float))
     k = bowls.centres.shape[1]
     space = DesignSpace(
@@ -52,9 +52,7 @@ def problem_of(centres, radius, rules=None):
     }
     limits = np.full(len(bowls.centres), radius**2)
     own = own_optima(bowls, space, starts=2, seed=1)
-    if rules is None:
-        return SharingProblem(bowls, space, parts, limits), own
-    return SharingProblem(bowls, space, parts, limits, rules), own
+    return SharingProblem(bowls, space, parts, limits, together or {}), own
 
 
 def partitions(count):
@@ -111,16 +109,15 @@ def test_limits_hold_and_the_rest_is_as_quiet_as_can_be():
     assert found.fewest.designs == pytest.approx(np.zeros((3, 2)), abs=1e-3)
 
 
-def test_rules_hold():
-    centres = [[-1.0, 0.0], [-1.0, 0.0], [1.0, 0.0]]
-    apart = SharingRules({}, {"A": [["car 1", "car 2"]]})
-    problem, own = problem_of(centres, 1.5, apart)
+def test_vehicles_that_belong_together_share():
+    centres = [[-1.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 0.0]]
+    problem, own = problem_of(centres, 1.02, {"A": [["car 2", "car 3"]]})
     found = fewest_part_numbers(problem, own)
-    assert found.fewest.sharing.total == 2
-    assert found.fewest.sharing.numbers[0, 0] != found.fewest.sharing.numbers[0, 1]
-    together = SharingRules({"A": [["car 1", "car 3"]]}, {})
-    problem, own = problem_of(centres, 0.5, together)
-    with pytest.raises(InputError, match="loosen the rules"):
+    numbers = found.fewest.sharing.numbers[0]
+    assert numbers[1] == numbers[2]
+    assert found.fewest.worst <= 0
+    problem, own = problem_of(centres, 0.5, {"A": [["car 1", "car 4"], ["car 4", "car 2"]]})
+    with pytest.raises(InputError, match="loosen what belongs together"):
         fewest_part_numbers(problem, own)
 
 
@@ -133,27 +130,9 @@ def test_every_set_gets_the_best_values_of_its_own():
     assert levels == pytest.approx([1.0, 1.0, 0.04, 0.04], abs=1e-4)
 
 
-def test_rules_need_no_more_numbers_than_they_must():
-    # vehicle after vehicle, the first number that is free: three numbers; two are enough
-    names = [f"car {side}{n}" for n in (1, 2, 3) for side in "ab"]
-    pairs = [[f"car a{n}", f"car b{m}"] for n in (1, 2, 3) for m in (1, 2, 3) if n != m]
-    rules = SharingRules({}, {"A": pairs})
-    fewest = rules.fewest(["A", "B"], names)
-    assert rules.kept_by(fewest)
-    assert fewest.counts == (2, 1)
-
-
 def test_an_unreachable_limit_names_the_vehicle_that_binds():
     problem, own = problem_of([[-1.0, 0.0], [4.0, 0.0]], 0.5)
     with pytest.raises(
         InputError, match=r"car 2 cannot keep its limit of 0\.25 dB.*0\.75 too much"
     ):
         fewest_part_numbers(problem, own)
-
-
-def test_contradictory_rules_are_named():
-    rules = SharingRules(
-        {"A": [["car 1", "car 2"], ["car 2", "car 3"]]}, {"A": [["car 3", "car 1"]]}
-    )
-    with pytest.raises(InputError, match="A: car 3 and car 1 must not share"):
-        problem_of([[0.0, 0.0]] * 3, 1.0, rules)

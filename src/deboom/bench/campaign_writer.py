@@ -12,27 +12,7 @@ from typing import Any
 import numpy as np
 
 from deboom.arrays import RealArray, RealOrComplexArray
-from deboom.bench.campaign import (
-    FULL_PLAN,
-    CampaignErrors,
-    CampaignPlan,
-    CampaignSensors,
-    TimeRunPlan,
-    draw_campaign_sensors,
-    push_answer,
-    record,
-    record_over_time,
-)
-from deboom.bench.layout import (
-    ACCELEROMETER_MODEL,
-    CELL_MODEL,
-    CELL_SHARES,
-    ENGINE_NODE,
-    TACHO_NODE,
-    accelerometer_places,
-    cell_places,
-    points,
-)
+from deboom.bench import campaign, layout, writing
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.platform_writer import (
     engine_section,
@@ -43,37 +23,9 @@ from deboom.bench.platform_writer import (
 )
 from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
-from deboom.bench.writing import (
-    FRF,
-    SPECTRUM,
-    TIME_SIGNAL,
-    VEHICLE_AXES,
-    Dof,
-    Progress,
-    check_seed,
-    function,
-    sensor_row,
-    stacked,
-    write_readme,
-)
-from deboom.files.campaign import (
-    CampaignFile,
-    CampaignMount,
-    CurveEntry,
-    RunEntry,
-    ShakerEntry,
-    TimeRunEntry,
-    ToleranceEntry,
-)
+from deboom.files import campaign as campaign_file
+from deboom.files import rows
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.rows import (
-    CAMPAIGN_QUANTITIES,
-    CampaignChannel,
-    MountRow,
-    SensorRow,
-    write_curve,
-    write_table,
-)
 from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
@@ -88,9 +40,9 @@ CURVE_REACH, CURVE_STEP = 15e-3, 0.1e-3
 def write_campaign(
     folder: Path,
     seed: int,
-    plan: CampaignPlan = FULL_PLAN,
-    errors: CampaignErrors | None = None,
-    progress: Progress | None = None,
+    plan: campaign.CampaignPlan = campaign.FULL_PLAN,
+    errors: campaign.CampaignErrors | None = None,
+    progress: writing.Progress | None = None,
     bench: VirtualBench | None = None,
 ) -> Path:
     """Measure a campaign on the virtual bench and write its files.
@@ -124,15 +76,15 @@ def write_campaign(
         Seed below 1; a mount set or gear that does not exist; a folder that is not empty or cannot
         be written.
     """
-    check_seed(seed)
-    bench, errors = bench or load_bench(), errors or CampaignErrors()
+    writing.check_seed(seed)
+    bench, errors = bench or load_bench(), errors or campaign.CampaignErrors()
     for name in plan.mount_sets:
         with_mount_set(bench, name)  # refuse before any work
     # the first four children belong to the virtual platform of the same seed
     for_sheet, *_, for_sensors = np.random.SeedSequence(seed).spawn(5)
     drawn = draw_data_sheet(bench, np.random.default_rng(for_sheet))
     sheet = drawn if errors.data_sheet else exact_data_sheet(bench)
-    sensors = draw_campaign_sensors(bench, errors, for_sensors)
+    sensors = campaign.draw_campaign_sensors(bench, errors, for_sensors)
     file = _campaign_file(bench, sheet, plan, errors, seed)
     entries = (file.shaker_runs, file.static_curves, file.runs, file.time_runs)
     n_file = sum(map(len, entries)) + 1
@@ -150,10 +102,10 @@ class _Session:
 
     folder: Path
     seed: int
-    plan: CampaignPlan
-    errors: CampaignErrors
+    plan: campaign.CampaignPlan
+    errors: campaign.CampaignErrors
     bench: VirtualBench
-    sensors: CampaignSensors
+    sensors: campaign.CampaignSensors
 
     def generator(self, name: str) -> np.random.Generator:
         """Return the noise of one recording, which depends on its file and not on the plan."""
@@ -166,7 +118,9 @@ class _Session:
         return path
 
 
-def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Iterator[str]:
+def _write_files(
+    session: _Session, sheet: DataSheet, file: campaign_file.CampaignFile
+) -> Iterator[str]:
     """Write every file that ``campaign.toml`` names; give its name as soon as it is there."""
     folder, bench = session.folder, session.bench
     (folder / "truth").mkdir()
@@ -180,50 +134,52 @@ def _write_files(session: _Session, sheet: DataSheet, file: CampaignFile) -> Ite
     for time_run in file.time_runs:
         yield _write_time_run(session, time_run)
     write_powertrain_truth(folder / "truth", bench)
-    write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
-    write_table(folder / SENSOR_TABLE, SensorRow, _sensor_rows(session, sheet))
-    write_table(folder / CHANNEL_TABLE, CampaignChannel, _channels(bench))
+    rows.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
+    rows.write_table(folder / SENSOR_TABLE, rows.SensorRow, _sensor_rows(session, sheet))
+    rows.write_table(folder / CHANNEL_TABLE, rows.CampaignChannel, _channels(bench))
     dump_toml(folder / "campaign.toml", file)
     plan, (first, last) = session.plan, session.plan.frequency[[0, -1]]
-    shares = ", ".join(f"{100 * share:.0f}" for share in CELL_SHARES)
-    write_readme(
+    shares = ", ".join(f"{100 * share:.0f}" for share in layout.CELL_SHARES)
+    writing.write_readme(
         folder,
         f"Measurement campaign on the virtual bench, seed {session.seed}",
         f"Mount sets {', '.join(plan.mount_sets)}: M0 is as drawn; M1 and higher are units with "
         "their manufacturing spread, the same parts in every campaign. Runs: "
         f"{plan.frequency.size} lines from {first:g} to {last:g} Hz, engine order "
-        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} The force cells under a "
-        f"mount carry {shares} %; their sum is its force.",
+        f"{bench.order_torque.order:g}, phase to the tacho. {writing.VEHICLE_AXES} The force cells "
+        f"under a mount carry {shares} %; their sum is its force.",
         "campaign",
         "campaign.toml",
     )
     yield "campaign.toml"
 
 
-def _write_push(session: _Session, entry: ShakerEntry) -> str:
+def _write_push(session: _Session, entry: campaign_file.ShakerEntry) -> str:
     """Push at a virtual point: cells of the mount per stated newton, UFF type 4."""
     bench, sensors, frequency = session.bench, session.sensors, session.plan.frequency
     mount = bench.mount_names.index(entry.mount)
-    point, load = points(bench)[mount], sensors.pushes[mount, :, AXES.index(entry.axis)]
+    point, load = layout.points(bench)[mount], sensors.pushes[mount, :, AXES.index(entry.axis)]
     title = f"shaker at the virtual point, {point.channel(entry.axis)}"
     generator = session.generator(entry.file)
-    answer = push_answer(sensors, mount, load, entry.repeat, frequency, session.errors, generator)
-    push = Dof(point.node, f"+{entry.axis}", entry.mount, "force")
+    answer = campaign.push_answer(
+        sensors, mount, load, entry.repeat, frequency, session.errors, generator
+    )
+    push = writing.Dof(point.node, f"+{entry.axis}", entry.mount, "force")
     cells = [
-        Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
-        for place in cell_places(bench)
+        writing.Dof(place.node, f"+{axis}", f"{place.name} {axis}", "force")
+        for place in layout.cell_places(bench)
         if place.point.mount == entry.mount
         for axis in AXES
     ]
     functions = [
-        function(FRF, frequency, values, cell, push, title)
+        writing.function(writing.FRF, frequency, values, cell, push, title)
         for cell, values in zip(cells, answer.T, strict=True)
     ]
     write_uff(session.path(entry.file), functions, binary=True)
     return entry.file
 
 
-def _write_static_curve(session: _Session, entry: CurveEntry) -> str:
+def _write_static_curve(session: _Session, entry: campaign_file.CurveEntry) -> str:
     """Write a force-deflection curve as a supplier sends it."""
     mounts = with_mount_set(session.bench, entry.mount_set).mounts
     laws = next(mount.laws for mount in mounts if mount.name == entry.mount)
@@ -231,11 +187,13 @@ def _write_static_curve(session: _Session, entry: CurveEntry) -> str:
     deflection = np.linspace(-CURVE_REACH, CURVE_REACH, 2 * n_step + 1)
     force = laws[AXES.index(entry.axis)].static_force(deflection)
     scale = 1 + session.generator(entry.file).normal(0, session.errors.curve_scale)
-    write_curve(session.path(entry.file), deflection, scale * force)
+    rows.write_curve(session.path(entry.file), deflection, scale * force)
     return entry.file
 
 
-def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> Iterator[str]:
+def _write_runs(
+    session: _Session, mount_set: str, entries: list[campaign_file.RunEntry]
+) -> Iterator[str]:
     """Run one mount set, and write what is recorded and the truth."""
     bench, frequency = with_mount_set(session.bench, mount_set), session.plan.frequency
     order = bench.order_torque.order
@@ -244,14 +202,14 @@ def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> I
         run = true_run(bench, planned, frequency)
         preload = static_direction_forces(bench, run)
         generator = session.generator(entry.file)
-        columns = record(session.sensors, run, preload, session.errors, generator)
+        columns = campaign.record(session.sensors, run, preload, session.errors, generator)
         columns["engine speed"] = rpm_of_frequency(frequency, order)[:, None]
         lines = (
             f"order {order:g}",
             f"{planned.name}, mount set {mount_set}",
             "complex peak amplitude, phase referred to the tacho",
         )
-        functions = _functions(session, SPECTRUM, frequency, columns, lines)
+        functions = _functions(session, writing.SPECTRUM, frequency, columns, lines)
         write_uff(session.path(entry.file), functions, binary=True)
         yield entry.file
         runs.append(run)
@@ -261,22 +219,24 @@ def _write_runs(session: _Session, mount_set: str, entries: list[RunEntry]) -> I
         frequency=frequency,
         runs=np.array([planned.name for planned in session.plan.runs]),
         channels=np.array(runs[0].channels),
-        **stacked(runs, "displacement", "force", "stiffness"),
-        **stacked([run.powertrain for run in runs], "motion"),
-        **stacked(runs, "engine_torque"),
+        **writing.stacked(runs, "displacement", "force", "stiffness"),
+        **writing.stacked([run.powertrain for run in runs], "motion"),
+        **writing.stacked(runs, "engine_torque"),
         static_force=np.array(static),
     )
 
 
-def _write_time_run(session: _Session, entry: TimeRunEntry) -> str:
+def _write_time_run(session: _Session, entry: campaign_file.TimeRunEntry) -> str:
     """Run up or down, and write the channels over time and the steady states behind them."""
     plan = session.plan.time_run
     assert plan is not None
     bench = with_mount_set(session.bench, plan.mount_set)
     generator = session.generator(entry.file)
-    columns, truth = record_over_time(bench, session.sensors, plan, session.errors, generator)
+    columns, truth = campaign.record_over_time(
+        bench, session.sensors, plan, session.errors, generator
+    )
     lines = (f"{plan.run.name} over time, mount set {plan.mount_set}",)
-    functions = _functions(session, TIME_SIGNAL, truth["time"], columns, lines)
+    functions = _functions(session, writing.TIME_SIGNAL, truth["time"], columns, lines)
     with warnings.catch_warnings():
         # tacho and channels share the time axis, so orders do not feel its last digit
         warnings.simplefilter("ignore", AxisDriftWarning)
@@ -301,65 +261,73 @@ def _functions(
             name = channel.channel.removeprefix("engine ")
             for side in SIDES:
                 name = name.replace(side, side[0])
-            dof = Dof(channel.node, channel.direction, name, *CAMPAIGN_QUANTITIES[quantity])
-            functions.append(function(kind, abscissa, column, dof, None, *id_lines))
+            dof = writing.Dof(
+                channel.node, channel.direction, name, *rows.CAMPAIGN_QUANTITIES[quantity]
+            )
+            functions.append(writing.function(kind, abscissa, column, dof, None, *id_lines))
     return functions
 
 
-def _channels(bench: VirtualBench) -> tuple[CampaignChannel, ...]:
+def _channels(bench: VirtualBench) -> tuple[rows.CampaignChannel, ...]:
     """Return every channel of every run: sensors, static forces, engine, tacho."""
     channels = [
         (f"{place.name} {axis}", quantity, place.node, f"+{axis}")
         for quantity, places in (
-            ("acceleration", accelerometer_places(bench)),
-            ("cell force", cell_places(bench)),
+            ("acceleration", layout.accelerometer_places(bench)),
+            ("cell force", layout.cell_places(bench)),
         )
         for place in places
         for axis in AXES
     ]
     channels += [
         (point.channel(axis), "static force", point.node, f"+{axis}")
-        for point in points(bench)
+        for point in layout.points(bench)
         for axis in point.axes
     ]
     channels += [
-        ("engine torque", "engine torque", ENGINE_NODE, "+ry"),
-        ("engine speed", "engine speed", ENGINE_NODE, "scalar"),
-        ("tacho", "tacho", TACHO_NODE, "scalar"),
+        ("engine torque", "engine torque", layout.ENGINE_NODE, "+ry"),
+        ("engine speed", "engine speed", layout.ENGINE_NODE, "scalar"),
+        ("tacho", "tacho", layout.TACHO_NODE, "scalar"),
     ]
     return tuple(
-        CampaignChannel(
-            name, quantity, node, direction, parse_unit(CAMPAIGN_QUANTITIES[quantity][1])
+        rows.CampaignChannel(
+            name, quantity, node, direction, parse_unit(rows.CAMPAIGN_QUANTITIES[quantity][1])
         )
         for name, quantity, node, direction in channels
     )
 
 
-def _sensor_rows(session: _Session, sheet: DataSheet) -> list[SensorRow]:
+def _sensor_rows(session: _Session, sheet: DataSheet) -> list[rows.SensorRow]:
     """Return the position sheet: nominal places from the stated centre of gravity."""
     bench, sensors = session.bench, session.sensors
-    cells = cell_places(bench)
+    cells = layout.cell_places(bench)
     return [
-        sensor_row(place, kind, model, place.position + sheet.centre_error, np.deg2rad(angles))
+        writing.sensor_row(
+            place, kind, model, place.position + sheet.centre_error, np.deg2rad(angles)
+        )
         for kind, model, places, all_angles in (
             (
                 "accelerometer",
-                ACCELEROMETER_MODEL,
-                accelerometer_places(bench),
+                layout.ACCELEROMETER_MODEL,
+                layout.accelerometer_places(bench),
                 sensors.accelerometer_angles,
             ),
-            ("force cell", CELL_MODEL, cells, sensors.cell_angles),
+            ("force cell", layout.CELL_MODEL, cells, sensors.cell_angles),
         )
         for place, angles in zip(places, all_angles, strict=True)
     ]
 
 
 def _campaign_file(
-    bench: VirtualBench, sheet: DataSheet, plan: CampaignPlan, errors: CampaignErrors, seed: int
-) -> CampaignFile:
+    bench: VirtualBench,
+    sheet: DataSheet,
+    plan: campaign.CampaignPlan,
+    errors: campaign.CampaignErrors,
+    seed: int,
+) -> campaign_file.CampaignFile:
     """Return the content of ``campaign.toml``."""
     repeats = range(1, plan.shaker_repeats + 1)
-    return CampaignFile(
+    return campaign_file.CampaignFile(
         format=1,
         name=f"virtual_bench_{seed}",
         title=f"Virtual bench, seed {seed}",
@@ -374,16 +342,20 @@ def _campaign_file(
         powertrain=powertrain_section(sheet, exact=not errors.data_sheet),
         tolerances=_tolerances(errors),
         mounts=tuple(
-            CampaignMount(**mount.model_dump(), on_powertrain=mount.name in bench.mount_names)
+            campaign_file.CampaignMount(
+                **mount.model_dump(), on_powertrain=mount.name in bench.mount_names
+            )
             for mount in mount_sections(bench)
         ),
         runs=tuple(
-            RunEntry(**_run_keys(run, mount_set, run.name), file=f"runs/{mount_set}/{run.name}.uff")
+            campaign_file.RunEntry(
+                **_run_keys(run, mount_set, run.name), file=f"runs/{mount_set}/{run.name}.uff"
+            )
             for mount_set in plan.mount_sets
             for run in plan.runs
         ),
         shaker_runs=tuple(
-            ShakerEntry(
+            campaign_file.ShakerEntry(
                 mount=mount, piece="", axis=axis, repeat=n, file=f"shaker/{mount}_{axis}_{n}.uff"
             )
             for mount in bench.mount_names
@@ -391,7 +363,7 @@ def _campaign_file(
             for n in repeats
         ),
         static_curves=tuple(
-            CurveEntry(
+            campaign_file.CurveEntry(
                 mount=mount.name,
                 axis=axis,
                 mount_set=mount_set,
@@ -418,20 +390,20 @@ def _run_keys(run: PlannedRun, mount_set: str, name: str) -> dict[str, Any]:
     }
 
 
-def _time_run(plan: TimeRunPlan) -> TimeRunEntry:
+def _time_run(plan: campaign.TimeRunPlan) -> campaign_file.TimeRunEntry:
     """Return the entry of a run over time."""
     name = f"{plan.run.name}_time"
-    return TimeRunEntry(
+    return campaign_file.TimeRunEntry(
         **_run_keys(plan.run, plan.mount_set, name),
         file=f"time/{name}.uff",
         pulses_per_revolution=plan.pulses_per_revolution,
     )
 
 
-def _tolerances(errors: CampaignErrors) -> ToleranceEntry:
+def _tolerances(errors: campaign.CampaignErrors) -> campaign_file.ToleranceEntry:
     """Return the stated tolerances: the sizes of the errors."""
     chain = errors.chain
-    return ToleranceEntry(
+    return campaign_file.ToleranceEntry(
         sensor_position_m=chain.position,
         sensor_angle_rad=chain.angle,
         sensor_gain=chain.gain,

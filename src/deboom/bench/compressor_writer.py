@@ -11,25 +11,10 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.bench import compressor_rig as rig
-from deboom.bench.compressor_truth import (
-    COMPRESSOR_DATA,
-    CompressorPlan,
-    drawn_hoses,
-    end_loads,
-    held_stiffness,
-    inertia_tensor,
-)
+from deboom.bench import compressor_truth, writing
 from deboom.bench.powertrain import AXES, read_data
-from deboom.bench.writing import (
-    COHERENCE,
-    FRF,
-    Dof,
-    function,
-    triple,
-    write_json,
-    write_readme,
-)
 from deboom.choices import CalibrationLevel
+from deboom.files import operating_test, rows
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.hammer_test import HammerTestFile, write_hammer_test
 from deboom.files.inertance_test import (
@@ -38,26 +23,6 @@ from deboom.files.inertance_test import (
     DrawnMountSection,
     InertanceTestFile,
     ToleranceSection,
-)
-from deboom.files.operating_test import (
-    OPERATING_TEST_FILE,
-    DeviationSection,
-    HolderSection,
-    HoseSection,
-    MicrophoneSection,
-    OperatingTestFile,
-    SweepNodes,
-    SweepSection,
-    write_sweep,
-)
-from deboom.files.rows import (
-    HammerChannel,
-    HammerPoint,
-    PlacedImpact,
-    PlacedSensor,
-    uff_direction,
-    write_positions,
-    write_table,
 )
 from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
@@ -73,9 +38,9 @@ SCALES = 1e-3
 """Standard deviation of the weighed mass: a kitchen scale [1]."""
 
 
-def impact_dof(impact: PlacedImpact) -> Dof:
+def impact_dof(impact: rows.PlacedImpact) -> writing.Dof:
     """Return the degree of freedom of an impact."""
-    return Dof(impact.node, uff_direction(impact.direction), impact.impact, "force")
+    return writing.Dof(impact.node, rows.uff_direction(impact.direction), impact.impact, "force")
 
 
 def hammer_functions(
@@ -91,11 +56,11 @@ def hammer_functions(
     """
     channels = [(row, axis) for row in sheet.sensors for axis in AXES]
     return [
-        function(
+        writing.function(
             kind,
             frequency,
             values[:, row, column],
-            Dof(sensor.node, f"+{axis}", sensor.sensor, "acceleration"),
+            writing.Dof(sensor.node, f"+{axis}", sensor.sensor, "acceleration"),
             impact_dof(impact),
             title.format(f"{sensor.sensor} {axis}", impact.impact),
             "roving hammer, H1",
@@ -123,7 +88,7 @@ def write_compressor_test(
     folder: Path,
     seed: int = 1,
     level: CalibrationLevel = CalibrationLevel.C2,
-    plan: CompressorPlan | None = None,
+    plan: compressor_truth.CompressorPlan | None = None,
     *,
     noise_free: bool = False,
 ) -> Path:
@@ -153,7 +118,7 @@ def write_compressor_test(
     InputError
         Seed below 1; a folder that is not empty or cannot be written.
     """
-    plan = plan or CompressorPlan()
+    plan = plan or compressor_truth.CompressorPlan()
     lab = rig.laboratory(seed, level, plan, noise_free=noise_free)
     hits = rig.without_noise(rig.hit_plan()) if noise_free else rig.hit_plan()
     # who strikes a second time, now with hoses, makes other errors
@@ -170,17 +135,17 @@ def write_compressor_test(
         sheet = lab.placed.sheet
         inertance, coherence = rig.averaged(blows, hits)
         for file, kind, values in (
-            (FRF_FILE, FRF, inertance),
-            (COHERENCE_FILE, COHERENCE, coherence),
+            (FRF_FILE, writing.FRF, inertance),
+            (COHERENCE_FILE, writing.COHERENCE, coherence),
         ):
             functions = hammer_functions(kind, hits.lines, values, sheet, "{} per {}")
             write_uff(unfinished / file, functions, binary=True)
-        write_positions(unfinished / POSITIONS, sheet.sensors, sheet.impacts)
+        rows.write_positions(unfinished / POSITIONS, sheet.sensors, sheet.impacts)
         if plan.hits:
             _write_hits(unfinished / HITS, sheet, blows, hits, title)
         _write_test_file(unfinished, level, plan, hits, weighed, title)
         lines = hits.lines
-        write_readme(
+        writing.write_readme(
             unfinished,
             title,
             "A refrigerant compressor on its rubber mounts, struck with a roving hammer: "
@@ -210,11 +175,11 @@ def _write_hits(
         channel_table="channels.csv",
     )
     points = [
-        HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
+        rows.HammerPoint(row.impact, row.node, f"{row.impact}.uff", row.position, row.direction)
         for row in sheet.impacts
     ]
     channels = [
-        HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
+        rows.HammerChannel(f"{row.sensor} {axis}", "acceleration", row.node, f"+{axis}", unit)
         for row in sheet.sensors
         for axis in AXES
     ]
@@ -226,14 +191,14 @@ def _write_hits(
 def _write_test_file(
     folder: Path,
     level: CalibrationLevel,
-    plan: CompressorPlan,
+    plan: compressor_truth.CompressorPlan,
     hits: rig.HitPlan,
     weighed: float,
     title: str,
 ) -> None:
     """Write ``compressor_test.toml`` with the drawing, whose centre is at the virtual point."""
-    start = read_data(COMPRESSOR_DATA)["start_table10"]
-    inertia = inertia_tensor(np.array(start["inertia_kg_m2_xx_yy_zz_xy_xz_yz"]))
+    start = read_data(compressor_truth.COMPRESSOR_DATA)["start_table10"]
+    inertia = compressor_truth.inertia_tensor(np.array(start["inertia_kg_m2_xx_yy_zz_xy_xz_yz"]))
     mounts = zip(
         start["mount_position_m"],
         start["mount_rotation_deg"],
@@ -261,9 +226,9 @@ def _write_test_file(
         mounts=tuple(
             DrawnMountSection(
                 name=f"mount {number}",
-                position_m=triple(np.array(position, dtype=float)),
-                rotation_deg=triple(np.array(rotation, dtype=float)),
-                stiffness_n_per_m=triple(np.array(stiffness, dtype=float)),
+                position_m=writing.triple(np.array(position, dtype=float)),
+                rotation_deg=writing.triple(np.array(rotation, dtype=float)),
+                stiffness_n_per_m=writing.triple(np.array(stiffness, dtype=float)),
             )
             for number, (position, rotation, stiffness) in enumerate(mounts, 1)
         ),
@@ -274,7 +239,7 @@ def _write_test_file(
 def _write_test_truth(
     folder: Path,
     lab: rig.Laboratory,
-    plan: CompressorPlan,
+    plan: compressor_truth.CompressorPlan,
     level: CalibrationLevel,
     hits: rig.HitPlan,
     blows: rig.Blows,
@@ -320,7 +285,7 @@ def _write_test_truth(
         "hammer_gain": placed.hammer_gain,
         "impact_direction": placed.impact_directions,
     }
-    write_json(folder / "truth.json", content)
+    writing.write_json(folder / "truth.json", content)
 
 
 def write_operating_test(
@@ -380,7 +345,7 @@ def write_operating_test(
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
         write_operation(unfinished, title, plan, running_lab, sweeps, channels, record=record)
         _write_operation_truth(unfinished / "truth", running_lab, plan, sweeps)
-        write_readme(
+        writing.write_readme(
             unfinished,
             title,
             "A refrigerant compressor on its rubber mounts, struck with a hammer at rest, then run "
@@ -389,7 +354,7 @@ def write_operating_test(
             "when the rotor's mark is on the y axis. Order spectra are type 0 over the frequency "
             "of rotation, with the tacho's speed; channels over time are type 1, with its pulses.",
             "operation",
-            OPERATING_TEST_FILE,
+            operating_test.OPERATING_TEST_FILE,
         )
     return Path(folder)
 
@@ -426,15 +391,15 @@ def write_operation(
     - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
     """
     sheet = running_lab.laboratory.placed.sheet
-    nodes = SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
-    write_table(folder / SENSORS, PlacedSensor, nodes.sensors)
+    nodes = operating_test.SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
+    rows.write_table(folder / SENSORS, rows.PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
     for sweep, parts in zip(sweeps, channels, strict=True):
         file, notes = f"{SWEEPS}/{sweep.name.replace(' ', '_')}.uff", (title, sweep.name)
-        write_sweep(folder / file, nodes, rig.speeds(), parts, notes=notes)
+        operating_test.write_sweep(folder / file, nodes, rig.speeds(), parts, notes=notes)
         sections.append(
-            SweepSection(
+            operating_test.SweepSection(
                 name=sweep.name, hoses=sweep.state, pressure_bar=sweep.pressure, spectra=file
             )
         )
@@ -442,9 +407,11 @@ def write_operation(
         file = f"{SWEEPS}/{RECORD_NAME.replace(' ', '_')}.uff"
         pulses, acceleration = record
         time = np.arange(pulses.size) / rig.RATE
-        write_sweep(folder / file, nodes, time, (acceleration,), pulses=pulses, notes=[RECORD_NAME])
+        operating_test.write_sweep(
+            folder / file, nodes, time, (acceleration,), pulses=pulses, notes=[RECORD_NAME]
+        )
         sections.append(
-            SweepSection(
+            operating_test.SweepSection(
                 name=RECORD_NAME,
                 hoses="soft",
                 pressure_bar=rig.PRESSURES[0],
@@ -454,7 +421,7 @@ def write_operation(
         )
     # of one part of a complex number: 1/√2 of the number's
     recorder, part = rig.hit_plan(), float(np.sqrt(0.5))
-    file_content = OperatingTestFile(
+    file_content = operating_test.OperatingTestFile(
         format=1,
         title=title,
         hammer=HAMMER,
@@ -462,17 +429,17 @@ def write_operation(
         sensor_table=SENSORS,
         tacho_node=TACHO_NODE,
         rotor_inertia_kg_m2=running_lab.source.rotor_inertia,
-        deviations=DeviationSection(
+        deviations=operating_test.DeviationSection(
             relative=rig.SCATTER * part,
             floor_m_s2=recorder.response_noise * part,
             corner_hz=float(recorder.corner),
         ),
         sweeps=tuple(sections),
         hoses=tuple(
-            HoseSection(
+            operating_test.HoseSection(
                 name=hose.name,
-                position_m=triple(hose.position),
-                direction=triple(hose.direction),
+                position_m=writing.triple(hose.position),
+                direction=writing.triple(hose.direction),
                 length_m=hose.beam.length,
                 tension_n=hose.beam.tension,
                 torsion_n_m2=hose.beam.torsion,
@@ -481,12 +448,14 @@ def write_operation(
                 loss_factor=hose.beam.loss_factor,
                 torsion_radius_m=hose.beam.torsion_radius,
             )
-            for hose in drawn_hoses()
+            for hose in compressor_truth.drawn_hoses()
         ),
-        holders=tuple(HolderSection(name=name, node=node) for name, node in holders),
-        microphones=tuple(MicrophoneSection(name=name, node=node) for name, node in microphones),
+        holders=tuple(operating_test.HolderSection(name=name, node=node) for name, node in holders),
+        microphones=tuple(
+            operating_test.MicrophoneSection(name=name, node=node) for name, node in microphones
+        ),
     )
-    dump_toml(folder / OPERATING_TEST_FILE, file_content)
+    dump_toml(folder / operating_test.OPERATING_TEST_FILE, file_content)
 
 
 def _write_operation_truth(
@@ -521,8 +490,10 @@ def _write_operation_truth(
         }
         if sweep.hoses:
             moved = run.displacement[:, :, None]
-            reaction = -(held_stiffness(sweep.hoses, sweep.frequency) @ moved)[:, :, 0]
-            at_ends = (end_loads(sweep.hoses, sweep.frequency) @ moved)[:, :, 0]
+            reaction = -(compressor_truth.held_stiffness(sweep.hoses, sweep.frequency) @ moved)[
+                :, :, 0
+            ]
+            at_ends = (compressor_truth.end_loads(sweep.hoses, sweep.frequency) @ moved)[:, :, 0]
             arrays |= {"hose_reaction": reaction, "end_load": at_ends}
         np.savez(folder / f"{number}.npz", **arrays)
     content = {
@@ -542,4 +513,4 @@ def _write_operation_truth(
             for hose in lab.compressor.hoses
         ],
     }
-    write_json(folder / "operation.json", content)
+    writing.write_json(folder / "operation.json", content)

@@ -9,6 +9,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.bench import compressor_rig as rig
+from deboom.bench import electric_car, writing
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import (
     hammer_functions,
@@ -16,37 +17,6 @@ from deboom.bench.compressor_writer import (
     tolerance_section,
     write_hammer_tests,
     write_operation,
-)
-from deboom.bench.electric_car import (
-    CABIN_NOISE,
-    EAR,
-    EAR_NODE,
-    FIRST_HOLDER_NODE,
-    MICROPHONE,
-    MOUNTS,
-    POINTS,
-    SHEET_DIGITS,
-    BodyFrfs,
-    CarSweep,
-    ElectricCarBody,
-    body_plan,
-    draw_car_sensors,
-    draw_fleet,
-    draw_setup,
-    frozen_fleet,
-    point_sheets,
-    strike_body,
-    sweep_car,
-    tracked,
-)
-from deboom.bench.writing import (
-    COHERENCE,
-    FRF,
-    Dof,
-    function,
-    triple,
-    write_json,
-    write_readme,
 )
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
@@ -118,35 +88,42 @@ def write_electric_car(
             "a car is written with mounts that do not soften, on its own body, and with order "
             "spectra only: leave softening, receiver and time record out"
         )
-    cars = frozen_fleet() if fleet is None else draw_fleet(fleet)
+    cars = electric_car.frozen_fleet() if fleet is None else electric_car.draw_fleet(fleet)
     if car not in cars:
         raise InputError(f"there is no car '{car}' in the fleet: use {', '.join(cars)}")
     body = cars[car]
     running_rig = rig.operation(seed, level, plan, noise_free=noise_free)
     errors = rig.NO_PLACEMENT_ERRORS if noise_free else rig.placement_errors(level)
     compressor = running_rig.laboratory.compressor
-    names = (*MOUNTS, *(hose.name for hose in compressor.hoses))
-    sheets = point_sheets(compressor)
+    names = (*electric_car.MOUNTS, *(hose.name for hose in compressor.hoses))
+    sheets = electric_car.point_sheets(compressor)
     # a virtual point is where somebody believes the centre of a mount to be
     believed = errors.position * rig.draw(seed, _BODY, 1).standard_normal((len(sheets), 3))
     stated = [sheet.origin for sheet in sheets] + believed
-    stated = np.round(stated, 10 if noise_free else SHEET_DIGITS)
-    setup = draw_setup(sheets, errors, rig.draw(seed, _BODY))
-    sensors = draw_car_sensors(errors, rig.draw(seed, _CABIN))
+    stated = np.round(stated, 10 if noise_free else electric_car.SHEET_DIGITS)
+    setup = electric_car.draw_setup(sheets, errors, rig.draw(seed, _BODY))
+    sensors = electric_car.draw_car_sensors(errors, rig.draw(seed, _CABIN))
     sweeps = tuple(
-        sweep_car(body, running_rig, sensors, rig.speeds(), pressure, soft=soft)
+        electric_car.sweep_car(body, running_rig, sensors, rig.speeds(), pressure, soft=soft)
         for soft in (False, True)
         for pressure in rig.PRESSURES
     )
     channels = [
-        sweep.channels if noise_free else tracked(sweep, rig.draw(seed, _RUNNING, number))
+        sweep.channels
+        if noise_free
+        else electric_car.tracked(sweep, rig.draw(seed, _RUNNING, number))
         for number, sweep in enumerate(sweeps)
     ]
-    hits = body_plan(noise_free=noise_free)
-    cabin_noise = 0.0 if noise_free else CABIN_NOISE
-    frfs = strike_body(body, setup, hits, cabin_noise, sensors[1], rig.draw(seed, _STRIKING))
+    hits = electric_car.body_plan(noise_free=noise_free)
+    cabin_noise = 0.0 if noise_free else electric_car.CABIN_NOISE
+    frfs = electric_car.strike_body(
+        body, setup, hits, cabin_noise, sensors[1], rig.draw(seed, _STRIKING)
+    )
     title = f"virtual electric car {car}, level {level.value}, seed {seed}"
-    holders = tuple((mount, FIRST_HOLDER_NODE + number) for number, mount in enumerate(MOUNTS))
+    holders = tuple(
+        (mount, electric_car.FIRST_HOLDER_NODE + number)
+        for number, mount in enumerate(electric_car.MOUNTS)
+    )
     with complete_or_not_at_all(Path(folder)) as unfinished:
         write_hammer_tests(unfinished, seed, level, plan, noise_free=noise_free)
         write_operation(
@@ -157,12 +134,12 @@ def write_electric_car(
             sweeps,
             channels,
             holders=holders,
-            microphones=((EAR, EAR_NODE),),
+            microphones=((electric_car.EAR, electric_car.EAR_NODE),),
         )
         _write_body(unfinished, sheets, frfs, car)
         _write_car_file(unfinished, car, title, level, sheets, names, stated)
         lines = hits.lines
-        write_readme(
+        writing.write_readme(
             unfinished,
             title,
             "A refrigerant compressor in an electric car: struck on a rigid rig without hoses, run "
@@ -178,26 +155,33 @@ def write_electric_car(
     return Path(folder)
 
 
-def _write_body(folder: Path, points: Sequence[rig.Sheet], frfs: BodyFrfs, car: str) -> None:
+def _write_body(
+    folder: Path, points: Sequence[rig.Sheet], frfs: electric_car.BodyFrfs, car: str
+) -> None:
     """Write what the hammer finds: pressure with its coherence, acceleration, positions."""
     (folder / PRESSURE).parent.mkdir()
     sensors = tuple(row for point in points for row in point.sensors)
     impacts = tuple(row for point in points for row in point.impacts)
     write_positions(folder / POSITIONS, sensors, impacts)
-    ear, functions = Dof(EAR_NODE, "scalar", MICROPHONE, "pressure"), []
+    ear, functions = (
+        writing.Dof(electric_car.EAR_NODE, "scalar", electric_car.MICROPHONE, "pressure"),
+        [],
+    )
     for column, impact in enumerate(impacts):
-        title = f"noise transfer function, {car}, {EAR}, hammer at {impact.impact}"
+        title = f"noise transfer function, {car}, {electric_car.EAR}, hammer at {impact.impact}"
         for kind, values, line in (
-            (FRF, frfs.pressure, title),
-            (COHERENCE, frfs.coherence, f"coherence of the {title}"),
+            (writing.FRF, frfs.pressure, title),
+            (writing.COHERENCE, frfs.coherence, f"coherence of the {title}"),
         ):
             lines = (line, "roving hammer, H1")
             dof = impact_dof(impact)
-            functions.append(function(kind, frfs.frequency, values[:, column], ear, dof, *lines))
+            functions.append(
+                writing.function(kind, frfs.frequency, values[:, column], ear, dof, *lines)
+            )
     write_uff(folder / PRESSURE, functions, binary=True)
     title = f"accelerance, {car}, hammer at {{1}}, {{0}}"
     whole = rig.Sheet(sensors, impacts)
-    functions = hammer_functions(FRF, frfs.frequency, frfs.acceleration, whole, title)
+    functions = hammer_functions(writing.FRF, frfs.frequency, frfs.acceleration, whole, title)
     write_uff(folder / ACCELERANCE, functions, binary=True)
 
 
@@ -219,14 +203,16 @@ def _write_car_file(
         impact_table=POSITIONS,
         pressure=PRESSURE,
         accelerance=ACCELERANCE,
-        hits_per_impact=body_plan().hits,
-        ear=EarEntry(name=EAR, node=EAR_NODE, microphone=MICROPHONE),
+        hits_per_impact=electric_car.body_plan().hits,
+        ear=EarEntry(
+            name=electric_car.EAR, node=electric_car.EAR_NODE, microphone=electric_car.MICROPHONE
+        ),
         tolerances=tolerance_section(level),
         points=tuple(
             PointSection(
                 name=name,
-                kind="mount" if name in MOUNTS else "hose",
-                position_m=triple(position),
+                kind="mount" if name in electric_car.MOUNTS else "hose",
+                position_m=writing.triple(position),
                 sensors=tuple(row.sensor for row in point.sensors),
                 impacts=tuple(row.impact for row in point.impacts),
             )
@@ -238,10 +224,10 @@ def _write_car_file(
 
 def _write_truth(
     folder: Path,
-    car: ElectricCarBody,
+    car: electric_car.ElectricCarBody,
     setup: Sequence[rig.Placed],
     microphone: float,
-    sweeps: Sequence[CarSweep],
+    sweeps: Sequence[electric_car.CarSweep],
 ) -> None:
     """Write ``car.json``, ``body.npz`` and one ``.npz`` per sweep.
 
@@ -251,8 +237,10 @@ def _write_truth(
     ``pressure`` (f,) at the ear.
     """
     folder.mkdir()
-    lines = body_plan().lines
-    blocks = car.receptance(lines).reshape(lines.size, len(POINTS), 6, len(POINTS), 6)
+    lines = electric_car.body_plan().lines
+    blocks = car.receptance(lines).reshape(
+        lines.size, len(electric_car.POINTS), 6, len(electric_car.POINTS), 6
+    )
     np.savez(
         folder / "body.npz",
         frequency=lines,
@@ -264,8 +252,8 @@ def _write_truth(
     content = {
         "car": car.name,
         "sweeps": [sweep.name for sweep in sweeps],
-        "points": POINTS,
+        "points": electric_car.POINTS,
         "microphone": microphone,
         "hammer_gain": setup[0].hammer_gain,
     }
-    write_json(folder / "car.json", content)
+    writing.write_json(folder / "car.json", content)

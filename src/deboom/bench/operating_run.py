@@ -7,14 +7,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.fleet import (
-    EARS,
-    Body,
-    Cabin,
-    interface_shapes,
-    local_flexibility,
-    panel_pressure,
-)
+from deboom.bench import fleet
 from deboom.bench.powertrain import (
     AXES,
     SIDES,
@@ -309,8 +302,8 @@ class CoupledRun:
 
 def drive(
     bench: VirtualBench,
-    body: Body,
-    cabin: Cabin,
+    body: fleet.Body,
+    cabin: fleet.Cabin,
     gear: int,
     engine_torque: RealArray,
     frequency: RealArray,
@@ -360,7 +353,7 @@ def drive(
     else:
         raise ArithmeticError(f"amplitudes do not settle within {MOST_ITERATIONS} iterations")
     modes = motion[:, n_rigid + n_side :]
-    to_ears = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
+    to_ears = fleet.panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     return CoupledRun(
         frequency=frequency,
         engine_torque=engine_torque,
@@ -379,16 +372,16 @@ def at_ears(
     run: CoupledRun, errors: CarErrors, generator: np.random.Generator
 ) -> tuple[ComplexArray, ComplexArray]:
     """Return the pressure at the ears (f, n_ear) with all paths, and as it is measured [Pa]."""
-    n_line, n_ear = run.frequency.size, len(EARS)
+    n_line, n_ear = run.frequency.size, len(fleet.EARS)
     smooth = ripple(n_line, errors.n_ripple, n_ear, generator)
     rms = np.sqrt(np.mean(np.abs(run.pressure) ** 2, axis=0))
     true = run.pressure + errors.other_paths * rms * smooth
     return true, true + errors.microphone_floor * complex_normal((n_line, n_ear), generator)
 
 
-def _relative_motion(bench: VirtualBench, body: Body) -> tuple[RealArray, RealArray]:
+def _relative_motion(bench: VirtualBench, body: fleet.Body) -> tuple[RealArray, RealArray]:
     """Motion of everything → source minus body per channel; the body's local flexibility."""
-    shapes, local = interface_shapes(body), local_flexibility(body)
+    shapes, local = fleet.interface_shapes(body), fleet.local_flexibility(body)
     n_mount, n_side = len(bench.mount_names), len(SIDES)
     on_body = np.concatenate(
         [shapes[:, :n_mount, : len(AXES)].reshape(len(shapes), -1), shapes[:, n_mount:, 0]], axis=1
@@ -401,7 +394,7 @@ def _relative_motion(bench: VirtualBench, body: Body) -> tuple[RealArray, RealAr
     return np.hstack([source, -on_body.T]), flexibility
 
 
-def _without_mounts(bench: VirtualBench, body: Body, frequency: RealArray) -> ComplexArray:
+def _without_mounts(bench: VirtualBench, body: fleet.Body, frequency: RealArray) -> ComplexArray:
     """Dynamic stiffness of powertrain, wheel ends and modes side by side, (f, n, n)."""
     n_rigid, n_side = bench.powertrain.mass_matrix.shape[0], len(SIDES)
     n = n_rigid + n_side + body.frequencies.size
@@ -446,10 +439,10 @@ def _stiffness(
     return np.hstack([powertrain, *sides])
 
 
-def _body_motion(body: Body, modes: ComplexArray, force: ComplexArray) -> ComplexArray:
+def _body_motion(body: fleet.Body, modes: ComplexArray, force: ComplexArray) -> ComplexArray:
     """Motion of the interfaces: modes, and the patch that each mount pushes in."""
-    motion: ComplexArray = np.einsum("fn,nia->fia", modes, interface_shapes(body))
-    local = local_flexibility(body)
+    motion: ComplexArray = np.einsum("fn,nia->fia", modes, fleet.interface_shapes(body))
+    local = fleet.local_flexibility(body)
     n_side = len(SIDES)
     mounts = force[:, :-n_side].reshape(len(force), -1, len(AXES))
     motion[:, : mounts.shape[1], : len(AXES)] += local[:-n_side] * mounts

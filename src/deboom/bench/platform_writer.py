@@ -8,63 +8,12 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import ComplexArray
+from deboom.bench import layout, sensors, writing
 from deboom.bench.fleet import FROZEN_SEED, BenchFleet, ear_transfer, load_fleet, noise_transfer
-from deboom.bench.layout import (
-    FIRST_EAR_NODE,
-    FREQUENCY,
-    LOAD_CASES,
-    MOUNT_DESCRIPTIONS,
-    Point,
-    paths,
-    points,
-)
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench
-from deboom.bench.sensors import (
-    CENTRE_TOLERANCE,
-    INERTIA_TOLERANCE,
-    MASS_TOLERANCE,
-    WHEEL_END_TOLERANCE,
-    DataSheet,
-    ErrorBudget,
-    MeasuredRun,
-    TransferErrors,
-    draw_data_sheet,
-    draw_instrumentation,
-    draw_wheel_end_mass,
-    measured_noise_transfer,
-    measured_run,
-)
-from deboom.bench.writing import (
-    FRF,
-    SPECTRUM,
-    VEHICLE_AXES,
-    Dof,
-    Progress,
-    check_seed,
-    function,
-    stacked,
-    triple,
-    write_json,
-    write_readme,
-)
+from deboom.files import platform, rows
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.platform import (
-    Engine,
-    LoadCaseEntry,
-    MountEntry,
-    PlatformFile,
-    PowertrainEntry,
-    VehicleEntry,
-)
-from deboom.files.rows import (
-    NOISE_TRANSFER,
-    QUANTITY_UNIT,
-    ChannelRow,
-    MountRow,
-    write_table,
-    write_torque_table,
-)
 from deboom.files.schema import dump_toml
 from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
@@ -87,7 +36,7 @@ decimals to which it does."""
 def write_platform(
     folder: Path,
     seed: int,
-    progress: Progress | None = None,
+    progress: writing.Progress | None = None,
     *,
     per_piece: bool = False,
     truth_seed: int = 1,
@@ -118,10 +67,10 @@ def write_platform(
     InputError
         Seed below 1; a folder that is not empty or cannot be written.
     """
-    check_seed(seed)
-    check_seed(truth_seed)
+    writing.check_seed(seed)
+    writing.check_seed(truth_seed)
     fleet, bench = load_fleet(seed), load_bench(truth_seed)
-    n_file = len(LOAD_CASES) + len(fleet.bodies) + 1
+    n_file = len(layout.LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         for done, name in enumerate(_write_files(unfinished, seed, fleet, bench, per_piece), 1):
             if progress is not None:
@@ -129,50 +78,54 @@ def write_platform(
     return Path(folder)
 
 
-def mount_rows(bench: VirtualBench, sheet: DataSheet) -> list[MountRow]:
+def mount_rows(bench: VirtualBench, sheet: sensors.DataSheet) -> list[rows.MountRow]:
     """Return the mount table: positions from the centre of gravity of the data sheet."""
     return [
-        MountRow(point.mount, point.piece, triple(point.position + sheet.centre_error, 4))
-        for point in points(bench)
+        rows.MountRow(
+            point.mount, point.piece, writing.triple(point.position + sheet.centre_error, 4)
+        )
+        for point in layout.points(bench)
     ]
 
 
-def engine_section(bench: VirtualBench) -> Engine:
+def engine_section(bench: VirtualBench) -> platform.Engine:
     """Return the engine of a TOML file."""
-    return Engine(
+    return platform.Engine(
         cylinders=bench.cylinders,
         dominant_order=bench.order_torque.order,
         total_ratios=bench.total_ratios,
     )
 
 
-def powertrain_section(sheet: DataSheet, *, exact: bool = False) -> PowertrainEntry:
+def powertrain_section(
+    sheet: sensors.DataSheet, *, exact: bool = False
+) -> platform.PowertrainEntry:
     """Return the data sheet of a TOML file, with its tolerances."""
-    return PowertrainEntry(
+    return platform.PowertrainEntry(
         mass_kg=sheet.mass,
-        mass_tolerance_kg=0.0 if exact else MASS_TOLERANCE,
+        mass_tolerance_kg=0.0 if exact else sensors.MASS_TOLERANCE,
         inertia_kg_m2=sheet.inertia.tolist(),
-        inertia_tolerance=0.0 if exact else INERTIA_TOLERANCE,
-        centre_of_gravity_tolerance_m=0.0 if exact else CENTRE_TOLERANCE,
+        inertia_tolerance=0.0 if exact else sensors.INERTIA_TOLERANCE,
+        centre_of_gravity_tolerance_m=0.0 if exact else sensors.CENTRE_TOLERANCE,
     )
 
 
 def mount_sections(
     bench: VirtualBench, wheel_end_mass: float | None = None
-) -> tuple[MountEntry, ...]:
+) -> tuple[platform.MountEntry, ...]:
     """Return the mounts of a TOML file, with the stated mass of a wheel end [kg]."""
     sections = []
     for mount in bench.mounts:
-        pieces = tuple(point.piece for point in points(bench) if point.mount == mount.name)
+        pieces = tuple(point.piece for point in layout.points(bench) if point.mount == mount.name)
         mass = None if mount.name in bench.mount_names else wheel_end_mass
         sections.append(
-            MountEntry(
+            platform.MountEntry(
                 name=mount.name,
-                description=MOUNT_DESCRIPTIONS[mount.name],
+                description=layout.MOUNT_DESCRIPTIONS[mount.name],
                 pieces=pieces if len(pieces) > 1 else None,
                 transfer_axes=AXES[: len(mount.laws)],
                 body_mass_kg=mass,
-                body_mass_tolerance_kg=None if mass is None else WHEEL_END_TOLERANCE,
+                body_mass_tolerance_kg=None if mass is None else sensors.WHEEL_END_TOLERANCE,
             )
         )
     return tuple(sections)
@@ -186,48 +139,52 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench) -> None:
         "mount_position_m": dict(zip(bench.mount_names, bench.positions, strict=True)),
         "wheel_end_mass_kg": float(bench.wheel_end.mass_matrix[0, 0]),
     }
-    write_json(folder / "powertrain.json", powertrain)
+    writing.write_json(folder / "powertrain.json", powertrain)
 
 
 def _write_files(
     folder: Path, seed: int, fleet: BenchFleet, bench: VirtualBench, per_piece: bool
 ) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones."""
-    budget = ErrorBudget()
+    budget = sensors.ErrorBudget()
     # one child per purpose, so that a change of one draw leaves the others as they are
     children = np.random.SeedSequence(seed).spawn(6)
     for_sheet, for_sensors, for_runs, for_vehicles, for_wheel_end, for_torque = children
-    sheet = draw_data_sheet(bench, np.random.default_rng(for_sheet))
-    wheel_end_mass = draw_wheel_end_mass(bench, np.random.default_rng(for_wheel_end))
-    instrumentation = draw_instrumentation(bench, budget, np.random.default_rng(for_sensors))
+    sheet = sensors.draw_data_sheet(bench, np.random.default_rng(for_sheet))
+    wheel_end_mass = sensors.draw_wheel_end_mass(bench, np.random.default_rng(for_wheel_end))
+    instrumentation = sensors.draw_instrumentation(
+        bench, budget, np.random.default_rng(for_sensors)
+    )
     for name in ("operating", "noise_transfer", "truth"):
         (folder / name).mkdir()
 
     runs = {}
     torque_noise = np.random.default_rng(for_torque)
-    for case, child in zip(LOAD_CASES, for_runs.spawn(len(LOAD_CASES)), strict=True):
-        run = true_run(bench, case, FREQUENCY)
-        measured = measured_run(instrumentation, run, budget, np.random.default_rng(child))
+    for case, child in zip(layout.LOAD_CASES, for_runs.spawn(len(layout.LOAD_CASES)), strict=True):
+        run = true_run(bench, case, layout.FREQUENCY)
+        measured = sensors.measured_run(instrumentation, run, budget, np.random.default_rng(child))
         name = f"operating/{case.name}.uff"
         write_uff(folder / name, _operating_functions(bench, measured, case))
-        torque = run.engine_torque + torque_noise.normal(0, TORQUE_NOISE, FREQUENCY.size)
+        torque = run.engine_torque + torque_noise.normal(0, TORQUE_NOISE, layout.FREQUENCY.size)
         table = folder / f"operating/{case.name}_torque.csv"
-        write_torque_table(table, FREQUENCY, np.round(torque, TORQUE_DIGITS))
+        rows.write_torque_table(table, layout.FREQUENCY, np.round(torque, TORQUE_DIGITS))
         runs[case.name] = run
         yield name
 
-    listed = [(point, axis) for point in paths(bench, per_piece) for axis in point.axes]
+    listed = [(point, axis) for point in layout.paths(bench, per_piece) for axis in point.axes]
     transfers = {}
     children = for_vehicles.spawn(len(fleet.bodies))
     for node, (vehicle, child) in enumerate(
-        zip(fleet.bodies, children, strict=True), FIRST_EAR_NODE
+        zip(fleet.bodies, children, strict=True), layout.FIRST_EAR_NODE
     ):
         body = fleet.bodies[vehicle]
-        true = noise_transfer(body, fleet.cabin, FREQUENCY)
+        true = noise_transfer(body, fleet.cabin, layout.FREQUENCY)
         if per_piece:
-            sides = ear_transfer(body, fleet.cabin, FREQUENCY)[:, 0, -len(SIDES) :, 0]
+            sides = ear_transfer(body, fleet.cabin, layout.FREQUENCY)[:, 0, -len(SIDES) :, 0]
             true = np.hstack([true[:, :-1], sides])
-        heard = measured_noise_transfer(true, TransferErrors(), np.random.default_rng(child))
+        heard = sensors.measured_noise_transfer(
+            true, sensors.TransferErrors(), np.random.default_rng(child)
+        )
         name = f"noise_transfer/{vehicle}.uff"
         write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed))
         transfers[vehicle] = true
@@ -235,30 +192,30 @@ def _write_files(
 
     np.savez(
         folder / "truth/operating.npz",
-        frequency=FREQUENCY,
+        frequency=layout.FREQUENCY,
         load_cases=np.array(list(runs)),
         channels=np.array(next(iter(runs.values())).channels),
-        **stacked(runs.values(), "displacement", "force", "stiffness", "engine_torque"),
+        **writing.stacked(runs.values(), "displacement", "force", "stiffness", "engine_torque"),
     )
     np.savez(
         folder / "truth/noise_transfer.npz",
-        frequency=FREQUENCY,
+        frequency=layout.FREQUENCY,
         vehicles=np.array(list(transfers)),
         paths=np.array([point.channel(axis) for point, axis in listed]),
         noise_transfer=np.array(list(transfers.values())),
     )
     write_powertrain_truth(folder / "truth", bench)
-    write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, sheet))
-    write_table(folder / CHANNEL_TABLE, ChannelRow, _channel_rows(bench, listed))
+    rows.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
+    rows.write_table(folder / CHANNEL_TABLE, rows.ChannelRow, _channel_rows(bench, listed))
     origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
-    first, last = FREQUENCY[[0, -1]]
-    write_readme(
+    first, last = layout.FREQUENCY[[0, -1]]
+    writing.write_readme(
         folder,
         TITLE,
         f"Written by deboom bench write FOLDER --seed {seed} ({origin}). All spectra: "
-        f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
-        f"{bench.order_torque.order:g}. {VEHICLE_AXES} No study reads truth/, and deleting it "
-        "changes no result.",
+        f"{layout.FREQUENCY.size} lines from {first:g} to {last:g} Hz, engine order "
+        f"{bench.order_torque.order:g}. {writing.VEHICLE_AXES} No study reads truth/, and "
+        "deleting it changes no result.",
         "platform",
         "platform.toml",
     )
@@ -268,16 +225,16 @@ def _write_files(
 
 
 def _operating_functions(
-    bench: VirtualBench, measured: MeasuredRun, case: PlannedRun
+    bench: VirtualBench, measured: sensors.MeasuredRun, case: PlannedRun
 ) -> list[UffFunction]:
     """Return displacement and force of one run at every virtual point, UFF type 0."""
-    columns = [(point, axis) for point in points(bench) for axis in point.axes]
+    columns = [(point, axis) for point in layout.points(bench) for axis in point.axes]
     return [
-        function(
-            SPECTRUM,
-            FREQUENCY,
+        writing.function(
+            writing.SPECTRUM,
+            layout.FREQUENCY,
             values,
-            Dof(point.node, f"+{axis}", point.name, quantity),
+            writing.Dof(point.node, f"+{axis}", point.name, quantity),
             None,
             f"order {bench.order_torque.order:g}, {quantity} at the virtual point, "
             f"{point.channel(axis)}",
@@ -293,16 +250,16 @@ def _operating_functions(
 
 
 def _noise_transfer_functions(
-    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[Point, str]]
+    measured: ComplexArray, vehicle: str, ear_node: int, listed: Sequence[tuple[layout.Point, str]]
 ) -> list[UffFunction]:
     """Return the pressure at the driver's ear per force at every path, UFF type 4."""
     return [
-        function(
-            FRF,
-            FREQUENCY,
+        writing.function(
+            writing.FRF,
+            layout.FREQUENCY,
             values,
-            Dof(ear_node, "scalar", "driver ear", "pressure"),
-            Dof(point.node, f"+{axis}", point.mount, "force"),
+            writing.Dof(ear_node, "scalar", "driver ear", "pressure"),
+            writing.Dof(point.node, f"+{axis}", point.mount, "force"),
             f"noise transfer function, {vehicle}, {point.channel(axis)}",
             "driver's ear; a mount of several pieces: per newton of their summed force",
         )
@@ -310,17 +267,19 @@ def _noise_transfer_functions(
     ]
 
 
-def _channel_rows(bench: VirtualBench, listed: Sequence[tuple[Point, str]]) -> list[ChannelRow]:
+def _channel_rows(
+    bench: VirtualBench, listed: Sequence[tuple[layout.Point, str]]
+) -> list[rows.ChannelRow]:
     """Return the channel table: operating channels first, then noise transfer functions."""
     channels = [
         (quantity, point, axis)
         for quantity in ("displacement", "force")
-        for point in points(bench)
+        for point in layout.points(bench)
         for axis in point.axes
     ]
-    channels += [(NOISE_TRANSFER, *path) for path in listed]
+    channels += [(rows.NOISE_TRANSFER, *path) for path in listed]
     return [
-        ChannelRow(
+        rows.ChannelRow(
             channel=point.channel(axis),
             quantity=quantity,
             mount=point.mount,
@@ -328,17 +287,17 @@ def _channel_rows(bench: VirtualBench, listed: Sequence[tuple[Point, str]]) -> l
             axis=axis,
             node=point.node,
             direction=f"+{axis}",
-            unit=parse_unit(QUANTITY_UNIT[quantity]),
+            unit=parse_unit(rows.QUANTITY_UNIT[quantity]),
         )
         for quantity, point, axis in channels
     ]
 
 
 def _platform_file(
-    bench: VirtualBench, sheet: DataSheet, wheel_end_mass: float, fleet: BenchFleet
-) -> PlatformFile:
+    bench: VirtualBench, sheet: sensors.DataSheet, wheel_end_mass: float, fleet: BenchFleet
+) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
-    return PlatformFile(
+    return platform.PlatformFile(
         format=1,
         name=NAME,
         title=TITLE,
@@ -350,16 +309,16 @@ def _platform_file(
         powertrain=powertrain_section(sheet),
         mounts=mount_sections(bench, wheel_end_mass),
         vehicles=tuple(
-            VehicleEntry(
+            platform.VehicleEntry(
                 name=vehicle,
                 group=vehicle.rpartition("-")[0],
                 noise_transfer=f"noise_transfer/{vehicle}.uff",
                 ear_node=node,
             )
-            for node, vehicle in enumerate(fleet.bodies, FIRST_EAR_NODE)
+            for node, vehicle in enumerate(fleet.bodies, layout.FIRST_EAR_NODE)
         ),
         load_cases=tuple(
-            LoadCaseEntry(
+            platform.LoadCaseEntry(
                 name=case.name,
                 title=case.title,
                 gear=case.gear,
@@ -367,6 +326,6 @@ def _platform_file(
                 operating=f"operating/{case.name}.uff",
                 torque_table=f"operating/{case.name}_torque.csv",
             )
-            for case in LOAD_CASES
+            for case in layout.LOAD_CASES
         ),
     )

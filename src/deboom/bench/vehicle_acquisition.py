@@ -7,22 +7,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.fleet import (
-    EARS,
-    Body,
-    Cabin,
-    panel_pressure,
-    point_receptance,
-    point_shapes,
-    source_motion,
-)
+from deboom.bench import fleet
 from deboom.bench.layout import FIRST_EAR_NODE, Place, points
 from deboom.bench.powertrain import AXES, VirtualBench
 from deboom.bench.signals import complex_normal
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_IMPACT_NODE, FIRST_BODY_SENSOR_NODE = 301, 401
-EAR_NODES = {ear: FIRST_EAR_NODE + number for number, ear in enumerate(EARS)}
+EAR_NODES = {ear: FIRST_EAR_NODE + number for number, ear in enumerate(fleet.EARS)}
 """The driver's ear has the node of the first vehicle of a platform; a folder holds one vehicle."""
 
 MICROPHONES = {"driver ear": "MIC2101", "passenger ear": "MIC2102"}
@@ -148,16 +140,16 @@ def draw_setup(
     return Setup(
         impact_rows=tuple(pushed.reshape(n_interface, -1, 6)),
         sensor_rows=tuple(seen.reshape(n_interface, -1, 6)),
-        microphone=10 ** (generator.normal(0, errors.microphone_db, len(EARS)) / 20),
-        source=10 ** (generator.normal(0, errors.source_db, len(EARS)) / 20),
+        microphone=10 ** (generator.normal(0, errors.microphone_db, len(fleet.EARS)) / 20),
+        source=10 ** (generator.normal(0, errors.source_db, len(fleet.EARS)) / 20),
         hammer=1 + float(generator.normal(0, errors.hammer_gain)),
     )
 
 
 def strike(
     setup: Setup,
-    body: Body,
-    cabin: Cabin,
+    body: fleet.Body,
+    cabin: fleet.Cabin,
     frequency: RealArray,
     errors: AcquisitionErrors,
     generator: np.random.Generator,
@@ -167,11 +159,11 @@ def strike(
     Pressure at the ears (f, n_ear, n_impact) [Pa/N], and acceleration on the body in sensor axes
     (f, n_channel, n_impact) [m/s² per N].
     """
-    receptance = point_receptance(body, frequency, setup.sensor_rows, setup.impact_rows)
+    receptance = fleet.point_receptance(body, frequency, setup.sensor_rows, setup.impact_rows)
     acceleration = -((2 * np.pi * frequency) ** 2)[:, None, None] * receptance / setup.hammer
-    per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
+    per_mode = fleet.panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     modal = per_mode * body.modal_receptance(frequency)[:, None, :]
-    pressure = modal @ point_shapes(body, setup.impact_rows)
+    pressure = modal @ fleet.point_shapes(body, setup.impact_rows)
     pressure = np.asarray(setup.microphone[:, None] * pressure / setup.hammer)
     return (
         _noisy(pressure, errors.relative, errors.pressure_floor, generator),
@@ -181,8 +173,8 @@ def strike(
 
 def breathe(
     setup: Setup,
-    body: Body,
-    cabin: Cabin,
+    body: fleet.Body,
+    cabin: fleet.Cabin,
     frequency: RealArray,
     errors: AcquisitionErrors,
     generator: np.random.Generator,
@@ -191,7 +183,7 @@ def breathe(
 
     Acceleration per volume acceleration equals displacement per volume displacement.
     """
-    motion = source_motion(body, cabin, frequency)
+    motion = fleet.source_motion(body, cabin, frequency)
     seen = np.concatenate(
         [np.einsum("ca,fae->fce", rows, motion[:, k]) for k, rows in enumerate(setup.sensor_rows)],
         axis=1,
@@ -201,8 +193,8 @@ def breathe(
 
 def listen_at_panels(
     setup: Setup,
-    body: Body,
-    cabin: Cabin,
+    body: fleet.Body,
+    cabin: fleet.Cabin,
     frequency: RealArray,
     errors: AcquisitionErrors,
     generator: np.random.Generator,
@@ -219,7 +211,7 @@ def listen_at_panels(
     n_panel = cabin.panel_areas.size
     gains = 1 + generator.normal(0, errors.accelerometer_gain, n_panel)
     microphones = 10 ** (generator.normal(0, errors.microphone_db, n_panel) / 20)
-    raised = panel_pressure(cabin, frequency)
+    raised = fleet.panel_pressure(cabin, frequency)
     modal = (-raised @ body.shapes_at_panels.T) * body.modal_receptance(frequency)[:, None, :]
     motion = np.swapaxes(modal @ body.shapes_at_panels, 1, 2)
     per_acceleration = -((2 * np.pi * frequency) ** 2)[:, None, None]

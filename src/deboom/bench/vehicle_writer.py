@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import ComplexArray
+from deboom.bench import writing
 from deboom.bench.fleet import (
     EARS,
     NO_SPREAD,
@@ -52,18 +53,6 @@ from deboom.bench.vehicle_acquisition import (
     impact_places,
     listen_at_panels,
     strike,
-)
-from deboom.bench.writing import (
-    FRF,
-    SPECTRUM,
-    VEHICLE_AXES,
-    Dof,
-    Progress,
-    check_seed,
-    function,
-    sensor_row,
-    triple,
-    write_readme,
 )
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
@@ -136,7 +125,7 @@ def write_vehicle(
     errors: VehicleErrors | None = None,
     load_cases: tuple[PlannedRun, ...] = LOAD_CASES,
     accelerance: bool = True,
-    progress: Progress | None = None,
+    progress: writing.Progress | None = None,
     truth_seed: int = 1,
 ) -> Path:
     """Measure one vehicle and write its files.
@@ -173,8 +162,8 @@ def write_vehicle(
         Seed below 1; a vehicle, mount set or gear that does not exist; a folder that is not empty
         or cannot be written.
     """
-    check_seed(seed)
-    check_seed(truth_seed)
+    writing.check_seed(seed)
+    writing.check_seed(truth_seed)
     fleet, bench = load_fleet(seed), with_mount_set(load_bench(truth_seed), parts)
     if vehicle not in fleet.bodies:
         raise InputError(
@@ -230,7 +219,7 @@ def _write_files(
     struck = scattered_body(session.body, errors.state, generator)
     pressure, per_blow = strike(setup, struck, cabin, FREQUENCY, errors.acquisition, generator)
     blows = [
-        (Dof(place.node, place.direction, place.point.mount, "force"), place.name)
+        (writing.Dof(place.node, place.direction, place.point.mount, "force"), place.name)
         for place in impact_places(bench)
     ]
     ears = [(_ear(ear), ear) for ear in EARS]
@@ -238,7 +227,7 @@ def _write_files(
     _write_frfs(folder / DIRECT, pressure, ears, blows, title)
     yield DIRECT
     channels = [
-        (Dof(place.node, f"+{axis}", place.name, "acceleration"), f"{place.name} {axis}")
+        (writing.Dof(place.node, f"+{axis}", place.name, "acceleration"), f"{place.name} {axis}")
         for place in body_sensor_places(bench)
         for axis in AXES
     ]
@@ -251,7 +240,8 @@ def _write_files(
     moved = scattered_body(session.body, errors.state, generator)
     answer = breathe(setup, moved, cabin, FREQUENCY, errors.acquisition, generator)
     speakers = [
-        (Dof(EAR_NODES[ear], "scalar", "LOUDSP 1", "general", "m^3/s^2"), ear) for ear in EARS
+        (writing.Dof(EAR_NODES[ear], "scalar", "LOUDSP 1", "general", "m^3/s^2"), ear)
+        for ear in EARS
     ]
     title = f"reciprocal measurement, {session.vehicle}, loudspeaker at {{1}}, {{0}}"
     _write_frfs(folder / RECIPROCAL, answer, channels, speakers, title)
@@ -265,7 +255,7 @@ def _write_files(
         (PANEL_MOTION, PANEL_PRESSURE), heard, ("acceleration", "pressure"), strict=True
     ):
         dofs = [
-            (Dof(panel.node, "scalar", f"P{number}", quantity), panel.panel)
+            (writing.Dof(panel.node, "scalar", f"P{number}", quantity), panel.panel)
             for number, panel in enumerate(panels, 1)
         ]
         title = f"{session.vehicle}, loudspeaker at {{1}}, {quantity}, {{0}}"
@@ -281,22 +271,22 @@ def _write_files(
     yield VEHICLE_FILE
 
 
-def _ear(ear: str) -> Dof:
+def _ear(ear: str) -> writing.Dof:
     """Return the degree of freedom of a microphone."""
-    return Dof(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure")
+    return writing.Dof(EAR_NODES[ear], "scalar", MICROPHONES[ear], "pressure")
 
 
 def _write_frfs(
     path: Path,
     values: ComplexArray,
-    responses: list[tuple[Dof, str]],
-    references: list[tuple[Dof, str]],
+    responses: list[tuple[writing.Dof, str]],
+    references: list[tuple[writing.Dof, str]],
     title: str,
 ) -> None:
     """Write FRFs (f, n_response, n_reference), UFF type 4; volume acceleration is ``general``."""
     functions = [
-        function(
-            FRF,
+        writing.function(
+            writing.FRF,
             FREQUENCY,
             values[:, row, column],
             response,
@@ -327,13 +317,13 @@ def _write_run(
         acceleration = acceleration + order_noise(acceleration, 3, levels, generator)
     dofs = [_ear(ear) for ear in EARS]
     dofs += [
-        Dof(place.node, f"+{axis}", place.name, "acceleration")
+        writing.Dof(place.node, f"+{axis}", place.name, "acceleration")
         for place in session.accelerometers
         for axis in AXES
     ]
     functions = [
-        function(
-            SPECTRUM,
+        writing.function(
+            writing.SPECTRUM,
             FREQUENCY,
             values,
             dof,
@@ -399,7 +389,7 @@ def _write_tables(session: _Session, parts: str) -> None:
     folder, bench, places = session.folder, session.bench, session.accelerometers
     write_table(folder / MOUNT_TABLE, MountRow, mount_rows(bench, exact_data_sheet(bench)))
     rows = [
-        sensor_row(
+        writing.sensor_row(
             place,
             "accelerometer",
             ACCELEROMETER_MODEL,
@@ -423,19 +413,20 @@ def _write_tables(session: _Session, parts: str) -> None:
             place.point.piece,
             place.node,
             place.direction,
-            triple(place.position, 4),
+            writing.triple(place.position, 4),
         )
         for place in impact_places(bench)
     ]
     write_table(folder / IMPACT_TABLE, ImpactRow, impacts)
     first, last = FREQUENCY[[0, -1]]
-    write_readme(
+    writing.write_readme(
         folder,
         f"Virtual vehicle {session.vehicle} with mount set {parts}, seed {session.seed}",
         f"{FREQUENCY.size} lines from {first:g} to {last:g} Hz; runs along the engine order "
-        f"{bench.order_torque.order:g}, phase to the tacho. {VEHICLE_AXES} Hammer and loudspeaker "
-        "found the trimmed body without its powertrain, on different days; the runs are those of "
-        "the complete car on its flexible body, mounts warmer than on the bench, with other paths.",
+        f"{bench.order_torque.order:g}, phase to the tacho. {writing.VEHICLE_AXES} Hammer and "
+        "loudspeaker found the trimmed body without its powertrain, on different days; the runs "
+        "are those of the complete car on its flexible body, mounts warmer than on the bench, with "
+        "other paths.",
         "vehicle",
         VEHICLE_FILE,
     )

@@ -59,11 +59,11 @@ def fewest_part_numbers(
 ) -> Commonality:
     """Find the fewest distinct part numbers with which every vehicle keeps its limit.
 
-    - `problem`, `own`: fleet with limits and rules, and the result of `own_optima` for it.
+    - `problem`, `own`: fleet with limits, and the result of `own_optima` for it.
     - `guesses`: sharings that are tried as well, such as one set per group.
     - `step`, optional: called after each step.
     - raises InputError: a limit that a vehicle misses even with parts of its own: says by how much,
-      and which vehicle binds. Rules that leave no sharing within the limits.
+      and which vehicle binds. Vehicles that belong together and have no sharing within the limits.
 
     Two steps in turn. Numbers: of a library of part values, the local optima of every vehicle,
     choose a stated count and give every vehicle one of each part, so that the worst vehicle is as
@@ -71,9 +71,8 @@ def fewest_part_numbers(
     (`shared_design`). Then pairs of numbers of the best sharings are merged, one after the other.
 
     The lower bound is a relaxation: parts outside of a subset are shared by all vehicles, those
-    inside, and those of which rules keep vehicles apart, are free for each vehicle. All optima of
-    values are local ones, of several starts: the search may miss a sharing, and the bound is one
-    too high where every start missed one.
+    inside are free for each vehicle. All optima of values are local ones, of several starts: the
+    search may miss a sharing, and the bound is one too high where every start missed one.
     """
     say = step or (lambda *_: None)
     _refuse_unreachable(problem, own)
@@ -82,25 +81,22 @@ def fewest_part_numbers(
             f"{len(problem.part_names)} parts: this search goes through subsets of at most "
             f"{_MOST_PARTS}; fix the parts that are settled"
         )
-    least = problem.rules.fewest(problem.part_names, problem.vehicles)
-    most = sum(
-        len(np.unique(problem.rules.units(part, problem.vehicles))) for part in problem.part_names
-    )
+    least = Sharing(problem.part_names, problem.vehicles, np.zeros_like(problem.units))
+    most = sum(len(np.unique(unit)) for unit in problem.units)
     library = _library(problem, own)
     known = _Known(problem)
     begin = _starts(problem, own)
     for guess in [least, *guesses]:
-        if problem.rules.kept_by(guess):
+        if problem.allowed(guess):
             known.work_out(guess, begin)
     reached = most
     for count in range(least.total, most + 1):
         say(count - least.total, most, f"choice of {count} part numbers")
         chosen = _choose_numbers(problem, library, count)
-        if chosen is not None:
-            known.work_out(chosen[0], [chosen[1]])
+        known.work_out(chosen[0], [chosen[1]])
         if known.worst(count) <= 0.0:
             reached = min(reached, count)
-        if count >= reached + _BESIDE or (chosen is not None and chosen[0].total < count):
+        if count >= reached + _BESIDE or chosen[0].total < count:
             break
     largest = max(design.sharing.total for design in known.designs.values())
     for count in range(largest, least.total, -1):
@@ -112,9 +108,9 @@ def fewest_part_numbers(
     by_count = known.best()
     if by_count[-1].worst > 0.0:
         raise InputError(
-            f"with every part number that the rules allow, {most}, the limits are missed by "
-            f"{by_count[-1].worst:.3g} {problem.evaluate.response_unit}: loosen the rules of what "
-            "belongs together, or the limits"
+            f"with {most} part numbers, all that is allowed, the limits are missed by "
+            f"{by_count[-1].worst:.3g} {problem.evaluate.response_unit}: loosen what belongs "
+            "together, or the limits"
         )
     fewest = next(design for design in by_count if design.worst <= 0.0)
     bound = _bound(problem, least, [*begin, *(design.designs for design in by_count)])
@@ -204,8 +200,6 @@ def _merged(
         columns, numbers = np.array(problem.columns[part]), design.sharing.numbers[part]
         for pair in combinations(range(count), 2):
             sharing = design.sharing.merged(part, *pair)
-            if not problem.rules.kept_by(sharing):
-                continue
             users, starts = np.flatnonzero(np.isin(numbers, pair)), []
             for number in pair:
                 designs = design.designs.copy()
@@ -222,9 +216,7 @@ def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray])
     best = least.total + n_parts
     for parts in subsets:
         numbers = least.numbers.copy()
-        # where rules keep vehicles apart, nobody knows which of the others share with which
-        for part in {*parts, *np.flatnonzero(np.array(least.counts) > 1).tolist()}:
-            numbers[part] = problem.rules.units(problem.part_names[part], problem.vehicles)
+        numbers[list(parts)] = problem.units[list(parts)]
         relaxed = Sharing(least.parts, least.vehicles, numbers)
         # a part that is free for each vehicle has at least one number more
         more = sum(relaxed.counts[part] > least.counts[part] for part in parts)
@@ -256,15 +248,15 @@ def _library(problem: SharingProblem, own: OwnOptima) -> _Library:
 
 def _choose_numbers(
     problem: SharingProblem, library: _Library, count: int
-) -> tuple[Sharing, RealArray] | None:
+) -> tuple[Sharing, RealArray]:
     """Choose part numbers of a library, at most `count`, and give each vehicle one of each part.
 
-    Returns numbers and designs (v, k) with the least worst excess; None where the rules need more
-    numbers, or other values. A p-centre problem as an integer program: binary ``a_mi``: value i of
-    part m is a number; shares ``z_vc`` of combinations c of values in vehicle v: minimise t with
-    ``Σ_c z_vc = 1``, ``Σ_{c: c_m = i} z_vc ≤ a_mi``, ``Σ a ≤ count``, ``Σ_c excess_vc z_vc ≤ t``.
-    For given numbers the best z is whole, since each vehicle may take its best combination; only
-    rules make z binary. Solved by HiGHS (`scipy.optimize.milp`).
+    Returns numbers and designs (v, k) with the least worst excess. A p-centre problem as an integer
+    program: binary ``a_mi``: value i of part m is a number; shares ``z_vc`` of combinations c of
+    values in vehicle v: minimise t with ``Σ_c z_vc = 1``, ``Σ_{c: c_m = i} z_vc ≤ a_mi``,
+    ``Σ a ≤ count``, ``Σ_c excess_vc z_vc ≤ t``. For given numbers the best z is whole, since each
+    vehicle may take its best combination; only vehicles that belong together make z binary. Solved
+    by HiGHS (`scipy.optimize.milp`).
     """
     sizes = [len(values) for values in library]
     combos = np.array(list(product(*(range(size) for size in sizes))))
@@ -272,8 +264,8 @@ def _choose_numbers(
     for part, columns in enumerate(problem.columns):
         designs[:, list(columns)] = library[part][combos[:, part]]
     excess = responses(problem.evaluate, designs) - problem.limits
-    ruled = bool(problem.rules.together or problem.rules.apart)
-    # without rules, one combination for all is a choice of any count: nothing worse is needed
+    ruled = bool(problem.together)
+    # where none belong together, nothing worse than one combination for all is needed
     enough = np.inf if ruled else excess.max(axis=1).min()
     offered = [np.flatnonzero(column <= enough) for column in excess.T]
     n_values, n_shares = sum(sizes), sum(len(rows) for rows in offered)
@@ -287,8 +279,6 @@ def _choose_numbers(
         constraints=_constraints(problem, combos, sizes, excess, offered, count),
         options={"mip_rel_gap": _GAP},
     )
-    if solution.status == 2:
-        return None
     if solution.x is None:
         raise InputError(f"no part numbers were found for a count of {count}: {solution.message}")
     if ruled:
@@ -339,15 +329,9 @@ def _constraints(
         LinearConstraint(one_each, 1, 1),
         LinearConstraint(kept, -np.inf, 0),
     ]
-    for first, size, part in zip(_first_values(sizes), sizes, problem.part_names, strict=True):
-        units = problem.rules.units(part, problem.vehicles)
-        clash = problem.rules.clash(part, problem.vehicles)
-        same = units[:, np.newaxis] == units
-        for vehicle, other in np.argwhere(np.triu(clash | same, 1)).tolist():
-            of_part = np.arange(first, first + size)
-            uses, other_uses = (member[v * n_values + of_part] for v in (vehicle, other))
-            if clash[vehicle, other]:
-                constraints.append(LinearConstraint(wide(None, uses + other_uses, 0.0), -np.inf, 1))
-            else:
-                constraints.append(LinearConstraint(wide(None, uses - other_uses, 0.0), 0, 0))
+    for first, size, unit in zip(_first_values(sizes), sizes, problem.units, strict=True):
+        of_part = np.arange(first, first + size)
+        for vehicle in np.flatnonzero(unit != np.arange(n_vehicles)).tolist():
+            uses, other_uses = (member[v * n_values + of_part] for v in (vehicle, unit[vehicle]))
+            constraints.append(LinearConstraint(wide(None, uses - other_uses, 0.0), 0, 0))
     return constraints

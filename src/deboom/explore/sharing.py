@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.optimize import NonlinearConstraint, minimize
 
-from deboom.arrays import BoolArray, IntArray, RealArray, checked
+from deboom.arrays import IntArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.space import (
     DesignSpace,
@@ -71,98 +71,18 @@ class Sharing:
         return Sharing(self.parts, self.vehicles, numbers)
 
 
-@dataclass(frozen=True)
-class SharingRules:
-    """What is decided already: sets of vehicles for each part.
-
-    - `together`, `apart`: sets of vehicles that have one number of the part, and of which no two
-      have one number of it.
-    """
-
-    together: Mapping[str, Sequence[Sequence[str]]]
-    apart: Mapping[str, Sequence[Sequence[str]]]
-
-    def check(self, parts: Sequence[str], vehicles: Sequence[str]) -> None:
-        """Refuse unknown names and rules that exclude each other, by part, vehicles and rules."""
-        for rule, given in (("together", self.together), ("apart", self.apart)):
-            for part, groups in given.items():
-                if part not in parts:
-                    raise InputError(f"{rule}: there is no part '{part}', only {list(parts)}")
-                unknown = sorted({name for group in groups for name in group} - set(vehicles))
-                if unknown:
-                    raise InputError(
-                        f"{rule}: {part} names the vehicles {unknown}, there are {list(vehicles)}"
-                    )
-        for part in parts:
-            units = self.units(part, vehicles)
-            for first, second in self._pairs_apart(part):
-                if units[vehicles.index(first)] == units[vehicles.index(second)]:
-                    raise InputError(
-                        f"{part}: {first} and {second} must not share a part number, and by the "
-                        "rules of what belongs together they must: drop one of the rules"
-                    )
-
-    def units(self, part: str, vehicles: Sequence[str]) -> IntArray:
-        """Return the set of each vehicle that must share a part, shape (v,)."""
-        unit = np.arange(len(vehicles))
-        for group in self.together.get(part, ()):
-            places = [vehicles.index(name) for name in group]
-            unit[np.isin(unit, unit[places])] = unit[places].min()
-        return unit
-
-    def clash(self, part: str, vehicles: Sequence[str]) -> BoolArray:
-        """Return which pairs of vehicles must not share a part, shape (v, v)."""
-        units = self.units(part, vehicles)
-        marked = np.zeros((len(vehicles), len(vehicles)), dtype=bool)
-        for pair in self._pairs_apart(part):
-            first, second = (units == units[vehicles.index(name)] for name in pair)
-            marked |= np.outer(first, second) | np.outer(second, first)
-        return marked
-
-    def kept_by(self, sharing: Sharing) -> bool:
-        """Return whether a sharing keeps the rules."""
-        for numbers, part in zip(sharing.numbers, sharing.parts, strict=True):
-            same = numbers[:, np.newaxis] == numbers
-            units = self.units(part, sharing.vehicles)
-            must = units[:, np.newaxis] == units
-            if np.any(must & ~same) or np.any(self.clash(part, sharing.vehicles) & same):
-                return False
-        return True
-
-    def fewest(self, parts: Sequence[str], vehicles: Sequence[str]) -> Sharing:
-        """Return a sharing with the fewest numbers that keep the rules, whatever it costs.
-
-        Vehicles are taken in their order, and each gets the first number with which the others can
-        still do.
-        """
-        rows = [_fewest(self.units(part, vehicles), self.clash(part, vehicles)) for part in parts]
-        return Sharing(tuple(parts), tuple(vehicles), np.array(rows))
-
-    def _pairs_apart(self, part: str) -> list[tuple[str, str]]:
-        return [
-            (name, other)
-            for group in self.apart.get(part, ())
-            for place, name in enumerate(group)
-            for other in group[place + 1 :]
-        ]
-
-
-def _fewest(units: IntArray, clash: BoolArray) -> list[int]:
-    """Fewest numbers of vehicles, shape (v,), so that none that clash share one."""
-
-    def filled(numbers: list[int], most: int) -> list[int] | None:
-        place = len(numbers)
-        if place == len(units):
-            return numbers
-        if units[place] < place:
-            return filled([*numbers, numbers[units[place]]], most)
-        forbidden = {numbers[other] for other in range(place) if clash[place, other]}
-        for number in range(min(max(numbers, default=-1) + 2, most)):
-            if number not in forbidden and (rest := filled([*numbers, number], most)):
-                return rest
-        return None
-
-    return next(rest for most in range(1, len(units) + 1) if (rest := filled([], most)))
+def check_together(
+    together: Mapping[str, Sequence[Sequence[str]]], parts: Sequence[str], vehicles: Sequence[str]
+) -> None:
+    """Refuse unknown names in what vehicles are to share, see `SharingProblem`."""
+    for part, sets in together.items():
+        if part not in parts:
+            raise InputError(f"together: there is no part '{part}', only {list(parts)}")
+        unknown = sorted({name for names in sets for name in names} - set(vehicles))
+        if unknown:
+            raise InputError(
+                f"together: {part} names the vehicles {unknown}, there are {list(vehicles)}"
+            )
 
 
 @checked(limits="v")
@@ -174,19 +94,19 @@ class SharingProblem:
     - `parts`: variables of each part, which a part number fixes together; every variable belongs to
       one.
     - `limits` (v,): largest allowed response of each vehicle [response_unit].
-    - `rules`: decisions that are made already.
-    - raises InputError: contradictory rules, a model without gradient.
+    - `together`: sets of vehicles that have one number of a part, by part.
+    - raises InputError: a model without gradient; unknown names of what belongs together.
     """
 
     evaluate: Differentiable
     space: DesignSpace
     parts: Mapping[str, Sequence[str]]
     limits: RealArray
-    rules: SharingRules = SharingRules({}, {})
+    together: Mapping[str, Sequence[Sequence[str]]]
 
     def __post_init__(self) -> None:
         check_gradient(self.evaluate, "shared parts are found by gradients")
-        self.rules.check(self.part_names, self.vehicles)
+        check_together(self.together, self.part_names, self.vehicles)
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -204,6 +124,21 @@ class SharingProblem:
         return tuple(
             tuple(self.space.names.index(name) for name in names) for names in self.parts.values()
         )
+
+    @cached_property
+    def units(self) -> IntArray:
+        """First vehicle of the set with which each vehicle must share each part, shape (m, v)."""
+        units = np.tile(np.arange(len(self.vehicles)), (len(self.parts), 1))
+        for part, unit in zip(self.part_names, units, strict=True):
+            for names in self.together.get(part, ()):
+                places = [self.vehicles.index(name) for name in names]
+                unit[np.isin(unit, unit[places])] = unit[places].min()
+        return units
+
+    def allowed(self, sharing: Sharing) -> bool:
+        """Say whether vehicles share what belongs together."""
+        needed = np.take_along_axis(sharing.numbers, self.units, axis=1)
+        return np.array_equal(sharing.numbers, needed)
 
     def own(self, designs: RealArray) -> RealArray:
         """Return the response of each vehicle to its own design, (…, v, k) → (…, v)."""

@@ -10,19 +10,9 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
+from deboom.measurement import modal
 from deboom.measurement.channels import Frf
 from deboom.measurement.measured_vehicle import MeasuredVehicle, Method
-from deboom.measurement.modal import (
-    ModalModel,
-    PanelContributions,
-    StabilisationChart,
-    in_common_phase,
-    mac_matrix,
-    modal_model,
-    panel_contributions,
-    pole_clusters,
-    poles_over_orders,
-)
 from deboom.measurement.sensors import SENSOR_AXES
 from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
 from deboom.physics.frf import FrfForm
@@ -77,10 +67,10 @@ class BodyModes:
     """
 
     measured: Frf
-    chart: StabilisationChart
-    model: ModalModel
+    chart: modal.StabilisationChart
+    model: modal.ModalModel
     places: tuple[Place, ...]
-    panels: PanelContributions | None
+    panels: modal.PanelContributions | None
     n_modes: int
 
     @property
@@ -91,7 +81,7 @@ class BodyModes:
     @property
     def motion(self) -> ComplexArray:
         """Shapes as vectors in vehicle axes, shape (n_modes, n_place, 3), in a common phase [1]."""
-        shapes = in_common_phase(self.model.shapes[: self.n_modes])
+        shapes = modal.in_common_phase(self.model.shapes[: self.n_modes])
         vectors = np.zeros((len(shapes), len(self.places), 3), dtype=complex)
         for number, place in enumerate(self.places):
             for output, direction in place.directions.items():
@@ -130,7 +120,7 @@ class BodyModes:
                 f"true shapes of shape {known.shape}: one row per mode, one column for each of the "
                 f"{len(outputs)} outputs"
             )
-        return mac_matrix(self.model.shapes[: self.n_modes][:, columns], known[:, columns])
+        return modal.mac_matrix(self.model.shapes[: self.n_modes][:, columns], known[:, columns])
 
 
 def body_modes(
@@ -153,18 +143,18 @@ def body_modes(
         Fewer modes than asked for; panels on other lines; else as `poles_over_orders`.
     """
     measured = _motion_under_the_loudspeaker(vehicle)
-    chart = poles_over_orders(measured, FrfForm.RECEPTANCE, band)
-    clusters = pole_clusters(chart)
+    chart = modal.poles_over_orders(measured, FrfForm.RECEPTANCE, band)
+    clusters = modal.pole_clusters(chart)
     if len(clusters) < n_modes:
         known = ", ".join(f"{cluster.frequency:.1f}" for cluster in clusters)
         raise InputError(
             f"vehicle {vehicle.name}: {len(clusters)} modes from {band[0]:g} to {band[1]:g} Hz "
             f"({known} Hz), {n_modes} asked for: widen the band or ask for fewer"
         )
-    model = modal_model(measured, FrfForm.RECEPTANCE, band, clusters)
+    model = modal.modal_model(measured, FrfForm.RECEPTANCE, band, clusters)
     panels = None
     if vehicle.panels is not None:
-        panels = panel_contributions(model, vehicle.panels, vehicle.ears[0])
+        panels = modal.panel_contributions(model, vehicle.panels, vehicle.ears[0])
     return BodyModes(measured, chart, model, _places(vehicle), panels, n_modes)
 
 

@@ -17,29 +17,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 from typing import Any, Self
 
-from sqlalchemy import (
-    URL,
-    Column,
-    ColumnElement,
-    Connection,
-    Engine,
-    ForeignKey,
-    Integer,
-    MetaData,
-    NullPool,
-    Row,
-    String,
-    Table,
-    Text,
-    and_,
-    create_engine,
-    delete,
-    event,
-    insert,
-    inspect,
-    make_url,
-    select,
-)
+import sqlalchemy as sa
 from sqlalchemy.exc import ArgumentError, DBAPIError, NoSuchModuleError, OperationalError
 
 import deboom
@@ -65,27 +43,27 @@ _NO_SUCH_LETTER = "22P05"
 _KEY = ("campaign", "mount", "variant", "part_number", "serial")  # tells mounts apart
 
 
-def _text(name: str, *constraint: ForeignKey, key: bool = False) -> Column[str]:
-    return Column(name, String(LONGEST_TEXT), *constraint, primary_key=key, nullable=False)
+def _text(name: str, *constraint: sa.ForeignKey, key: bool = False) -> sa.Column[str]:
+    return sa.Column(name, sa.String(LONGEST_TEXT), *constraint, primary_key=key, nullable=False)
 
 
-def _document() -> tuple[Column[str], Column[str]]:
+def _document() -> tuple[sa.Column[str], sa.Column[str]]:
     """Everything that is kept of a campaign or mount, as JSON with units, and its hash."""
-    return Column("document", Text, nullable=False), _text("sha256")
+    return sa.Column("document", sa.Text, nullable=False), _text("sha256")
 
 
-_TABLES = MetaData()
-_VERSION = Table(
+_TABLES = sa.MetaData()
+_VERSION = sa.Table(
     "deboom_version",
     _TABLES,
-    Column("version", Integer, primary_key=True, autoincrement=False),
+    sa.Column("version", sa.Integer, primary_key=True, autoincrement=False),
     _text("written_by"),
 )
-_CAMPAIGN = Table("deboom_campaign", _TABLES, _text("name", key=True), *_document())
-_MOUNT = Table(
+_CAMPAIGN = sa.Table("deboom_campaign", _TABLES, _text("name", key=True), *_document())
+_MOUNT = sa.Table(
     "deboom_mount",
     _TABLES,
-    _text("campaign", ForeignKey(_CAMPAIGN.c.name, ondelete="CASCADE"), key=True),
+    _text("campaign", sa.ForeignKey(_CAMPAIGN.c.name, ondelete="CASCADE"), key=True),
     *(_text(name, key=True) for name in _KEY[1:]),
     _text("supplier"),
     *_document(),
@@ -99,7 +77,7 @@ class MountLibrary:
     two calls. The context manager gives back what the engine still holds.
     """
 
-    def __init__(self, name: str, engine: Engine, timeout: float) -> None:
+    def __init__(self, name: str, engine: sa.Engine, timeout: float) -> None:
         self.name = name
         self._engine = engine
         self._timeout = timeout
@@ -117,7 +95,7 @@ class MountLibrary:
     def campaigns(self) -> tuple[CampaignRecord, ...]:
         """Return all campaigns by name."""
         with self._reading() as connection:
-            rows = connection.execute(select(_CAMPAIGN).order_by(_CAMPAIGN.c.name))
+            rows = connection.execute(sa.select(_CAMPAIGN).order_by(_CAMPAIGN.c.name))
             return tuple(campaign_of(self._entry(row)) for row in rows)
 
     def identities(
@@ -129,7 +107,7 @@ class MountLibrary:
         serial: str | None = None,
     ) -> tuple[MountIdentity, ...]:
         """Return which mounts are kept, sorted; what is left out is not asked for."""
-        query = select(*(_MOUNT.c[name] for name in MountIdentity.__dataclass_fields__))
+        query = sa.select(*(_MOUNT.c[name] for name in MountIdentity.__dataclass_fields__))
         for name, value in zip(_KEY, (campaign, mount, variant, part_number, serial), strict=True):
             if value is not None:
                 query = query.where(_MOUNT.c[name] == value)
@@ -161,7 +139,7 @@ class MountLibrary:
         - raises InputError: it is not in the library, or its document is damaged.
         """
         with self._reading() as connection:
-            row = connection.execute(select(_MOUNT).where(_same(identity))).one_or_none()
+            row = connection.execute(sa.select(_MOUNT).where(_same(identity))).one_or_none()
         if row is None:
             raise InputError(f"{self.name}: {identity} is not in the library")
         return mount_of(self._entry(row))
@@ -189,21 +167,24 @@ class MountLibrary:
                 self._add_campaign(connection, campaign, replace)
             for value in mounts:
                 kept = _same(value.identity)
-                if not replace and connection.execute(select(_MOUNT.c.mount).where(kept)).first():
+                if (
+                    not replace
+                    and connection.execute(sa.select(_MOUNT.c.mount).where(kept)).first()
+                ):
                     raise InputError(
                         f"{self.name}: {value.identity} is there already; replace it, or give the "
                         "new one another serial"
                     )
-                connection.execute(delete(_MOUNT).where(kept))
+                connection.execute(sa.delete(_MOUNT).where(kept))
                 columns = asdict(value.identity) | _columns(mount_entry(value))
-                connection.execute(insert(_MOUNT).values(columns))
+                connection.execute(sa.insert(_MOUNT).values(columns))
 
     def _add_campaign(
-        self, connection: Connection, campaign: CampaignRecord, replace: bool
+        self, connection: sa.Connection, campaign: CampaignRecord, replace: bool
     ) -> None:
         """Add a campaign, unless the same one is kept already."""
         named = _CAMPAIGN.c.name == campaign.name
-        row = connection.execute(select(_CAMPAIGN).where(named)).one_or_none()
+        row = connection.execute(sa.select(_CAMPAIGN).where(named)).one_or_none()
         if row is not None:
             if campaign_of(self._entry(row)) == campaign:
                 return
@@ -212,11 +193,11 @@ class MountLibrary:
                     f"{self.name}: there is another campaign {campaign.name}, of other files or "
                     "tolerances; replace it with all its mounts, or rename the new one"
                 )
-            connection.execute(delete(_CAMPAIGN).where(named))
+            connection.execute(sa.delete(_CAMPAIGN).where(named))
         columns = _columns(entry(campaign))
-        connection.execute(insert(_CAMPAIGN).values(name=campaign.name, **columns))
+        connection.execute(sa.insert(_CAMPAIGN).values(name=campaign.name, **columns))
 
-    def _entry(self, row: Row[Any]) -> Any:
+    def _entry(self, row: sa.Row[Any]) -> Any:
         """Document of a row; its hash guards it."""
         whole = isinstance(row.document, str)
         if not whole or hashlib.sha256(row.document.encode()).hexdigest() != row.sha256:
@@ -228,7 +209,7 @@ class MountLibrary:
         with self._writing() as connection:
             if _stored_version(connection) is not None:
                 return
-            others = inspect(connection).get_table_names()
+            others = sa.inspect(connection).get_table_names()
             if others and self._is_sqlite:
                 raise InputError(
                     f"{self.name} holds other tables ({', '.join(others[:3])}): give the library "
@@ -236,9 +217,9 @@ class MountLibrary:
                 )
             _TABLES.create_all(connection, checkfirst=False)
             written_by = f"deboom {deboom.__version__}"
-            connection.execute(insert(_VERSION).values(version=VERSION, written_by=written_by))
+            connection.execute(sa.insert(_VERSION).values(version=VERSION, written_by=written_by))
 
-    def _check_version(self, connection: Connection) -> None:
+    def _check_version(self, connection: sa.Connection) -> None:
         """Refuse tables of another version than this deboom's."""
         stored = _stored_version(connection)
         if stored is None:
@@ -257,7 +238,7 @@ class MountLibrary:
         return self._engine.dialect.name == "sqlite"
 
     @contextmanager
-    def _reading(self, *, check: bool = True) -> Iterator[Connection]:
+    def _reading(self, *, check: bool = True) -> Iterator[sa.Connection]:
         """Open a transaction that sees one state of the library."""
         with self._in_words(), self._engine.connect() as connection:
             if not self._is_sqlite:
@@ -267,7 +248,7 @@ class MountLibrary:
             yield connection
 
     @contextmanager
-    def _writing(self) -> Iterator[Connection]:
+    def _writing(self) -> Iterator[sa.Connection]:
         """Open a transaction that is alone in writing, and commit it at the end of the block."""
         with self._in_words(), self._engine.connect() as connection:
             connection = connection.execution_options(deboom_begin="BEGIN IMMEDIATE")
@@ -343,15 +324,15 @@ def open_library(
         path = Path(url.database or "")
         _check_file(path, create)
         name = str(path)
-        engine = create_engine(url, poolclass=NullPool, connect_args={"timeout": timeout})
-        event.listen(engine, "connect", _connected_to_sqlite)
-        event.listen(engine, "begin", _begin_sqlite)
+        engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args={"timeout": timeout})
+        sa.event.listen(engine, "connect", _connected_to_sqlite)
+        sa.event.listen(engine, "begin", _begin_sqlite)
     else:
         name = url.render_as_string(hide_password=True)
         try:
             # whatever the database is kept in, names travel as UTF-8
             utf8 = {"client_encoding": "utf8"}
-            engine = create_engine(url, poolclass=NullPool, connect_args=utf8)
+            engine = sa.create_engine(url, poolclass=sa.NullPool, connect_args=utf8)
         except ModuleNotFoundError:
             raise InputError(f"{name} needs a driver: pip install 'deboom[postgres]'") from None
     library = MountLibrary(name, engine, timeout)
@@ -363,12 +344,12 @@ def open_library(
         return library
 
 
-def _url(where: str | Path) -> URL:
+def _url(where: str | Path) -> sa.URL:
     """Address of a database; a path is one of SQLite."""
     if "://" not in str(where):
-        return URL.create("sqlite", database=str(where))
+        return sa.URL.create("sqlite", database=str(where))
     try:
-        url = make_url(str(where))
+        url = sa.make_url(str(where))
         backend = url.get_backend_name()
     except (ArgumentError, NoSuchModuleError, ValueError):
         raise InputError(
@@ -409,20 +390,20 @@ def _connected_to_sqlite(connection: Any, _record: Any) -> None:
     connection.execute("PRAGMA foreign_keys = ON")
 
 
-def _begin_sqlite(connection: Connection) -> None:
+def _begin_sqlite(connection: sa.Connection) -> None:
     connection.exec_driver_sql(connection.get_execution_options().get("deboom_begin", "BEGIN"))
 
 
-def _stored_version(connection: Connection) -> Row[Any] | None:
+def _stored_version(connection: sa.Connection) -> sa.Row[Any] | None:
     """Version of a library; None where there is none."""
-    if not inspect(connection).has_table(_VERSION.name):
+    if not sa.inspect(connection).has_table(_VERSION.name):
         return None
-    return connection.execute(select(_VERSION)).one_or_none()
+    return connection.execute(sa.select(_VERSION)).one_or_none()
 
 
-def _same(identity: MountIdentity) -> ColumnElement[bool]:
+def _same(identity: MountIdentity) -> sa.ColumnElement[bool]:
     """Condition of one mount; the supplier belongs to a part number."""
-    return and_(*(_MOUNT.c[name] == getattr(identity, name) for name in _KEY))
+    return sa.and_(*(_MOUNT.c[name] == getattr(identity, name) for name in _KEY))
 
 
 def _columns(content: dict[str, Any]) -> dict[str, str]:

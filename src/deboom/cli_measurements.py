@@ -207,13 +207,7 @@ def orders(
     name: Annotated[
         str | None, typer.Option(help="Name of the operating run; default: alike.")
     ] = None,
-    method: Annotated[
-        Literal["vold-kalman", "resampling"], typer.Option(help="How the order is tracked.")
-    ] = "vold-kalman",
     bandwidth: Annotated[float, typer.Option(help="Half-power width of the filter [Hz].")] = 3.0,
-    revolutions: Annotated[
-        float, typer.Option(help="Revolutions of the resampling; a multiple of 4.")
-    ] = 12.0,
     other_order: Annotated[
         list[float] | None, typer.Option(help="A strong order beside, for the filter; repeatable.")
     ] = None,
@@ -239,13 +233,11 @@ def orders(
     The output says what the spectra resolve: bandwidth, the finest detail that the run-up leaves,
     and what noise and neighbouring orders pretend.
     """
-    from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
+    from deboom.measurement.order_tracking import TrackingOptions
     from deboom.study.campaigns import described_orders, orders_into_campaign
 
     options = TrackingOptions(
-        method=OrderTracking(method),
         bandwidth=bandwidth,
-        revolutions=revolutions,
         other_orders=tuple(other_order) if other_order else None,
         lowest_rpm=rpm_from,
         highest_rpm=rpm_to,

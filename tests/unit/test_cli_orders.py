@@ -60,8 +60,8 @@ def test_one_command_leads_from_time_data_to_stiffness(campaign, tmp_path):
 
 
 def test_orders_adds_a_run_and_says_how_far_to_believe_it(campaign):
-    arguments = ("--name", "g5", "--method", "resampling", "--rpm-step", "20")
-    done = call("orders", campaign, NAME, *arguments, "--revolutions", "8")
+    arguments = ("--name", "g5", "--rpm-step", "20")
+    done = call("orders", campaign, NAME, *arguments)
     assert done.exit_code == 0, done.output
     assert "it smears what is finer than" in done.output
     assert read_campaign(campaign).runs[-1].name == "g5"

@@ -345,7 +345,7 @@ def recorded_as(folder):
 
 
 def orders(folder, name):
-    how = ("--name", name, "--rpm-step", "50", "--method", "resampling", "--revolutions", "8")
+    how = ("--name", name, "--rpm-step", "50")
     done = CliRunner().invoke(app, ["orders", str(folder), NAME, *how])
     assert done.exit_code == 0, done.output
 

@@ -63,11 +63,6 @@ def vold_kalman(values=RECORD, phase=PHASE, bandwidth=2.0):
     return orders.vold_kalman(values, phase, RATE, bandwidth)
 
 
-def windowed(order, centre, revolutions):
-    resampled = orders.angular_resample(RECORD, ANGLE, 64)
-    return orders.order_amplitudes(*resampled, order, centre, revolutions)
-
-
 SILENT_INPUT, SILENT_OUTPUT = BLOCKS * [0, 1, 1], BLOCKS * [1, 0, 0]
 ONE = np.ones((2, 1, 1))
 COMPARED = (frf.mac, frf.msf, frf.corr_f, frf.corr_s)
@@ -197,16 +192,6 @@ REFUSED = [
     *(("zero on all lines", lambda f=f: f(CURVES, 0 * CURVES)) for f in COMPARED),
     *(("zero on all lines", lambda f=f: f(0 * CURVES, CURVES)) for f in COMPARED),
     # orders
-    ("time record: shape", lambda: orders.angular_resample(RECORD[:, 0], ANGLE, 64)),
-    ("shaft angle: shape", lambda: orders.angular_resample(RECORD, ANGLE[:-1], 64)),
-    ("5 samples are too few", lambda: orders.angular_resample(RECORD[:5], ANGLE[:5], 64)),
-    ("not finite", lambda: orders.angular_resample(RECORD, NOT_FINITE, 64)),
-    ("must not turn back", lambda: orders.angular_resample(RECORD, TURNS_BACK, 64)),
-    ("0 samples per revolution", lambda: orders.angular_resample(RECORD, ANGLE, 0)),
-    ("of 8 revolutions about revolution 3.90 leaves", lambda: windowed(1.5, 3.9, 8)),
-    ("leaves the record, which has 0.00 to 39.9", lambda: windowed(1.5, 36.5, 8)),
-    ("too short for order 0.25: give at least 8", lambda: windowed([1.5, 0.25], 20.0, 6)),
-    ("order 0 is not positive", lambda: windowed([1.5, 0.0], 20.0, 6)),
     ("time record: shape", lambda: vold_kalman(RECORD[:, 0])),
     ("phase of the orders: shape", lambda: vold_kalman(phase=ANGLE)),
     ("too few", lambda: vold_kalman(phase=np.empty((1000, 0)))),

@@ -8,7 +8,6 @@ from deboom.bench.campaign import NO_ERRORS, CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.files.campaign import read_campaign
-from deboom.measurement.order_tracking import OrderTracking, TrackingOptions
 from deboom.mounts.characterise import measuring_chains
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.operating_map import operating_maps
@@ -22,10 +21,6 @@ RUNS = (
 )
 LINES = np.arange(38.5, 51.6, 0.25)
 TIME_RUN = "g5_wot220_time"
-METHODS = (
-    TrackingOptions(),
-    TrackingOptions(OrderTracking.RESAMPLING, lowest_rpm=1540.0, highest_rpm=2060.0),
-)
 
 
 def measured(folder, runs=RUNS, errors=None):
@@ -72,16 +67,14 @@ def rms(ratio):
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Keep a campaign whose time run was tracked with both methods."""
+    """Keep a campaign whose time run was tracked."""
     made = measured(tmp_path_factory.mktemp("measured") / "campaign")
-    for options in METHODS:
-        orders_into_campaign(made, TIME_RUN, options, f"by_{options.method.value}")
+    orders_into_campaign(made, TIME_RUN, name="tracked")
     return made
 
 
-@pytest.mark.parametrize("options", METHODS, ids=lambda options: options.method.value)
-def test_time_data_give_the_stiffness_that_order_spectra_give(folder, options):
-    found, asked, truth = maps_and_truth(folder, f"by_{options.method.value}")
+def test_time_data_give_the_stiffness_that_order_spectra_give(folder):
+    found, asked, truth = maps_and_truth(folder, "tracked")
     assert len(found["TSM x"]) == LINES.size
     for name, lines in found.items():
         if not name.endswith("y"):
@@ -96,7 +89,7 @@ def test_time_data_give_the_stiffness_that_order_spectra_give(folder, options):
 
 def test_without_errors_the_smear_of_the_run_up_leaves_the_stiffness_alone(tmp_path):
     made = measured(tmp_path / "campaign", RUNS[:2], NO_ERRORS)
-    tracked, _ = orders_into_campaign(made, TIME_RUN, METHODS[1])
+    tracked, _ = orders_into_campaign(made, TIME_RUN)
     assert 1.5 < tracked.order.smear.max() < 1.8
     found, _, truth = maps_and_truth(made, TIME_RUN)
     for lines in found.values():

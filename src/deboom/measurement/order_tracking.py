@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from enum import Enum
 
 import numpy as np
 import numpy.typing as npt
@@ -18,19 +17,13 @@ from deboom.measurement.channels import Spectrum, TimeRecord
 from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
 from deboom.physics.order_tracking import (
     SAMPLES_PER_PERIOD,
-    angular_resample,
     frequency_of_order,
-    hann_bandwidth,
     lower_rate,
-    order_amplitudes,
-    samples_needed,
     smear,
     vold_kalman,
 )
 from deboom.tabled import Tabled
 
-STATIC_SHARE = 8.0
-"""Lowest frequency of an order over the bandwidth of what counts as quasi-static beside it."""
 STATIC_BANDWIDTH = 1.0
 """Bandwidth of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""
 BESIDE = 0.25
@@ -73,50 +66,6 @@ class OrderSpectrum:
         return smear(self.sweep_rate, self.bandwidth)
 
 
-def computed_order_spectrum(
-    record: TimeRecord,
-    shaft: ShaftAngle,
-    order: float,
-    rpm: npt.ArrayLike,
-    *,
-    revolutions: float = 8.0,
-) -> OrderSpectrum:
-    """Return an order spectrum by computed order tracking: angular resampling and a Hann window.
-
-    Raises InputError: a speed that the run does not pass, a window that leaves the record, or a
-    sampling rate too low for the order.
-
-    - `rpm` (n_line,): speeds of the lines, increasing [1/min]; the run itself may rise or fall.
-
-    A force that rises with the torque would leak into the windows, so the quasi-static part is
-    taken out first; 4e-5 of the order goes with it.
-    """
-    speeds, time = _times_of_lines(shaft, rpm)
-    samples, values, rate = _prepared(record, shaft, order, 0.0)
-    angle = shaft.angle(samples) / (2 * np.pi)
-    reach = revolutions / 2
-    possible = (angle >= angle[0] + reach) & (angle <= angle[-1] - reach)
-    _refuse_lines_outside(shaft, speeds, time, samples[possible], f"{revolutions:g} revolutions")
-    centre = shaft.angle(time) / (2 * np.pi)
-    # one revolution more than the windows need keeps the ends of the spline away from them
-    used = (angle > centre.min() - reach - 1) & (angle < centre.max() + reach + 1)
-    slowest = float(shaft.rpm(samples[used]).min())
-    needed = samples_needed(rate, slowest, order)
-    static_width = float(frequency_of_order(slowest, order)) / STATIC_SHARE
-    slow = vold_kalman(values, np.zeros((samples.size, 1)), rate, static_width)[:, 0].real
-    revolution, resampled = angular_resample((values - slow)[used], 2 * np.pi * angle[used], needed)
-    amplitudes = order_amplitudes(revolution, resampled, [order], centre, revolutions)[:, 0]
-    return OrderSpectrum(
-        order=order,
-        rpm=speeds,
-        time=time,
-        spectrum=_spectrum(record, order, speeds, amplitudes),
-        bandwidth=hann_bandwidth(speeds, revolutions),
-        sweep_rate=frequency_of_order(shaft.rpm_rate(time), order),
-        settled=np.ones(speeds.size, dtype=bool),
-    )
-
-
 def vold_kalman_spectra(
     record: TimeRecord,
     shaft: ShaftAngle,
@@ -132,7 +81,7 @@ def vold_kalman_spectra(
     pass, a bandwidth wider than the lowest frequency of an order, a sampling rate too low for the
     highest.
 
-    - `record`, `shaft`, `rpm`: arguments as for `computed_order_spectrum`.
+    - `rpm` (n_line,): speeds of the lines, increasing [1/min]; the run itself may rise or fall.
     - `orders`: cycles per revolution, each positive [1]; name every strong order, not only the
       wanted one.
     - `bandwidth` (n_order,).
@@ -174,7 +123,7 @@ def quasi_static(
     """Return the slow part of a record, such as torque, at the lines of an order spectrum.
 
     Shape (n_line, n_channel) [unit of the record]; arguments and errors as for
-    `computed_order_spectrum`. The Vold-Kalman filter at order 0, two poles: what oscillates at f
+    `vold_kalman_spectra`. The Vold-Kalman filter at order 0, two poles: what oscillates at f
     passes by ``1/(1 + 0.41 (2f/bandwidth)⁴)``.
     """
     speeds, time = _times_of_lines(shaft, rpm)
@@ -234,16 +183,9 @@ def _spectrum(
     return Spectrum(frequency_of_order(rpm, order), amplitudes, record.channels, record.unit)
 
 
-class OrderTracking(Enum):
-    """How an order is taken out of a time record."""
-
-    VOLD_KALMAN = "vold-kalman"
-    RESAMPLING = "resampling"
-
-
 @dataclass(frozen=True)
 class TrackingOptions:
-    """How a run over time is tracked; widths, window, step and orders are positive.
+    """How a run over time is tracked; bandwidth, step and orders are positive.
 
     - `other_orders`: strong orders that the filter solves together with the dominant one [1]; by
       default 0.5, twice and four times the dominant order.
@@ -251,16 +193,14 @@ class TrackingOptions:
       with a settled filter.
     """
 
-    method: OrderTracking = OrderTracking.VOLD_KALMAN
     bandwidth: float = 3.0
-    revolutions: float = 12.0
     other_orders: tuple[float, ...] | None = None
     lowest_rpm: float | None = None
     highest_rpm: float | None = None
     rpm_step: float = 10.0
 
     def __post_init__(self) -> None:
-        for name in ("bandwidth", "revolutions", "rpm_step"):
+        for name in ("bandwidth", "rpm_step"):
             if not getattr(self, name) > 0:
                 raise InputError(
                     f"order tracking: {name.replace('_', ' ')} {getattr(self, name):g} is not "
@@ -334,7 +274,7 @@ def tracked_run(
     time_run : TimeRun
         Tacho, accelerations [m/s²], forces of the cells [N], engine torque [N m] over time.
     options : TrackingOptions
-        Method, step of the engine speed [1/min], bandwidth [Hz] and range.
+        Step of the engine speed [1/min], bandwidth [Hz] and range.
     name : str, optional
         Name of the operating run; by default that of the time run.
 
@@ -399,16 +339,7 @@ def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedR
 
 def _lines(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:
     """Speeds at multiples of the step, within the range asked for or that the filter settles in."""
-    if options.method is OrderTracking.VOLD_KALMAN:
-        ends = _settled(shaft, options.bandwidth)
-    else:
-        turned = shaft.angle([shaft.begin, shaft.end]) / (2 * np.pi)
-        # half a window, and one revolution for the ends of the resampling
-        reach = options.revolutions / 2 + 1
-        times = np.linspace(shaft.begin, shaft.end, 1000)
-        ends = np.interp(
-            [turned[0] + reach, turned[1] - reach], shaft.angle(times) / (2 * np.pi), times
-        )
+    ends = _settled(shaft, options.bandwidth)
     _refuse_too_short(shaft, ends)
     # an uneven speed may lie beyond that of the first or the last pulse for a while
     low, high = np.clip(np.sort(shaft.rpm(ends)), *np.sort(shaft.rpm([shaft.begin, shaft.end])))
@@ -426,7 +357,7 @@ def _refuse_too_short(shaft: ShaftAngle, ends: RealArray) -> None:
     if not ends[0] < ends[1]:
         raise InputError(
             f"its {shaft.end - shaft.begin:.2f} s are too short for the filter: take a larger "
-            "bandwidth, fewer revolutions, or measure for longer"
+            "bandwidth, or measure for longer"
         )
 
 
@@ -459,12 +390,6 @@ def _spectra(
 ) -> tuple[OrderSpectrum, OrderSpectrum]:
     """Spectrum of the order, and of what shows beside it."""
     beside = order + BESIDE
-    if options.method is OrderTracking.RESAMPLING:
-        of_order, of_beside = (
-            computed_order_spectrum(record, shaft, q, rpm, revolutions=options.revolutions)
-            for q in (order, beside)
-        )
-        return of_order, of_beside
     others = options.other_orders
     if others is None:
         others = (0.5, 2 * order, 4 * order)

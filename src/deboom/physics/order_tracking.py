@@ -1,24 +1,19 @@
-"""Engine orders out of time records: computed order tracking and the Vold-Kalman filter."""
+"""Engine orders out of time records by the Vold-Kalman filter."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 from scipy import signal
-from scipy.interpolate import make_interp_spline
 from scipy.linalg import solve_banded
 
 from deboom.arrays import ComplexArray, RealArray, checked_array
 from deboom.errors import InputError
 
-INTERPOLATION_DEGREE = 5
-"""Degree of the spline through the samples."""
 SAMPLES_PER_PERIOD = 10
-"""Samples per period of the highest frequency of interest; angular resampling then errs by 2e-6."""
+"""Samples per period of the highest frequency of interest at which a lower rate ends."""
 LEAST_SAMPLES_PER_PERIOD = 4
 """Samples per period below which a record is refused."""
-HANN_HALF_POWER_WIDTH = 1.4405826
-"""Full width of a Hann window's transform between its half-power points, times its length [1]."""
 _RIPPLE = 110.0
 """Deviation of the passband from 1 and of the stopband from 0 that the filter is made for [dB]."""
 _STEEPEST = 1e13
@@ -88,113 +83,6 @@ def lower_rate(
     thinned = signal.upfirdn(kernel, longer, down=factor, axis=0)
     first, count = 2 * reach // factor, (len(record) - 1) // factor + 1
     return np.asarray(thinned[first : first + count], dtype=float), lower
-
-
-def samples_needed(rate: float, slowest_rpm: float, highest_order: float) -> int:
-    """Return the samples per revolution at which nothing in a record folds onto the orders wanted.
-
-    All content up to the rate [Hz], the images of the interpolation included, stays above the
-    highest order at the lowest speed [1/min]: ``N ≥ order + 60 rate / rpm``.
-    """
-    return int(np.ceil(highest_order + 60 * rate / slowest_rpm))
-
-
-def angular_resample(
-    values: npt.ArrayLike, angle: npt.ArrayLike, samples_per_revolution: int
-) -> tuple[RealArray, RealArray]:
-    """Resample time records at equal steps of shaft angle.
-
-    Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back,
-    fewer than one sample per revolution, or a record too short to interpolate.
-
-    - `values` (n_sample, n_channel).
-    - `angle` (n_sample,).
-    - `samples_per_revolution`.
-    - returns `revolution` (n_angle,): shaft angle of the new samples, whole steps from the zero
-      mark [rev].
-    - returns `resampled` (n_angle, n_channel).
-
-    A quintic spline over the angle. An order at ``x = f/rate`` keeps the share
-    ``1 / Σ_k (x/(x + k))⁶`` of its amplitude: 2e-6 are missing at ten samples per period, 1.5e-3 at
-    four.
-    """
-    sizes: dict[str, int] = {}
-    record: RealArray = checked_array(values, "s c", "time record", sizes)
-    turned: RealArray = checked_array(angle, "s", "shaft angle", sizes)
-    if turned.size <= INTERPOLATION_DEGREE:
-        raise InputError(f"{turned.size} samples are too few to interpolate")
-    if np.any(np.diff(turned) <= 0):
-        raise InputError("the shaft angle stands still or falls: the shaft must not turn back")
-    if samples_per_revolution < 1:
-        raise InputError(f"{samples_per_revolution} samples per revolution: give at least 1")
-    per_radian = samples_per_revolution / (2 * np.pi)
-    number = np.arange(np.ceil(turned[0] * per_radian), np.floor(turned[-1] * per_radian) + 1)
-    spline = make_interp_spline(turned, record, k=INTERPOLATION_DEGREE)
-    # rounding must not carry the outermost angles beyond the record
-    new_angle = np.clip(number / per_radian, turned[0], turned[-1])
-    return number / samples_per_revolution, np.asarray(spline(new_angle))
-
-
-def order_amplitudes(
-    revolution: npt.ArrayLike,
-    resampled: npt.ArrayLike,
-    order: npt.ArrayLike,
-    centre: npt.ArrayLike,
-    revolutions: float,
-) -> ComplexArray:
-    """Return complex amplitudes of orders, each over a Hann window about a shaft angle.
-
-    Raises InputError: an order that is not positive, a window that leaves the record or is too
-    short for an order.
-
-    - `revolution`, `resampled` (n_angle,): equidistant shaft angles from `angular_resample` [rev],
-      and samples there [unit].
-    - `order` (n_order,).
-    - `centre` (n_line,).
-    - `revolutions`.
-    - returns (n_line, n_order, n_channel): peak amplitudes A, so that an order is
-      ``Re(A e^{j order · angle})`` [unit].
-
-    ``A = 2/Σw · Σ w(θ) y(θ) e^{−j order θ}``. Constant orders that are whole multiples of
-    ``1/revolutions`` apart, two or more of them, do not disturb each other: four revolutions
-    separate the half orders of a four-stroke engine.
-    """
-    position, record = np.asarray(revolution, dtype=float), np.asarray(resampled, dtype=float)
-    orders, centres = np.atleast_1d(order).astype(float), np.atleast_1d(centre).astype(float)
-    step = (position[-1] - position[0]) / (position.size - 1)
-    lowest = orders.min()
-    if not lowest > 0:
-        raise InputError(f"order {lowest:g} is not positive: give cycles per revolution")
-    if not revolutions * lowest >= 2:
-        raise InputError(
-            f"a window of {revolutions:g} revolutions is too short for order {lowest:g}: give at "
-            f"least {2 / lowest:g}"
-        )
-    outside = (centres - revolutions / 2 < position[0] - step) | (
-        centres + revolutions / 2 > position[-1] + step
-    )
-    if outside.any():
-        raise InputError(
-            f"the window of {revolutions:g} revolutions about revolution {centres[outside][0]:.2f} "
-            f"leaves the record, which has {position[0]:.2f} to {position[-1]:.2f}"
-        )
-    amplitudes = np.empty((centres.size, orders.size, record.shape[1]), dtype=complex)
-    for line, middle in enumerate(centres):
-        ends = np.searchsorted(position, [middle - revolutions / 2, middle + revolutions / 2])
-        inside = slice(*ends)
-        weight = np.cos(np.pi * (position[inside] - middle) / revolutions) ** 2
-        kernel = weight * np.exp(-2j * np.pi * orders[:, np.newaxis] * position[inside])
-        amplitudes[line] = 2 / weight.sum() * (kernel @ record[inside])
-    return amplitudes
-
-
-def hann_bandwidth(rpm: npt.ArrayLike, revolutions: float) -> RealArray:
-    """Return the full width between the half-power points of computed order tracking [Hz].
-
-    ``B = 1.44 / (duration of the window)`` at the speed in the middle of the window [1/min]; in
-    orders ``1.44 / revolutions`` at every speed.
-    """
-    return np.asarray(HANN_HALF_POWER_WIDTH * np.asarray(rpm, dtype=float) / (60 * revolutions))
 
 
 def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:

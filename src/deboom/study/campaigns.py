@@ -32,7 +32,6 @@ from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.noise_transfer import POINT_LOADS
 from deboom.measurement.order_tracking import (
     DEFAULT_TRACKING,
-    OrderTracking,
     TrackedRun,
     TrackingOptions,
     tracked_run,
@@ -162,10 +161,7 @@ def orders_into_campaign(
     recorded = read_time_run(folder, time_run)
     new_run_file(folder, recorded.mount_set, name or recorded.name)
     tracked = tracked_run(recorded, options, name)
-    if options.method is OrderTracking.VOLD_KALMAN:
-        how = f"Vold-Kalman filter, bandwidth {options.bandwidth:g} Hz"
-    else:
-        how = f"angular resampling, Hann window of {options.revolutions:g} revolutions"
+    how = f"Vold-Kalman filter, bandwidth {options.bandwidth:g} Hz"
     smear = f"{how}, smear up to {tracked.order.smear.max():.2g} Hz"
     path = add_operating_run(folder, tracked.run, (f"from time run {time_run}", smear))
     return tracked, path

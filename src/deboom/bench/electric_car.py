@@ -15,22 +15,7 @@ import numpy as np
 from scipy.linalg import block_diag
 
 from deboom.arrays import AXES, ComplexArray, RealArray
-from deboom.bench.compressor_rig import (
-    SCATTER,
-    HitPlan,
-    Operation,
-    Placed,
-    PlacementErrors,
-    Sheet,
-    Source,
-    Sweep,
-    first_estimate,
-    floor,
-    gas_factor,
-    hit_plan,
-    place,
-    without_noise,
-)
+from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
 from deboom.bench.fleet import Body, Cabin, noise_transfer, read_cabin, receptance
 from deboom.bench.powertrain import read_data
@@ -224,7 +209,7 @@ class CarRun:
 def run_car(
     car: ElectricCarBody,
     compressor: Compressor,
-    source: Source,
+    source: rig.Source,
     frequency: RealArray,
     hoses: Sequence[Hose] = (),
     gas_factor: float = 1.0,
@@ -289,7 +274,7 @@ def run_car(
 def design_pressure(
     car: ElectricCarBody,
     compressor: Compressor,
-    source: Source,
+    source: rig.Source,
     frequency: RealArray,
     stiffness: RealArray,
     hoses: Sequence[Hose] = (),
@@ -335,7 +320,7 @@ SOUND_FLOOR = 3e-5
 in a closed car in a quiet room."""
 
 
-def point_sheets(compressor: Compressor) -> tuple[Sheet, ...]:
+def point_sheets(compressor: Compressor) -> tuple[rig.Sheet, ...]:
     """Plan sensors and impacts around every one of `POINTS`, where a compressor's load enters.
 
     Impacts of one place share a node.
@@ -364,15 +349,15 @@ def point_sheets(compressor: Compressor) -> tuple[Sheet, ...]:
             for k, (offset, signs) in enumerate(zip(IMPACT_OFFSETS, PUSHES, strict=True))
             for axis, push in zip("xyz", np.diag(signs).astype(float), strict=True)
         ]
-        sheets.append(Sheet(tuple(sensors), tuple(impacts), point))
+        sheets.append(rig.Sheet(tuple(sensors), tuple(impacts), point))
     return tuple(sheets)
 
 
 def draw_setup(
-    sheets: Sequence[Sheet], errors: PlacementErrors, generator: np.random.Generator
-) -> tuple[Placed, ...]:
+    sheets: Sequence[rig.Sheet], errors: rig.PlacementErrors, generator: np.random.Generator
+) -> tuple[rig.Placed, ...]:
     """Instrument the body with the errors of a laboratory, one hammer for all points."""
-    placed = [place(sheet, errors, generator) for sheet in sheets]
+    placed = [rig.place(sheet, errors, generator) for sheet in sheets]
     return tuple(replace(point, hammer_gain=placed[0].hammer_gain) for point in placed)
 
 
@@ -393,19 +378,19 @@ class BodyFrfs:
     acceleration: ComplexArray
 
 
-def body_plan(*, noise_free: bool = False) -> HitPlan:
+def body_plan(*, noise_free: bool = False) -> rig.HitPlan:
     """Return how a body is struck: the compressor's sensors and hits, a larger and softer hammer.
 
     Without noise, every hit is where it should be, and channels and cabin are silent.
     """
-    plan = replace(hit_plan(), impulse=BODY_IMPULSE, pulse=BODY_PULSE, band=BODY_BAND)
-    return without_noise(plan) if noise_free else plan
+    plan = replace(rig.hit_plan(), impulse=BODY_IMPULSE, pulse=BODY_PULSE, band=BODY_BAND)
+    return rig.without_noise(plan) if noise_free else plan
 
 
 def strike_body(
     car: ElectricCarBody,
-    setup: Sequence[Placed],
-    plan: HitPlan,
+    setup: Sequence[rig.Placed],
+    plan: rig.HitPlan,
     cabin_noise: float,
     microphone: float,
     generator: np.random.Generator,
@@ -439,7 +424,7 @@ def strike_body(
             force = (1 + placed.hammer_gain) * push + (
                 plan.force_noise * plan.impulse * complex_normal(push.shape, generator)
             )
-            estimate, coherence = first_estimate(force, response)
+            estimate, coherence = rig.first_estimate(force, response)
             functions.append(estimate)
             coherences.append(coherence[:, -1])
     matrix = np.stack(functions, axis=2)
@@ -459,7 +444,7 @@ def _pulse(duration: float, frequency: RealArray) -> RealArray:
 
 
 @dataclass(frozen=True, eq=False)
-class CarSweep(Sweep):
+class CarSweep(rig.Sweep):
     """One run-up in the car: the truth, and its channels without noise.
 
     Channels are those on the compressor and on the holders, and the sound [m/s²], [m/s²], [Pa].
@@ -470,7 +455,7 @@ class CarSweep(Sweep):
 
 
 def draw_car_sensors(
-    errors: PlacementErrors, generator: np.random.Generator
+    errors: rig.PlacementErrors, generator: np.random.Generator
 ) -> tuple[list[RealArray], float]:
     """Glue one accelerometer on the body side of every mount, and set up the microphone.
 
@@ -490,7 +475,7 @@ def draw_car_sensors(
 
 def sweep_car(
     car: ElectricCarBody,
-    running_rig: Operation,
+    running_rig: rig.Operation,
     sensors: tuple[Sequence[RealArray], float],
     frequency: RealArray,
     pressure: float,
@@ -498,25 +483,25 @@ def sweep_car(
     soft: bool,
 ) -> CarSweep:
     """Run up the compressor in the car at one of `PRESSURES` [bar] over `frequency` (f,) [Hz]."""
-    rig, source = running_rig.laboratory, running_rig.source
-    hoses = () if soft else rig.compressor.hoses
-    run = run_car(car, rig.compressor, source, frequency, hoses, gas_factor(pressure))
+    built, source = running_rig.laboratory, running_rig.source
+    hoses = () if soft else built.compressor.hoses
+    run = run_car(car, built.compressor, source, frequency, hoses, rig.gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, None]) ** 2
     motion = run.body_motion[:, columns_of(MOUNTS)].reshape(len(squared), -1, len(AXES))
     rows, microphone = sensors
     holder = np.hstack([motion[:, number] @ row.T for number, row in enumerate(rows)])
-    seen = run.displacement @ rig.placed.response_rows().T
+    seen = run.displacement @ built.placed.response_rows().T
     sound = microphone * run.pressure[:, None]
     return CarSweep(pressure, hoses, run, (-squared * seen, -squared * holder, sound))
 
 
 def tracked(sweep: CarSweep, generator: np.random.Generator) -> tuple[ComplexArray, ...]:
     """Return the delivered spectra: the channels with scatter and noise."""
-    channel = floor(sweep.run.frequency)[:, None]
+    channel = rig.floor(sweep.run.frequency)[:, None]
 
     def noisy(exact: ComplexArray, deviation: RealArray | float) -> ComplexArray:
         scatter, noise = generator.standard_normal((2, *exact.shape, 2)) @ [1, 1j] / np.sqrt(2)
-        return np.asarray(exact * (1 + SCATTER * scatter) + deviation * noise)
+        return np.asarray(exact * (1 + rig.SCATTER * scatter) + deviation * noise)
 
     floors = (channel, channel, np.sqrt(2) * SOUND_FLOOR)
     return tuple(map(noisy, sweep.channels, floors))

@@ -7,7 +7,7 @@ design", Int. J. Numer. Meth. Engng 94, 2013.
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
@@ -305,12 +305,20 @@ def _box_around(question: BoxQuestion, design: RealArray, size: float) -> Box:
 
 def _largest_size(question: BoxQuestion, design: RealArray, unit: RealArray, share: float) -> float:
     """Return the largest `size` of `_box_around` that keeps a share of the sample, by bisection."""
-    good, bad = 0.0, 1.0
-    if question.share_of(_box_around(question, design, bad), unit) >= share:
-        return bad
-    for _ in range(30):
+
+    def share_at(size: float) -> float:
+        return question.share_of(_box_around(question, design, size), unit)
+
+    return 1.0 if share_at(1.0) >= share else _bisected(share_at, 0.0, 1.0, share, halvings=30)
+
+
+def _bisected(
+    share_at: Callable[[float], float], good: float, bad: float, wanted: float, halvings: int
+) -> float:
+    """Return the value next to `bad` that was seen to keep the wanted share, or `good`."""
+    for _ in range(halvings):
         middle = 0.5 * (good + bad)
-        if question.share_of(_box_around(question, design, middle), unit) >= share:
+        if share_at(middle) >= wanted:
             good = middle
         else:
             bad = middle
@@ -432,30 +440,18 @@ def _calibrated(
     def share_at(growth: float) -> float:
         return question.share_of(resized(question, box, growth), sample)
 
-    kept = question.share_of(box, sample)
-    outwards = kept >= wanted
-    good, best = (0.0, kept) if outwards else (-1.0, 0.0)
-    bad = None if outwards else 0.0
+    outwards = question.share_of(box, sample) >= wanted
+    good, bad = (0.0, None) if outwards else (-1.0, 0.0)
     end, step = 0.0, 0.02 if outwards else -0.02
     while -0.999 < end < 16.0:
         end, step = max(end + step, -0.999), 2.0 * step
-        share = share_at(end)
-        if share >= wanted:
-            good, best = end, share
-        else:
-            bad = end
-        if (share >= wanted) != outwards:
+        kept = share_at(end) >= wanted
+        good, bad = (end, bad) if kept else (good, end)
+        if kept != outwards:
             break
-    if bad is None:
-        return resized(question, box, good), best
-    for _ in range(halvings):
-        middle = 0.5 * (good + bad)
-        share = share_at(middle)
-        if share >= wanted:
-            good, best = middle, share
-        else:
-            bad = middle
-    return resized(question, box, good), best
+    if bad is not None:
+        good = _bisected(share_at, good, bad, wanted, halvings)
+    return resized(question, box, good), share_at(good)
 
 
 def _wanted(question: BoxQuestion, effort: BoxEffort, box: Box, sample: RealArray) -> float:

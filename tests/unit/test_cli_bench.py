@@ -11,7 +11,6 @@ from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.cli import app
-from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.study import campaigns as platform_library
@@ -176,11 +175,3 @@ def test_refusals_are_one_sentence_and_leave_nothing(command, options, words, cl
     assert words in done.stderr
     assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
     assert not (tmp_path / "new").exists()
-
-
-def test_plans_that_contradict_themselves_are_refused():
-    with pytest.raises(InputError, match="hoses hang on a rigid body"):
-        CompressorPlan(flexible_body=400.0, hoses=HoseCase.DRAWN)
-    for wrong in (CompressorPlan(flexible_body=400.0), CompressorPlan(hoses=HoseCase.DRAWN)):
-        with pytest.raises(InputError, match="planned rigid and without hoses"):
-            OperationPlan(wrong)

@@ -205,11 +205,11 @@ REFUSED = [
     # lines that a record does not hold
     ("does not pass 850 1/min; it goes from 9", lambda: filtered(rpm=(850.0, 1500.0))),
     (
-        "does not hold its line about 2000 1/min: lines from",
+        "does not hold the line at 2000 1/min: lines from",
         lambda: filtered((1.5,), 3.0, (1000.0, 2000.0), FIRST_SECOND),
     ),
     (
-        "does not hold its line about 2000 1/min: lines from",
+        "does not hold the line at 2000 1/min: lines from",
         lambda: quasi_static(FIRST_SECOND, SHAFT, [1000.0, 2000.0], bandwidth=2.0),
     ),
     (r"the tacho, 0.000 to 3.9.* s, do not overlap", lambda: filtered(of=LATER)),

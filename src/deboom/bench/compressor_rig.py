@@ -447,8 +447,7 @@ class OperationPlan:
     - `sense`: 1: the rotor turns from y to z; −1: from z to y.
     - `truth_seed`: 1 is the frozen unbalance; every other seed draws its sizes, phases and sense.
     - `time_record`: whether a short run-up is recorded over time with tacho as well.
-    - raises InputError: a factor that is not positive, another sense, a compressor with hoses or of
-      two parts.
+    - raises InputError: a factor that is not positive, another sense.
     """
 
     compressor: CompressorPlan = field(default_factory=CompressorPlan)
@@ -472,10 +471,6 @@ class OperationPlan:
         if self.sense not in (1, -1):
             raise InputError(
                 f"sense {self.sense} is no sense of rotation: give 1 (from y to z) or -1"
-            )
-        if self.compressor.hoses is not None or self.compressor.flexible_body:
-            raise InputError(
-                "a running compressor is planned rigid and without hoses; its hoses are `hoses`"
             )
 
 

@@ -74,8 +74,6 @@ class CompressorPlan:
                 f"a body cannot swing at {self.flexible_body} Hz: state a frequency, such as 400, "
                 "or 0 for a rigid one"
             )
-        if self.flexible_body and self.hoses is not None:
-            raise InputError("hoses hang on a rigid body here: leave out hoses or flexible body")
 
 
 @dataclass(frozen=True, eq=False)

@@ -96,8 +96,9 @@ def vold_kalman_spectra(
         )
     widths = np.broadcast_to(widths, len(orders))
     speeds, time = _times_of_lines(shaft, rpm)
-    samples, values, rate = _prepared(record, shaft, max(orders), widths.max())
-    _refuse_lines_outside(shaft, speeds, time, samples, "its line")
+    highest = float(frequency_of_order(shaft.rpm_range()[1], max(orders)))
+    samples, values, rate = _cut(record, shaft, highest + float(widths.max()))
+    _refuse_lines_outside(shaft, speeds, time, samples)
     phase = shaft.angle(samples)[:, np.newaxis] * np.concatenate([[0.0], orders])
     all_widths = np.concatenate([[widths.min()], widths])
     envelopes = vold_kalman(values, phase, rate, all_widths)[:, 1:]
@@ -128,7 +129,7 @@ def quasi_static(
     """
     speeds, time = _times_of_lines(shaft, rpm)
     samples, values, rate = _cut(record, shaft, SAMPLES_PER_PERIOD * bandwidth)
-    _refuse_lines_outside(shaft, speeds, time, samples, "its line")
+    _refuse_lines_outside(shaft, speeds, time, samples)
     slow = vold_kalman(values, np.zeros((samples.size, 1)), rate, bandwidth)[:, 0].real
     return np.asarray(CubicSpline(samples, slow)(time))
 
@@ -138,14 +139,6 @@ def _times_of_lines(shaft: ShaftAngle, rpm: npt.ArrayLike) -> tuple[RealArray, R
     if speeds.ndim != 1 or speeds.size == 0 or np.any(np.diff(speeds) <= 0):
         raise InputError("the speeds of an order spectrum must be a list that increases")
     return speeds, shaft.time_at(speeds)
-
-
-def _prepared(
-    record: TimeRecord, shaft: ShaftAngle, highest_order: float, bandwidth: float
-) -> tuple[RealArray, RealArray, float]:
-    """Cut the record for the orders up to the highest one, at the highest speed."""
-    highest = float(frequency_of_order(shaft.rpm_range()[1], highest_order))
-    return _cut(record, shaft, highest + bandwidth)
 
 
 def _cut(
@@ -164,15 +157,13 @@ def _cut(
 
 
 def _refuse_lines_outside(
-    shaft: ShaftAngle, rpm: RealArray, time: RealArray, possible: RealArray, needed: str
+    shaft: ShaftAngle, rpm: RealArray, time: RealArray, samples: RealArray
 ) -> None:
-    if possible.size == 0:
-        raise InputError(f"the record is shorter than {needed}")
-    outside = (time < possible[0]) | (time > possible[-1])
+    outside = (time < samples[0]) | (time > samples[-1])
     if outside.any():
-        low, high = np.sort(shaft.rpm(possible[[0, -1]]))
+        low, high = np.sort(shaft.rpm(samples[[0, -1]]))
         raise InputError(
-            f"the record does not hold {needed} about {rpm[outside][0]:g} 1/min: lines from "
+            f"the record does not hold the line at {rpm[outside][0]:g} 1/min: lines from "
             f"{low:.1f} to {high:.1f} 1/min are possible"
         )
 

@@ -207,13 +207,6 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
         (lambda: ShareTarget(np.array([np.nan]), 0.9), "finite"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.0, 0.3), "could only be chosen from 0 to 0.3"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.4, 0.3), "could only be chosen from 0.4"),
-        (
-            lambda: replace(
-                linear_allocator(SLOPE[:1], WEIGHT[:1]),
-                price=ToleranceCost(("Q x",), np.ones(1), np.full(1, 0.15)),
-            ),
-            "there is a cost of",
-        ),
     ],
 )
 def test_what_makes_no_sense_is_refused(make, words):

@@ -269,7 +269,8 @@ class Allocation(Tabled):
 class Allocator:
     """A design, the price of its tolerances, and how far they may go.
 
-    - `effect`, `price`: the design and the prices. Variables without a price keep their tolerance.
+    - `effect`, `price`: the design and the prices of some of its variables; the others keep their
+      tolerance.
     - `lower`, `upper` (k,): bounds of the tolerances that have a price, half widths above 0 and
       below 1 [1].
     """
@@ -280,11 +281,6 @@ class Allocator:
     upper: RealArray
 
     def __post_init__(self) -> None:
-        unknown = [name for name in self.names if name not in self.effect.names]
-        if unknown:
-            raise InputError(
-                f"there is a cost of {unknown}, and the design has {list(self.effect.names)}"
-            )
         shape = (len(self.names),)
         lower, upper = (np.broadcast_to(end, shape) for end in (self.lower, self.upper))
         for name, low, high in zip(self.names, lower, upper, strict=True):
@@ -334,7 +330,8 @@ class Allocator:
             key = place.tobytes()
             if key not in known:
                 known.clear()
-                known[key] = self._excess(target, self._within(np.exp(place)))
+                value, slope = target.excess(self.at(self._within(np.exp(place))).scattered)
+                known[key] = value, slope[self._columns]
             return known[key]
 
         def cost(place: RealArray) -> tuple[float, RealArray]:
@@ -380,10 +377,6 @@ class Allocator:
                 "a wider target or another design"
             )
         return self.at(everywhere(_reached(excess, low, high)))
-
-    def _excess(self, target: Target, tolerance: RealArray) -> tuple[float, RealArray]:
-        value, slope = target.excess(self.at(tolerance).scattered)
-        return value, slope[self._columns]
 
     def _within(self, tolerance: RealArray) -> RealArray:
         return np.clip(tolerance, self.lower, self.upper)

@@ -59,20 +59,12 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.identify import (
-    Identification,
-    IdentifyOptions,
-    identify,
-)
+from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import InertanceTest
-from deboom.study.compressor_identification import (
-    CompressorTruth,
-    errors_of,
-    read_compressor_truth,
-)
+from deboom.study.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
 from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
 SEEDS = range(2, 2 + draws(10))

@@ -15,12 +15,7 @@ import numpy as np
 from claims import Claim, between, draws
 from deboom.bench.compressor_rig import true_source
 from deboom.bench.compressor_truth import CompressorPlan, drawn_hoses, true_compressor
-from deboom.bench.electric_car import (
-    ElectricCarBody,
-    draw_fleet,
-    frozen_fleet,
-    run_car,
-)
+from deboom.bench.electric_car import ElectricCarBody, draw_fleet, frozen_fleet, run_car
 from deboom.choices import CompressorCase
 from deboom.physics.sound_level import spl
 

@@ -26,20 +26,9 @@ from deboom.bench.signals import order_noise
 from deboom.measurement.culprit import Diagnosis, Fault, culprit_of_responses, find_culprit
 from deboom.measurement.impact_test import check_hits
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
-from deboom.measurement.virtual_point import (
-    sensor_geometry,
-    virtual_point,
-)
+from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from filtered_hits import blows
-from hammer_test import (
-    CAREFUL,
-    EXACT,
-    OFFSET,
-    InjectedFault,
-    draw_fault,
-    draw_hammer_test,
-    measure,
-)
+from hammer_test import CAREFUL, EXACT, OFFSET, InjectedFault, draw_fault, draw_hammer_test, measure
 
 GROSS = (Fault.SIGN, Fault.AXES)
 KINDS = (*GROSS, Fault.OFFSET)

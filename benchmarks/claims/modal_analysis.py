@@ -24,9 +24,7 @@ from deboom.bench.vehicle_acquisition import AcquisitionErrors
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import BodyModes, body_modes
-from deboom.measurement.modal import (
-    LARGE_ERROR,
-)
+from deboom.measurement.modal import LARGE_ERROR
 
 VEHICLES = tuple(f"U06-{k}" for k in range(1, 6))
 N_MODES = 5

@@ -16,11 +16,7 @@ import numpy as np
 import pandas as pd
 
 from claims import Claim, at_most, draws
-from deboom.explore.sensitivity import (
-    design_inputs,
-    fast_sobol_indices,
-    sobol_designs,
-)
+from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_designs
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
 from deboom.study.platform_model import Motion, MountSource, motion_index, operation

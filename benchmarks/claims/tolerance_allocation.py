@@ -16,9 +16,7 @@ from typing import Any
 import numpy as np
 
 from claims import Claim, at_most, between, draws
-from deboom.explore.tolerance_allocation import (
-    ToleranceEffect,
-)
+from deboom.explore.tolerance_allocation import ToleranceEffect
 from deboom.study.made_parts import ScatterOptions
 from deboom.study.platform_model import Motion, MotionOptions
 from deboom.study.runner import load_study, run_study

@@ -21,19 +21,8 @@ from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.measured_vehicle import path_accelerance
 from deboom.measurement.path_forces import forces_by_inversion
-from deboom.physics.force_inversion import (
-    CROSS_VALIDATED,
-    PLAIN,
-    invert_for_forces,
-)
-from transfer_path_assembly import (
-    INDICATORS,
-    INTERFACE,
-    accelerance,
-    receiver,
-    source,
-    with_noise,
-)
+from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, invert_for_forces
+from transfer_path_assembly import INDICATORS, INTERFACE, accelerance, receiver, source, with_noise
 
 GOOD = 100
 BESIDE = np.arange(INDICATORS.size)

@@ -143,13 +143,6 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
         read_delivered_parts(table_of(tmp_path, [0.9]), axes, over_today=True)
 
 
-def test_reasons_are_in_the_unit_of_the_table(tmp_path):
-    (one,) = judged(tmp_path, [1.05]).parts
-    assert one.reason == "x outside: 210.0 N/mm, asked 160.0 to 200.0 N/mm"
-    (one,) = judged(tmp_path, [0.995], 0.01).parts
-    assert one.reason == "x too near to an end: 199.0 N/mm, asked 160.0 to 200.0 N/mm"
-
-
 @pytest.mark.parametrize(
     ("text", "sentence"),
     [

@@ -8,7 +8,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
-from deboom.study.correlation import DoeRequest, Plan, key_of
+from deboom.study.correlation import DoeRequest, Plan
 from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
 
@@ -117,14 +117,3 @@ def test_a_users_own_table(tmp_path, vehicles):
     own.drop(columns="TSM x [1]").to_excel(path, index=False)
     with pytest.raises(InputError, match="column 'TSM x' is missing"):
         run(tmp_path, **GROUP, table=path)
-
-
-def test_summary_keys():
-    keys = {
-        ("U06-1", "U06-2", "U06-4"): "u06_1_4",
-        ("U06-10", "U06-12"): "u06_10_12",
-        ("U06-5",): "u06_5",
-        ("hatch", "wagon"): "hatch_wagon",
-        ("Body A 1", "Van 2"): "body_a_1_van_2",
-    }
-    assert {names: key_of(names) for names in keys} == keys

@@ -50,9 +50,6 @@ def test_tables_name_the_parts_to_order(finished):
     assert set(sets["TSM part"]) == {"TSM M0 (today's)", *(f"TSM-M{n}" for n in range(1, 6))}
     assert sets["on the front"].sum() == len(front)
     assert (pd.read_csv(finished / "designs.csv").filter(regex=r" [xyz] \[1\]") == 1.0).all().all()
-
-
-def test_the_catalogue_is_an_input(finished):
     record = json.loads((finished / "run.json").read_text())
     assert any(path.endswith(CATALOGUE_FILE) for path in record["inputs_sha256"])
 
@@ -93,8 +90,5 @@ def test_what_is_no_catalogue_is_refused(tmp_path):
     shutil.copy(PLATFORM / "mounts.library.json", tmp_path / "own.json")
     with pytest.raises(InputError, match="no further part"):
         STUDY.module.platform_catalogue(platform, tmp_path / "own.json")
-
-
-def test_measured_spectra_know_one_set_of_parts_only(tmp_path):
     with pytest.raises(InputError, match="known by their surfaces alone"):
         run_study(STUDY, tmp_path, {**BUDGET, "mounts": MountSource.spectra})

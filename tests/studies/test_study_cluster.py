@@ -4,7 +4,6 @@ import os
 import signal
 from dataclasses import fields
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -99,26 +98,3 @@ def test_nobody_at_the_address(monkeypatch):
         workers_for(ROBUST, scheduler="tcp://127.0.0.1:9"),
     ):
         pass
-
-
-def test_a_secured_address_without_certificates(monkeypatch):
-    def without_certificates(*_, **__):
-        raise TypeError("TLS expects a `ssl_context`")
-
-    monkeypatch.setattr("distributed.Client", without_certificates)
-    with (
-        pytest.raises(InputError, match="Dask's own settings for certificates"),
-        workers_for(ROBUST, scheduler="tls://127.0.0.1:9"),
-    ):
-        pass
-
-
-def test_a_cluster_without_workers():
-    class Empty:
-        scheduler = SimpleNamespace(address="tcp://node7:8786")
-
-        def wait_for_workers(self, *_, **__):
-            raise TimeoutError
-
-    with pytest.raises(InputError, match="has no worker: start one with `dask worker tcp://node7"):
-        workers._wait_for_a_worker(Empty())

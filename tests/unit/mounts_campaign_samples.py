@@ -6,11 +6,7 @@ import numpy as np
 
 from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import (
-    Sensor,
-    SensorKind,
-    Tolerances,
-)
+from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, rotation_matrix

@@ -7,9 +7,7 @@ import tomllib
 import numpy as np
 import pytest
 
-from deboom.bench.campaign import (
-    CampaignPlan,
-)
+from deboom.bench.campaign import CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform

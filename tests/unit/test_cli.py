@@ -127,6 +127,7 @@ def test_bench_writes_a_platform_that_passes_its_check(cli, tmp_path):
     folder = tmp_path / "platform"
     written = cli("bench", "write", folder, "--seed", "2")
     assert written.exit_code == 0
+    assert "--mounts spectra" in written.stderr
     assert Path(written.stdout.splitlines()[-1]) == folder
     checked = cli("check", folder)
     assert checked.exit_code == 0, checked.stderr

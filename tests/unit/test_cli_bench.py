@@ -56,14 +56,6 @@ def test_campaign_without_errors_with_time_data(cli, tmp_path):
     assert [path.name for path in (folder / "time").iterdir()] == ["g5_wot220_time.uff"]
 
 
-def test_platform_without_library_says_how_to_get_one(cli, tmp_path):
-    done = cli("bench", "write", tmp_path / "platform", "--seed", 2)
-    assert done.exit_code == 0
-    assert "--mounts spectra" in done.stderr
-    assert "--library" in done.stderr
-    assert not (tmp_path / "platform" / LIBRARY_FILE).exists()
-
-
 def test_platform_with_library(tmp_path, monkeypatch):
     """Of few runs: what the studies need is there."""
     few, lines = campaign.TRAINING_RUNS[2::4], np.arange(20.0, 80.5, 2.0)

@@ -237,14 +237,6 @@ def test_beyond_reading_signs_are_checked(tmp_path):
     assert "load case fast: channel 'EnM x' has a negative stiffness" in fault
 
 
-def test_lines_that_count_follow_the_data(tmp_path):
-    folder = filled(made(tmp_path / "mine"))
-    assert "21 lines in 20 to 60 Hz" in check_platform(folder).summary
-    for path in folder.rglob("*.uff"):
-        write_uff(path, [replace(f, abscissa=LINES + 80.0) for f in read_uff(path)])
-    assert "21 lines in 100 to 140 Hz" in check_platform(folder).summary
-
-
 def test_frequency_axes_that_differ_are_told_file_by_file(tmp_path):
     folder = filled(made(tmp_path / "mine"))
     for name in ("noise_transfer/cabrio.uff", "operating/slow.uff"):

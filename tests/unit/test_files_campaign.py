@@ -24,7 +24,6 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.campaign_run import add_operating_run
-from deboom.files.rows import SensorRow, read_curve, read_table, write_curve, write_table
 from deboom.measurement.sensors import SensorKind
 
 RUNS = (
@@ -298,30 +297,3 @@ def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run):
     assert len(read_campaign(folder).runs) == 1
     sentence = "write the list as [[runs]] sections"
     refused(lambda place: add_operating_run(place, run), folder, sentence)
-
-
-ROWS = (
-    SensorRow("A1", "accelerometer", "B&K 4321", "EnM", "", (0.1, -0.2, 0.3), (0.0, 0.1, 1.5)),
-    SensorRow("C7", "force cell", "Kistler 9077C", "Du", "left", (1.0, 2.0, 3.0), (0.0, 0.0, -1.0)),
-)
-
-
-@pytest.mark.parametrize("suffix", [".csv", ".xlsx"])
-def test_position_sheets_read_back(tmp_path, suffix):
-    path = tmp_path / f"sensors{suffix}"
-    write_table(path, SensorRow, ROWS)
-    for one, other in zip(ROWS, read_table(path, SensorRow), strict=True):
-        assert (one.sensor, one.kind, one.model, one.mount, one.piece) == (
-            *(other.sensor, other.kind, other.model, other.mount, other.piece),
-        )
-        assert other.position == pytest.approx(one.position, rel=1e-12)
-        assert other.angles == pytest.approx(one.angles, rel=1e-9)
-
-
-def test_curves_read_back(tmp_path):
-    deflection, force = np.linspace(-1e-3, 1e-3, 5), np.linspace(-80.0, 90.0, 5)
-    write_curve(tmp_path / "curve.csv", deflection, force)
-    assert (tmp_path / "curve.csv").read_text().startswith("deflection [mm],force [N]\n-1.0,")
-    found = read_curve(tmp_path / "curve.csv")
-    assert found[0] == pytest.approx(deflection, rel=1e-14)
-    assert found[1] == pytest.approx(force, rel=1e-14)

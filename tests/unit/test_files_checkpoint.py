@@ -29,14 +29,6 @@ def test_facts_and_evaluations_come_back_as_they_were(tmp_path):
         assert again.kept(1)[name].tobytes() == array.tobytes()
 
 
-def test_the_same_evaluations_give_the_same_bytes(tmp_path):
-    chunks = []
-    for name in ("one", "two"):
-        CheckpointFolder(tmp_path / name, INPUTS).keep(1, {"x": np.arange(3.0)})
-        chunks.append((tmp_path / name / "evaluations" / "000001.npz").read_bytes())
-    assert chunks[0] == chunks[1]
-
-
 def test_nothing_is_pickled(tmp_path):
     store = CheckpointFolder(tmp_path / "search", INPUTS)
     with pytest.raises(ValueError, match="Object arrays cannot be saved"):
@@ -80,13 +72,6 @@ def test_an_interrupted_write_leaves_the_facts_before(tmp_path, monkeypatch):
     with pytest.raises(InputError, match="disk full"):
         store.save({"n": 2})
     assert store.load() == {"n": 1}
-
-
-def test_evaluations_are_kept_by_generation(tmp_path):
-    store = CheckpointFolder(tmp_path / "search", INPUTS)
-    for number, size in ((1, 3), (2, 2), (10, 1)):
-        store.keep(number, {"designs": np.full((size, 4), float(number)), "failed": np.zeros(size)})
-    np.testing.assert_array_equal(store.kept(2)["designs"], np.full((2, 4), 2.0))
 
 
 @pytest.mark.parametrize(

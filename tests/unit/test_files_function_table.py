@@ -100,8 +100,7 @@ def test_a_wrong_mat_file_is_refused(tmp_path, changes, sentence):
 )
 def test_what_is_no_mat_file_is_refused(tmp_path, data, sentence):
     path = tmp_path / "wrong.mat"
-    if data is not None:
-        path.write_bytes(data)
+    path.write_bytes(data)
     with pytest.raises(InputError, match=re.escape(sentence)):
         read_function_table(path)
 

@@ -9,11 +9,7 @@ from mounts_library_samples import assert_same, campaign, mount, wishbone
 
 from deboom.errors import InputError
 from deboom.files import library_export
-from deboom.files.library_export import (
-    read_library_json,
-    write_library_json,
-    write_library_xlsx,
-)
+from deboom.files.library_export import read_library_json, write_library_json, write_library_xlsx
 
 MOUNTS = (mount(supplier="=Ø & Söhne"), wishbone())
 

@@ -7,14 +7,7 @@ from functools import partial
 
 import numpy as np
 import pytest
-from broken_files import (
-    content,
-    edited,
-    edits,
-    function,
-    functions,
-    refused,
-)
+from broken_files import content, edited, edits, function, functions, refused
 
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test

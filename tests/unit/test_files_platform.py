@@ -10,10 +10,7 @@ import pytest
 from broken_files import all_of, content, edited, edits, function, functions, refused, without
 
 from deboom.errors import InputError
-from deboom.files.platform import (
-    PlatformFile,
-    read_platform,
-)
+from deboom.files.platform import PlatformFile, read_platform
 from deboom.files.rows import QUANTITY_UNIT, ChannelRow, MountRow, write_table
 from deboom.files.schema import Several, StrictModel, dump_toml, load_toml
 from deboom.files.tables import parse_unit

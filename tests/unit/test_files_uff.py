@@ -8,14 +8,7 @@ from hypothesis import strategies as st
 
 from deboom.errors import InputError
 from deboom.files import uff
-from deboom.files.uff import (
-    DIRECTIONS,
-    AxisDriftWarning,
-    UffFunction,
-    read_uff,
-    set_58,
-    write_uff,
-)
+from deboom.files.uff import DIRECTIONS, AxisDriftWarning, UffFunction, read_uff, set_58, write_uff
 
 LINES = 20.0 + 0.25 * np.arange(9)
 

@@ -10,10 +10,7 @@ from deboom.measurement.path_forces import (
     forces_by_mount_stiffness,
     validate_on_board,
 )
-from deboom.physics.force_inversion import (
-    PLAIN,
-    invert_for_forces,
-)
+from deboom.physics.force_inversion import PLAIN, invert_for_forces
 
 LINES = np.array([20.0, 30.0, 40.0])
 PATHS = ("TSM x", "EnM x")

@@ -33,17 +33,8 @@ from deboom.measurement.quality import (
     reciprocity,
     response_consistency,
 )
-from deboom.measurement.sensors import (
-    Impact,
-    PlacementTolerances,
-    Sensor,
-    SensorKind,
-    Tolerances,
-)
-from deboom.measurement.uncertainty import (
-    method_difference,
-    pivotal_interval,
-)
+from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind, Tolerances
+from deboom.measurement.uncertainty import method_difference, pivotal_interval
 from deboom.measurement.virtual_point import (
     conditioning,
     impact_geometry,

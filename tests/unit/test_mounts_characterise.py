@@ -21,11 +21,7 @@ from threadpoolctl import threadpool_limits
 from deboom.errors import InputError
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry
-from deboom.mounts.characterise import (
-    CharacteriseOptions,
-    characterise,
-    training_runs,
-)
+from deboom.mounts.characterise import CharacteriseOptions, characterise, training_runs
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.measuring_chain import (
     ErrorSource,

@@ -14,19 +14,11 @@ from pathlib import Path
 import mounts_library_samples as samples
 import numpy as np
 import pytest
-from mounts_library_samples import (
-    assert_same,
-    campaign,
-    mount,
-    wishbone,
-)
+from mounts_library_samples import assert_same, campaign, mount, wishbone
 from sqlalchemy import NullPool, create_engine, text
 
 from deboom.errors import InputError
-from deboom.mounts.characterised_mount import (
-    DirectionQuality,
-    MountIdentity,
-)
+from deboom.mounts.characterised_mount import DirectionQuality, MountIdentity
 from deboom.mounts.library import open_library
 
 LABEL = {"campaign": "spring", "mount": "TSM", "variant": "M3"}

@@ -14,8 +14,6 @@ from deboom import plot as figures
 from deboom.errors import InputError
 from deboom.plot import style
 from deboom.plot.style import (
-    MOUNT_PALETTE,
-    VEHICLE_PALETTE,
     as_png,
     mount_of,
     signed,
@@ -240,47 +238,6 @@ def test_a_figure_refuses_what_it_would_drop(name, place, value, message):
 
 
 # Machado, Oliveira, Fernandes (2009), severity 1.0, on linear RGB
-COLOUR_VISION = {
-    "normal": np.eye(3),
-    "protanopia": [
-        [0.152286, 1.052583, -0.204868],
-        [0.114503, 0.786281, 0.099216],
-        [-0.003882, -0.048116, 1.051998],
-    ],
-    "deuteranopia": [
-        [0.367322, 0.860646, -0.227968],
-        [0.280085, 0.672501, 0.047413],
-        [-0.011820, 0.042940, 0.968881],
-    ],
-    "tritanopia": [
-        [1.255528, -0.076749, -0.178779],
-        [-0.078411, 0.930809, 0.147602],
-        [0.004733, 0.691367, 0.303900],
-    ],
-}
-XYZ_OF_RGB = np.array(
-    [[0.41246, 0.35758, 0.18044], [0.21267, 0.71515, 0.07218], [0.01933, 0.11919, 0.95030]]
-)
-
-
-def linear_rgb(colour):
-    encoded = np.array([int(colour[place : place + 2], 16) for place in (1, 3, 5)]) / 255.0
-    return np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
-
-
-def lab(rgb):
-    """CIE 1976 L*a*b* of linear sRGB."""
-    x, y, z = np.cbrt(np.clip(XYZ_OF_RGB @ rgb, 1e-4, None) / [0.95047, 1.0, 1.08883])
-    return np.array([116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)])
-
-
-@pytest.mark.parametrize("vision", COLOUR_VISION)
-@pytest.mark.parametrize("palette", [VEHICLE_PALETTE, MOUNT_PALETTE])
-def test_colours_are_told_apart_by_every_reader(palette, vision):
-    seen = [lab(np.clip(COLOUR_VISION[vision] @ linear_rgb(c), 0.0, 1.0)) for c in palette]
-    assert min(np.linalg.norm(a - b) for a, b in combinations(seen, 2)) > 15.0
-
-
 def test_a_vehicle_keeps_its_colour_whatever_follows_it_and_eighteen_differ():
     names = [f"V{place}" for place in range(18)]
     colours = vehicle_colours(names)

@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 from typer.testing import CliRunner
 
@@ -15,12 +14,7 @@ from deboom.errors import InputError
 from deboom.mounts.library import open_library
 from deboom.study import campaigns as characterisation_library
 from deboom.study.mount_characterisation import (
-    THESIS_R2,
-    identified,
-    percent,
-    r2_table,
     read_set_truth,
-    truth_table,
 )
 
 RUNS = tuple(
@@ -141,26 +135,3 @@ def test_a_line_that_the_truth_does_not_know_is_refused(truth, mount, run, frequ
 
 def test_a_campaign_without_truth_has_none(tmp_path):
     assert read_set_truth(tmp_path, "M1") is None
-
-
-def test_tables_are_in_percent_and_leave_out_what_is_not_known():
-    numbers = pd.DataFrame(
-        {
-            "direction": ["TSM x", "TSM y"],
-            "error": [0.02, 0.5],
-            "half_width": [0.03, 0.2],
-            "r2_real": [0.998, 0.8],
-        }
-    )
-    assert percent(numbers, "error").to_dict() == pytest.approx({"TSM x": 2.0, "TSM y": 50.0})
-    assert identified(numbers).to_dict() == {"TSM x": True, "TSM y": False}
-    assert percent(numbers, "coverage").isna().all()
-    table = truth_table(numbers)
-    assert table["direction"].tolist() == ["TSM x", "TSM y"]
-    assert "held-out error of |K| [%]" not in table
-    r2 = r2_table(numbers)
-    assert r2["direction"].tolist() == ["TSM x", "TSM x", "TSM y", "TSM y"]
-    assert r2.loc[0, "R² of stiffness [%]"] == pytest.approx(99.8)
-    assert r2["thesis, stiffness [%]"].tolist() == [
-        THESIS_R2[name][part] for name in ("TSM x", "TSM y") for part in (0, 1)
-    ]

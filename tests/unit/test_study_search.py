@@ -14,7 +14,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from deboom.study.front import Front
-from deboom.study.options import Aim, aim_note, robust_response
+from deboom.study.options import Aim, robust_response
 from deboom.study.search import ThoroughSearchOptions, robust_search
 from known_truth import quad2
 
@@ -111,12 +111,6 @@ def test_control_variate_knows_a_parabola_exactly():
     off = abs(values(Aim.mean).mean_sum[0] - exact)
     assert values(Aim.mean, control_variate=True).mean_sum[0] == pytest.approx(exact, abs=1e-12)
     assert off > 1e-7
-
-
-def test_only_other_objectives_need_a_note():
-    assert aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE)) == ""
-    text = aim_note(robust_response(MODEL_2, SPACE_2, SAMPLE, Aim.tail))
-    assert "mean of the worst 5 %, sum" in text
 
 
 def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():

@@ -6,12 +6,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
-from deboom.vehicles.fleet import (
-    Fleet,
-    Vehicle,
-    path_contributions,
-    path_forces,
-)
+from deboom.vehicles.fleet import Fleet, Vehicle, path_contributions, path_forces
 
 LINES = np.array([18.0, 20.0, 40.0, 60.0, 62.0])
 STRUT = Mount("TSM", "torque strut", ("",), ((0.2, 0.0, -0.3),), ("x", "z"))

@@ -8,10 +8,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.physics.sound_level import a_weighting, spl
-from deboom.vehicles.path_analysis import (
-    analyse_paths,
-    paths_by_axis,
-)
+from deboom.vehicles.path_analysis import analyse_paths, paths_by_axis
 
 LINES = np.array([20.0, 40.0, 60.0])
 PATHS = ("TSM x", "EnM x", "EnM z", "Du left x")

@@ -16,12 +16,7 @@ from deboom.mounts.characterised_mount import (
 )
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mass_properties
-from deboom.vehicles.powertrain import (
-    KinematicModel,
-    MonotoneCurve,
-    Powertrain,
-    library_model,
-)
+from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, Powertrain, library_model
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
 SHEET = Powertrain(

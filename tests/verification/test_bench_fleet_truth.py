@@ -5,13 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.fleet import (
-    draw_fleet,
-    load_fleet,
-    modified_body,
-    noise_transfer,
-    receptance,
-)
+from deboom.bench.fleet import draw_fleet, load_fleet, modified_body, noise_transfer, receptance
 
 FLEET = load_fleet(1)
 BODY, CABIN = FLEET.bodies["U06-1"], FLEET.cabin

@@ -19,11 +19,7 @@ from deboom.bench.operating_run import (
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.measurement.measured_vehicle import (
-    Method,
-    path_noise_transfer,
-    point_noise_transfer,
-)
+from deboom.measurement.measured_vehicle import Method, path_noise_transfer, point_noise_transfer
 from deboom.measurement.virtual_point import virtual_point, virtual_point_frf
 from deboom.physics.transfer_path import interface_force, mounted_source, pressure
 

@@ -34,14 +34,7 @@ from deboom.physics.frf import (
     phase_error,
 )
 from deboom.physics.sound_level import mean_level, spl, splv
-from struck_mass import (
-    DAMPING,
-    NATURAL,
-    POLES,
-    fitted_pole,
-    inertance,
-    measured,
-)
+from struck_mass import DAMPING, NATURAL, POLES, fitted_pole, inertance, measured
 
 DATA = Path(__file__).parents[1] / "data" / "vibrationtesting-analyzer"
 BAND = slice(5, 1600)

@@ -20,9 +20,10 @@ WHOLE_PICTURES = ("test_study_cluster", "test_study_resume")
 WITHOUT_PICTURES = (
     "compressor_identification",
     "compressor_unbalance",
+    "foreign_platform",
     "mount_characterisation",
 )
-"""Studies whose tests look at numbers alone: their pictures take longer than they do."""
+"""Modules of tests that look at numbers alone: pictures take longer than they do."""
 
 
 @pytest.fixture(scope="module", autouse=True)

@@ -11,6 +11,7 @@ from typer.testing import CliRunner
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.study.compare import compare
+from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 FRONT = """'''Which of five springs are best?'''
@@ -187,7 +188,7 @@ def test_a_front_that_covers_all_of_another_is_better_whatever_the_noise(springs
 def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
     study = load_study("mount_selection")
     budget = {"seed": 1, "population": 4, "samples": 16, "every_set_up_to": 1}
-    budget["mount"] = ["TSM", "Du"]
+    budget |= {"mount": ["TSM", "Du"], "motion": Motion.prescribed}
     runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (1, 6)]
     monkeypatch.setattr("deboom.study.compare.FEWEST", 64)
     folder, (verdict,) = compare(runs, out=tmp_path, studies=None, samples=64, seed=1)

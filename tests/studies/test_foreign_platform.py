@@ -76,7 +76,7 @@ def run_of(folder, tmp_path_factory):
         # what chooses parts needs their surfaces
         chooses = name == "mount_selection"
         source = MountSource.library_inside if chooses else MountSource.spectra
-        if name == "solution_box":  # coupled motion would take minutes
+        if name in ("solution_box", "commonality"):  # coupled motion would take long
             asked["motion"] = Motion.prescribed
         out = tmp_path_factory.mktemp("results")
         with pytest.MonkeyPatch.context() as patch:

@@ -38,6 +38,7 @@ def folder(tmp_path_factory):
         "generations": 3,
         "population": 12,
         "samples": 4,
+        "polish": False,
         "loss_factors": True,
         "load_case": ["high=2", "low=1"],
     }

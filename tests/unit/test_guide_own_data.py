@@ -2,11 +2,13 @@
 
 import re
 import shlex
+from functools import partial
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
+from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan
 from deboom.cli import app
 from deboom.files.rows import read_table
 from deboom.files.time_data import WavChannel
@@ -22,6 +24,8 @@ def blocks(text, language):
 @pytest.mark.parametrize("section", [name for name in SECTIONS if name != "Modal test"])
 def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
     monkeypatch.chdir(tmp_path)
+    few = partial(CampaignPlan, runs=TRAINING_RUNS[::9], shaker_repeats=1)
+    monkeypatch.setattr("deboom.bench.campaign.CampaignPlan", few)
     commands = "".join(blocks(SECTIONS[section], "sh")).splitlines()
     assert commands
     for command in commands:

@@ -17,7 +17,7 @@ from deboom.study.runner import load_study
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
 pytestmark = pytest.mark.usefixtures("each_picture_once")
-SMALLER = ("--generations", "2", "--population", "8", "--samples", "4")
+SMALLER = ("--generations", "2", "--population", "8", "--samples", "4", "--no-polish")
 
 
 def script(name):

@@ -23,9 +23,7 @@ from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.forced_response import amplitude_dependent_response, modal_superposition
-from deboom.physics.frf import FrfForm, scaled_condition_number
 from deboom.physics.rigid_body import (
-    characteristic_length,
     forward_matrix,
     mass_matrix,
     mount_stiffness_matrix,
@@ -160,17 +158,6 @@ def test_eq_51_60_61_the_gain_carries_all_that_is_complex(rng):
     motion = complex_normal(rng, 6)
     force = (-squared[line] * MODEL.mass_matrix + gains[line] * stiffness) @ motion
     assert deviation(MODEL.inertance(LINES)[line] @ force, -squared[line, 0] * motion) < EXACT
-
-
-def test_table_9_condition_number_450_at_the_virtual_point():
-    """Condition m/I_min of the unit, 2 with the radius of gyration; the thesis's 450."""
-    lines = np.array([100.0, 150.0])
-    inertance = MODEL.inertance(lines)
-    raw = np.linalg.cond(inertance)
-    assert np.all((raw > 430) & (raw < 500))
-    length = characteristic_length(MODEL.mass, MODEL.inertia)
-    scaled = scaled_condition_number(inertance, FrfForm.INERTANCE, length)
-    assert np.all(scaled < 2.5)
 
 
 # ------------------------------------------------------------------ 52-61: the rubber

@@ -27,7 +27,6 @@ from deboom.measurement.quality import (
 )
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.measurement.virtual_point import (
-    conditioning,
     impact_geometry,
     sensor_geometry,
     virtual_point,
@@ -419,10 +418,3 @@ def test_three_sensors_determine_the_published_virtual_point(first_point):
     assert distances == pytest.approx([32.3, 26.0, 32.7], abs=0.05)
     assert np.linalg.matrix_rank(first_point.forward) == 6
     assert np.linalg.cond(first_point.forward) == pytest.approx(48.9, abs=0.05)
-
-
-def test_the_condition_number_is_an_artefact_of_the_metre(first_point):
-    state = conditioning(first_point)
-    assert state.length == pytest.approx(0.0303, abs=1e-4)
-    assert 1.0 < state.condition_number < 2.0
-    assert np.linalg.cond(first_point.forward * [1, 1, 1, 1e-3, 1e-3, 1e-3]) > 1e4

@@ -88,63 +88,6 @@ def test_series_meets_the_closed_form():
     np.testing.assert_allclose(below.real, above.real, rtol=2e-10)
 
 
-def finite_elements(beam, line, n):
-    """Chain of n Hermite beams, bars and shafts with consistent masses, inner nodes condensed."""
-    size, omega = beam.length / n, 2 * np.pi * line
-    complex_part = 1 + 1j * beam.loss_factor
-    one = np.zeros((12, 12), dtype=complex)
-    line_element, line_mass = np.array([[1, -1], [-1, 1]]), np.array([[2, 1], [1, 2]]) / 6
-    for dof, stiffness, mass in (
-        (0, beam.tension, beam.line_mass),
-        (3, beam.torsion, beam.line_mass * beam.torsion_radius**2),
-    ):
-        ends = np.ix_([dof, dof + 6], [dof, dof + 6])
-        one[ends] = stiffness * complex_part / size * line_element
-        one[ends] -= omega**2 * mass * size * line_mass
-    h = size
-    stiff = np.array(
-        [
-            [12, 6 * h, -12, 6 * h],
-            [6 * h, 4 * h**2, -6 * h, 2 * h**2],
-            [-12, -6 * h, 12, -6 * h],
-            [6 * h, 2 * h**2, -6 * h, 4 * h**2],
-        ]
-    )
-    heavy = np.array(
-        [
-            [156, 22 * h, 54, -13 * h],
-            [22 * h, 4 * h**2, 13 * h, -3 * h**2],
-            [54, 13 * h, 156, -22 * h],
-            [-13 * h, -3 * h**2, -22 * h, 4 * h**2],
-        ]
-    )
-    bent = beam.bending * complex_part / h**3 * stiff - omega**2 * beam.line_mass * h / 420 * heavy
-    for dofs, sign in (((1, 5, 7, 11), 1), ((2, 4, 8, 10), -1)):
-        turn = np.array([1, sign, 1, sign])
-        one[np.ix_(dofs, dofs)] = bent * np.outer(turn, turn)
-    whole = np.zeros((6 * n + 6, 6 * n + 6), dtype=complex)
-    for element in range(n):
-        whole[6 * element : 6 * element + 12, 6 * element : 6 * element + 12] += one
-    ends = np.r_[0:6, 6 * n : 6 * n + 6]
-    inner = np.arange(6, 6 * n)
-    coupling = whole[np.ix_(inner, ends)]
-    condensed = np.linalg.solve(whole[np.ix_(inner, inner)], coupling)
-    return whole[np.ix_(ends, ends)] - coupling.T @ condensed
-
-
-@pytest.mark.parametrize("line", LINES)
-def test_chain_of_finite_elements(line):
-    exact = beam_stiffness(BEAM, [line])[0]
-    scale = np.sqrt(np.abs(np.diag(exact)))
-    error = np.abs(finite_elements(BEAM, line, 64) - exact) / np.outer(scale, scale)
-    assert error.max() < 2e-3
-    assert error[np.ix_(BENDING, BENDING)].max() < 1e-6
-    # the bar's error falls with the square of the mesh, the beam's with its fourth power
-    coarse = np.abs(finite_elements(BEAM, line, 16) - exact) / np.outer(scale, scale)
-    assert 12 < coarse[0, 6] / error[0, 6] < 20
-    assert coarse[1, 7] / error[1, 7] > 150
-
-
 @pytest.mark.parametrize("direction", [[-0.3, 0.5, 0.81], [0, 0, 2], [0, 0, -1], [1, 0, 0]])
 def test_frame(direction):
     frame = frame_along(direction)

@@ -192,12 +192,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.section(
         "Which vehicle has which mount",
-        f"{proof} A letter is a part number of the mount in that row; vehicles with one "
-        "letter share it in all directions.",
+        f"{proof} A letter is a part number of the mount in that column; vehicles with "
+        "one letter share it in all directions.",
     )
-    lettered = [[get_column_letter(n + 1) for n in row] for row in sharing.numbers]
-    parts = pd.DataFrame(lettered, columns=list(vehicles))
-    parts.insert(0, "mount", list(problem.part_names))
+    lettered = [[get_column_letter(n + 1) for n in column] for column in sharing.numbers.T]
+    parts = pd.DataFrame(lettered, columns=list(problem.part_names))
+    parts.insert(0, "vehicle", list(vehicles))
     report.table("sharing", parts, "Part number of each mount in each vehicle.")
     report.table(
         "part_numbers",

@@ -191,8 +191,11 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     )
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
+    maps = usable_maps(first)
+    stiffness = {name: N_PER_MM * np.median(np.abs(one.stiffness)) for name, one in maps.items()}
+    uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
     truth = truth_table(numbers) if known else None
-    _headlines(report, first, uncertainty, truth)
+    _headlines(report, uncertainty, truth)
     _asked(report, first)
     _accuracy(report, numbers, uncertainty, truth)
     if options.models:
@@ -207,7 +210,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
     report.table("directions", numbers.rename(columns=labels))
 
-    few = {name: _thinned(one) for name, one in usable_maps(first).items()}
+    few = {name: _thinned(one) for name, one in maps.items()}
     report.section(
         "Characteristic curves",
         "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "
@@ -219,22 +222,21 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     return report
 
 
-def _headlines(
-    report: Report,
-    bench: CharacterisedBench,
-    uncertainty: pd.DataFrame,
-    truth: pd.DataFrame | None,
-) -> None:
-    """Show how many directions are identified, and how well."""
+def _headlines(report: Report, uncertainty: pd.DataFrame, truth: pd.DataFrame | None) -> None:
+    """Show the stiffest directions, how many are identified, and how well."""
     sure = uncertainty["identified"] == "identified"
     names, others = uncertainty.loc[sure, "direction"], uncertainty.loc[~sure, "direction"]
+    for _, row in uncertainty[sure].nlargest(2, "median |K| [N/mm]").iterrows():
+        report.tile(
+            f"{row['direction']} {row['median |K| [N/mm]']:.0f} N/mm",
+            f"median |K| in operation, ±{row['95 % half width of |K| [%]']:.1f} % (95 %)",
+        )
     rest = f"; not {', '.join(others)}" if len(others) else ""
     report.tile(f"{len(names)} of {len(uncertainty)}", f"directions identified{rest}")
     if truth is not None and len(names):
         errors = truth.set_index("direction").loc[names, "error of |K| [%]"]
         report.tile(f"{errors.median():.1f} %", "rms error of an identified direction, median")
         report.tile(f"{errors.max():.1f} %", f"the largest of them, {errors.idxmax()}")
-    report.tile(f"{bench.seconds:.0f} s", "with error budget")
 
 
 def _asked(report: Report, bench: CharacterisedBench) -> None:

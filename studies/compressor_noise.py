@@ -33,6 +33,7 @@ from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
 from deboom.measurement.compressor_test import HoseState
 from deboom.plot import CurvePanel
+from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.compressor_identification import in_words
 from deboom.study.compressor_noise import (
@@ -40,6 +41,7 @@ from deboom.study.compressor_noise import (
     HOSE_BAND,
     MODES,
     ORDER,
+    RANKED,
     STEPS,
     CarNoise,
     NoisePlan,
@@ -115,6 +117,21 @@ def car_report(
         "n_alarms": len(noise.alarms),
         "seconds": noise.seconds,
     }
+    levels, ways = level_table(noise), pd.concat(map(ranking, noise.sweeps), ignore_index=True)
+    loudest = levels.nlargest(1, "synthesised [dB(A)]").iloc[0]
+    report.tile(
+        f"{loudest['synthesised [dB(A)]']:.0f} dB(A)",
+        f"the loudest line at the driver's ear, {loudest['speed [rpm]']:.0f} rpm, "
+        f"{loudest['sweep']}",
+    )
+    cut = "cut, the level changes by [dB]"
+    bands = [band_words(band) for band in RANKED if in_band(loudest["frequency [Hz]"], band)]
+    near = ways[(ways["sweep"] == loudest["sweep"]) & ways["band"].isin(bands)]
+    for _, way in near.nsmallest(1, cut).iterrows():
+        report.tile(
+            way["point"],
+            f"brings most in {way['band']} of that sweep: without it {signed(way[cut], 1)} dB",
+        )
     for key, label in (
         ("spl_peak_deviation_db", "largest deviation at a peak, soft hoses, outside 25–35 Hz"),
         ("spl_90_140_p90_db_with_hoses", "90 of 100 lines at 90–140 Hz, hoses modelled"),
@@ -138,7 +155,7 @@ def car_report(
         "of the body was taken off the sweeps.",
         folded=True,
     )
-    report.table("levels", level_table(noise))
+    report.table("levels", levels)
     _soft_hoses(report, noise, errors)
     if running.car.operation.with_hoses(STANDARD):
         _standard_hoses(report, running, noise)
@@ -147,7 +164,7 @@ def car_report(
             f"thesis observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
         )
         report.table("measured_gain", gains, caption if len(gains) else "")
-    _paths(report, noise)
+    _paths(report, noise, ways)
     _mounts(report, running)
     return report
 
@@ -294,7 +311,7 @@ def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> N
         report.table("hoses", table, caption, shown=in_words(table))
 
 
-def _paths(report: Report, noise: CarNoise) -> None:
+def _paths(report: Report, noise: CarNoise, ways: pd.DataFrame) -> None:
     """Show by which mount and hose the sound gets to the ear."""
     report.section(
         "By which way",
@@ -319,7 +336,7 @@ def _paths(report: Report, noise: CarNoise) -> None:
     )
     report.table(
         "ranking",
-        pd.concat([ranking(sweep) for sweep in noise.sweeps], ignore_index=True),
+        ways,
         "Mounts and hoses ranked, per sweep and band.",
     )
     for field in ("contributions", "loads"):

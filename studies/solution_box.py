@@ -427,9 +427,10 @@ def _box(report: Report, study: BoxStudy) -> None:
     """Show the interval of every direction."""
     asked, found, limit = study.question, study.found, study.question.limit
     low, high = study.band
+    limits = " to ".join(dict.fromkeys(f"{end:.2f}" for end in (limit.min(), limit.max())))
     report.section(
         "The box",
-        f"Limit: {limit.min():.2f} to {limit.max():.2f} dB(A), {study.response.quantity}, "
+        f"Limit: {limits} dB(A), {study.response.quantity}, "
         f"{low:g} to {high:g} Hz. A part is accepted "
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "

@@ -30,8 +30,10 @@ import traceback
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
+from typing import Any
 
 import openpyxl
+import pandas as pd
 
 import deboom
 from deboom.errors import InputError
@@ -65,6 +67,17 @@ def shipped(name: str) -> Callable[[Path], None]:
     return build
 
 
+def of_tests(name: str, file: str, form: Callable[[Any], str] = str) -> Callable[[Path], None]:
+    """Return what makes a folder with a file whose content a module of tests holds."""
+    module, content = name.split(":")
+
+    def build(folder: Path) -> None:
+        folder.mkdir()
+        (folder / file).write_text(form(getattr(importlib.import_module(module), content)))
+
+    return build
+
+
 def command(*words: str) -> Callable[[Path], object]:
     """Return a command; the folder of the case stands for ``@``."""
 
@@ -78,46 +91,15 @@ def command(*words: str) -> Callable[[Path], object]:
 
 
 def _platform(folder: Path) -> None:
-    from deboom.choices import FolderKind, FunctionFiles
-    from deboom.files.folders import Names, new_folder
+    from foreign_platform_samples import write_foreign_platform
 
-    names = Names(("EnM", "Du=left,right"), ("car",), "family", ("run",), FunctionFiles.csv)
-    new_folder(folder, FolderKind.platform, names)
-    toml = folder / "platform.toml"
-    text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(), flags=re.M)
-    case = 'operating = "operating/run.csv"'
-    toml.write_text(text.replace(case, f'{case}\ntorque_table = "torque.csv"'))
-    lines = [20.0 + 4.0 * k for k in range(11)]
-    rows = [f"{line},{100 + line}" for line in lines]
-    (folder / "torque.csv").write_text("\n".join(["frequency [Hz],engine torque [N m]", *rows]))
-    for path in (folder / "noise_transfer/car.csv", folder / "operating/run.csv"):
-        names = path.read_text().strip().split(",")
-        sizes = [100.0 if "force" in n else 1e-3 if "displacement" in n else 0.01 for n in names]
-        table = [[line, *(size * (1 + line / 60) for size in sizes[1:])] for line in lines]
-        text = "\n".join([",".join(names), *(",".join(map(str, row)) for row in table)])
-        path.write_text(f"{text}\n")
-    book = openpyxl.load_workbook(folder / "mounts.xlsx")
-    for row in book.worksheets[0].iter_rows(min_row=2, min_col=3):
-        for cell in row:
-            cell.value = 0.25
-    book.save(folder / "mounts.xlsx")
+    write_foreign_platform(folder)
 
 
 def _platform_uff(folder: Path) -> None:
     from test_cli_platform import filled, made
 
     filled(made(folder))
-
-
-def _matlab(folder: Path) -> None:
-    import numpy as np
-    from scipy.io import savemat
-
-    folder.mkdir()
-    names = np.array(["TSM x", "TSM y force"], dtype=object)
-    lines = np.arange(20.0, 30.0)
-    values = np.ones((10, 2)) * (1 + 2j)
-    savemat(folder / "a.mat", {"frequency": lines, "names": names, "values": values, "units": "N"})
 
 
 def _campaign(folder: Path) -> None:
@@ -154,22 +136,6 @@ def _hits(folder: Path) -> None:
     shutil.copytree(whole / "hits", folder)
     lines = (folder / "impacts.csv").read_text().splitlines(keepends=True)
     (folder / "impacts.csv").write_text("".join(lines[:2]))
-
-
-def _limits(folder: Path) -> None:
-    from test_files_limits import WHOLE
-
-    folder.mkdir()
-    (folder / "a.toml").write_text(WHOLE)
-
-
-def _study(folder: Path) -> None:
-    folder.mkdir()
-    (folder / "a.py").write_text(
-        '"""What is it?"""\nfrom dataclasses import dataclass\n\n\n@dataclass(frozen=True)\n'
-        "class Options:\n    seed: int = 1\n\n\ndef prepare(options):\n    return options\n\n\n"
-        "def run(model, options, context):\n    return model\n"
-    )
 
 
 def _results(folder: Path) -> None:
@@ -220,13 +186,6 @@ def _read_time_data(folder: Path) -> None:
             read_time_signals(path, ["A1 x", "TSM z", "driver ear"])
 
 
-def _compressor_model(folder: Path) -> None:
-    from test_files_compressor_model import DOCUMENT
-
-    folder.mkdir()
-    (folder / "a.json").write_text(json.dumps(DOCUMENT), encoding="utf-8")
-
-
 def _delivery(folder: Path) -> None:
     from test_accept import box_of, table_of
 
@@ -239,10 +198,8 @@ def _delivery(folder: Path) -> None:
 
 def _designs(folder: Path) -> None:
     folder.mkdir()
-    book = openpyxl.Workbook()
-    for row in (("EnM x [1]", "mass [kg]"), (0.9, 3.0), (1.1, 4.0)):
-        book.worksheets[0].append(row)
-    book.save(folder / "a.xlsx")
+    table = pd.DataFrame({"EnM x [1]": [0.9, 1.1], "mass [kg]": [3.0, 4.0]})
+    table.to_excel(folder / "a.xlsx", index=False)
 
 
 def _search(folder: Path) -> None:
@@ -261,7 +218,6 @@ SPACE = deboom.DesignSpace(("EnM x", "mass"), ("1", "kg"), [1, 3], [0.8, 2], [1.
 KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "platform": (_platform, command("check", "@")),
     "platform of UFF": (_platform_uff, command("check", "@")),
-    "MATLAB": (_matlab, reader("files.function_table:read_function_table", "a.mat")),
     "campaign": (_campaign, reader("files.campaign:read_campaign")),
     "orders": (_campaign, command("orders", "@", "g5_wot220_time", "--name", "again")),
     "vehicle": (
@@ -281,15 +237,21 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
         reader("files.electric_car:read_electric_car"),
     ),
     "hammer test": (_hits, reader("files.hammer_test:read_hammer_test")),
-    "limits": (_limits, reader("files.limits:read_component_limits", "a.toml")),
+    "limits": (
+        of_tests("test_files_limits:WHOLE", "a.toml"),
+        reader("files.limits:read_component_limits", "a.toml"),
+    ),
     "part numbers": (shipped(PARTS), reader("files.limits:load_parts", PARTS)),
-    "study": (_study, command("run", "@/a.py", "--help")),
+    "study": (
+        of_tests("test_files_hard_cases:STUDY", "a.py", lambda text: text.format("seed: int = 1")),
+        command("run", "@/a.py", "--help"),
+    ),
     "list of runs": (_results, command("list", "@", "--html")),
     "library": (_library, command("library", "show", "@/a.db")),
     "import": (_library, command("library", "import", "@/new.db", "@/a.json")),
     "time data": (_time_data, _read_time_data),
     "compressor model": (
-        _compressor_model,
+        of_tests("test_files_compressor_model:DOCUMENT", "a.json", json.dumps),
         reader("files.compressor_model:read_fitted_bands", "a.json"),
     ),
     "delivery": (_delivery, command("accept", "@/box.json", "@/parts.csv", "--out", "@.out")),
@@ -301,7 +263,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "search": (_search, _read_search),
 }
 SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery"), 8)
-SELDOM |= {"MATLAB": 4, "operation": 4}
+SELDOM |= {"platform": 2, "operation": 4}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 """Files that a command may write."""

@@ -25,7 +25,6 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from scipy.optimize import minimize
-from scipy.stats import qmc
 from threadpoolctl import threadpool_limits
 
 import deboom
@@ -42,6 +41,9 @@ from deboom.bench.powertrain import load_bench, read_data
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.unbalance import CALIBRATED_MEASUREMENT, UnbalanceOptions, unbalance
+from deboom.explore.doe import latin_hypercube
+from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_designs
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.operating_test import read_operating_test
 from deboom.mounts.mount import AXES, not_identified
 from deboom.physics.sound_level import spl
@@ -107,7 +109,6 @@ def _platform(seed: int) -> dict[str, float]:
             ]
         )
         return row | {
-            "cylinders": bench.cylinders,
             "hardly moves": float(bool(not_identified(platform.load_case("g5_wot220")))),
             "dB per line": (found.fun - float(model(today).sum())) / n_levels,
             "peaks [dB]": float(np.abs(deviations).max()),
@@ -167,10 +168,6 @@ def _sounds(platforms: pd.DataFrame) -> list[Claim]:
         names = [str(name) for name in platforms if str(name).endswith(f" {axis}")]
         what = f"rms error of |K| of {', '.join(names)}, median (10 to 90 %) [%]"
         rows[what] = "; ".join(_words(platforms[name], 1) for name in names)
-    for cylinders, part in drawn.groupby("cylinders"):
-        low, median, high = part["dB per line"].dropna().quantile([0.1, 0.5, 0.9])
-        what = f"the change per line with {cylinders} cylinders, {len(part)} draws [dB]"
-        rows[what] = f"{median:.2f} ({low:.2f} to {high:.2f})"
     return [reported(what, figure) for what, figure in rows.items()]
 
 
@@ -237,7 +234,7 @@ def _fleet_figures(seed: int, force: ComplexArray) -> dict[str, float]:
     pressures = {
         name: noise_transfer(body, fleet.cabin, BAND) * force for name, body in fleet.bodies.items()
     }
-    designs = _within(qmc.LatinHypercube(len(paths), rng=SEED).random(N_DESIGNS))
+    designs = latin_hypercube(_space(), N_DESIGNS, seed=SEED)
     sums = {name: _index(pressure, designs) for name, pressure in pressures.items()}
     groups = [
         np.sum([sums[name] for name in sums if name.startswith(f"{group}-")], axis=0)
@@ -259,10 +256,6 @@ def _fleet_figures(seed: int, force: ComplexArray) -> dict[str, float]:
     )
 
 
-def _within(points: RealArray) -> RealArray:
-    return np.asarray(1.0 + HALF_WIDTH * (2.0 * points - 1.0))
-
-
 def _index(pressure: ComplexArray, designs: RealArray) -> RealArray:
     """Mean level of the lines, shape (n_design,) [dB(A)]."""
     return np.asarray(spl(pressure @ designs.T, BAND).mean(axis=0))
@@ -270,14 +263,12 @@ def _index(pressure: ComplexArray, designs: RealArray) -> RealArray:
 
 def _total_indices(pressure: ComplexArray) -> RealArray:
     """Total index of every path, shape (n_path,) [1]."""
-    k = pressure.shape[1]
-    points = _within(qmc.Sobol(2 * k, rng=SEED).random(N_SOBOL))
-    base, other = points[:, :k], points[:, k:]
-    level = _index(pressure, base)
-    variance = np.concatenate([level, _index(pressure, other)]).var()
-    totals = []
-    for column in range(k):
-        mixed = base.copy()
-        mixed[:, column] = other[:, column]
-        totals.append(np.mean((level - _index(pressure, mixed)) ** 2) / (2.0 * variance))
-    return np.array(totals)
+    inputs = design_inputs(_space())
+    levels = _index(pressure, sobol_designs(inputs, N_SOBOL, seed=SEED))[:, np.newaxis]
+    return fast_sobol_indices(levels, inputs.names, ("level",), seed=SEED, n_resamples=2).total[
+        :, 0
+    ]
+
+
+def _space() -> DesignSpace:
+    return stiffness_factor_space(read_data("body_prior.json")["paths"], HALF_WIDTH)

@@ -8,9 +8,9 @@ Then the truth is looked up. A coverage counts every vehicle of every replicate;
 replicate share their forces, so the standard error in brackets is that over replicates.
 
 Stated: forces as measured, every transfer function measured once, sizes of all errors from the
-stated tolerances and priors. Measured: two methods on two days, sizes from their differences.
-Library: the same with forces from the surfaces of characterised mounts, of a bench with sensors of
-its own; their error budget is the library's. These benches are few, each serves several replicates.
+stated tolerances and priors. Library: two methods on two days, sizes from their differences, forces
+from the surfaces of characterised mounts, of a bench with sensors of its own; their error budget is
+the library's. These benches are few, each serves several replicates.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ QUANTITIES = ("level", "loudest line", "change against today's", "mean of all ve
 def claims() -> list[Claim]:
     """Repeat the measurement and count."""
     rows = []
-    for words, arm in (("stated", _stated), ("measured", _measured), ("library", _library)):
+    for words, arm in (("stated", _stated), ("library", _library)):
         held = [arm(number) for number in range(1, REPLICATES + 1)]
         for place, quantity in enumerate(QUANTITIES):
             per_replicate = np.array([np.mean(one[place].holds) for one in held])
@@ -101,12 +101,6 @@ def _run() -> OperatingRun:
 def _stated(number: int) -> tuple[_Held, ...]:
     bodies = _Bodies(number)
     return _held(bodies, bodies.measured(1), _measured_case(number), (), transfer_sources())
-
-
-def _measured(number: int) -> tuple[_Held, ...]:
-    bodies = _Bodies(number)
-    fleet, known = _both_ways(bodies)
-    return _held(bodies, fleet, _measured_case(number), (), known)
 
 
 def _library(number: int) -> tuple[_Held, ...]:

@@ -11,7 +11,7 @@ accelerations show mostly how the body gives way right under the mount: they do 
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -19,8 +19,7 @@ import numpy as np
 
 from claims import Claim
 from deboom.arrays import RealArray
-from deboom.bench.fleet import NO_SPREAD, BodySpread, load_fleet
-from deboom.bench.vehicle_acquisition import AcquisitionErrors
+from deboom.bench.fleet import NO_SPREAD, load_fleet
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import BodyModes, body_modes
@@ -58,14 +57,9 @@ class _Case:
         return bool(errors and self.mac.min() >= 0.95)
 
 
-def _case(
-    vehicle: str,
-    seed: int,
-    state: BodySpread,
-    noise: float = AcquisitionErrors().relative,
-) -> _Case:
+def _case(vehicle: str, seed: int) -> _Case:
     with TemporaryDirectory() as folder:
-        errors = VehicleErrors(replace(AcquisitionErrors(), relative=noise), state=state)
+        errors = VehicleErrors(state=NO_SPREAD)
         path = write_vehicle(
             Path(folder) / "car",
             seed,
@@ -89,16 +83,11 @@ def _case(
 
 
 def claims() -> list[Claim]:
-    """Compute the claims of the room."""
-    return _fleet()
-
-
-def _fleet() -> list[Claim]:
     """All vehicles of three fleets; a mode that hardly reaches an ear is not excited from there."""
     held, total, flagged, missed = 0, 0, 0, []
     for seed in (1, 2, 3):
         for name in load_fleet(seed).bodies:
-            case = _case(name, seed, NO_SPREAD)
+            case = _case(name, seed)
             total += 1
             held += case.holds
             if not case.holds:

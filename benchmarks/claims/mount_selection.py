@@ -1,9 +1,9 @@
 """Mount selection.
 
-Parts from the shipped catalogue (six per mount, 1296 sets) on the shipped platform. Every set of
-parts as they are is evaluated for comparison, and 120 sets are really built into the virtual car:
-its motion, amplitudes and preloads answer, and the change of the mean level (U06, 20 to 60 Hz) is
-what the study had to predict from characterised surfaces.
+Parts from the shipped catalogue (six per mount, 1296 sets) on the shipped platform: 120 sets are
+really built into the virtual car. Its motion, amplitudes and preloads answer, and the change of the
+mean level (U06, 20 to 60 Hz) is what the study had to predict from characterised surfaces. That the
+search finds the front of all sets is held by tests.
 """
 
 from pathlib import Path
@@ -11,16 +11,12 @@ from typing import Any
 
 import numpy as np
 
-from claims import Claim, at_least, between
+from claims import Claim, between
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, with_mount_set
-from deboom.explore.front import pareto_front
-from deboom.explore.robust import RobustResponse
-from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
-from deboom.study.options import Sampler, tolerance_sample
 from deboom.study.platform_model import Motion, MountSource, Operation, operation
 from deboom.study.runner import load_study
 from deboom.vehicles.booming_model import CatalogueModel
@@ -32,7 +28,7 @@ SETS_BUILT = 120
 
 
 def claims() -> list[Claim]:
-    """Compare the search with all sets, and the prediction with the virtual car."""
+    """Compare the prediction with the virtual car."""
     platform = read_platform(PLATFORM)
     runs = operation(platform, None, MountSource.library_inside, "U06", band=(20.0, 60.0))
     catalogue = STUDY.platform_catalogue(platform, None)
@@ -40,34 +36,7 @@ def claims() -> list[Claim]:
         motion: STUDY.catalogue_index(runs, catalogue, motion, Outside.KEEP_MEASURED)
         for motion in (Motion.prescribed, Motion.coupled)
     }
-    return [
-        *_search_against_all_sets(index[Motion.prescribed], catalogue),
-        *_prediction_against_truth(index, catalogue, runs),
-    ]
-
-
-def _search_against_all_sets(index: CatalogueModel, catalogue: Any) -> list[Claim]:
-    space = catalogue.space(index.variable_names, retuning=0.0, tolerance=0.15)
-    sample = tolerance_sample(Sampler.sobol, space.n_variables, 128, seed=1)
-    robust = RobustResponse(index, space, sample)
-    sets = catalogue.all_sets()
-    truth = pareto_front(robust(np.hstack([sets, np.ones((len(sets), 12))])))
-    found, shares = [], []
-    for seed in (1, 2, 3):
-        search = nsga2(robust, 60, 40, seed=seed)
-        wanted = {tuple(row) for row in truth.designs.tolist()}
-        got = wanted & {tuple(row) for row in search.front.designs.tolist()}
-        found.append(tuple(truth.designs[0]) in got)
-        shares.append(100.0 * len(got) / len(wanted))
-    return [
-        at_least(
-            f"front of all {len(sets)} sets ({len(truth)} sets), found by NSGA-II, seeds 1–3 [%]",
-            95,
-            shares,
-            0,
-        ),
-        at_least("quietest of all sets found, of the seeds 1–3", 3, sum(found), 0),
-    ]
+    return _prediction_against_truth(index, catalogue, runs)
 
 
 def _prediction_against_truth(

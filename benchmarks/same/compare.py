@@ -44,9 +44,6 @@ UNCOMPARED = (".lock", "cpu.txt", "steps.txt", "state.npz", "search.json", "inpu
 PROGRESS = re.compile(r"%\||it/s|\x1b|: \d+/\d+( |$)")
 """Lines that tell how far a command is."""
 
-OPTION_TYPE = re.compile(r"(/--[\w-]+)?(<[^>]*>(\.\.\.)?)?")
-"""What follows the name of an option: its negation and its type."""
-
 INPUT_FILE = re.compile(r": [0-9a-f]{64}$")
 """Lines of a page that `run.json` has as well."""
 
@@ -231,7 +228,9 @@ class Comparison:
             yield from self._words(name, *(page_words(text) for text in texts))
             yield from self._trees(name, *(_page_data(text) for text in texts))
         elif before.suffix == ".out" and "Usage: " in before.read_text(encoding="utf-8")[:200]:
-            yield from self._help(name, *(path.read_text("utf-8") for path in (before, after)))
+            # without line ends, which cut long paths anywhere
+            options = (_options(path.read_text("utf-8")) for path in (before, after))
+            yield from self._trees(name, *options, what="option")
         elif before.suffix in (".out", ".err", ".txt", ".md", ".code"):
             yield from self._words(name, *(_lines(path) for path in (before, after)))
         elif before.suffix not in (".png", ".db", ".pdf"):
@@ -291,7 +290,7 @@ class Comparison:
             some = f"{values}{where}: {size:.1e} of the scale"
             yield Difference(self.scenario, file, item, "number", some, float(size))
 
-    def _trees(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
+    def _trees(self, file: str, before: Any, after: Any, what: str = "key") -> Iterator[Difference]:
         """Compare nested mappings and lists."""
         olds, news = (dict(_leaves("", tree)) for tree in (before, after))
         if olds.keys() != news.keys():
@@ -302,7 +301,7 @@ class Comparison:
                 continue
             if key not in news or key not in olds:
                 gone = key not in news
-                yield self._of(file, key, "name", "key is gone" if gone else "new key")
+                yield self._of(file, key, "name", f"{what} is gone" if gone else f"new {what}")
                 continue
             a, b = olds[key], news[key]
             if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
@@ -323,25 +322,6 @@ class Comparison:
                 return
             old, new = " / ".join(a[i:j]), " / ".join(b[k:m])
             yield self._of(file, f"line {i + 1}", "words", f"{_clip(old)!r}, now {_clip(new)!r}")
-
-    def _help(self, file: str, before: str, after: str) -> Iterator[Difference]:
-        """Compare options by name; texts without their line ends, which cut long paths anywhere."""
-        olds, news = (_options(text) for text in (before, after))
-        olds = {self._name(option): text for option, text in olds.items()}
-        for option in sorted(olds.keys() | news.keys()):
-            if option not in news or option not in olds:
-                gone = option not in news
-                yield self._of(file, option, "name", "option is gone" if gone else "new option")
-                continue
-            a, b = self._old(olds[option]), self.new.settled(news[option])
-            kinds = [OPTION_TYPE.match(text) for text in (a, b)]
-            defaults = [text.partition("[default:")[2].rpartition("/")[2] for text in (a, b)]
-            if [k and k[0] for k in kinds[:1]] != [k and k[0] for k in kinds[1:]]:
-                yield self._of(file, option, "name", f"{_clip(a)!r}, now {_clip(b)!r}")
-            elif defaults[0] != defaults[1]:
-                yield self._of(file, option, "number", f"default {defaults[0]}, now {defaults[1]}")
-            elif a.partition("[default:")[0] != b.partition("[default:")[0]:
-                yield self._of(file, option, "words", f"{_clip(a)!r}, now {_clip(b)!r}")
 
     def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
         if len(before) != len(after):
@@ -418,10 +398,10 @@ def _uff(path: Path) -> Any:
     import pyuff
 
     sets = pyuff.UFF(str(path)).read_sets()
-    keep = []
-    for content in sets if isinstance(sets, list) else [sets]:
-        keep.append({k: v for k, v in content.items() if not re.search(r"date|time_db|^id5$", k)})
-    return keep
+    return [
+        {k: v for k, v in content.items() if not re.search(r"date|time_db|^id5$", k)}
+        for content in (sets if isinstance(sets, list) else [sets])
+    ]
 
 
 def _matlab(path: Path) -> Any:

@@ -18,7 +18,6 @@ WHOLE_PICTURES = ("test_study_cluster", "test_study_resume")
 """Modules that hold all files of two runs together."""
 
 WITHOUT_PICTURES = (
-    "compressor_identification",
     "compressor_unbalance",
     "foreign_platform",
     "mount_characterisation",

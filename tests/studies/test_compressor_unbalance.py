@@ -3,6 +3,7 @@
 import json
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 from openpyxl import load_workbook
@@ -106,3 +107,33 @@ def test_a_part_is_judged(part, tmp_path):
     record = json.loads((run / "run.json").read_text(encoding="utf-8"))
     assert "supplier_sheet.xlsx" in record["files_sha256"]
     assert any("limits.toml" in name for name in record["inputs_sha256"])
+
+
+IDENTIFICATION = load_study(Path(__file__).parents[2] / "studies" / "compressor_identification.py")
+
+
+@pytest.fixture(scope="module")
+def identified(tmp_path_factory):
+    """One run that several tests look at."""
+    return run_study(IDENTIFICATION, tmp_path_factory.mktemp("results"), {})
+
+
+def test_a_compressor_is_identified(identified):
+    summary = json.loads((identified / "summary.json").read_text(encoding="utf-8"))
+    # 1.5 times what twenty compressors reach in nine of ten cases
+    assert summary["cog_error_mm"] < 1.8
+    assert summary["jacobian_rank"] == 35
+    assert summary["condition_scaled_100hz"] == pytest.approx(2.0, abs=0.2)
+
+
+def test_tables_say_what_is_known(identified):
+    parameters = pd.read_csv(identified / "parameters.csv").set_index("parameter")
+    columns = ["unit", "start", "identified", "standard deviation", "truth"]
+    assert list(parameters.columns) == columns
+    score = (parameters["identified"] - parameters["truth"]) / parameters["standard deviation"]
+    assert np.sqrt(np.mean(score**2)) < 2.5
+    numbers = pd.read_csv(identified / "identifiability.csv").set_index("parameter")
+    assert len(numbers) == 44
+    assert numbers.loc["mass", "verdict"] == "identified"
+    assert numbers.loc["mount 1 rotation x", "verdict"] == "invisible"
+    assert numbers["posterior over prior [1]"].between(0, 1).all()

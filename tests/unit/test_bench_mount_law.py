@@ -1,12 +1,24 @@
-"""True mounts, suspended bodies, excitation and runs: the pieces, and what they refuse."""
+"""True mounts and bodies, runs, sensors and data sheets of the bench, and what they refuse."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
 
-from deboom.bench.operating_run import operate
+from deboom.bench.fleet import draw_fleet, load_fleet, modified_body
+from deboom.bench.operating_run import PlannedRun, operate, true_run
 from deboom.bench.powertrain import load_bench, play_operator, static_deflection
+from deboom.bench.sensors import (
+    CENTRE_TOLERANCE,
+    INERTIA_TOLERANCE,
+    MASS_TOLERANCE,
+    ErrorBudget,
+    TransferErrors,
+    draw_data_sheet,
+    draw_instrumentation,
+    measured_noise_transfer,
+    measured_run,
+)
 from deboom.errors import InputError
 
 BENCH = load_bench()
@@ -72,3 +84,125 @@ def test_order_torque_grows_with_load_and_overrun_counts_as_no_load():
 def test_a_gear_that_does_not_exist_is_refused(gear):
     with pytest.raises(InputError, match=f"gear {gear}: the gearbox has the gears 1 to 7"):
         operate(BENCH, gear, np.full(25, 100.0), FREQUENCY_2)
+
+
+RUN = true_run(BENCH, PlannedRun(5, 220.0), np.linspace(20.0, 80.0, 61))
+NO_ERRORS = ErrorBudget(
+    **{field.name: 0.0 for field in fields(ErrorBudget)} | {"bench_frequency": 248.0}
+)
+
+
+def measured(budget, seed):
+    generator = np.random.default_rng(seed)
+    instrumentation = draw_instrumentation(BENCH, budget, generator)
+    return measured_run(instrumentation, RUN, budget, generator)
+
+
+def test_without_errors_the_truth_comes_back():
+    found = measured(NO_ERRORS, 1)
+    assert found.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
+    assert found.force == pytest.approx(RUN.force, rel=1e-9)
+
+
+def test_cells_that_lose_and_mix_force_are_repaired_by_the_force_transfer_matrix():
+    budget = replace(NO_ERRORS, cell_gain=0.05, cell_cross=0.05, cell_shunt=0.06, tilt=0.5)
+    found = measured(budget, 1)
+    assert found.force[:, :9] == pytest.approx(RUN.force[:, :9], rel=1e-9)
+    assert found.displacement == pytest.approx(RUN.displacement, rel=1e-9, abs=1e-18)
+
+
+SPOILS = {
+    "displacement": "position angle gain cross_axis "
+    "acceleration_own acceleration_norm acceleration_floor",
+    "force": "shaker_angle shaker_gain force_own force_norm force_floor bench_flexibility",
+}
+
+
+@pytest.mark.parametrize(
+    ("error", "quantity"), [(error, q) for q, errors in SPOILS.items() for error in errors.split()]
+)
+def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
+    size = getattr(ErrorBudget(), error)
+
+    def deviation(scale):
+        found = measured(replace(NO_ERRORS, **{error: scale * size}), 3)
+        others = {"displacement": "force", "force": "displacement"}[quantity]
+        assert getattr(found, others)[:, :9] == pytest.approx(getattr(RUN, others)[:, :9], rel=1e-9)
+        return getattr(found, quantity)[:, :9] - getattr(RUN, quantity)[:, :9]
+
+    full, tenth = deviation(1.0), deviation(0.1)
+    assert np.linalg.norm(full) > 1e-5 * np.linalg.norm(getattr(RUN, quantity)[:, :9])
+    assert np.linalg.norm(tenth) == pytest.approx(0.1 * np.linalg.norm(full), rel=0.05)
+
+
+def test_noise_transfer_errors_have_the_stated_size():
+    true = np.full((241, 10), 0.01 + 0.02j)
+    clean = measured_noise_transfer(
+        true, TransferErrors(calibration_db=0.0, relative=0.0, floor=0.0), np.random.default_rng(1)
+    )
+    assert np.array_equal(clean, true)
+    only_calibration = TransferErrors(relative=0.0, floor=0.0)
+    levels = [
+        20 * np.log10(np.abs(found[0, 0] / true[0, 0]))
+        for found in (
+            measured_noise_transfer(true, only_calibration, np.random.default_rng(seed))
+            for seed in range(1, 401)
+        )
+    ]
+    assert np.std(levels) == pytest.approx(0.5, rel=0.1)
+    only_smooth = TransferErrors(calibration_db=0.0, floor=0.0)
+    errors = np.concatenate(
+        [
+            measured_noise_transfer(true, only_smooth, np.random.default_rng(seed)) / true - 1
+            for seed in range(1, 101)
+        ]
+    )
+    # cos² is 1 for the constant and 1/2 on average for the other five ripples
+    expected = 0.05 * np.sqrt((1 + 5 / 2) / 6)
+    assert np.sqrt(np.mean(np.abs(errors) ** 2)) == pytest.approx(expected, rel=0.05)
+
+
+def test_data_sheet_stays_within_its_tolerances_and_never_states_the_truth():
+    scale = np.sqrt(np.outer(np.diag(BENCH.inertia), np.diag(BENCH.inertia)))
+    for seed in range(1, 201):
+        sheet = draw_data_sheet(BENCH, np.random.default_rng(seed))
+        assert abs(sheet.mass - BENCH.mass) <= MASS_TOLERANCE
+        assert np.all(np.abs(sheet.inertia - BENCH.inertia) <= INERTIA_TOLERANCE * scale)
+        assert np.array_equal(sheet.inertia, sheet.inertia.T)
+        assert np.all(np.abs(sheet.centre_error) <= CENTRE_TOLERANCE)
+        assert not np.array_equal(sheet.inertia, BENCH.inertia)
+
+
+BODY = load_fleet(1).bodies["U06-1"]
+NOTHING = np.zeros(8)
+
+
+def same(body, other):
+    return all(map(np.array_equal, vars(body).values(), vars(other).values()))
+
+
+def test_three_groups_of_five_in_every_fleet():
+    names = [f"{group}-{number}" for group in ("U06", "F39", "F45") for number in range(1, 6)]
+    assert list(load_fleet(1).bodies) == names
+    assert list(load_fleet(7).bodies) == names
+
+
+def test_one_seed_one_fleet():
+    first, again, other = draw_fleet(7), draw_fleet(7), draw_fleet(8)
+    assert all(same(first[name], again[name]) for name in first)
+    assert not any(same(first[name], other[name]) for name in first)
+
+
+def test_factors_on_local_shape_and_damping():
+    factor, damping = np.linspace(0.5, 1.5, 10), np.linspace(0.5, 2.0, 8)
+    changed = modified_body(BODY, NOTHING, NOTHING, factor, damping)
+    assert changed.shapes_at_paths == pytest.approx(BODY.shapes_at_paths * factor)
+    assert changed.damping_ratios == pytest.approx(BODY.damping_ratios * damping)
+    assert changed.shapes_at_panels == pytest.approx(BODY.shapes_at_panels)
+
+
+def test_a_body_that_loses_its_panels_keeps_a_lowest_frequency_and_damping():
+    flimsy = replace(BODY, damping_ratios=np.zeros(8))
+    changed = modified_body(flimsy, NOTHING, np.full(8, -1e7))
+    assert changed.frequencies.min() == pytest.approx(8.0)
+    assert np.all(changed.damping_ratios == 0.01)

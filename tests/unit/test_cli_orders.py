@@ -2,6 +2,7 @@
 
 import shutil
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -11,8 +12,13 @@ from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.cli import app
+from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.library import open_library
+from deboom.study import campaigns as characterisation_library
+from deboom.study.mount_characterisation import (
+    read_set_truth,
+)
 
 RUNS = tuple(
     PlannedRun(gear, torque, full_load=False)
@@ -87,3 +93,123 @@ def test_bad_requests_end_in_one_sentence_and_change_nothing(campaign, arguments
     assert message in done.output
     assert sorted(campaign.rglob("*")) == before
     assert (campaign / "campaign.toml").read_bytes() == toml
+
+
+SLICES = tuple(
+    PlannedRun(gear, torque, full_load=False)
+    for gear, torque in ((5, 60.0), (5, 200.0), (6, 120.0), (7, 220.0), (7, 80.0))
+)
+COARSE = np.arange(20.0, 80.5, 2.0)
+
+
+def characterise(*arguments):
+    return CliRunner().invoke(app, ["characterise", *map(str, arguments)])
+
+
+@pytest.fixture(scope="module")
+def two_sets(tmp_path_factory):
+    """Five runs of two mount sets."""
+    folder = tmp_path_factory.mktemp("measured") / "campaign"
+    return write_campaign(folder, 1, CampaignPlan(("M1", "M2"), SLICES, 1, frequency=COARSE))
+
+
+@pytest.fixture(scope="module")
+def kept(two_sets, tmp_path_factory):
+    """Keep the mounts of M2 in a library; its path, and what the command said."""
+    library = tmp_path_factory.mktemp("library") / "mounts.db"
+    done = characterise(two_sets, "--library", library, "--mount-set", "M2")
+    assert done.exit_code == 0, done.output
+    return library, done.output
+
+
+def test_mounts_of_the_set_asked_for_are_in_the_library_with_their_surfaces(kept):
+    library, output = kept
+    with open_library(library) as opened:
+        found = opened.identities()
+        strut = opened.load(opened.only(opened.identities(mount="TSM")))
+    assert [(one.mount, one.variant) for one in found] == [
+        (mount, "M2") for mount in ("Du", "EnM", "GeM", "TSM")
+    ]
+    surface = strut.direction("x").surface
+    middle = np.mean(list(surface.ranges.values()), axis=1)
+    assert surface.units["preload"] == "N m"
+    assert 50e3 < abs(surface.predict(middle, extrapolate=True)) < 2e6
+    assert output.splitlines()[-1] == f"4 mounts kept in {library}"
+    assert "TSM x" in output
+
+
+def test_mounts_that_are_there_are_exchanged_and_another_set_joins_if_asked(
+    two_sets, kept, tmp_path
+):
+    library = tmp_path / "mounts.db"
+    library.write_bytes(kept[0].read_bytes())
+    assert characterise(two_sets, "--library", library, "--replace").exit_code == 0
+    with open_library(library) as opened:
+        assert {one.variant for one in opened.identities()} == {"M1", "M2"}
+
+
+def test_mounts_that_are_there_are_refused_before_any_work(two_sets, kept, monkeypatch):
+    monkeypatch.setattr(characterisation_library, "measuring_chains", None)
+    refused = characterise(two_sets, "--library", kept[0], "--mount-set", "M2")
+    assert refused.exit_code == 2
+    assert "--replace" in refused.output
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(("--mount-set", "M9"), "no mount set 'M9'"), (("--gear", "2"), "no run in the gears")],
+)
+def test_bad_requests_end_in_one_sentence(two_sets, tmp_path, arguments, message):
+    done = characterise(two_sets, "--library", tmp_path / "mounts.db", *arguments)
+    assert done.exit_code == 2
+    assert message in done.output
+
+
+FREQUENCY = np.array([20.0, 20.25, 20.5])
+RUNS_2 = ("g5_wot120", "g5_wot220")
+CHANNELS = ("TSM x", "Du left x", "Du right x")
+
+
+def lines_of(mount, axis, run, frequency):
+    """Make the names of the lines of a map."""
+    return SimpleNamespace(mount=mount, axis=axis, run=np.array(run), frequency=np.array(frequency))
+
+
+@pytest.fixture
+def truth(tmp_path):
+    """Stiffness that tells run, line and channel: 100, 10 and 1 each."""
+    (tmp_path / "truth").mkdir()
+    run, line, channel = np.meshgrid(range(2), range(3), range(3), indexing="ij")
+    np.savez(
+        tmp_path / "truth" / "M1.npz",
+        runs=np.array(RUNS_2),
+        channels=np.array(CHANNELS),
+        frequency=FREQUENCY,
+        stiffness=100.0 * run + 10.0 * line + channel + 0j,
+    )
+    return read_set_truth(tmp_path, "M1")
+
+
+def test_every_line_finds_its_run_frequency_and_piece(truth):
+    strut = lines_of("TSM", "x", ["g5_wot220", "g5_wot120", "g5_wot220"], [20.5, 20.0, 20.0])
+    assert truth.at(strut).tolist() == [120.0, 0.0, 100.0]
+    wishbone = lines_of("Du", "x", ["g5_wot120 left", "g5_wot120 right"], [20.25, 20.25])
+    assert truth.at(wishbone).tolist() == [11.0, 12.0]
+
+
+@pytest.mark.parametrize(
+    ("mount", "run", "frequency", "message"),
+    [
+        ("TSM", "g6_wot120", 20.0, "no truth of channel TSM x in run g6_wot120"),
+        ("EnM", "g5_wot120", 20.0, "no truth of channel EnM x"),
+        ("TSM", "g5_wot120", 20.1, "frequency lines are not those of the campaign"),
+        ("TSM", "g5_wot120", 30.0, "frequency lines are not those of the campaign"),
+    ],
+)
+def test_a_line_that_the_truth_does_not_know_is_refused(truth, mount, run, frequency, message):
+    with pytest.raises(InputError, match=message):
+        truth.at(lines_of(mount, "x", [run], [frequency]))
+
+
+def test_a_campaign_without_truth_has_none(tmp_path):
+    assert read_set_truth(tmp_path, "M1") is None

@@ -1,4 +1,7 @@
-"""The compressor's model: gain, parameters, modes and rigid limit."""
+"""The compressor: its model, and verdicts on limits, characteristics and routes."""
+
+from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -7,6 +10,21 @@ from deboom.arrays import AXES, derivatives
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.electric_car import MOUNTS as MOUNT_NAMES
 from deboom.choices import CompressorCase
+from deboom.compressor.acceptance import (
+    DYNAMIC,
+    STATIC,
+    Bounds,
+    Characteristic,
+    Decision,
+    StiffnessLimit,
+    judge,
+    overall,
+    stiffness_characteristic,
+    unbalance_characteristic,
+)
+from deboom.compressor.calibrate import SelfCalibration
+from deboom.compressor.hose_presence import HosePresence
+from deboom.compressor.identify import IdentifyOptions
 from deboom.compressor.model import (
     CompressorModel,
     GainFactor,
@@ -23,9 +41,19 @@ from deboom.compressor.parameters import (
     mass_matrix_from_parameters,
     mass_parameters,
 )
+from deboom.compressor.routes import CALIBRATED_MEASUREMENT, UPDATED
+from deboom.compressor.sources import ResidualBand
+from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
-from deboom.measurement.compressor_test import CompressorMount
+from deboom.measurement.compressor_test import CompressorMount, HoseState
 from deboom.physics.rigid_body import RigidBody, mass_matrix
+from deboom.study.component_sheet import open_points, verdict_table
+from deboom.study.compressor_unbalance import (
+    AUTOMATIC,
+    MeasuredUnbalance,
+    UnbalanceTruth,
+    with_route,
+)
 
 LINES = np.arange(10.0, 150.5, 0.5)
 FEW = np.array([10.0, 17.5, 30.0, 100.0, 150.0])
@@ -195,3 +223,287 @@ def test_noise_and_small_drift_count_as_rigid():
     assert small.drift == pytest.approx(0.01, abs=0.001)
     strict = rigid_limit(MODEL, LINES, apparent, tolerance=0.005)
     assert strict.holds_to == pytest.approx(1500 * np.sqrt(0.005), rel=0.02)
+
+
+Z95 = 1.6448536269514722
+"""One-sided 95 % quantile of the normal distribution."""
+
+
+def measured(value, deviation=1.0, lines=0.0, **more):
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    lines = np.broadcast_to(lines, values.shape)
+    return Characteristic("x", values, np.full(values.size, deviation), lines, **more)
+
+
+UPPER, WINDOW = Bounds(at_most=10.0), Bounds(at_least=8.0, at_most=12.0)
+
+
+CIRCLE = np.sqrt(-2 * np.log(0.05))
+"""Radius that holds a vector with 95 %, in deviations."""
+WORST_OF_9 = 2.539
+"""One-sided quantile of 5 % over 9 lines."""
+
+
+@pytest.mark.parametrize(
+    ("found", "bounds", "decision"),
+    [
+        (measured(10 - Z95 - 1e-6), UPPER, Decision.PASS),
+        (measured(10 - Z95 + 1e-6), UPPER, Decision.UNDECIDED),
+        (measured(10.0), UPPER, Decision.UNDECIDED),
+        (measured(10 + Z95 - 1e-6), UPPER, Decision.UNDECIDED),
+        (measured(10 + Z95 + 1e-6), UPPER, Decision.FAIL),
+        (measured(6.0), WINDOW, Decision.FAIL),
+        (measured(8.0), WINDOW, Decision.UNDECIDED),
+        (measured(10.0), WINDOW, Decision.PASS),
+        # narrower than its guard bands
+        (measured(10.0), Bounds(at_least=9.0, at_most=11.0), Decision.UNDECIDED),
+        # the worst of many lines needs more to fail, and as much to pass
+        (measured([10 + WORST_OF_9 - 1e-2] + [1.0] * 8), UPPER, Decision.UNDECIDED),
+        (measured([10 + WORST_OF_9 + 1e-2] + [1.0] * 8), UPPER, Decision.FAIL),
+        (measured([10 - Z95 - 1e-6] + [1.0] * 8), UPPER, Decision.PASS),
+        # an unbalance fails with its whole circle
+        (measured(10 + CIRCLE - 1e-6, is_radius=True), UPPER, Decision.UNDECIDED),
+        (measured(10 + CIRCLE + 1e-6, is_radius=True), UPPER, Decision.FAIL),
+        (measured([10 + CIRCLE + 1e-6, 1.0], is_radius=True), UPPER, Decision.UNDECIDED),
+        (measured(1.0, doubt="a wet compressor"), UPPER, Decision.UNDECIDED),
+    ],
+)
+def test_the_guard_band_lies_on_both_sides_of_a_bound(found, bounds, decision):
+    verdict = judge(found, bounds)
+    assert verdict.decision is decision
+    assert verdict.interval == pytest.approx((verdict.value - Z95, verdict.value + Z95))
+    assert verdict.doubt == found.doubt
+
+
+def test_the_line_next_to_its_limit_decides_a_band():
+    verdict = judge(measured([5.0, 9.5, 7.0], lines=[10.0, 20.0, 30.0]), UPPER)
+    assert (verdict.decision, verdict.value, verdict.line) == (Decision.UNDECIDED, 9.5, 20.0)
+    assert verdict.shrinkage == pytest.approx(0.5 / Z95)
+
+
+def test_a_smaller_risk_needs_a_wider_guard():
+    assert judge(measured(8.0), UPPER, risk=0.01).decision is Decision.UNDECIDED
+    assert judge(measured(8.0), UPPER, risk=0.05).decision is Decision.PASS
+
+
+def test_the_part_is_as_good_as_its_worst_verdict():
+    verdicts = [judge(measured(value), UPPER) for value in (1.0, 10.0, 99.0)]
+    assert overall(verdicts) is Decision.FAIL
+    assert overall(verdicts[:2]) is Decision.UNDECIDED
+    assert overall(verdicts[:1]) is Decision.PASS
+
+
+@pytest.mark.parametrize(
+    ("build", "words"),
+    [
+        (Bounds, "needs a bound"),
+        (lambda: Bounds(at_least=2.0, at_most=1.0), "no part keeps both"),
+        (lambda: measured(1.0, deviation=0.0), "no measurement is exact"),
+        (lambda: judge(measured(1.0), UPPER, risk=0.5), "a risk of"),
+        (lambda: overall([]), "can neither pass nor fail"),
+        (lambda: with_route(found(), "a"), "there is no route 'a': choose auto, d, e"),
+    ],
+)
+def test_bad_input_is_refused(build, words):
+    with pytest.raises(InputError, match=words):
+        build()
+
+
+def found(
+    *,
+    hoses=HoseState.SOFT,
+    share=0.0,
+    chi=1.0,
+    alarms=(),
+    route=CALIBRATED_MEASUREMENT,
+    converged=True,
+    presence=(),
+    changed=True,
+):
+    """Build what is read of an `Unbalance` by routes d and e."""
+    covariance = np.diag([4.0, 1.0, 9.0, 9.0, 0.0, 0.0])
+    covariance[0, 1] = covariance[1, 0] = 1.5
+    sources = SimpleNamespace(
+        static=SimpleNamespace(value=3 + 4j),
+        dynamic=SimpleNamespace(value=-7 + 0j),
+        covariance=covariance,
+        remaining_chi=chi,
+        residual_bands=(ResidualBand(90.0, 120.0, share, 5.0 if share else 1.0),),
+    )
+    routes, one = (CALIBRATED_MEASUREMENT, UPDATED), (SimpleNamespace(sweep="one"),)
+    fit = SimpleNamespace(converged=converged)
+    sweeps = (
+        SimpleNamespace(name="one", hoses=hoses),
+        SimpleNamespace(name="another", hoses=HoseState.STANDARD),
+    )
+    return Unbalance(
+        SimpleNamespace(sweeps=sweeps),
+        SimpleNamespace(alarms=alarms),
+        UnbalanceOptions(routes=routes, chosen=route),
+        (),
+        None,
+        tuple(SimpleNamespace(sources=sources, sweeps=one, route=each, fit=fit) for each in routes),
+        SimpleNamespace(changed=changed),
+        (),
+        (),
+        presence,
+    )
+
+
+def test_the_size_of_an_unbalance_with_its_worst_direction():
+    measured = unbalance_characteristic(found(), STATIC)
+    assert measured.values.tolist() == [5.0]
+    # largest eigenvalue of [[4, 1.5], [1.5, 1]]
+    assert measured.deviations == pytest.approx([np.sqrt(2.5 + np.sqrt(4.5))])
+    assert measured.is_radius
+    assert measured.doubt == ""
+    assert unbalance_characteristic(found(), DYNAMIC).deviations.tolist() == [3.0]
+
+
+@pytest.mark.parametrize(
+    ("state", "words"),
+    [
+        ({"hoses": HoseState.STANDARD}, "run with long soft hoses"),
+        ({"share": 0.08}, "8.0% of the load in 90-120 Hz comes from no rotor"),
+        ({"presence": (HosePresence("sweep one", 5.0, 0.3),)}, "they were attached"),
+        ({"chi": 2.5}, "residuals are 2.50 times the noise"),
+        ({"converged": False}, "no rotor, gas and mounts explain the sweeps"),
+        ({"alarms": ("a subframe",), "route": UPDATED}, "choose route d"),
+    ],
+)
+def test_what_makes_it_prove_nothing(state, words):
+    assert words in unbalance_characteristic(found(**state), STATIC).doubt
+    # a measured route does not need the refuted model
+    assert unbalance_characteristic(found(alarms=("a subframe",)), STATIC).doubt == ""
+
+
+def identified(alarms=()):
+    """Make a compressor whose 35 parameters are known to 1 %, independent of each other."""
+    parameters, gain = MinimalParameters(0.0591), GainFactor.of([1.85, 0.06, 2.2, 0.42, 0.15, 2.5])
+    stiffness = np.diag([7e4, 5e4, 6e4, 400.0, 600.0, 650.0])
+    inertia = np.diag([0.0158, 0.0291, 0.0302])
+    values = parameters.values_of(CompressorModel(7.2, np.zeros(3), inertia, stiffness, gain))
+    covariance = np.diag(np.maximum(0.01 * np.abs(values), 1e-6) ** 2)
+    known = SelfCalibration(parameters, values, None, np.zeros(0), covariance, 1.0, True)
+    return SimpleNamespace(calibrated=known, alarms=alarms, options=IdentifyOptions())
+
+
+def limit(direction="x", band=(20.0, 20.0)):
+    return StiffnessLimit(direction, band, Bounds(at_most=1.0))
+
+
+def test_the_stiffness_at_the_reference_line():
+    """There Re v is 1, so that |K| is K times |v|, and only K and v's loss are uncertain."""
+    kept = identified()
+    found = stiffness_characteristic(kept, limit("rz"))
+    model = kept.calibrated.model
+    size = abs(model.gain.at([20.0])[0]) * model.stiffness[5, 5]
+    assert found.values == pytest.approx([size])
+    assert found.values[0] > model.gain.real.at(20.0) * model.stiffness[5, 5]
+    assert 0.01 <= found.deviations[0] / found.values[0] < 0.02
+
+
+def test_the_deviation_is_that_of_drawn_parameters():
+    kept = identified()
+    found = stiffness_characteristic(kept, limit("y", (15.0, 60.0)))
+    rng, known, drawn = np.random.default_rng(3), kept.calibrated, []
+    for _ in range(400):
+        model = known.parametrisation.model(
+            known.values + rng.standard_normal(35) * np.sqrt(np.diag(known.covariance))
+        )
+        drawn.append(np.abs(model.gain.at(found.lines)) * model.stiffness[1, 1])
+    assert found.deviations == pytest.approx(np.std(drawn, axis=0), rel=0.2)
+
+
+def test_an_alarm_or_a_band_beyond_the_fitted_lines_proves_nothing():
+    doubted = identified(alarms=("The residuals are 3 times the noise.",))
+    assert "not to be trusted: The residuals" in stiffness_characteristic(doubted, limit()).doubt
+    kept = identified()
+    assert stiffness_characteristic(kept, limit(band=(10.0, 150.0))).doubt == ""
+    assert "10–150 Hz" in stiffness_characteristic(kept, limit(band=(10.0, 200.0))).doubt
+
+
+VERDICTS = tuple(
+    judge(
+        Characteristic(name, np.array([value]), np.array([deviation]), np.array([line]), **more),
+        bounds,
+    )
+    for name, value, deviation, line, bounds, more in (
+        (STATIC, 20e-6, 0.1e-6, 0.0, Bounds(at_most=22e-6), {"is_radius": True}),
+        (DYNAMIC, 1.2e-6, 8e-9, 0.0, Bounds(at_most=1.207e-6), {"is_radius": True}),
+        ("dynamic stiffness x, 10–30 Hz", 8e4, 100.0, 30.0, Bounds(at_least=6e4, at_most=7e4), {}),
+        ("dynamic stiffness rz, 20 Hz", 685.0, 6.0, 20.0, Bounds(at_most=684.9), {}),
+        (
+            "dynamic stiffness y, 20 Hz",
+            8e4,
+            50.0,
+            20.0,
+            Bounds(at_most=9e4),
+            {"doubt": "on."},
+        ),
+    )
+)
+
+
+def test_values_have_the_units_of_a_drawing():
+    table = verdict_table(VERDICTS).set_index("characteristic")
+    assert table["unit"].tolist() == ["g mm", "g mm²", "N/mm", "N m/rad", "N/mm"]
+    assert table["measured"].tolist() == pytest.approx([20.0, 1200.0, 80.0, 685.0, 80.0])
+    assert table["guard band ±"].tolist() == pytest.approx(
+        [0.1645, 13.16, 0.1645, 9.869, 0.0822], rel=1e-3
+    )
+    assert np.isnan(table.loc[STATIC, "at least"])
+    assert table["verdict"].tolist() == ["pass", "undecided", "fail", "undecided", "undecided"]
+
+
+def test_what_is_open_comes_with_what_would_decide_it():
+    table = open_points(VERDICTS).set_index("not decided")["what would decide it"]
+    assert list(table.index) == [DYNAMIC, *(one.name for one in VERDICTS[3:])]
+    # the guard band of 13.2 must shrink to the 7 that are left, by the mean of (13.2/7)² set-ups
+    assert table[DYNAMIC].startswith("A guard band of ± 7 g mm² instead of ± 13")
+    assert "mean of 4 set-ups" in table[DYNAMIC]
+    assert table["dynamic stiffness rz, 20 Hz"].startswith("The value lies on its limit")
+    assert table["dynamic stiffness y, 20 Hz"] == "On."
+    assert open_points(VERDICTS[:1]).empty
+
+
+@pytest.mark.parametrize(
+    ("state", "letter"),
+    [
+        ({}, "e"),
+        ({"changed": False}, "d"),
+        ({"alarms": ("a subframe",)}, "d"),
+        ({"hoses": HoseState.STANDARD}, "d"),
+        ({"share": 0.08}, "d"),
+    ],
+)
+def test_mounts_are_updated_only_where_nothing_else_can_look_like_them(state, letter):
+    assert with_route(found(**state), AUTOMATIC).chosen.route.letter == letter
+    assert with_route(found(**state), "e").chosen.route.letter == "e"
+
+
+@pytest.mark.parametrize(
+    ("state", "changed"),
+    [({}, "yes"), ({"changed": False}, "no"), ({"share": 0.08}, "unknown")],
+)
+def test_mounts_are_not_judged_with_hoses_in_the_data(state, changed):
+    measured = MeasuredUnbalance(
+        with_route(found(**state), "d"), None, None, (), None, (), None, 0.0
+    )
+    assert measured.mounts_changed == changed
+    if changed == "unknown":
+        assert "cannot be told" in measured.mount_state
+
+
+def test_loads_are_taken_at_the_lines_of_the_sweep():
+    lines, load = np.arange(17.0, 151.0), np.random.default_rng(1).standard_normal((134, 6))
+    truth = UnbalanceTruth(Path("operation.json"), 2e-5, 1e-6, {"soft": load}, {"soft": lines})
+    some = lines[10:100:7]
+    for name, at, expected in (
+        ("soft", some, load[10:100:7]),
+        ("soft", some + 0.1, None),
+        ("over time", some, None),
+    ):
+        np.testing.assert_array_equal(
+            truth.load_of(SimpleNamespace(sweep=name, frequency=at)), expected
+        )

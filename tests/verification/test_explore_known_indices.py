@@ -1,8 +1,20 @@
-"""Sobol indices against closed forms, against SALib, and on the virtual test bench."""
+"""Indices, correlations, capabilities and verdicts on fronts against closed forms and counts."""
 
 import numpy as np
 import pytest
+from scipy.stats import spearmanr
 
+from deboom.errors import InputError
+from deboom.explore.correlation import correlations, families, tolerance_scatter
+from deboom.explore.front import (
+    Contestant,
+    Verdict,
+    attainment,
+    common_box,
+    difference,
+    nondominated,
+)
+from deboom.explore.scatter import capability, predicted_pieces
 from deboom.explore.sensitivity import (
     SensitivityInputs,
     design_inputs,
@@ -13,7 +25,7 @@ from deboom.explore.sensitivity import (
     sobol_indices,
     tolerance_inputs,
 )
-from deboom.explore.space import stiffness_factor_space
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from known_indices import Ishigami, SobolG
 
 
@@ -89,3 +101,203 @@ def test_elementary_effects_of_ishigami():
     # from -π to π give sin² 0 or 3/4, hence effects of ±7·3/4 over a step of 2/3
     assert morris.mu_star[1, 0] == pytest.approx(7.0 * 0.75 * 1.5)
     assert abs(morris.mu[1, 0]) < 0.5 * morris.mu_star[1, 0]
+
+
+def binormal(random, n, r):
+    x = random.normal(size=(n, 2))
+    return np.column_stack([x[:, 0], r * x[:, 0] + np.sqrt(1 - r**2) * x[:, 1]])
+
+
+def test_coefficients_are_those_of_numpy_and_scipy_also_with_ties():
+    random = np.random.default_rng(1)
+    values = random.normal(size=(80, 4)) @ random.normal(size=(4, 4))
+    values[:, 1] = np.round(values[:, 1])
+    found = correlations(values, list("abcd"), seed=1, resamples=100)
+    assert found.pearson == pytest.approx(np.corrcoef(values.T), abs=1e-13)
+    assert found.spearman == pytest.approx(spearmanr(values).statistic, abs=1e-13)
+
+
+def test_intervals_cover_the_truth_as_often_as_they_say():
+    random, r = np.random.default_rng(4), 0.6
+    hits, n_sets = 0, 150
+    for number in range(n_sets):
+        found = correlations(binormal(random, 150, r), "ab", seed=number + 1, resamples=200)
+        hits += found.pearson_low[0, 1] <= r <= found.pearson_high[0, 1]
+    # 95 % asked; 150 sets of data leave ±5.4 % at three standard errors
+    assert 0.88 < hits / n_sets < 1.0
+
+
+def test_values_of_one_design_are_resampled_together():
+    random = np.random.default_rng(5)
+    means = binormal(random, 60, 0.5)
+    draws = np.repeat(means[:, np.newaxis], 8, axis=1)
+    pooled = correlations(draws, "ab", seed=1, resamples=300)
+    alone = correlations(means, "ab", seed=1, resamples=300)
+    assert pooled.pearson == pytest.approx(alone.pearson)
+    assert pooled.pearson_low == pytest.approx(alone.pearson_low)  # not √8 times as narrow
+
+
+def test_design_and_tolerance_correlation_of_linear_responses():
+    # two responses of two variables, a = 3 x + y, b = 3 x - y: with variances v of x and w of y
+    # r = (9 v - w) / (9 v + w), and both designs and scatter have v = w
+    def both(designs):
+        x, y = designs.T
+        return np.column_stack([3 * x + y, 3 * x - y])
+
+    evaluate = ResponseFunction(both, ("x", "y"), ("a", "b"), "dB")
+    space = stiffness_factor_space(("x", "y"), half_width=0.15)
+    designs = np.random.default_rng(6).uniform(0.85, 1.15, (400, 2))
+    mean, scatter = tolerance_scatter(evaluate, space, designs, n_draws=32, seed=1)
+    assert mean == pytest.approx(both(designs), abs=0.02)
+    whole = correlations(mean, "ab", seed=1, resamples=100)
+    assert whole.pearson[0, 1] == pytest.approx(0.8, abs=0.04)
+    found = correlations(scatter, "ab", seed=1, resamples=100)
+    assert found.pearson[0, 1] == pytest.approx(0.8, abs=0.02)
+    assert found.pearson_low[0, 1] < 0.8 < found.pearson_high[0, 1]
+
+
+def test_families_of_a_block_matrix_are_its_blocks():
+    r = np.full((5, 5), 0.2)
+    r[:2, :2], r[2:, 2:] = 0.95, 0.97
+    np.fill_diagonal(r, 1.0)
+    found = families("abcde", r, cut=0.9)
+    assert found.members == (("c", "d", "e"), ("a", "b"))
+    assert found.merges[-1, 2] == pytest.approx(0.8)
+    assert families("abcde", r, cut=0.96).members == (("c", "d", "e"), ("a",), ("b",))
+
+
+def test_every_pair_of_a_family_keeps_the_cut():
+    # a chain: neighbours correlate by 0.92, ends by 0.7; single linkage would join them all
+    r = np.array([[1, 0.92, 0.7], [0.92, 1, 0.92], [0.7, 0.92, 1]])
+    assert sorted(map(len, families("abc", r, cut=0.9).members)) == [1, 2]
+
+
+def sample_of(n, mean, sigma):
+    """Values with exactly this mean and standard deviation."""
+    values = np.linspace(-1, 1, n)
+    return mean + sigma * values / values.std(ddof=1)
+
+
+def test_montgomery_example_of_cp():
+    # Montgomery, Statistical Quality Control: limits 38 and 62, n = 20, s = 1.75, 95 % two-sided:
+    # Cp = 2.29 with 1.57 as lower end, the one-sided bound of 97.5 %; the book rounds Cp on the way
+    found = capability(sample_of(20, 50.0, 1.75), 38.0, 62.0, confidence=0.975)
+    assert found.cp == pytest.approx(2.29, abs=0.005)
+    assert found.cp_bound == pytest.approx(1.57, abs=0.006)
+    assert found.cpk == pytest.approx(found.cp)
+
+
+def test_cpk_of_a_mean_off_the_middle_and_outside():
+    assert capability(sample_of(30, 1.02, 0.01), 0.94, 1.06).cpk == pytest.approx(4 / 3)
+    outside = capability(sample_of(30, 1.10, 0.01), 0.94, 1.06)
+    assert outside.cpk < 0
+    assert outside.expected_outside > 0.99
+
+
+def test_bounds_hold_as_often_as_they_say():
+    random = np.random.default_rng(1)
+    true_cp, true_cpk = 0.12 / 6 / 0.015, 0.05 / 3 / 0.015
+    found = [capability(random.normal(1.01, 0.015, 30), 0.94, 1.06) for _ in range(2000)]
+    cp = np.mean([one.cp_bound <= true_cp for one in found])
+    cpk = np.mean([one.cpk_bound <= true_cpk for one in found])
+    assert cp == pytest.approx(0.95, abs=0.015)
+    assert cpk == pytest.approx(0.95, abs=0.02)
+
+
+def test_predicted_pieces_cover_the_next_piece():
+    random = np.random.default_rng(2)
+    root = np.array([[0.03, 0.0], [0.02, 0.01]])
+    inside = []
+    for trial in range(300):
+        pieces = 1.0 + random.standard_normal((9, 2)) @ root.T
+        drawn = predicted_pieces(pieces[:8], 400, 1, seed=trial + 1)[:, 0, 1]
+        low, high = np.quantile(drawn, [0.05, 0.95])
+        inside.append(low <= pieces[8, 1] <= high)
+    assert np.mean(inside) == pytest.approx(0.90, abs=0.05)
+
+
+@pytest.mark.parametrize(
+    ("values", "lower", "upper", "sentence"),
+    [
+        ([1.0], 0.9, 1.1, "at least 2 finite values"),
+        ([1.0, np.nan], 0.9, 1.1, "at least 2 finite values"),
+        ([1.0, 1.0, 1.0], 0.9, 1.1, "copied measurement"),
+        ([1.0, 1.1], 1.1, 1.1, "no width"),
+    ],
+)
+def test_refusals(values, lower, upper, sentence):
+    with pytest.raises(InputError, match=sentence):
+        capability(values, lower, upper)
+
+
+def test_too_few_or_copied_pieces_are_refused():
+    with pytest.raises(InputError, match="measure at least 4"):
+        predicted_pieces(np.ones((3, 2)), 10, 10, seed=1)
+    with pytest.raises(InputError, match="do not scatter in every axis"):
+        predicted_pieces(np.outer(np.arange(6.0), [1.0, 1.0]), 10, 10, seed=1)
+
+
+def random_front(random, size):
+    points = random.random((size, 2))
+    return points[nondominated(points)]
+
+
+@pytest.mark.parametrize("n_fronts", [2, 5, 8])
+def test_attainment_is_what_counting_says(n_fronts):
+    random = np.random.default_rng(n_fronts)
+    fronts = [random_front(random, 12) for _ in range(n_fronts)]
+    grid = random.random((4000, 2))
+    attained = sum(
+        np.all(front[None] <= grid[:, None], axis=2).any(axis=1).astype(int) for front in fronts
+    )
+    shares = [1.0 / n_fronts, 0.25, 0.5, 1.0]
+    for share, surface in attainment(fronts, shares).items():
+        inside = np.all(surface[None] <= grid[:, None], axis=2).any(axis=1)
+        assert np.array_equal(inside, attained >= np.ceil(share * n_fronts - 1e-9))
+        assert nondominated(surface).all()
+        assert np.all(np.diff(surface[:, 0]) > 0.0)
+
+
+def test_hypervolume_of_a_dense_quarter_circle():
+    angle = np.linspace(0.0, np.pi / 2, 20001)
+    front = 1.0 - np.column_stack([np.cos(angle), np.sin(angle)])
+    box = common_box([front])
+    # the corner up to 1.1 less the corner that the circle leaves free
+    assert box.hypervolume(front) == pytest.approx((1.21 - (1.0 - np.pi / 4.0)) / 1.21, abs=1e-4)
+
+
+@pytest.mark.parametrize("n_runs", [3, 10])
+def test_equal_configurations_are_called_different_in_one_case_of_a_hundred(n_runs):
+    random = np.random.default_rng(1)
+    trials, alarms = 2000, 0
+    for _ in range(trials):
+        draws = 0.002 * random.standard_normal((1, 8))
+        both = [
+            Contestant(
+                name,
+                0.8
+                + draws
+                + 0.01 * random.standard_normal((n_runs, 1))
+                + 0.0005 * random.standard_normal((1, 8)),
+                np.full(n_runs, np.nan),
+            )
+            for name in "ab"
+        ]
+        alarms += difference(*both).verdict is Verdict.real
+    # 20 expected; three standard deviations are 13, and Welch's t is careful with three runs
+    assert alarms <= 33
+    assert alarms >= 2
+
+
+def test_a_difference_of_five_standard_errors_is_found():
+    random = np.random.default_rng(2)
+    found = 0
+    for _ in range(300):
+        seeds = 0.01 * random.standard_normal((2, 10, 1)) + np.zeros((1, 1, 8))
+        shift = 5.0 * 0.01 * np.sqrt(2.0 / 10.0)
+        pair = (
+            Contestant("a", 0.8 + shift + seeds[0], np.full(10, np.nan)),
+            Contestant("b", 0.8 + seeds[1], np.full(10, np.nan)),
+        )
+        found += difference(*pair).verdict is Verdict.real
+    assert found >= 270

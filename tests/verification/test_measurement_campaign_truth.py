@@ -1,14 +1,24 @@
 """Rising torque and force transfer on a bench of known truth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 from scipy.spatial.transform import Rotation
 
-from deboom.bench.campaign import NO_ERRORS, CampaignPlan
+from deboom.bench.campaign import (
+    NO_ERRORS,
+    CampaignPlan,
+    TimeRunPlan,
+    load_distribution,
+    second_engine_plan,
+)
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.layout import CELL_OFFSETS
 from deboom.bench.operating_run import PlannedRun, true_run
-from deboom.bench.powertrain import load_bench
-from deboom.files.campaign import read_campaign
+from deboom.bench.powertrain import load_bench, load_second_engine
+from deboom.files.campaign import read_campaign, read_time_run
 from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.force_transfer import force_transfer_matrix
@@ -16,6 +26,7 @@ from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
+from deboom.physics.rigid_body import forward_matrices
 
 BENCH = load_bench()
 FREQUENCY = np.linspace(20, 80, 241)
@@ -188,3 +199,198 @@ def test_forces_of_the_bench(campaigns, name, tolerances):
             true = truth["force"][0, :, channels.index(f"{mount} {axis}")]
             error = found[:, "xyz".index(axis)] - true
             assert np.linalg.norm(error) < tolerance * np.linalg.norm(true)
+
+
+RUNS = (PlannedRun(5, 220.0, True), PlannedRun(7, 120.0, True), PlannedRun(3, 160.0, True))
+
+
+def cell_sum(cells, select):
+    return sum(select(cell) @ cell.orientation.T for cell in cells)
+
+
+def transfer_matrix(campaign, mount, cells):
+    columns = []
+    for axis in "xyz":
+        runs = [r for r in campaign.shaker_runs if (r.mount, r.axis) == (mount, axis)]
+        sums = [
+            cell_sum(cells, lambda cell, r=run: r.response.select(cell.channels).values[:, :, 0])
+            for run in runs
+        ]
+        columns.append(np.mean(sums, axis=0))
+    return np.stack(columns, axis=2)
+
+
+def evaluated(campaign):
+    """Displacement and force per run, in the channels of the truth."""
+    on_powertrain = campaign.powertrain_mounts
+    sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, on_powertrain)
+    inverse = np.linalg.pinv(sensor_geometry(sensors).forward)
+    names = [name for sensor in sensors for name in sensor.channels]
+    points = forward_matrices(
+        [mount.positions[0] for mount in campaign.mounts if mount.name in on_powertrain]
+    )
+    cells = {m: campaign.sensors_of(SensorKind.FORCE_CELL, (m,)) for m in on_powertrain}
+    matrices = {m: transfer_matrix(campaign, m, cells[m]) for m in on_powertrain}
+    sides = [
+        (
+            campaign.sensors_of(SensorKind.ACCELEROMETER, (mount.name,), piece)[0],
+            campaign.sensors_of(SensorKind.FORCE_CELL, (mount.name,), piece)[0],
+        )
+        for mount in campaign.mounts
+        if mount.name not in on_powertrain
+        for piece in mount.pieces
+    ]
+    displacement, force = [], []
+    for run in campaign.runs:
+        acceleration = [run.acceleration.select(names).values @ (points @ inverse).T]
+        forces = [
+            np.linalg.solve(
+                matrices[m],
+                cell_sum(cells[m], lambda c, r=run: r.cell_force.select(c.channels).values)[
+                    ..., None
+                ],
+            )[..., 0]
+            for m in on_powertrain
+        ]
+        for sensor, cell in sides:
+            turned = run.acceleration.select(sensor.channels).values @ sensor.orientation.T
+            acceleration.append(turned[:, :1])
+            forces.append((run.cell_force.select(cell.channels).values @ cell.orientation.T)[:, :1])
+        displacement.append(-np.hstack(acceleration) / (2 * np.pi * run.frequency[:, None]) ** 2)
+        force.append(np.hstack(forces))
+    return np.array(displacement), np.array(force)
+
+
+def truth_of(folder, mount_set="M1"):
+    with np.load(folder / "truth" / f"{mount_set}.npz") as data:
+        return dict(data)
+
+
+def relative(found, true):
+    return np.max(np.abs(found - true) / np.abs(true))
+
+
+def test_without_errors_everything_comes_back(tmp_path):
+    plan = CampaignPlan(("M2",), RUNS, shaker_repeats=2)
+    folder = write_campaign(tmp_path / "exact", 1, plan, NO_ERRORS)
+    campaign, true = read_campaign(folder), truth_of(folder, "M2")
+    displacement, force = evaluated(campaign)
+    assert [run.name for run in campaign.runs] == list(true["runs"])
+    assert relative(displacement, true["displacement"]) < 1e-9
+    assert relative(force, true["force"]) < 1e-9
+    assert relative(force / displacement, true["stiffness"]) < 1e-9
+    slow = zip(campaign.runs, true["engine_torque"], true["static_force"], strict=True)
+    for run, torque, static in slow:
+        assert run.static_force_names == tuple(true["channels"])
+        assert run.engine_torque == pytest.approx(torque, abs=1e-9)
+        assert run.static_force == pytest.approx(static, abs=1e-9)
+    bench = load_bench()
+    assert campaign.mass_matrix == pytest.approx(bench.powertrain.mass_matrix)
+    # the cells miss 6 % of the force, and the first bench mode adds 0.5 % up to 80 Hz
+    shaker = next(r for r in campaign.shaker_runs if (r.mount, r.axis) == ("TSM", "x"))
+    cells = campaign.sensors_of(SensorKind.FORCE_CELL, ("TSM",))
+    column = cell_sum(cells, lambda cell: shaker.response.select(cell.channels).values[:, :, 0])
+    assert np.abs(column[0, 0]) == pytest.approx(0.94, abs=0.03)
+    growth = np.abs(column[-1, 0] / column[0, 0])
+    assert growth == pytest.approx((1 + 0.05 * (80 / 248) ** 2) / (1 + 0.05 * (20 / 248) ** 2))
+
+
+def test_the_supplier_measured_the_true_static_curve(tmp_path):
+    plan = CampaignPlan(("M0",), RUNS[:1], shaker_repeats=1)
+    folder = write_campaign(tmp_path / "curves", 5, plan)
+    campaign = read_campaign(folder)
+    bench = load_bench()
+    laws = dict(zip(("EnM x", "EnM y", "EnM z"), bench.powertrain.laws[:3], strict=True))
+    scales = []
+    for curve in campaign.static_curves:
+        if f"{curve.mount} {curve.axis}" in laws:
+            true = laws[f"{curve.mount} {curve.axis}"].static_force(curve.deflection)
+            loaded = np.abs(true) > 1
+            ratio = curve.force[loaded] / true[loaded]
+            assert np.ptp(ratio) < 1e-9
+            scales.append(ratio[0] - 1)
+            assert abs(ratio[0] - 1) < 4 * curve.force_uncertainty
+    assert np.ptp(scales) > 0
+
+
+def demodulated(run, signal, angle, turns, middle):
+    """Amplitude of the dominant order at one angle: least squares over some turns."""
+    inside = np.abs(angle - middle) < np.pi * turns
+    local = (angle[inside] - middle) / (np.pi * turns)
+    basis = np.stack(
+        [
+            wave(order * angle[inside]) * local**power
+            for order in (run.order, 0.5, 3.0, 6.0)
+            for power in range(3)
+            for wave in (np.cos, np.sin)
+        ],
+        axis=1,
+    )
+    found = np.linalg.lstsq(basis, signal[inside], rcond=None)[0]
+    return found[0] - 1j * found[1]
+
+
+def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
+    time_plan = TimeRunPlan(first_speed=1500.0, last_speed=1650.0, duration=1.5)
+    plan = CampaignPlan(("M1",), RUNS[:1], shaker_repeats=1, time_run=time_plan)
+    folder = write_campaign(tmp_path / "time", 2, plan, NO_ERRORS)
+    run = read_time_run(folder, "g5_wot220_time")
+    with np.load(folder / "truth" / "g5_wot220_time.npz") as data:
+        true = dict(data)
+    assert run.sample_rate == pytest.approx(16384, rel=1e-6)
+    assert run.acceleration.shape == (24576, 24)
+    above = run.tacho > 0.5
+    after = np.flatnonzero(above[1:] & ~above[:-1]) + 1
+    share = (0.5 - run.tacho[after - 1]) / (run.tacho[after] - run.tacho[after - 1])
+    pulses = (after - 1 + share) / run.sample_rate
+    time = np.arange(run.tacho.size) / run.sample_rate
+    turns = CubicSpline(pulses, np.arange(pulses.size) / run.pulses_per_revolution)
+    angle = 2 * np.pi * turns(time)
+    inside = slice(400, -400)
+    assert 60 * turns(time, 1)[inside] == pytest.approx(true["speed"][inside], abs=3.0)
+    for signals, spectra in (
+        (run.acceleration[:, [0, 1, 2, 15]], true["acceleration"][:, [0, 1, 2, 15]]),
+        (run.cell_force[:, [0, 2, 12]], true["cell_force"][:, [0, 2, 12]]),
+    ):
+        for speed in (1560.0, 1590.0):
+            middle = angle[np.argmin(np.abs(true["speed"] - speed))]
+            amplitude = CubicSpline(true["frequency"], spectra)(run.order * speed / 60)
+            for column, expected in zip(signals.T, amplitude, strict=True):
+                found = demodulated(run, column, angle, 8, middle)
+                assert abs(found / expected - 1) < 3e-3
+
+
+def test_a_second_engine_runs_on_the_same_mounts(tmp_path):
+    bench = load_second_engine()
+    plan = replace(second_engine_plan("M1"), runs=RUNS[:2], shaker_repeats=1)
+    folder = write_campaign(tmp_path / "second", 1, plan, NO_ERRORS, bench=bench)
+    campaign, true = read_campaign(folder), truth_of(folder)
+    assert campaign.order == 2.0
+    assert campaign.mass_matrix == pytest.approx(bench.powertrain.mass_matrix)
+    displacement, force = evaluated(campaign)
+    assert relative(displacement, true["displacement"]) < 1e-9
+    assert relative(force / displacement, true["stiffness"]) < 1e-9
+
+
+def test_inertia_torque_works_against_gas_torque_at_speed():
+    torque = load_second_engine().order_torque
+    rpm = np.array([1000.0, 2000.0, 4000.0])
+    total = torque.torque(np.full(3, 100.0), rpm)
+    gas = torque.torque(np.full(3, 100.0), np.zeros(3))
+    # four cylinders: -2 m r² ω² sin 2θ, with 0.5 kg and a crank radius of 47.3 mm
+    inertia = total - gas
+    assert inertia.real == pytest.approx(0, abs=1e-9)
+    expected = 2 * 0.5 * 0.0473**2 * (2 * np.pi * rpm / 60) ** 2
+    assert inertia.imag == pytest.approx(expected, rel=2e-3)
+    assert np.all(np.abs(total[:2]) < np.abs(gas[:2]))
+
+
+def test_the_cells_share_a_force_without_loss():
+    for offsets in CELL_OFFSETS.values():
+        shares = load_distribution(np.array(offsets))
+        forces = shares @ [3.0, -2.0, 5.0]
+        assert forces.sum(axis=0) == pytest.approx([3.0, -2.0, 5.0], abs=1e-13)
+        # what turns about the line through both cells is carried inside them
+        line = np.subtract(*offsets) / np.linalg.norm(np.subtract(*offsets))
+        moment = np.cross(offsets, forces).sum(axis=0)
+        assert moment - line * (line @ moment) == pytest.approx(np.zeros(3), abs=1e-13)

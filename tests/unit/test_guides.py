@@ -1,0 +1,264 @@
+"""The guides, followed literally: own platform, own data, contributing, specification."""
+
+import importlib.util
+import json
+import re
+import runpy
+import shlex
+from functools import partial
+from pathlib import Path
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from typer.main import get_command
+from typer.testing import CliRunner
+
+import deboom
+from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan
+from deboom.cli import app
+from deboom.explore.search import nsga2
+from deboom.files.acceptance import read_delivered_parts
+from deboom.files.rows import read_table
+from deboom.files.time_data import WavChannel
+from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
+from deboom.study.runner import load_study
+
+ROOT = Path(__file__).parents[2]
+GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
+pytestmark = pytest.mark.usefixtures("each_picture_once")
+SMALLER = ("--generations", "2", "--population", "8", "--samples", "4", "--no-polish")
+
+
+def script(name):
+    path = GUIDE.with_name(f"{name}.py")
+    spec = importlib.util.spec_from_file_location(name, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def commands():
+    text = GUIDE.read_text(encoding="utf-8")
+    return [
+        line
+        for block in re.findall(r"```sh\n(.*?)```", text, flags=re.S)
+        for line in block.splitlines()
+    ]
+
+
+@pytest.mark.usefixtures("plain_loops")
+def test_the_guide_leads_from_an_empty_folder_to_a_front(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(load_study(ROOT / "studies/u06_robust_front.py").module, "VERIFIED", 64)
+    codes, said = [], []
+    for line in commands():
+        program, *arguments = shlex.split(line)
+        if program == "python":
+            name, folder = arguments
+            script(Path(name).stem).fill(Path(folder))
+            continue
+        if arguments[0] == "run":
+            if "u06_robust_front" not in line:
+                continue
+            study, options = ROOT / arguments[1], arguments[2:]
+            arguments = ["run", str(study), *options, *SMALLER]
+        result = CliRunner().invoke(app, arguments)
+        codes.append(result.exit_code)
+        said.append((result.stdout, result.stderr))
+    assert codes == [0, 2, 0, 0]
+    guide = GUIDE.read_text(encoding="utf-8")
+    for told in re.findall(r"^ {1,2}\d+  .*", guide, flags=re.M):
+        assert told in said[1][1]
+    assert said[2][0].strip() in guide
+    run = Path(said[3][0].splitlines()[-1])
+    assert json.loads((run / "summary.json").read_text(encoding="utf-8"))["n_front"] >= 1
+
+
+def test_the_studies_of_the_guide_are_there_with_their_options():
+    text = " ".join(commands())
+    for name in re.findall(r"studies/(\w+)\.py", text):
+        study = load_study(ROOT / "studies" / f"{name}.py")
+        assert {"platform", "group", "mounts"} <= study.parameters.keys()
+
+
+def test_a_foreign_response_gets_a_front_of_its_own():
+    module = script("foreign_response")
+    slopes = np.array([[6.5, 1.5, -2.0], [4.0, 5.5, 0.5]])
+    values = module.robust(np.ones((1, 3)))
+    assert values.mean[0] == pytest.approx([62.4, 64.1], abs=1e-2)
+    # a linear response of independent factors, sigma a third of ±15 %, cut at 3 sigma
+    assert values.sigma[0] == pytest.approx(0.05 * np.linalg.norm(slopes, axis=1), rel=0.05)
+    front = nsga2(module.robust, population=20, generations=30, seed=1).front
+    # its best mean lies in a corner: 0.8, 0.8 and 1.2
+    assert front.mean_sum[0] == pytest.approx(126.5 - 0.2 * (10.5 + 7.0 + 1.5), abs=0.02)
+    assert front.designs[0] == pytest.approx([0.8, 0.8, 1.2], abs=5e-3)
+
+
+def test_the_guide_shows_the_example_as_it_stands():
+    example = GUIDE.with_name("foreign_response.py").read_text(encoding="utf-8")
+    block = re.search(r"```python\n(.*?)```", GUIDE.read_text(encoding="utf-8"), flags=re.S)[1]
+    code = [line.strip() for line in block.splitlines() if line.strip()]
+    assert 5 <= len(code) <= 10
+    assert all(line in example for line in code)
+
+
+OWN_DATA = Path(__file__).parents[2] / "docs" / "guides" / "your-own-data.md"
+SECTIONS = dict(
+    re.findall(r"^## (.*?)\n(.*?)(?=^## |\Z)", OWN_DATA.read_text("utf-8"), re.M | re.S)
+)
+
+
+def blocks(text, language):
+    return re.findall(rf"```{language}\n(.*?)```", text, flags=re.S)
+
+
+@pytest.mark.parametrize("section", [name for name in SECTIONS if name != "Modal test"])
+def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
+    monkeypatch.chdir(tmp_path)
+    few = partial(CampaignPlan, runs=TRAINING_RUNS[::9], shaker_repeats=1)
+    monkeypatch.setattr("deboom.bench.campaign.CampaignPlan", few)
+    lines_of = "".join(blocks(SECTIONS[section], "sh")).splitlines()
+    assert lines_of
+    for command in lines_of:
+        _, *arguments = shlex.split(command)
+        done = CliRunner().invoke(app, arguments)
+        to_fill_in = arguments[0] == "check" and arguments[1].startswith("my_")
+        assert done.exit_code == (2 if to_fill_in else 0), (command, done.output)
+        if arguments[0] == "check":
+            assert ("faults in my_" in done.stderr) == to_fill_in
+    if section == "Hammer test":
+        lines = "".join(blocks(SECTIONS[section] + SECTIONS["Modal test"], "python"))
+        values = {}
+        exec(lines, values)
+        assert values["estimate"].frf.values.shape[1:] == (18, 18)
+        assert len(values["clusters"]) >= 4  # rubber damps the modes of the rigid body alike
+        assert all(0.05 < mode.damping < 0.12 for mode in values["clusters"])
+        assert len(values["modes"].table) == len(values["clusters"])
+
+
+def test_the_calibration_of_the_guide_is_read(tmp_path):
+    (tmp_path / "run.csv").write_text(blocks(SECTIONS["Campaign"], "text")[0])
+    rows = read_table(tmp_path / "run.csv", WavChannel)
+    assert [(row.channel, row.full_scale) for row in rows] == [
+        ("A1 x", 500.0),
+        ("driver ear", 20.0),
+    ]
+
+
+DOCS = Path(__file__).parents[2] / "docs"
+
+
+def example(name):
+    return runpy.run_path(str(DOCS / "guides" / f"example_{name}.py"))
+
+
+def test_the_figure_takes_axes_and_refuses_nan():
+    draw = example("figure")["level_over_factor"]
+    _, axes = plt.subplots()
+    assert draw([0.9, 1.0], [60.0, 61.0], ax=axes) is axes
+    plt.close("all")
+    with pytest.raises(deboom.InputError, match="level"):
+        draw([0.9, 1.0], [60.0, np.nan])
+
+
+def test_the_format_reads_what_numpy_wrote_and_refuses_the_rest(tmp_path):
+    read = example("format")["from_npz"]
+    good = {
+        "frequency": np.array([20.0, 21.0]),
+        "names": np.array(["TSM x", "TSM z"]),
+        "values": np.array([[1j, 2.0], [3.0, 4.0]]),
+        "units": np.array(["Pa/N", "Pa/N"]),
+    }
+    np.savez(tmp_path / "car.npz", **good)
+    table = read(tmp_path / "car.npz")
+    unit, values = table.functions["TSM x"]
+    assert (unit, values.tolist(), table.frequency.tolist()) == ("Pa/N", [1j, 3.0], [20.0, 21.0])
+    damaged = {
+        "short": (good | {"values": good["values"][:1]}, "do not fit together"),
+        "nameless": ({k: v for k, v in good.items() if k != "names"}, "no array 'names'"),
+        "pickled": (good | {"names": np.array([{}, {}])}, "no npz file of numbers"),
+    }
+    for name, (content, sentence) in damaged.items():
+        np.savez(tmp_path / f"{name}.npz", **content)
+        with pytest.raises(deboom.InputError, match=sentence):
+            read(tmp_path / f"{name}.npz")
+    (tmp_path / "text.npz").write_text("frequency", encoding="utf-8")
+    with pytest.raises(deboom.InputError, match="no npz file"):
+        read(tmp_path / "text.npz")
+
+
+def test_the_mount_model_finds_its_own_law_and_is_compared():
+    model = example("mount_model")["HystereticModel"](preload_unit="N m")
+    rng = np.random.default_rng(1)
+    points = rng.uniform([0, 1e-5, 20], [800, 5e-4, 80], (400, 3))
+    stiffness = 2e5 * (1 + (points[:, 0] / 800) ** 2) * (1 + 0.12j)
+    halves = [StiffnessSamples(*points[k::2].T, stiffness[k::2]) for k in (0, 1)]
+    others = {"Kelvin-Voigt": KelvinVoigtModel(preload_unit="N m")}
+    table = deboom.compare_models({"hysteretic": model} | others, *halves).set_index("model")
+    assert table.loc["hysteretic", "rms error [%]"] < 1e-6
+    assert table.loc["Kelvin-Voigt", "rms error [%]"] > 1
+    model.fit(points, stiffness)
+    assert model.loss_factor_ == pytest.approx(0.12)
+
+
+SPECIFICATION = ROOT / "docs" / "guides" / "from-front-to-specification.md"
+TEXT = SPECIFICATION.read_text(encoding="utf-8")
+FENCED = re.findall(r"```(?:sh)?\n(.*?)```", TEXT, flags=re.S)
+COMMANDS = [line for block in FENCED for line in block.splitlines() if line.startswith("deboom ")]
+COMMANDS = [line for line in COMMANDS if not line.startswith("deboom: ")]
+STUDIES = (
+    "u06_robust_front",
+    "solution_box",
+    "tolerance_allocation",
+    "commonality",
+    "measured_uncertainty",
+)
+
+
+def options_of(words):
+    """Return the options that a command of deboom has, those of its study included."""
+    command = get_command(app).commands[words[1]]
+    own = {name for parameter in command.params for name in parameter.opts}
+    if words[1] != "run":
+        return own
+    study = load_study(ROOT / words[2])
+    return own | {"--" + name.replace("_", "-") for name in study.parameters}
+
+
+@pytest.mark.parametrize("line", COMMANDS)
+def test_every_command_has_its_options(line):
+    words = shlex.split(line)
+    used = {word for word in words if word.startswith("--")}
+    assert used <= options_of(words)
+
+
+def test_every_option_in_the_text_exists_somewhere():
+    known = set().union(*(options_of(["deboom", "run", f"studies/{s}.py"]) for s in STUDIES))
+    known |= options_of(["deboom", "report"]) | options_of(["deboom", "accept"])
+    named = set(re.findall(r"`(--[a-z-]+)", TEXT))
+    assert len(named) > 8
+    assert named <= known
+
+
+def test_every_key_in_the_text_is_explained_by_its_study():
+    docs = " ".join(load_study(ROOT / f"studies/{name}.py").description for name in STUDIES)
+    keys = set(re.findall(r"`([a-z0-9]+_[a-z0-9_]+)`", TEXT)) - set(STUDIES)
+    assert len(keys) > 6
+    assert {key for key in keys if key not in docs} == set()
+
+
+def test_the_filled_sheet_is_the_delivery_that_the_guide_tells_of():
+    required = {
+        "EnM": ("x", "y", "z"),
+        "GeM": ("x", "y", "z"),
+        "TSM": ("x", "y", "z"),
+        "Du": ("x",),
+    }
+    parts = read_delivered_parts(SPECIFICATION.with_name("delivered_parts.csv"), required)
+    counts = {}
+    for part in parts:
+        name = f"{part.mount} {part.batch}"
+        counts[name] = counts.get(name, 0) + 1
+    told = dict(re.findall(r"^\| ((?:TSM|Du) \w\d) \| (\d+) \|", TEXT, flags=re.M))
+    assert {name: str(count) for name, count in counts.items()} == told

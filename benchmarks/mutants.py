@@ -10,21 +10,23 @@ from __future__ import annotations
 
 import argparse
 import ast
+import importlib
 import json
 import os
 import random
-import re
-import resource
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
 import time
 from collections import defaultdict
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+import pytest
 from coverage import CoverageData
 from scipy.stats import binomtest
 from tqdm import tqdm
@@ -128,35 +130,23 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
             yield Mutant(path, begin, f"{' '.join(old.split())} → {new}", boundary, text)
 
 
-PLUGIN = """
-import json, os
-times = {}
-def pytest_runtest_logreport(report):
-    times.setdefault(report.nodeid, {})[report.when] = report.duration
-    if report.failed:
-        times[report.nodeid]["failed"] = True
-def pytest_sessionfinish():
-    with open(os.environ["MUTANTS_TIMES"], "w") as file:
-        json.dump(times, file)
-"""
+class _Times(dict[str, dict[str, float]]):
+    """Time of each phase of each test [s], as pytest reports them."""
+
+    def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
+        self.setdefault(report.nodeid, {})[report.when or ""] = report.duration
+        if report.failed:
+            self[report.nodeid]["failed"] = 1.0
 
 
-def _measured(coverage: Path) -> dict[str, dict[str, float]]:
+def _measured(coverage: Path) -> _Times:
     """Run all tests, keep the lines that each reaches, and return the times of each [s]."""
     print("which lines do the tests reach ...", flush=True)
-    with tempfile.TemporaryDirectory() as folder:
-        (Path(folder) / "mutants_times.py").write_text(PLUGIN)
-        environment = {
-            **os.environ,
-            "COVERAGE_FILE": str(coverage),
-            "MUTANTS_TIMES": f"{folder}/times.json",
-            "PYTHONPATH": os.pathsep.join([folder, os.environ.get("PYTHONPATH", "")]),
-        }
-        command = [sys.executable, "-m", "pytest", "-q", "-p", "mutants_times"]
-        command += [f"--cov={SOURCES}", "--cov-context=test", "--cov-report="]
-        subprocess.run(command, cwd=ROOT, env=environment, check=False)
-        times: dict[str, dict[str, float]] = json.loads(Path(f"{folder}/times.json").read_text())
-        return times
+    os.environ["COVERAGE_FILE"] = str(coverage)
+    times = _Times()
+    options = ["-q", "-n2", f"--cov={SOURCES}", "--cov-context=test", "--cov-report="]
+    pytest.main([*options, str(ROOT / "tests")], plugins=[times])
+    return times
 
 
 class Reach:
@@ -183,7 +173,7 @@ class Reach:
             self.setups[file] = max(phases.get("setup", 0.0), self.setups[file])
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """Return the tests of a line, those of a file together, the quickest first.
+        """Return the tests of a line, those of a file together; its room's and quick ones first.
 
         What a fixture reaches is seen by all tests of its file. What no test reaches by itself (a
         constant of the module, a compiled loop) is seen by the tests that reach the module.
@@ -196,7 +186,9 @@ class Reach:
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
         chosen: list[str] = []
         spent = 0.0
-        for test in sorted(seen & self.times.keys(), key=self._cost):
+        room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
+        order = sorted(seen & self.times.keys(), key=lambda t: (room not in t, self._cost(t)))
+        for test in order:
             spent += self.times[test].get("call", 0.0)
             if chosen and spent > TESTS_S:
                 break
@@ -213,66 +205,82 @@ class Reach:
         return PATIENCE_S + 3.0 * (setups + sum(self.times[t].get("call", 0.0) for t in tests))
 
 
-def killer(mutant: Mutant, tests: Sequence[str], patience: float, tree: Path) -> str | None:
-    """Return the first test that fails with the mutant in a copy of the sources, or ``hang``."""
-    if not tests:
-        return None
-    place = tree / mutant.path.relative_to(SOURCES.parent)
-    source = place.read_text(encoding="utf-8")
-    with tempfile.TemporaryDirectory() as folder:
-        environment = {
-            **os.environ,
-            "PYTHONPATH": os.pathsep.join([str(tree), os.environ.get("PYTHONPATH", "")]),
-            "PYTHONDONTWRITEBYTECODE": "1",
-            "TMPDIR": folder,
-        }
-        if "njit" in source:
-            environment["NUMBA_CACHE_DIR"] = folder
-        command = [sys.executable, "-m", "pytest", "-qx", "-rfE", "-p", "no:cacheprovider", *tests]
-        place.write_text(mutant.text, encoding="utf-8")
-        try:
-            done = subprocess.run(
-                command,
-                cwd=ROOT,
-                env=environment,
-                capture_output=True,
-                text=True,
-                timeout=patience,
-                check=False,
-            )
-        except subprocess.TimeoutExpired:
-            return "hang"
-        finally:
-            place.write_text(source, encoding="utf-8")
-    if not done.returncode:
-        return None
-    failed = re.search(r"^(?:FAILED|ERROR) (\S+)", done.stdout, flags=re.M)
-    return failed[1] if failed else "import"
+def _show(mutant: Mutant, tests: Sequence[str], folder: str, output: Path) -> None:
+    """Show a mutant, in a copy of the sources, to tests, and end with pytest's verdict."""
+    os.setsid()
+    tree = Path(folder) / "copy" / "src"
+    shutil.copytree(SOURCES, tree / SOURCES.name)
+    for path in ROOT.iterdir():  # the sources find the studies' data beside them
+        if path.name != "src":
+            (tree.parent / path.name).symlink_to(path)
+    (tree / mutant.path.relative_to(SOURCES.parent)).write_text(mutant.text, encoding="utf-8")
+    for name in [name for name in sys.modules if name.partition(".")[0] == SOURCES.name]:
+        del sys.modules[name]
+    sys.path.insert(0, str(tree))
+    sys.dont_write_bytecode = True
+    tempfile.tempdir = folder
+    os.environ |= {
+        "PYTHONPATH": os.pathsep.join([str(tree), os.environ.get("PYTHONPATH", "")]),
+        "PYTHONDONTWRITEBYTECODE": "1",
+        "TMPDIR": folder,
+    }
+    os.chdir(ROOT)
+    for stream in (1, 2):
+        os.dup2(os.open(output, os.O_WRONLY | os.O_CREAT | os.O_APPEND), stream)
+    code = 1
+    try:
+        code = int(pytest.main(["-qx", "-p", "no:cacheprovider", "-p", "no:xdist", *tests]))
+    finally:
+        os._exit(code)
+
+
+def caught(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bool]:
+    """Say of each mutant whether a test fails, or hangs beyond its patience [s]; two at a time."""
+    verdicts = [False] * len(cases)
+    running: dict[int, tuple[int, float, str]] = {}
+    waiting = [number for number, (_, tests, _) in enumerate(cases) if tests]
+    bar = tqdm(total=len(waiting), mininterval=10.0)
+    shutil.rmtree(CACHE / "output", ignore_errors=True)
+    (CACHE / "output").mkdir()
+    while waiting or running:
+        while waiting and len(running) < 2:
+            number, folder = waiting.pop(0), tempfile.mkdtemp()
+            mutant, tests, patience = cases[number]
+            if not (child := os.fork()):
+                _show(mutant, tests, folder, CACHE / "output" / f"{number}.txt")
+            running[child] = number, time.monotonic() + patience, folder
+        time.sleep(0.02)
+        for child, (number, deadline, folder) in list(running.items()):
+            done, status = os.waitpid(child, os.WNOHANG)
+            if not done and time.monotonic() < deadline:
+                continue
+            with suppress(ProcessLookupError):
+                os.killpg(child, signal.SIGKILL)
+            verdicts[number] = bool(status) if done else bool(os.waitpid(child, 0)[1])
+            shutil.rmtree(folder, ignore_errors=True)
+            del running[child]
+            bar.update()
+    bar.close()
+    return verdicts
 
 
 def report(
-    room: str, cases: Sequence[tuple[Mutant, list[str]]], verdicts: list[str | None]
+    room: str, cases: Sequence[tuple[Mutant, list[str], float]], verdicts: list[bool]
 ) -> None:
     """Print the survivors and the score of a room."""
-    tried = [(m, len(t), v) for (m, t), v in zip(cases, verdicts, strict=True)]
+    tried = [(m, len(t), v) for (m, t, _), v in zip(cases, verdicts, strict=True)]
     for mutant, number, verdict in tried:
         if not verdict:
             where = f"{mutant.path.relative_to(ROOT)}:{mutant.line}"
             kind = "boundary" if mutant.boundary else f"{number} tests"
             print(f"survived ({kind}): {where}: {mutant.change}")
     for boundary, what in ((False, "faults"), (True, "boundaries")):
-        group = [bool(verdict) for mutant, _, verdict in tried if mutant.boundary == boundary]
+        group = [verdict for mutant, _, verdict in tried if mutant.boundary == boundary]
         if group:
-            caught, low, high = (
-                100.0 * share
-                for share in (
-                    sum(group) / len(group),
-                    *binomtest(sum(group), len(group)).proportion_ci(0.95, method="wilson"),
-                )
-            )
+            share = binomtest(sum(group), len(group)).proportion_ci(0.95, method="wilson")
             print(
-                f"{room}: {sum(group)} of {len(group)} {what} caught, {caught:.0f} % "
-                f"(95 %: {low:.0f} to {high:.0f} %)"
+                f"{room}: {sum(group)} of {len(group)} {what} caught, {np.mean(group):.0%} "
+                f"(95 %: {share.low:.0%} to {share.high:.0%})"
             )
 
 
@@ -285,26 +293,17 @@ def main() -> None:
     parser.add_argument("--only", default="", help="Mutants whose place and change hold this text.")
     given = parser.parse_args()
     reach = Reach()
+    for path in SOURCES.rglob("[!_]*.py"):  # forked processes have imported the libraries
+        importlib.import_module(".".join(path.relative_to(SOURCES.parent).with_suffix("").parts))
     for room in given.rooms:
         every = [m for path in sorted((SOURCES / room).rglob("*.py")) for m in mutants_of(path)]
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
-        cases = [(mutant, reach.tests(mutant)) for mutant in drawn]
+        cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
         begin = time.monotonic()
-        with tempfile.TemporaryDirectory() as folder:
-            tree = Path(folder)
-            shutil.copytree(SOURCES, tree / SOURCES.name)
-            verdicts = [
-                killer(mutant, tests, reach.patience(tests), tree)
-                for mutant, tests in tqdm(cases, mininterval=10.0)
-            ]
+        verdicts = caught(cases)
         report(room, cases, verdicts)
-        used = resource.getrusage(resource.RUSAGE_CHILDREN)
-        print(
-            f"{time.monotonic() - begin:.0f} s, CPU of all so far "
-            f"{used.ru_utime + used.ru_stime:.0f} s",
-            flush=True,
-        )
+        print(f"{time.monotonic() - begin:.0f} s", flush=True)
 
 
 if __name__ == "__main__":

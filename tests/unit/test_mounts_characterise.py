@@ -419,6 +419,21 @@ def test_noise_of_single_lines_shrinks_in_the_surface():
     assert max(one.sources.values()) < 1e-12
 
 
+def test_noise_beyond_what_is_stated_is_misfit():
+    """Stated is 0.01 of force and of motion, hence of the magnitude of their quotient."""
+    stated = {"acceleration_own": 0.01, "force_own": 0.01}
+    rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, **stated}), noise=0.02)
+    options = CharacteriseOptions(gears=None, self_calibration=False)
+    direction = characterise(campaign_of(rig), "P1", options).directions["W x"]
+    one, measured = direction.budget, direction.measured.stiffness
+    fitted = direction.surface.predict(one.points)
+    squares = np.mean((np.abs(measured / fitted) - 1) ** 2) - 0.01**2
+    assert one.misfit == pytest.approx(np.sqrt(squares), rel=0.05)
+    of_imag = (measured - fitted).imag ** 2 - (0.01 * np.abs(fitted)) ** 2
+    half_width = TWO_SIDED * np.sqrt(np.mean(of_imag / fitted.imag**2))
+    assert one.imag_half_width_95 == pytest.approx(half_width, rel=0.05)
+
+
 def test_torque_noise_counts_through_the_slope():
     widths = [budgets_of(torque=torque)["S x"].half_width_95 for torque in (1.0, 4.0)]
     assert widths[1] == pytest.approx(4 * widths[0], rel=0.1)

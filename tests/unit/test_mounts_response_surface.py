@@ -18,6 +18,7 @@ from deboom.mounts.response_surface import (
     KelvinVoigtModel,
     StiffnessSamples,
     agreement,
+    berg_shape,
     compare_models,
     friction_stiffness,
     gaussian_process,
@@ -258,11 +259,17 @@ def test_a_state_measured_again_is_supported_at_the_edge_of_the_lines():
         (lambda: operating_points(np.zeros(3), np.zeros(4), 40.0), "shapes"),
         (lambda: SURFACE.supported([np.nan, 1e-4, 40.0]), "must be finite"),
         (lambda: SURFACE.predict([-700.0, 1e-4]), "last axis is preload, amplitude, frequency"),
-        (lambda: SURFACE.predict_interval(MIDDLE, 95.0), "coverage lies between 0 and 1"),
+        (lambda: SURFACE.predict_interval(MIDDLE, 1.0), "coverage lies between 0 and 1"),
         (lambda: friction_stiffness(-0.1), "at least 0"),
         (
             lambda: DynamicStiffnessSurface(gaussian_process(), max_lines=1).fit(LINES, STIFFNESS),
             "max_lines is at least 2",
+        ),
+        (  # twenty lines and twenty terms in the lower piece
+            lambda: DynamicStiffnessSurface(
+                PiecewiseCubicRegressor(split=[np.sort(PRELOAD)[19:21].mean()], overlap=0.0)
+            ).fit(LINES, STIFFNESS),
+            "900 lines are too few for cubics",
         ),
         (
             lambda: DynamicStiffnessSurface(PiecewiseCubicRegressor(pieces="cv")).fit(
@@ -290,7 +297,7 @@ def test_questions_without_sense_are_refused(ask, words):
             {},
             r"stiffness: a number is not finite at index \(7,\)",
         ),
-        (LINES, STIFFNESS, {"sample_weight": np.zeros(N)}, "weights are above 0"),
+        (LINES, STIFFNESS, {"sample_weight": np.arange(N)}, "weights are above 0"),
         (LINES[:0], STIFFNESS[:0], {}, "no lines"),
         (LINES[:20], STIFFNESS[:20], {}, "20 lines are too few for cubics"),
         (LINES[:19], STIFFNESS[:19], {}, "19 distinct rows do not determine a cubic of 20 terms"),
@@ -321,6 +328,10 @@ def test_other_models_share_the_interface(model):
     assert fitted.units == SURFACE.units
     with pytest.raises(InputError, match="outside of the measured region"):
         fitted.predict([2000.0, 2e-4, 40.0])
+    if isinstance(model, BergModel):
+        # a Maxwell element far below and above its corner: Berg, Vehicle System Dynamics 30, 1998
+        spring, damper = berg_shape([0.0, 1e-4, 0.5, 10.0], np.full(2, 1e-4), np.array([1e-3, 1e5]))
+        assert (spring, damper) == (pytest.approx(1 + 5e-5j, abs=1e-8), pytest.approx(1.5 + 5e-5j))
     if isinstance(model, DynamicStiffnessSurface):
         np.testing.assert_allclose(stiffness, law(POINTS), rtol=0.05)
 
@@ -340,7 +351,7 @@ def test_what_only_cubics_have_is_refused_by_name(ask, what):
     with pytest.raises(InputError, match=f"surface of KNeighborsRegressor has no {what}"):
         ask(other)
     with pytest.raises(InputError, match="GaussianProcessRegressor fits all lines alike"):
-        DynamicStiffnessSurface(GaussianProcessRegressor()).fit(LINES, STIFFNESS, np.arange(1, 901))
+        DynamicStiffnessSurface(GaussianProcessRegressor()).fit(LINES, STIFFNESS, 1 + LINES[:, 1])
 
 
 def test_comparison_is_one_table_over_common_lines():

@@ -89,6 +89,9 @@ def test_noise_of_the_static_force_is_smoothed_run_by_run():
     coarse = slice(None, None, 5)
     kept = smooth_static_force((true + noise)[coarse], frequency[coarse], run[coarse])
     assert np.array_equal(kept, (true + noise)[coarse])
+    five = slice(None, None, 2)  # lines within the width: a parabola, not a mean of them
+    smoothed = smooth_static_force((true + noise)[five], frequency[five], run[five])
+    assert 0.5 < np.std(smoothed - true[five]) / 5.0 < 0.9
     uneven = np.sort(np.random.default_rng(2).uniform(20, 60, 50))
     names = np.full(50, "a")
     assert np.array_equal(smooth_static_force(noise[:50], uneven, names), noise[:50])
@@ -424,6 +427,11 @@ def test_parts_that_cannot_be_compared_are_refused():
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
     far = surface()
     points = far.region_.points
+    over_torque = DynamicStiffnessSurface(preload_unit="N m").fit(points, far.predict(points, True))
+    other = replace(parts[1].directions[0], surface=over_torque)
+    mixed = [parts[0], replace(parts[1], directions=(other, parts[1].directions[1]))]
+    with pytest.raises(InputError, match="TSM x: its parts are characterised over different"):
+        library_scatter(mixed)
     moved_away = points + np.array([1e5, 0, 0])
     shifted = DynamicStiffnessSurface().fit(moved_away, far.predict(points, True))
     moved = replace(parts[1].directions[0], surface=shifted)

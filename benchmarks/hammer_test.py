@@ -14,6 +14,7 @@ from scipy.spatial.transform import Rotation
 from deboom.measurement.channels import Frf
 from deboom.measurement.culprit import Fault
 from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor, SensorKind, Tolerances
+from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix
 
 HALF_SIZE = np.array([0.11, 0.065, 0.065])
 EXACT = Tolerances(sensor_position=0.0, sensor_angle=0.0, sensor_gain=0.0, sensor_cross_axis=0.0)
@@ -153,17 +154,10 @@ def _spread(directions, points) -> float:
 def _inertance(generator: np.random.Generator, frequency: np.ndarray) -> np.ndarray:
     mass = 7.2 * generator.uniform(0.9, 1.1)
     inertia = np.diag([0.0158, 0.0291, 0.0302]) * generator.uniform(0.9, 1.1)
-    centre = _cross_matrix(generator.uniform(-3e-3, 3e-3, 3))
-    mass_matrix = np.block(
-        [[mass * np.eye(3), -mass * centre], [mass * centre, inertia - mass * centre @ centre]]
-    )
-    stiffness = np.zeros((6, 6))
-    for _ in range(3):
-        arm = np.hstack([np.eye(3), -_cross_matrix(generator.uniform(-0.1, 0.1, 3))])
-        stiffness += arm.T @ np.diag(generator.uniform(1e4, 3e4, 3)) @ arm
+    centre = generator.uniform(-3e-3, 3e-3, 3)
+    drawn = [(generator.uniform(-0.1, 0.1, 3), generator.uniform(1e4, 3e4, 3)) for _ in range(3)]
+    stiffness = mount_stiffness_matrix(*map(np.array, zip(*drawn, strict=True)))
     squared = (2 * np.pi * frequency) ** 2
-    return np.linalg.inv(mass_matrix - (1 + 0.15j) * stiffness / squared[:, None, None])
-
-
-def _cross_matrix(vector: np.ndarray) -> np.ndarray:
-    return -np.cross(np.eye(3), vector).T
+    return np.linalg.inv(
+        mass_matrix(mass, inertia, centre) - (1 + 0.15j) * stiffness / squared[:, None, None]
+    )

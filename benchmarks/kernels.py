@@ -3,12 +3,14 @@
 One evaluation is one design: all draws x vehicles x lines, with the motion prescribed, coupled (a
 6x6 complex solution per line) or amplitude-dependent (a fixed point of such solutions per line;
 stiffnesses soften by about a tenth per doubled amplitude). Plain numpy and compiled loops use one
-thread and the same random data.
+thread and the same random data. Ratios carry over to other machines; microseconds do not.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import gc
+import time
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,7 +24,6 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
-from interleaved import quiet_seconds
 
 NUMPY, NUMBA = "model, numpy", "model, numba"
 LARGEST = 2.0
@@ -159,6 +160,33 @@ def exact(case: Case, rows: RealArray) -> RealArray:
     return level_sum(tight, compiled=False)(rows)
 
 
+def quiet_seconds(
+    rivals: Mapping[str, Callable[[], object]], seconds: float, calls: int = 4
+) -> dict[str, float]:
+    """Return the seconds of one quiet call of each rival.
+
+    The rivals take turns, a few short calls each, until the time is used up; the first call of each
+    turn warms the caches and does not count. The 10th percentile of a rival's calls is its quiet
+    time: a loaded machine makes calls longer, never shorter.
+    """
+    times: dict[str, list[float]] = {name: [] for name in rivals}
+    end = time.perf_counter() + seconds
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        while time.perf_counter() < end or not all(times.values()):
+            for name, call in rivals.items():
+                call()
+                for _ in range(calls):
+                    start = time.perf_counter()
+                    call()
+                    times[name].append(time.perf_counter() - start)
+    finally:
+        if collecting:
+            gc.enable()
+    return {name: float(np.percentile(row, 10)) for name, row in times.items()}
+
+
 def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
     """Time all rivals side by side; one row each."""
     case = PROBLEMS[motion](shape)
@@ -188,19 +216,22 @@ def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
     )
 
 
-def report() -> str:
-    """Measure every motion and shape and return the tables as text."""
-    tables = []
+def _names(shape: Shape) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """Return the names of the vehicles and of the variables."""
+    vehicles = tuple(f"vehicle {v}" for v in range(shape.n_vehicles))
+    return vehicles, tuple(f"m{k // 3} {'xyz'[k % 3]}" for k in range(shape.n_variables))
+
+
+def main() -> None:
+    """Measure every motion and shape and print the tables."""
+    print(__doc__)
     for motion in Motion:
         for shape in SHAPES:
             table = measure(motion, shape, seconds=8.0)
             formats = ("{:.0f}".format, "{:.1f}".format, "{:.0e}".format)
             text = table.to_string(formatters=dict(zip(table.columns, formats, strict=True)))
-            tables.append(f"{motion.value} motion, {shape.title}\n{text}")
-    return "\n\n".join(tables)
+            print(f"{motion.value} motion, {shape.title}\n{text}\n")
 
 
-def _names(shape: Shape) -> tuple[tuple[str, ...], tuple[str, ...]]:
-    """Return the names of the vehicles and of the variables."""
-    vehicles = tuple(f"vehicle {v}" for v in range(shape.n_vehicles))
-    return vehicles, tuple(f"m{k // 3} {'xyz'[k % 3]}" for k in range(shape.n_variables))
+if __name__ == "__main__":
+    main()

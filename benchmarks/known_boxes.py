@@ -185,27 +185,6 @@ def largest_linear_box(slope: RealArray, limit: float, share: float, lower: Real
     return Box(names, lower, lower + room / (quantile * slope))
 
 
-def largest_bowl_box(weight: RealArray, target: RealArray, limit: float, share: float) -> Box:
-    """Return the largest box of two variables about the middle of a quadratic bowl.
-
-    Notes
-    -----
-    The half widths are ``h / sqrt(weight_k)``, by symmetry, and the parts that keep the limit are
-    those of a square inside a circle of radius ``√q`` half sides, with ``q = limit / h²``: a share
-    ``π q / 4`` up to q = 1, and ``√(q-1) + q (asin(1/√q) - acos(1/√q)) / 2`` from there to 2.
-    """
-
-    def of_square(q: float) -> float:
-        if q <= 1.0:
-            return float(np.pi * q / 4.0)
-        angle = np.arcsin(1.0 / np.sqrt(q)) - np.arccos(1.0 / np.sqrt(q))
-        return float(np.sqrt(q - 1.0) + 0.5 * q * angle)
-
-    quantile = brentq(lambda q: of_square(q) - share, 1e-9, 2.0, xtol=1e-13)
-    half = np.sqrt(limit / (quantile * weight))
-    return Box(("x1", "x2"), target - half, target + half)
-
-
 def plane(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
     """Return problem, limit, bounds, exact box and share of an instance below a plane."""
     slope = np.random.default_rng(seed).uniform(0.5, 2.0, n_variables)
@@ -219,7 +198,8 @@ def bowl(seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
     weight, target = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 1, 2))
     problem = QuadraticProblem(weight, target)
     bounds = Box(problem.variable_names, np.full(2, -1.0), np.full(2, 3.0))
-    return problem, np.array([0.05]), bounds, largest_bowl_box(*weight, *target, 0.05, 0.95), 0.95
+    limit = np.array([0.05])
+    return problem, limit, bounds, exact_largest_box(problem, limit, 0.95, bounds, target[0]), 0.95
 
 
 def two_vehicles(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, RealArray]:

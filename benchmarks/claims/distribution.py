@@ -216,20 +216,13 @@ def _cover(compressors: pd.DataFrame) -> list[Claim]:
     return rows
 
 
-def _first_group() -> tuple[tuple[str, ...], str]:
-    """Vehicles of the first group without, and the one with the battery."""
-    prior = read_data("body_prior.json")
-    numbers = range(1, prior["vehicles_per_group"] + 1)
-    names = [f"{prior['groups'][0]}-{number}" for number in numbers]
-    battery: str = prior["battery"]["vehicle"]
-    return tuple(name for name in names if name != battery), battery
-
-
 def _fleet_figures(seed: int, force: ComplexArray) -> dict[str, float]:
     """Find what the fleet of a seed shows with given forces at the paths (f, n_path) [N]."""
     prior = read_data("body_prior.json")
     paths = list(prior["paths"])
-    alike, battery = _first_group()
+    battery, group = prior["battery"]["vehicle"], prior["groups"][0]
+    first = [f"{group}-{number}" for number in range(1, prior["vehicles_per_group"] + 1)]
+    alike = [name for name in first if name != battery]
     fleet = load_fleet(seed)
     pressures = {
         name: noise_transfer(body, fleet.cabin, BAND) * force for name, body in fleet.bodies.items()

@@ -16,7 +16,7 @@ the library's. These benches are few, each serves several replicates.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
@@ -64,12 +64,12 @@ def claims() -> list[Claim]:
     """Repeat the measurement and count."""
     rows = []
     for words, arm in (("stated", _stated), ("library", _library)):
-        held = [arm(number) for number in range(1, REPLICATES + 1)]
+        held = np.array([arm(number) for number in range(1, REPLICATES + 1)])
         for place, quantity in enumerate(QUANTITIES):
-            per_replicate = np.array([np.mean(one[place].holds) for one in held])
+            per_replicate = held[:, place, 0]
             share = 100 * float(per_replicate.mean())
             error = 100 * float(per_replicate.std(ddof=1)) / np.sqrt(REPLICATES)
-            width = np.median([np.median(one[place].half_width) for one in held])
+            width = np.median(held[:, place, 1])
             rows.append(
                 Claim(
                     f"{words}: coverage of the 90 % interval, {quantity}, {REPLICATES} replicates "
@@ -82,12 +82,6 @@ def claims() -> list[Claim]:
     return rows
 
 
-@dataclass(frozen=True, eq=False)
-class _Held:
-    holds: np.ndarray
-    half_width: np.ndarray
-
-
 @cache
 def _platform() -> Platform:
     return read_platform(PLATFORM)
@@ -98,12 +92,12 @@ def _run() -> OperatingRun:
     return true_run(load_bench(), PlannedRun(GEAR, TORQUE), LINES)
 
 
-def _stated(number: int) -> tuple[_Held, ...]:
+def _stated(number: int) -> np.ndarray:
     bodies = _Bodies(number)
     return _held(bodies, bodies.measured(1), _measured_case(number), (), transfer_sources())
 
 
-def _library(number: int) -> tuple[_Held, ...]:
+def _library(number: int) -> np.ndarray:
     bodies = _Bodies(number)
     fleet, known = _both_ways(bodies)
     parts = _parts(number % BENCHES)
@@ -119,9 +113,7 @@ def _both_ways(bodies: _Bodies) -> tuple[Fleet, Sequence[UncertaintySource]]:
     ]
     means = [replace(one, values=(one.values + other.values) / 2) for one, other in pairs]
     vehicles = [Vehicle(n, GROUP, mean) for n, mean in zip(bodies.bodies, means, strict=True)]
-    found = method_difference(pairs)
-    known = transfer_sources(found, "both methods")
-    return Fleet(tuple(vehicles)), known
+    return Fleet(tuple(vehicles)), transfer_sources(method_difference(pairs), "both methods")
 
 
 class _Bodies:
@@ -202,8 +194,8 @@ def _held(
     case: LoadCase,
     parts: Sequence[CharacterisedMount],
     known: Sequence[UncertaintySource],
-) -> tuple[_Held, ...]:
-    """State intervals from measured data, and look up the truth."""
+) -> np.ndarray:
+    """Share of the truth in its interval and median half width, shape (quantity, 2)."""
     mounts = _platform().mounts
     sources = (*known, *force_sources(mounts, (case,), parts, BAND))
     data = UncertainData(fleet, (case,), sources, BAND)
@@ -217,8 +209,8 @@ def _held(
     found = []
     for name in QUANTITIES:
         interval = pivotal_interval(values[name], np.array([one[name] for one in again]))
-        found.append(_Held(interval.holds(true[name]), interval.half_width))
-    return tuple(found)
+        found.append((np.mean(interval.holds(true[name])), np.median(interval.half_width)))
+    return np.array(found)
 
 
 def _quantities(index) -> Mapping[str, np.ndarray]:

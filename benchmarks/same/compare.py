@@ -9,7 +9,7 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from fnmatch import fnmatch
 from pathlib import Path
 from typing import Any
@@ -324,23 +324,10 @@ class Comparison:
             yield self._of(file, f"line {i + 1}", "words", f"{_clip(old)!r}, now {_clip(new)!r}")
 
     def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
-        if len(before) != len(after):
-            yield self._of(file, "-", "picture", f"{len(before)} pictures, now {len(after)}")
-        pairs = zip(*(sorted(p, key=_titles) for p in (before, after)), strict=False)
-        for number, (a, b) in enumerate(pairs):
-            if len(a["axes"]) != len(b["axes"]):
-                some = f"{len(a['axes'])} axes, now {len(b['axes'])}"
-                yield self._of(file, f"picture {number}", "picture", some)
-                continue
-            for place, (one, other) in enumerate(zip(a["axes"], b["axes"], strict=True)):
-                item = f"picture {number} axes {place}"
-                for key in ("labels", "legend"):
-                    if self._name(str(one[key])) != str(other[key]):
-                        some = f"{key} {one[key]}, now {other[key]}"
-                        yield self._of(file, item, "picture", some)
-                for d in self._arrays(file, item, *(np.array(v["data"]) for v in (one, other))):
-                    some = f"data {d.text}"
-                    yield Difference(self.scenario, file, item, "picture", some, d.size)
+        pairs = (sorted(pictures, key=_titles) for pictures in (before, after))
+        for difference in self._trees(file, *pairs):
+            if ".view" not in difference.item:
+                yield replace(difference, kind="picture")
 
 
 def _titles(picture: dict[str, Any]) -> str:

@@ -2,6 +2,10 @@
 
 Hammer and loudspeaker on vehicles of drawn fleets, referred to virtual points, and the spread of
 the shipped ones. Every vehicle is in one state, so that only the measuring chain errs.
+
+Alike vehicles of the shipped fleet differ by 4 to 6 %, those of the thesis by 10 to 20 %: the
+frozen bodies of one drawing scatter less, and the fleet stays as it was published. Robust designs
+are sought against a narrower spread here than a car maker has.
 """
 
 from __future__ import annotations

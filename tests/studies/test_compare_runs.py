@@ -10,8 +10,10 @@ from typer.testing import CliRunner
 
 from deboom.cli import app
 from deboom.errors import InputError
-from deboom.study.compare import compare
+from deboom.files.run_folder import RunEntry
+from deboom.study.compare import compare, configuration_names
 from deboom.study.platform_model import Motion
+from deboom.study.rebuilt import ComparedRun
 from deboom.study.runner import load_study, run_study
 
 FRONT = """'''Which of five springs are best?'''
@@ -199,6 +201,20 @@ def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
     assert (fronts["hypervolume [%]"] > 0).any()
 
 
+def test_runs_are_named_by_options_that_their_study_has():
+    asked = [
+        ("front", {"motion": None, "draws": 8}, "study front, motion coupled by default"),
+        ("front", {"motion": "prescribed", "draws": 8}, "study front, motion prescribed"),
+        ("platform", {"doe": 256}, "study platform"),
+    ]
+    runs = []
+    for study, options, _ in asked:
+        record = {"seed": 1, "arguments": options, "facts": {"motion": "coupled"}}
+        entry = RunEntry(Path(study) / "run", record)
+        runs.append(ComparedRun(entry, *[None] * 4))
+    assert configuration_names(runs) == [name for *_, name in asked]
+
+
 def copied(run, folder):
     target = folder / run.parent.name / run.name
     shutil.copytree(run, target)
@@ -268,7 +284,14 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     call = CliRunner().invoke
     listed = call(app, ["list", str(results), "--html"])
     assert listed.exit_code == 0, listed.output
-    for words in ("five springs", "seed 2", pair[0].name, "within noise", "index.html"):
+    for words in (
+        "five springs",
+        "seed 2",
+        pair[0].name,
+        "(designs found)",
+        "within noise",
+        "index.html",
+    ):
         assert words in listed.output
     page = (results / "index.html").read_text(encoding="utf-8")
     for run in (*pair, compared[0]):

@@ -11,6 +11,7 @@ from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import read_platform
 from deboom.mounts.library import open_library
+from deboom.study.interactive_front import write_interactive_page
 from deboom.study.platform_model import CATALOGUE_FILE, Motion, MountSource
 from deboom.study.runner import load_study, run_study
 
@@ -32,6 +33,11 @@ def finished(tmp_path_factory):
     """Two mounts, parts as they are: 36 sets, which the search must all but see."""
     out = tmp_path_factory.mktemp("results")
     return run_study(STUDY, out, {**BUDGET, "retuning": 0.0})
+
+
+def test_a_front_of_parts_has_no_interactive_page(finished):
+    with pytest.raises(InputError, match="does not search for stiffnesses of a platform's mounts"):
+        write_interactive_page(finished, studies=STUDIES)
 
 
 def test_the_search_finds_the_front_of_all_sets(finished):

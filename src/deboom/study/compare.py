@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
@@ -38,6 +38,7 @@ from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import RobustResponse
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import Progress, checked_seed
+from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.overview import refresh_overview
@@ -321,21 +322,24 @@ def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:
         return [
             f"seed {run.seed}" if seeds.count(run.seed) == 1 else run.entry.name for run in runs
         ]
-    options = [{"study": run.entry.study, **run.entry.record["arguments"]} for run in runs]
-    ids = [run.configuration for run in runs]
-    firsts = [ids.index(one) for one in dict.fromkeys(ids)]
-    named = dict.fromkeys(name for i in firsts for name in options[i])
-    differing = [
-        name
-        for name in named
-        if name not in NOT_THE_CONFIGURATION
-        and len({str(options[i].get(name)) for i in firsts}) > 1
+    table = pd.DataFrame([_options(run.entry) for run in runs])
+    several = table["study"].nunique() > 1
+    within = table.groupby("study").nunique(dropna=False).max() > 1
+    differing = [*["study"] * several, *within.index[within]]
+    return [
+        ", ".join(f"{name} {value}" for name, value in row.dropna().items())
+        for _, row in table[differing].iterrows()
     ]
-    return [_name(option, differing) for option in options]
 
 
-def _name(options: Mapping[str, object], differing: Sequence[str]) -> str:
-    return ", ".join(f"{name.replace('_', '-')} {options.get(name)}" for name in differing)
+def _options(entry: RunEntry) -> dict[str, str]:
+    """Return what a run was asked, in words; `facts` know what a model took by default."""
+    words = {"study": entry.study}
+    for name, value in entry.record["arguments"].items():
+        if name not in NOT_THE_CONFIGURATION:
+            fact = f"{entry.record.get('facts', {}).get(name, '')} by default".strip()
+            words[name.replace("_", "-")] = fact if value is None else str(value)
+    return words
 
 
 NOT_COMPARABLE = "not comparable: different models"

@@ -113,7 +113,7 @@ def list_lines(results: Path) -> Iterator[str]:
             study = card.study
             yield f"{study}: {card.question}"
         yield f"{card.state:10}  {study}  {entry.folder.as_posix()}"
-        numbers = "; ".join(f"{label} {value}" for label, value in card.headlines.items())
+        numbers = "; ".join(f"{value} ({label})" for label, value in card.headlines.items())
         about = ", ".join(filter(None, (card.started, f"seed {card.seed}", card.special)))
         yield f"            {about}{': ' if numbers else ''}{numbers}"
     for error in damaged:

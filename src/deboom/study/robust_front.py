@@ -368,10 +368,14 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         shown = front.price[["number", "today's", BEST_MEAN]].rename(
             columns={BEST_MEAN: "best mean"}
         )
+        sag = front.price["number"].str.contains("sag").any()
         report.table(
             "price",
             front.price,
-            "The price: sag under the weight, travel at full torque and rigid-body modes.",
+            "The price: sag under the weight, travel at full torque and rigid-body modes."
+            if sag
+            else "The price: rigid-body modes. Without static curves (a mount library) sag and "
+            "travel are not known.",
             {"today's": 1, "best mean": 1},
             shown=shown,
         )

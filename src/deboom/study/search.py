@@ -138,7 +138,7 @@ class MountLimits:
         whose = "every drawn part" if self.every_part else "the design itself"
         report.section(
             "Limits",
-            f"{len(self.limits.names)} limits had to be kept by {whose}: {search.infeasible.sum()} "
+            f"Limits had to be kept by {whose}: {search.infeasible.sum()} "
             f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
         )
         table = self._table(self.requirements, self.limits, designs)
@@ -228,9 +228,14 @@ def _quantities(
 def price(runs: Operation, factor: Factor) -> MountRequirements:
     """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
 
-    - raises InputError: no mount library, no static curve of a direction, no [powertrain], no
-      torque.
+    Without a mount library, and so without static curves, only modes.
+
+    - raises InputError: no static curve of a direction, no [powertrain], no torque.
     """
+    names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
+    modes = natural_frequencies(runs)
+    if not (runs.platform.folder / LIBRARY_FILE).is_file():
+        return MountRequirements(names, (modes,))
     carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
     model, case = _kinematic_model(runs, carriers), runs.cases[0][0]
     places = [
@@ -242,9 +247,8 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
     quantities = (
         WeightSag(model, _powertrain(runs), tuple(places)),
         TorqueTravel(model, round(float(case.wheel_torque.max())), tuple(travel), factor),
-        natural_frequencies(runs),
+        modes,
     )
-    names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
     return MountRequirements(names, quantities)
 
 

@@ -46,6 +46,7 @@ from deboom.study.platform_model import (
 from deboom.study.rebuilt import ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
+from deboom.vehicles.booming_model import BoomingModel
 
 DRAWS = 1024
 """Draws of the tolerance behind every scatter on the page; no search has seen them."""
@@ -269,13 +270,13 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
     """
     run = compared_run(folder, studies)
     given = arguments_of(run.entry, study_of(run.entry, studies))
-    missing = [name for name in ("platform", "mounts", "group", "load_case") if name not in given]
-    if missing:
+    model = run.model.evaluate
+    if not isinstance(model, BoomingModel) or {"platform", "mounts", "load_case"} - given.keys():
         raise InputError(
-            f"run {folder}: its study {run.entry.study} has no option --{missing[0]}, so there is "
-            "no mount whose supplier could read about it"
+            f"run {folder}: its study {run.entry.study} does not search for stiffnesses of a "
+            "platform's mounts: this command takes such fronts, as of u06_robust_front"
         )
-    frequency = run.model.evaluate.frequency  # type: ignore[attr-defined]
+    frequency = model.frequency
     runs = operation(
         read_platform(given["platform"]),
         given["load_case"],

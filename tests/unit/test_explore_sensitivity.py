@@ -32,7 +32,7 @@ def test_bad_responses_are_refused_by_name_and_number(analyse):
     broken[17, 1] = np.nan
     with pytest.raises(InputError, match="design 17 has no finite tourer, and 1 of 80 designs"):
         analyse(broken, G.inputs.names, OUTPUTS, seed=1)
-    constant = VALUES * [1.0, 0.0] + 7.0
+    constant = VALUES * [1.0, 0.0] - 7.0
     with pytest.raises(InputError, match="no variation over the designs in output 'tourer'"):
         analyse(constant, G.inputs.names, OUTPUTS, seed=1)
     with pytest.raises(InputError, match="a multiple of 5 rows"):

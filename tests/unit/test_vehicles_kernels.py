@@ -109,6 +109,7 @@ def test_springs_off_the_axes_are_computed_in_numpy():
     bodies = (replace(motion.bodies[0], forward=forward), *motion.bodies[1:])
     oblique = level_sum(replace(motion, bodies=bodies), compiled=True)
     assert oblique.tables is None
+    assert level_sum(motion, compiled=True).tables is not None
     assert np.isfinite(oblique(DESIGNS[:3])).all()
 
 

@@ -34,7 +34,7 @@ size: $(READY)
 	$(BIN)/python benchmarks/house_size.py
 
 bench: $(READY)
-	$(BIN)/python benchmarks/kernels.py
+	$(BIN)/python benchmarks/run.py
 
 BASE := main
 same: $(READY)

@@ -2,15 +2,13 @@
 
 One evaluation is one design: all draws x vehicles x lines, with the motion prescribed, coupled (a
 6x6 complex solution per line) or amplitude-dependent (a fixed point of such solutions per line;
-stiffnesses soften by about a tenth per doubled amplitude). Plain numpy and compiled loops use one
-thread and the same random data. Ratios carry over to other machines; microseconds do not.
+stiffnesses soften by about a tenth per doubled amplitude). The loop is plain numpy draw by draw;
+with amplitudes it takes six sweeps from rest. All rivals use one thread and the same random data.
 """
 
 from __future__ import annotations
 
-import gc
-import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -24,8 +22,11 @@ from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
+from interleaved import quiet_seconds
 
+LOOP = "loop over draws"
 NUMPY, NUMBA = "model, numpy", "model, numba"
+SWEEPS = 6
 LARGEST = 2.0
 """Amplitude up to which the drawn stiffnesses soften [mm]."""
 
@@ -149,6 +150,42 @@ def designs(shape: Shape, seed: int = 2) -> RealArray:
     return np.asarray((nominal * scatter).reshape(-1, shape.n_variables))
 
 
+def loop(case: Case, rows: RealArray) -> RealArray:
+    """Return the sums of levels draw by draw, as one would write it first."""
+    if isinstance(case, CoupledMotion) and not isinstance(case, AmplitudeMotion):
+        return np.concatenate([at_once(case, row[np.newaxis]) for row in rows])
+    if isinstance(case, PathContributions):
+        sums = np.empty((len(rows), len(case.values)))
+        for d, row in enumerate(rows):
+            for v, values in enumerate(case.values):
+                sums[d, v] = np.sum(10 * np.log10(np.abs(values @ row) ** 2))
+        return sums
+    powertrain, *wheel_ends = case.bodies
+    n_body, forward = powertrain.variables.size, powertrain.forward
+    squared = case.angular_frequency_squared[:, np.newaxis]
+    inertia = squared[..., np.newaxis] * powertrain.mass_matrix
+    end_inertia = squared * np.array([end.mass_matrix[0, 0] for end in wheel_ends])
+    end_load = np.hstack([np.empty((len(squared), 0)), *(end.load for end in wheel_ends)])
+    nominal, transfer, c = case.stiffness, case.transfer, case.cubic
+    levels = []
+    for row in rows:
+        factors = row[case.variables]
+        ratio = np.zeros(case.lowest.shape)
+        for _ in range(SWEEPS):
+            t = np.minimum(ratio, case.highest)
+            relative = c[..., 0] + t * (c[..., 1] + t * (c[..., 2] + t * c[..., 3]))
+            springs = factors * nominal * relative
+            body = springs[:, :n_body, np.newaxis] * forward
+            matrix = forward.T @ body - inertia
+            moved = np.linalg.solve(matrix, powertrain.load[..., np.newaxis])[..., 0]
+            ends = end_load / (springs[:, n_body:] - end_inertia)
+            displacement = np.hstack([moved @ forward.T, ends])
+            ratio = np.abs(displacement) / case.amplitude
+        pressure = np.einsum("vfi,fi->vf", transfer, springs * displacement)
+        levels.append((20 * np.log10(np.abs(pressure))).sum(axis=-1))
+    return np.array(levels)
+
+
 def at_once(case: CoupledMotion, rows: RealArray) -> RealArray:
     """Return the sums of levels by one batched solution of all draws."""
     return np.asarray((20 * np.log10(np.abs(case.pressure(rows)))).sum(axis=-1))
@@ -156,35 +193,9 @@ def at_once(case: CoupledMotion, rows: RealArray) -> RealArray:
 
 def exact(case: Case, rows: RealArray) -> RealArray:
     """Return the sums of levels as exactly as double precision allows."""
-    tight = replace(case, tolerance=1e-12) if isinstance(case, AmplitudeMotion) else case
-    return level_sum(tight, compiled=False)(rows)
-
-
-def quiet_seconds(
-    rivals: Mapping[str, Callable[[], object]], seconds: float, calls: int = 4
-) -> dict[str, float]:
-    """Return the seconds of one quiet call of each rival.
-
-    The rivals take turns, a few short calls each, until the time is used up; the first call of each
-    turn warms the caches and does not count. The 10th percentile of a rival's calls is its quiet
-    time: a loaded machine makes calls longer, never shorter.
-    """
-    times: dict[str, list[float]] = {name: [] for name in rivals}
-    end = time.perf_counter() + seconds
-    collecting = gc.isenabled()
-    gc.disable()
-    try:
-        while time.perf_counter() < end or not all(times.values()):
-            for name, call in rivals.items():
-                call()
-                for _ in range(calls):
-                    start = time.perf_counter()
-                    call()
-                    times[name].append(time.perf_counter() - start)
-    finally:
-        if collecting:
-            gc.enable()
-    return {name: float(np.percentile(row, 10)) for name, row in times.items()}
+    if isinstance(case, AmplitudeMotion):
+        return level_sum(replace(case, tolerance=1e-12), compiled=False)(rows)
+    return loop(case, rows)
 
 
 def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
@@ -193,7 +204,9 @@ def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
     rows = designs(shape)
     one = rows[: shape.n_draws]
     plain, compiled = (level_sum(case, compiled=compiled) for compiled in (False, True))
-    rivals: dict[str, tuple[Sums, RealArray]] = {NUMPY: (plain, one), NUMBA: (compiled, rows)}
+    few = one[: {Motion.prescribed: 25, Motion.coupled: 3, Motion.amplitude: 2}[motion]]
+    rivals: dict[str, tuple[Sums, RealArray]] = {LOOP: (lambda x: loop(case, x), few)}
+    rivals |= {NUMPY: (plain, one), NUMBA: (compiled, rows)}
 
     def bind(sums: Sums, x: RealArray) -> Callable[[], object]:
         return lambda: sums(x)
@@ -210,28 +223,25 @@ def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "one evaluation [µs]": 1e6 * each,
-            "x numpy": each[NUMPY] / each,
+            "x loop": each[LOOP] / each,
             "largest error of the sum [dB]": pd.Series(errors),
         }
     )
+
+
+def report() -> str:
+    """Measure every motion and shape and return the tables as text."""
+    tables = []
+    for motion in Motion:
+        for shape in SHAPES:
+            table = measure(motion, shape, seconds=8.0)
+            formats = ("{:.0f}".format, "{:.1f}".format, "{:.0e}".format)
+            text = table.to_string(formatters=dict(zip(table.columns, formats, strict=True)))
+            tables.append(f"{motion.value} motion, {shape.title}\n{text}")
+    return "\n\n".join(tables)
 
 
 def _names(shape: Shape) -> tuple[tuple[str, ...], tuple[str, ...]]:
     """Return the names of the vehicles and of the variables."""
     vehicles = tuple(f"vehicle {v}" for v in range(shape.n_vehicles))
     return vehicles, tuple(f"m{k // 3} {'xyz'[k % 3]}" for k in range(shape.n_variables))
-
-
-def main() -> None:
-    """Measure every motion and shape and print the tables."""
-    print(__doc__)
-    for motion in Motion:
-        for shape in SHAPES:
-            table = measure(motion, shape, seconds=8.0)
-            formats = ("{:.0f}".format, "{:.1f}".format, "{:.0e}".format)
-            text = table.to_string(formatters=dict(zip(table.columns, formats, strict=True)))
-            print(f"{motion.value} motion, {shape.title}\n{text}\n")
-
-
-if __name__ == "__main__":
-    main()

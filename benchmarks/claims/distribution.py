@@ -109,6 +109,7 @@ def _platform(seed: int) -> dict[str, float]:
             ]
         )
         return row | {
+            "cylinders": bench.cylinders,
             "hardly moves": float(bool(not_identified(platform.load_case("g5_wot220")))),
             "dB per line": (found.fun - float(model(today).sum())) / n_levels,
             "peaks [dB]": float(np.abs(deviations).max()),
@@ -168,6 +169,10 @@ def _sounds(platforms: pd.DataFrame) -> list[Claim]:
         names = [str(name) for name in platforms if str(name).endswith(f" {axis}")]
         what = f"rms error of |K| of {', '.join(names)}, median (10 to 90 %) [%]"
         rows[what] = "; ".join(_words(platforms[name], 1) for name in names)
+    for cylinders, part in drawn.groupby("cylinders"):
+        low, median, high = part["dB per line"].dropna().quantile([0.1, 0.5, 0.9])
+        what = f"the change per line with {cylinders} cylinders, {len(part)} draws [dB]"
+        rows[what] = f"{median:.2f} ({low:.2f} to {high:.2f})"
     return [reported(what, figure) for what, figure in rows.items()]
 
 

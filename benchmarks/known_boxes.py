@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import factorial
-from typing import Protocol
 
 import numpy as np
 from scipy.optimize import brentq, minimize
@@ -17,21 +16,11 @@ from scipy.optimize import brentq, minimize
 from deboom.arrays import RealArray
 from deboom.explore.box import Box, BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
-from deboom.explore.space import Differentiable
 from known_truth import Quad2, quad2
 
+SHARE = 0.95
 NODES = 400
 """Nodes per variable of a quadrature; the error of a share is below 1e-4."""
-
-
-class KnownShare(Differentiable, Protocol):
-    """A model of which the share of every box is known."""
-
-    def shares(self, limit: RealArray, lower: RealArray, upper: RealArray) -> RealArray:
-        """Return the share that keeps each limit, shape (r,), of parts even in a box.
-
-        Variables with equal ends are held there.
-        """
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,6 +67,9 @@ class QuadraticProblem(Quad2):
         """Return the share that keeps each limit, shape (r,)."""
         rows = zip(self.weights, self.targets, limit, strict=True)
         return np.array([quadratic_share(w, c, value, lower, upper) for w, c, value in rows])
+
+
+KnownShare = LinearProblem | QuadraticProblem
 
 
 def linear_share(slope: RealArray, limit: float, lower: RealArray, upper: RealArray) -> float:
@@ -185,21 +177,21 @@ def largest_linear_box(slope: RealArray, limit: float, share: float, lower: Real
     return Box(names, lower, lower + room / (quantile * slope))
 
 
-def plane(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
-    """Return problem, limit, bounds, exact box and share of an instance below a plane."""
+def plane(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, Box]:
+    """Return problem, limit, bounds and exact box of an instance below a plane."""
     slope = np.random.default_rng(seed).uniform(0.5, 2.0, n_variables)
     problem = LinearProblem(slope[np.newaxis])
     bounds = Box(problem.variable_names, np.zeros(n_variables), np.full(n_variables, 3.0))
-    return problem, np.ones(1), bounds, largest_linear_box(slope, 1.0, 0.95, bounds.lower), 0.95
+    return problem, np.ones(1), bounds, largest_linear_box(slope, 1.0, SHARE, bounds.lower)
 
 
-def bowl(seed: int) -> tuple[KnownShare, RealArray, Box, Box, float]:
+def bowl(seed: int) -> tuple[KnownShare, RealArray, Box, Box]:
     """Return an instance in a quadratic bowl of two variables."""
     weight, target = np.random.default_rng(seed).uniform(0.5, 1.5, (2, 1, 2))
     problem = QuadraticProblem(weight, target)
     bounds = Box(problem.variable_names, np.full(2, -1.0), np.full(2, 3.0))
     limit = np.array([0.05])
-    return problem, limit, bounds, exact_largest_box(problem, limit, 0.95, bounds, target[0]), 0.95
+    return problem, limit, bounds, exact_largest_box(problem, limit, SHARE, bounds, target[0])
 
 
 def two_vehicles(n_variables: int, seed: int) -> tuple[KnownShare, RealArray, Box, RealArray]:
@@ -220,17 +212,14 @@ def ratio_of(
     The true share is above its bound and the stated one; the bound is above the stated one; how far
     the verified share is from the true one, in standard errors.
     """
-    if kind == "plane":
-        problem, limit, bounds, exact, share = plane(n_variables, seed)
-    elif kind == "bowl":
-        problem, limit, bounds, exact, share = bowl(seed)
-    else:
-        share = 0.95
+    if kind == "QUAD2":
         problem, limit, bounds, middle = two_vehicles(n_variables, seed)
-        exact = exact_largest_box(problem, limit, share, bounds, middle)
-    question = BoxQuestion(problem, limit, share, bounds.lower, bounds.upper)
+        exact = exact_largest_box(problem, limit, SHARE, bounds, middle)
+    else:
+        problem, limit, bounds, exact = plane(n_variables, seed) if kind == "plane" else bowl(seed)
+    question = BoxQuestion(problem, limit, SHARE, bounds.lower, bounds.upper)
     found = largest_box(question, seed=seed, effort=effort)
     true = exact_share(problem, limit, found.box)
     ratio = float(np.prod(found.box.width / exact.width))
     off = abs(found.verified.share - true) / found.verified.standard_error
-    return ratio, true >= max(found.verified.bound, share), found.confirmed, off
+    return ratio, true >= max(found.verified.bound, SHARE), found.confirmed, off

@@ -44,20 +44,11 @@ PATIENCE_S = 60.0
 OPERATORS = {ast.Add: ast.Sub, ast.Sub: ast.Add, ast.Mult: ast.Div, ast.Div: ast.Mult}
 COMPARISONS = {ast.Gt: ast.Lt, ast.Lt: ast.Gt, ast.Eq: ast.NotEq, ast.NotEq: ast.Eq}
 BOUNDARIES = {ast.Lt: ast.LtE, ast.LtE: ast.Lt, ast.Gt: ast.GtE, ast.GtE: ast.Gt}
-FUNCTIONS = {
-    "sin": "cos",
-    "cos": "sin",
-    "mean": "median",
-    "median": "mean",
-    "min": "max",
-    "max": "min",
-    "minimum": "maximum",
-    "maximum": "minimum",
-    "argmin": "argmax",
-    "argmax": "argmin",
-    "all": "any",
-    "any": "all",
-}
+PAIRS = [
+    name.split("/")
+    for name in ("sin/cos", "mean/median", "min/max", "minimum/maximum", "argmin/argmax", "all/any")
+]
+FUNCTIONS = dict([*PAIRS, *(pair[::-1] for pair in PAIRS)])
 DROPPED = ("sqrt", "abs", "conj", "arcsin", "log10", "log", "exp")
 """Functions of one argument, or methods of none, that a mutant forgets."""
 

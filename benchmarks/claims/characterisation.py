@@ -13,14 +13,10 @@ and is not identified: nothing is claimed of it.
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-
 import numpy as np
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
-from claims import Claim, at_least, at_most, draws
+from claims import Claim, at_least, at_most, draws, in_processes
 from deboom.measurement.campaign import Campaign
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.study.mount_characterisation import characterise_virtual, direction_numbers, identified
@@ -33,9 +29,8 @@ KINDS = {"": "its own lines", "check_": "held-out runs"}
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        benches, static = zip(*pool.map(_bench, SEEDS), strict=True)
-        noise_free = pd.concat(pool.map(_noise_free, SETS[: draws(2)]))
+    benches, static = zip(*in_processes(_bench, SEEDS), strict=True)
+    noise_free = pd.concat(in_processes(_noise_free, SETS[: draws(2)]))
     numbers = pd.concat(benches)
     return [
         *_surface_claims(numbers),
@@ -48,19 +43,17 @@ def claims() -> list[Claim]:
 
 def _bench(seed: int) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Numbers of the directions, and static forces by suppliers' curves against the cells."""
-    with threadpool_limits(1):
-        parts = SETS[seed % len(SETS)]
-        bench = characterise_virtual(seed, parts, CharacteriseOptions(), lambda *_: None)
-        numbers = direction_numbers(bench)
-        numbers["identified"] = identified(numbers).to_numpy()
-        return numbers, _static_forces(bench.result.campaign)
+    parts = SETS[seed % len(SETS)]
+    bench = characterise_virtual(seed, parts, CharacteriseOptions(), lambda *_: None)
+    numbers = direction_numbers(bench)
+    numbers["identified"] = identified(numbers).to_numpy()
+    return numbers, _static_forces(bench.result.campaign)
 
 
 def _noise_free(parts: str) -> pd.DataFrame:
-    with threadpool_limits(1):
-        options = CharacteriseOptions()
-        bench = characterise_virtual(1, parts, options, lambda *_: None, noise_free=True)
-        return direction_numbers(bench)
+    options = CharacteriseOptions()
+    bench = characterise_virtual(1, parts, options, lambda *_: None, noise_free=True)
+    return direction_numbers(bench)
 
 
 def _along(numbers: pd.DataFrame, axis: str) -> pd.DataFrame:

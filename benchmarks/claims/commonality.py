@@ -6,19 +6,16 @@ On the platform motion is prescribed.
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 from claims import Claim, at_least, at_most, between
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
-
 
 def claims() -> list[Claim]:
     """Measure."""
     begin = time.perf_counter()
-    summary = load_study(STUDY).report({"motion": Motion.prescribed}).summary
+    summary = load_study("commonality").report({"motion": Motion.prescribed}).summary
     seconds = time.perf_counter() - begin
     total, bound = int(summary["part_numbers_min"]), int(summary["part_numbers_lower_bound"])
     price, worst = float(summary["price_db"]), float(summary["price_worst_db"])

@@ -34,9 +34,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -44,9 +42,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from scipy.stats import binom
-from threadpoolctl import threadpool_limits
 
-from claims import Claim, at_least, at_most, between, draws
+from claims import Claim, at_least, at_most, between, draws, in_processes
 from deboom.arrays import AXES
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
@@ -91,9 +88,8 @@ Figures = dict[str, Any]
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        coarse = pd.DataFrame(list(pool.map(_compressor, SEEDS)))
-        fine = pd.DataFrame(list(pool.map(_finely, FEW)))
+    coarse = pd.DataFrame(in_processes(_compressor, SEEDS))
+    fine = pd.DataFrame(in_processes(_finely, FEW))
     return [
         *_identification("C2", coarse, (1.2, 1.5, 1.5)),
         *_identification("C0.5", fine, (0.4, 0.6, 0.6)),
@@ -161,14 +157,14 @@ def _at_most(
 
 def _finely(seed: int) -> Figures:
     """Hammer test at level C0.5."""
-    with threadpool_limits(1), TemporaryDirectory() as scratch:
+    with TemporaryDirectory() as scratch:
         folder = write_compressor_test(Path(scratch) / "test", seed, CalibrationLevel.C05)
         return _identified(read_inertance_test(folder), read_compressor_truth(folder))[1]
 
 
 def _compressor(seed: int) -> Figures:
     """Hammer test and sweeps, with mounts as struck and changed."""
-    with threadpool_limits(1), TemporaryDirectory() as scratch:
+    with TemporaryDirectory() as scratch:
         folders = {
             state: write_operating_test(Path(scratch) / state, seed, plan=plan)
             for state, plan in STATES.items()

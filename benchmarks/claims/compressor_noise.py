@@ -8,17 +8,16 @@ One of them has identical round mounts besides.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from json import loads
-from multiprocessing import get_context
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+import pandas as pd
 
-from claims import Claim, at_least, at_most, draws
+from claims import Claim, at_least, at_most, draws, in_processes
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
@@ -45,47 +44,32 @@ IDENTICAL = replace(
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
 
 
-@dataclass(frozen=True, eq=False)
-class Outcome:
-    """What came of it: errors, truth within the bands, forces, and the sweeps' own doubt."""
-
-    errors: tuple[SweepErrors, ...]
-    covered: float
-    forces: float
-    identical: bool
-    chi_raw: float
-    chi: float
-    seconds: float
-
-
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
     plans = [*(len(SEEDS) * [CAR_PLAN]), IDENTICAL]
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        *ordinary, identical = pool.map(_carried_out, [*SEEDS, 2], plans)
-    return [
-        *_levels([one for case in ordinary for one in case.errors]),
-        *_cars(ordinary, identical),
-    ]
+    *ordinary, identical = in_processes(_carried_out, [*SEEDS, 2], plans)
+    cases = pd.DataFrame(ordinary)
+    return [*_levels([one for case in cases["errors"] for one in case]), *_cars(cases, identical)]
 
 
-def _carried_out(seed: int, plan: OperationPlan) -> Outcome:
-    """One car of one laboratory."""
+def _carried_out(seed: int, plan: OperationPlan) -> dict[str, Any]:
+    """One car of one laboratory: errors, truth within the bands, forces, the sweeps' own doubt."""
     names = list(frozen_fleet())
     name = names[(seed - 1) % len(names)]
-    with TemporaryDirectory() as scratch, threadpool_limits(1):
+    with TemporaryDirectory() as scratch:
         folder = write_electric_car(Path(scratch) / name, seed, name, plan=plan)
         running, noise = noise_of_car(folder, NoisePlan(), lambda _: None, seed=seed)
-        truth = _against_truth(folder / "truth", noise)
+        covered, forces = _against_truth(folder / "truth", noise)
         raw = unbalance(running.car.operation, running.found, running.source.options)
-    return Outcome(
-        sweep_errors(noise),
-        *truth,
-        running.shares.identical,
-        raw.chosen.sources.reduced_chi,
-        running.source.chosen.sources.reduced_chi,
-        noise.seconds,
-    )
+    return {
+        "errors": sweep_errors(noise),
+        "covered": covered,
+        "forces": forces,
+        "identical": running.shares.identical,
+        "chi raw": raw.chosen.sources.reduced_chi,
+        "chi": running.source.chosen.sources.reduced_chi,
+        "seconds": noise.seconds,
+    }
 
 
 def _against_truth(folder: Path, noise: CarNoise) -> tuple[float, float]:
@@ -144,33 +128,29 @@ def _levels(errors: Sequence[SweepErrors]) -> list[Claim]:
     ]
 
 
-def _cars(cases: Sequence[Outcome], identical: Outcome) -> list[Claim]:
-    raw, taken_off, seconds = (
-        float(np.median([getattr(case, name) for case in cases]))
-        for name in ("chi_raw", "chi", "seconds")
-    )
-    covered = [case.covered for case in cases]
-    refuted = not any(case.identical for case in cases)
+def _cars(cases: pd.DataFrame, identical: dict[str, Any]) -> list[Claim]:
+    raw, taken_off, seconds = cases[["chi raw", "chi", "seconds"]].median()
+    refuted = not cases["identical"].any()
     return [
         Claim(
             "residuals over noise of the sweeps in the car, motion of the body taken off against "
             "left in, medians",
             "at most 1.5 against more",
             f"{taken_off:.2f} against {raw:.1f}",
-            taken_off <= 1.5 < raw,
+            bool(taken_off <= 1.5 < raw),
         ),
         at_least(
             "true levels within the bands of 90 % confidence, share of the lines, mean of the "
             "laboratories [1]",
             0.8,
-            np.mean(covered),
+            cases["covered"].mean(),
         ),
         Claim(
             "forces of single mounts with identical round mounts, which the test confirms, and "
             "refutes in all others: relative error [%]",
             "at most 3",
-            f"{100 * identical.forces:.1f}",
-            identical.identical and refuted and identical.forces <= 0.03,
+            f"{100 * identical['forces']:.1f}",
+            bool(identical["identical"] and refuted and identical["forces"] <= 0.03),
         ),
         at_most("files to result, median, seconds of one core", 15, seconds, 1),
     ]

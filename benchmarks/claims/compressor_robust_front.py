@@ -9,7 +9,6 @@ Then the study itself with its own budget: what best mean does in the exact cars
 from __future__ import annotations
 
 import time
-from pathlib import Path
 
 import numpy as np
 from threadpoolctl import threadpool_limits
@@ -20,7 +19,7 @@ from deboom.explore.space import generator
 from deboom.study.compressor_fleet import exact_levels, mounted_fleet, virtual_fleet
 from deboom.study.runner import load_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "compressor_robust_front.py"
+STUDY = load_study("compressor_robust_front")
 SEEDS = range(1, 1 + draws(2))
 N_DESIGNS = 20
 LEVEL = CalibrationLevel.C2
@@ -34,7 +33,7 @@ def claims() -> list[Claim]:
 
 
 def _laboratories() -> list[Claim]:
-    study = load_study(STUDY).module
+    study = STUDY.module
     options = study.Options(parts=study.Parts.own, place_tolerance=0.0)
     errors: dict[bool, list[np.ndarray]] = {False: [], True: []}
     changes, seconds = [], 0.0
@@ -87,8 +86,7 @@ def _laboratories() -> list[Claim]:
 
 
 def _study() -> list[Claim]:
-    study = load_study(STUDY)
-    summary = study.report({"seed": 1}).summary
+    summary = STUDY.report({"seed": 1}).summary
     model, exact = float(summary["mean_change_db"]), float(summary["exact_mean_change_db"])
     sigma = float(summary["sigma_change_percent_best_mean"])
     return [

@@ -7,17 +7,13 @@ fleets show that nobody chose stands under "Figures over unselected draws of the
 
 from __future__ import annotations
 
-import json
-import tempfile
 import time
-from pathlib import Path
 from typing import Any
 
 from claims import Claim, at_least, at_most, between, draws
 from deboom.study.correlation import Plan
-from deboom.study.runner import load_study, run_study
+from deboom.study.runner import load_study
 
-STUDIES = Path(__file__).parents[2] / "studies"
 SEEDS = tuple(range(1, 1 + draws(2)))
 MANY = {"designs": 4096, "plan": Plan.sobol, "draws": 2, "resamples": 100}
 
@@ -49,7 +45,5 @@ def claims() -> list[Claim]:
 
 
 def _summaries(changes: dict[str, Any], seeds: tuple[int, ...] = SEEDS) -> list[dict[str, Any]]:
-    study = load_study(STUDIES / "fleet_correlation.py")
-    with tempfile.TemporaryDirectory() as folder:
-        runs = [run_study(study, Path(folder), {"seed": seed, **changes}) for seed in seeds]
-        return [json.loads((run / "summary.json").read_text()) for run in runs]
+    study = load_study("fleet_correlation")
+    return [study.report({"seed": seed, **changes}).summary for seed in seeds]

@@ -6,32 +6,26 @@ platform's fleet was chosen by rejection sampling so that it shows the phenomena
 the bench's section for how often a fleet drawn from the prior shows them.
 """
 
-import json
-import tempfile
 import time
-from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from claims import Claim, at_least, at_most, between, draws
-from deboom.study.runner import load_study, run_study
+from deboom.study.runner import load_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 SEEDS = range(1, 1 + draws(2))
 
 
 def claims() -> list[Claim]:
     """Run the study with several seeds, and with the first one again."""
-    with tempfile.TemporaryDirectory() as folder:
-        study, out = load_study(STUDY), Path(folder)
-        begin = time.perf_counter()
-        runs = [run_study(study, out, {"seed": seed}) for seed in SEEDS]
-        seconds = (time.perf_counter() - begin) / len(SEEDS)
-        again = run_study(study, out, {"seed": SEEDS[0]})
-        summaries = [json.loads((run / "summary.json").read_text()) for run in runs]
-        picks = [pd.read_csv(run / "picks.csv").set_index("design") for run in runs]
-        same = (runs[0] / "front.csv").read_bytes() == (again / "front.csv").read_bytes()
+    study = load_study("u06_robust_front")
+    begin = time.perf_counter()
+    reports = [study.report({"seed": seed}) for seed in SEEDS]
+    seconds = (time.perf_counter() - begin) / len(SEEDS)
+    again = study.report({"seed": SEEDS[0]}).tables["front"].to_csv()
+    same = again == reports[0].tables["front"].to_csv()
+    summaries = [report.summary for report in reports]
+    picks = [report.tables["picks"].set_index("design") for report in reports]
     first = summaries[0]
     level = [first[f"splv_change_db_per_line_U06-{number}"] for number in range(1, 6)]
     gained = [one["benefit_db"] - one["benefit_prescribed_db"] for one in summaries]

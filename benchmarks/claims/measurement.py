@@ -10,17 +10,16 @@ follows 50 samples later or anywhere in the block.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
+import pandas as pd
 
 from claims import Claim, at_least, at_most
-from deboom.measurement.culprit import Diagnosis, Fault, culprit_of_responses
+from deboom.measurement.culprit import Fault, culprit_of_responses
 from deboom.measurement.impact_test import check_hits
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from filtered_hits import blows
-from hammer_test import CAREFUL, EXACT, InjectedFault, draw_fault, draw_hammer_test, measure
+from hammer_test import CAREFUL, EXACT, draw_fault, draw_hammer_test, measure
 
 GROSS = (Fault.SIGN, Fault.AXES)
 KINDS = (*GROSS, Fault.OFFSET)
@@ -51,30 +50,9 @@ def _blows() -> Claim:
     )
 
 
-@dataclass
-class Score:
-    """How often leave-one-out was right about one kind of fault."""
-
-    named: int = 0
-    culprit: int = 0
-    fault: int = 0
-    first_suspect: int = 0
-
-    def add(self, found: Diagnosis, truth: InjectedFault) -> None:
-        """Count one diagnosis."""
-        who = found.suspect.name.split()[0]
-        self.first_suspect += who == truth.sensor
-        if not found.named:
-            return
-        self.named += 1
-        self.culprit += who == truth.sensor
-        same = truth.kind is Fault.OFFSET or set(found.suspect.channels) == set(truth.channels)
-        self.fault += who == truth.sensor and found.suspect.fault is truth.kind and same
-
-
 def _sheets(words: str, errors: Tolerances, sure: tuple[Fault, ...]) -> list[Claim]:
     """Search the culprit in hammer tests with one fault, and in some without."""
-    scores, alarms = {kind: Score() for kind in KINDS}, 0
+    rows, alarms = [], 0
     for seed in range(1, 1 + N_TESTS):
         for kind in (*KINDS, None):
             generator = np.random.default_rng(seed)
@@ -85,26 +63,29 @@ def _sheets(words: str, errors: Tolerances, sure: tuple[Fault, ...]) -> list[Cla
             found = culprit_of_responses(point, measured, errors)
             if fault is None:
                 alarms += found.named
-            else:
-                scores[fault.kind].add(found, fault)
+                continue
+            suspect = found.suspect
+            who = suspect.name.split()[0] == fault.sensor
+            same = kind is Fault.OFFSET or set(suspect.channels) == set(fault.channels)
+            right = found.named and who
+            rows.append((kind, found.named, who, right, right and suspect.fault is kind and same))
     words = f"hammer tests with {words}"
-    offset = scores[Fault.OFFSET]
+    columns = ["kind", "named", "first suspect", "sensor", "fault"]
+    counts = pd.DataFrame(rows, columns=columns).groupby("kind", sort=False).sum()
+    offset = counts.loc[Fault.OFFSET]
     return [
         at_least(
             f"{words}, {', '.join(kind.value for kind in sure)}: sensor named; with its fault [%]",
             99,
-            [
-                np.mean([100 * getattr(scores[kind], what) / N_TESTS for kind in sure])
-                for what in ("culprit", "fault")
-            ],
+            100 / N_TESTS * counts.loc[list(sure), ["sensor", "fault"]].mean(),
             1,
         ),
         Claim(
             f"{words}, 10 mm offset, where named: the right sensor [%]",
             "at least 95",
-            f"{100 * offset.culprit / max(offset.named, 1):.0f} of the {offset.named} named; first "
-            f"suspect right in {offset.first_suspect}",
-            offset.culprit >= 0.95 * offset.named,
+            f"{100 * offset['sensor'] / max(offset['named'], 1):.0f} of the {offset['named']} "
+            f"named; first suspect right in {offset['first suspect']}",
+            bool(offset["sensor"] >= 0.95 * offset["named"]),
         ),
         at_most(f"{words}, false accusation without a fault [%]", 1, alarms, 0),
     ]

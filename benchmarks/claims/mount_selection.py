@@ -7,7 +7,6 @@ search finds the front of all sets is held by tests.
 """
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -19,7 +18,6 @@ from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
 from deboom.study.platform_model import Motion, MountSource, Operation, operation
 from deboom.study.runner import load_study
-from deboom.vehicles.booming_model import CatalogueModel
 from deboom.vehicles.fleet import path_transfer
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
@@ -36,12 +34,6 @@ def claims() -> list[Claim]:
         motion: STUDY.catalogue_index(runs, catalogue, motion, Outside.KEEP_MEASURED)
         for motion in (Motion.prescribed, Motion.coupled)
     }
-    return _prediction_against_truth(index, catalogue, runs)
-
-
-def _prediction_against_truth(
-    index: dict[Motion, CatalogueModel], catalogue: Any, runs: Operation
-) -> list[Claim]:
     sets = catalogue.all_sets()
     built = np.random.default_rng(1).choice(len(sets), SETS_BUILT, replace=False)
     today = _true_level(sets[0], runs)

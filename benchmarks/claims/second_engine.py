@@ -17,13 +17,9 @@ less, and the cubic is hardly bound in between.
 
 from __future__ import annotations
 
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
-
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
-from claims import Claim, at_least, at_most, draws
+from claims import Claim, at_least, at_most, draws, in_processes
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.study.second_engine import engine_numbers, virtual_engine
@@ -34,18 +30,15 @@ SETS = ("M1", "M2", "M3", "M4", "M5")
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        benches = list(pool.map(_bench, SEEDS))
-    numbers = pd.concat(benches)
+    numbers = pd.concat(in_processes(_bench, SEEDS))
     numbers = numbers.assign(r2=numbers[["r2_real", "r2_imag"]].min(axis=1))
     return [*_forces(numbers), *_truth(numbers), _statics(numbers)]
 
 
 def _bench(seed: int) -> pd.DataFrame:
-    with threadpool_limits(1):
-        options = CharacteriseOptions(preload=Preload.STATIC_FORCE)
-        done = virtual_engine(seed, SETS[seed % len(SETS)], options, lambda *_: None)
-        return engine_numbers(done)
+    options = CharacteriseOptions(preload=Preload.STATIC_FORCE)
+    done = virtual_engine(seed, SETS[seed % len(SETS)], options, lambda *_: None)
+    return engine_numbers(done)
 
 
 def _along(numbers: pd.DataFrame, axis: str) -> pd.DataFrame:

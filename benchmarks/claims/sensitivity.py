@@ -9,24 +9,18 @@ prior shows them stands under "Figures over unselected draws of the bench".
 
 from __future__ import annotations
 
-import tempfile
-from pathlib import Path
-
 import pandas as pd
 
 from claims import Claim, at_most
 from deboom.study.platform_model import Motion
-from deboom.study.runner import load_study, run_study
+from deboom.study.runner import load_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
-PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
 LOUD, BATTERY = [f"U06-{number}" for number in range(1, 5)], "U06-5"
 
 
 def claims() -> list[Claim]:
-    with tempfile.TemporaryDirectory() as folder:
-        run = run_study(load_study(STUDY), Path(folder), {"seed": 1, "motion": Motion.prescribed})
-        table = pd.read_csv(run / "sobol.csv").set_index(["vehicle", "variable"])
+    report = load_study("u06_sensitivity").report({"seed": 1, "motion": Motion.prescribed})
+    table = report.tables["sobol"].set_index(["vehicle", "variable"])
     total, interval = table["total [1]"], table["total interval ± [1]"]
     loud = [f"{total[name, 'TSM x']:.2f}, {total[name, 'Du x']:.2f}" for name in LOUD]
     first, second, third = total[BATTERY].sort_values(ascending=False).index[:3]

@@ -21,13 +21,10 @@ between two days, not of 1 % noise.
 from __future__ import annotations
 
 import math
-from concurrent.futures import ProcessPoolExecutor
-from multiprocessing import get_context
 
 import pandas as pd
-from threadpoolctl import threadpool_limits
 
-from claims import Claim, at_most, draws, reported
+from claims import Claim, at_most, draws, in_processes, reported
 from deboom.study.runner import load_study
 from deboom.vehicles.synthesis import (
     BLOCKED,
@@ -36,11 +33,8 @@ from deboom.vehicles.synthesis import (
     CORR_F,
     CORR_S,
     DESIGN,
-    EVERYTHING,
-    FUNCTIONS,
     INVERSION,
     ON_ROAD,
-    OTHER_PATHS,
     PEAK,
 )
 
@@ -49,8 +43,7 @@ SEEDS = range(1, 1 + draws(1))
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        found = list(pool.map(_tables, SEEDS))
+    found = in_processes(_tables, SEEDS)
     comparisons, causes, forces, criteria = (
         pd.concat([tables[name] for tables in found], ignore_index=True)
         for name in ("comparisons", "causes", "forces", "validation")
@@ -64,8 +57,8 @@ def claims() -> list[Claim]:
 
 
 def _tables(seed: int) -> dict[str, pd.DataFrame]:
-    with threadpool_limits(1):
-        report = load_study("synthesis_validation").report({"seed": seed})
+    report = load_study("synthesis_validation").report({"seed": seed})
+
     return {name: table.assign(seed=seed) for name, table in report.tables.items()}
 
 
@@ -131,10 +124,7 @@ def _steps(comparisons: pd.DataFrame) -> list[Claim]:
 def _causes(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Claim]:
     rows = []
     for words, what in (
-        ("everything", EVERYTHING),
         ("blocked forces alone", BLOCKED),
-        ("measured transfer functions alone", FUNCTIONS),
-        ("other paths alone", OTHER_PATHS),
         ("forces by inversion on the road, measured functions", INVERSION),
     ):
         own = causes[causes["what is compared"] == what]

@@ -11,6 +11,7 @@ regularisation, which is the default, takes the error of the worst directions do
 """
 
 import tempfile
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -36,44 +37,32 @@ def claims() -> list[Claim]:
     return [*_assemblies_with_noise(), _laboratory()]
 
 
-def _deviation(ours: np.ndarray, truth: np.ndarray) -> float:
-    return float(np.linalg.norm(ours - truth) / np.linalg.norm(truth))
+def _split(found, truth: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Condition numbers, and squared errors and forces of the lines where they are good."""
+    good = found.condition_number < GOOD
+    error, force = ((np.abs(f[good]) ** 2).sum(axis=1) for f in (found.force - truth, truth))
+    return found.condition_number, error, force
 
 
-class _Tally:
-    """Errors and forces of lines, split by the condition number."""
-
-    def __init__(self) -> None:
-        self.error, self.force, self.condition, self.each = [], [], [], []
-
-    def add(self, found, truth: np.ndarray) -> None:
-        good = found.condition_number < GOOD
-        error = np.sum(np.abs(found.force - truth) ** 2, axis=1)
-        force = np.sum(np.abs(truth) ** 2, axis=1)
-        self.error.append(error[good])
-        self.force.append(force[good])
-        self.condition.append(found.condition_number)
-        self.each.append(np.sqrt(error[good].sum() / force[good].sum()))
-
-    def claim(self, what: str) -> Claim:
-        rms = np.sqrt(np.concatenate(self.error).sum() / np.concatenate(self.force).sum())
-        condition = np.concatenate(self.condition)
-        share = np.mean(condition < GOOD)
-        return Claim(
-            f"1 % noise, {what}: interface forces where the condition number is below {GOOD}, rms",
-            "≤ 10 %",
-            f"{100 * rms:.1f} % (each of {len(self.each)}: median {100 * np.median(self.each):.1f},"
-            f" worst {100 * max(self.each):.1f} %; {100 * share:.0f} % of the lines, median "
-            f"condition {np.median(condition):.0f})",
-            bool(rms <= 0.10),
-        )
+def _noise_claim(what: str, results: Sequence[tuple[np.ndarray, ...]]) -> Claim:
+    condition, error, force = (np.concatenate(part) for part in zip(*results, strict=True))
+    rms = np.sqrt(error.sum() / force.sum())
+    each = [100 * np.sqrt(e.sum() / f.sum()) for _, e, f in results]
+    return Claim(
+        f"1 % noise, {what}: interface forces where the condition number is below {GOOD}, rms",
+        "≤ 10 %",
+        f"{100 * rms:.1f} % (each of {len(each)}: median {np.median(each):.1f}, worst "
+        f"{max(each):.1f} %; {100 * np.mean(condition < GOOD):.0f} % of the lines, median "
+        f"condition {np.median(condition):.0f})",
+        bool(rms <= 0.10),
+    )
 
 
 def _assemblies_with_noise() -> list[Claim]:
     rows = []
     for where, indicators in (("away from", INDICATORS), ("beside", BESIDE)):
         for rule, name in ((PLAIN, "least squares"), (CROSS_VALIDATED, "Tikhonov, GCV")):
-            rng, tally = np.random.default_rng(1), _Tally()
+            rng, results = np.random.default_rng(1), []
             for number in range(1, 6):
                 for vehicle in range(1, 6):
                     body, _ = receiver(vehicle)
@@ -81,8 +70,9 @@ def _assemblies_with_noise() -> list[Claim]:
                     matrix = accelerance(np.linalg.inv(body)[:, indicators][:, :, INTERFACE])
                     response = accelerance(motion)[:, indicators]
                     noisy = with_noise(matrix, rng), with_noise(response, rng)
-                    tally.add(invert_for_forces(*noisy, rule), force)
-            rows.append(tally.claim(f"25 assemblies, 22 sensors {where} the mounts, {name}"))
+                    results.append(_split(invert_for_forces(*noisy, rule), force))
+            what = f"25 assemblies, 22 sensors {where} the mounts, {name}"
+            rows.append(_noise_claim(what, results))
     return rows
 
 
@@ -98,7 +88,7 @@ def _laboratory() -> Claim:
         run = measured.run("g5_wot220")
         found = forces_by_inversion(path_accelerance(measured), run.acceleration).force
         true = Spectrum(found.frequency, force, names, "N").select(found.channels)
-        errors.append(_deviation(found.values, true.values))
+        errors.append(np.linalg.norm(found.values - true.values) / np.linalg.norm(true.values))
     return at_most(
         "bench, all errors of a laboratory: interface forces of 5 vehicles, rms, median and worst "
         "[%]",

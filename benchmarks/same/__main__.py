@@ -61,11 +61,7 @@ def main() -> int:
     new = cache / "trees" / ROOT.as_posix().strip("/").replace("/", "_")
     missing = [s for s in wanted if not _is_kept(base / "runs", s)]
     _run(missing, "steps", tree, base / "runs", base / "runs", options.jobs)
-    own = (
-        []
-        if options.kept
-        else [s for s in wanted if s in chosen or any(("%", s.name) in c.needs for c in wanted)]
-    )
+    own = [s for s in wanted if s in chosen or any(("%", s.name) in c.needs for c in wanted)]
     _run(own, "new", ROOT, new / "runs", base / "runs", options.jobs)
     return _report(chosen, tree, base, new, Map(Path(__file__).with_name("map.toml")), options.kind)
 
@@ -75,7 +71,6 @@ def _options() -> argparse.Namespace:
     parser.add_argument("base", nargs="?", default="main", help="commit to compare with")
     parser.add_argument("--only", action="append", help="pattern of scenarios; repeatable")
     parser.add_argument("--list", action="store_true", help="names of the scenarios")
-    parser.add_argument("--kept", action="store_true", help="compare what ran last, run nothing")
     parser.add_argument("--kind", action="append", choices=KINDS, help="only such differences")
     parser.add_argument("--cache", type=Path, default=ROOT / "build" / "same")
     parser.add_argument("-j", dest="jobs", type=int, default=2, help="processes")
@@ -145,9 +140,8 @@ def _run(
         if able and len(running) < jobs:
             scenario = able[0]
             waiting.remove(scenario)
-            steps = scenario.steps
-            if which == "new" and scenario.new is not None:
-                steps = scenario.new
+            other = which == "new" and scenario.new is not None
+            steps = scenario.new if other else scenario.steps
             folder = side / scenario.name
             shutil.rmtree(folder, ignore_errors=True)
             folder.mkdir(parents=True)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import difflib
 import html
-import io
 import json
 import re
 import tomllib
@@ -26,15 +25,8 @@ FLOOR = 1e-14
 BLOCKS = "p|h[1-6]|li|tr|div|section|figcaption|summary|title|br|t[dh]|d[dt]"
 """Elements whose words are a line of their own."""
 
-MOST = 12
-"""Differences of one kind that are shown of one file."""
-
-SNIPPETS = 6
-"""Differences that are shown of one text."""
-
 UNSTEADY = re.compile(
-    r"(^|[./ _])seconds|wall_time_s|time \[s\]|"
-    r"^environment|^study_text|(^|\.)created"
+    r"(^|[./ _])seconds|wall_time_s|time \[s\]|^environment|^study_text|(^|\.)created"
 )
 """Keys and columns that hold times, versions or texts of the source."""
 
@@ -106,7 +98,6 @@ class Map:
         content = tomllib.loads(path.read_text(encoding="utf-8")) if path.is_file() else {}
         self.renames = content.get("rename", [])
         self.differs = content.get("differs", [])
-        self.used: set[int] = set()
         for entry in (*self.renames, *self.differs):
             if not entry.get("reason"):
                 raise ValueError(f"{path}: an entry without reason: {entry}")
@@ -121,15 +112,13 @@ class Map:
 
     def allows(self, difference: Difference) -> bool:
         """Say whether a difference is deliberate."""
-        for number, entry in enumerate(self.differs):
-            patterns = {
-                key: value for key, value in entry.items() if key not in ("reason", "below")
-            }
+        for entry in self.differs:
             fits = all(
-                _fits(getattr(difference, key), pattern) for key, pattern in patterns.items()
+                _fits(getattr(difference, key), pattern)
+                for key, pattern in entry.items()
+                if key not in ("reason", "below")
             )
             if fits and not difference.size > entry.get("below", np.inf):
-                self.used.add(number)
                 return True
         return False
 
@@ -182,20 +171,9 @@ class Comparison:
                 yield self._of(name, "-", "name", "file is gone" if gone else "new file")
             elif before[name].read_bytes() != after[name].read_bytes():
                 try:
-                    yield from self._some(name, self._file(name, before[name], after[name]))
+                    yield from self._file(name, before[name], after[name])
                 except Exception as error:
                     yield self._of(name, "-", "code", f"cannot be compared ({error!r})")
-
-    def _some(self, file: str, differences: Iterator[Difference]) -> Iterator[Difference]:
-        """Return the first differences of a file of each kind, and how many there are more."""
-        counts: dict[str, int] = {}
-        for difference in differences:
-            count = counts[difference.kind] = counts.get(difference.kind, 0) + 1
-            if count <= MOST or self.renames.allows(difference):
-                yield difference
-        for kind, count in counts.items():
-            if count > MOST:
-                yield self._of(file, "-", kind, f"… {count} differences in all")
 
     def _name(self, name: str) -> str:
         return self.renames.renamed(self.scenario, name)
@@ -312,27 +290,20 @@ class Comparison:
     def _words(self, file: str, before: list[str], after: list[str]) -> Iterator[Difference]:
         a = [self._old(line) for line in before]
         b = [self.new.settled(line) for line in after]
-        shown = 0
         for tag, i, j, k, m in difflib.SequenceMatcher(None, a, b, autojunk=False).get_opcodes():
-            if tag == "equal":
-                continue
-            shown += 1
-            if shown > SNIPPETS:
-                yield self._of(file, "-", "words", "… and more")
-                return
-            old, new = " / ".join(a[i:j]), " / ".join(b[k:m])
-            yield self._of(file, f"line {i + 1}", "words", f"{_clip(old)!r}, now {_clip(new)!r}")
+            if tag != "equal":
+                old, new = " / ".join(a[i:j]), " / ".join(b[k:m])
+                yield self._of(file, f"line {i + 1}", "words", f"{old!r:.200}, now {new!r:.200}")
 
     def _pictures(self, file: str, before: Any, after: Any) -> Iterator[Difference]:
-        pairs = (sorted(pictures, key=_titles) for pictures in (before, after))
+        # two lists of pictures in one order: by their labels
+        pairs = (
+            sorted(pictures, key=lambda picture: str([axes["labels"] for axes in picture["axes"]]))
+            for pictures in (before, after)
+        )
         for difference in self._trees(file, *pairs):
             if ".view" not in difference.item:
                 yield replace(difference, kind="picture")
-
-
-def _titles(picture: dict[str, Any]) -> str:
-    """Return the labels of a picture, by which two lists of pictures are put in one order."""
-    return str([axes["labels"] for axes in picture["axes"]])
 
 
 def _fits(name: str, patterns: str | list[str]) -> bool:
@@ -377,8 +348,7 @@ def _json(path: Path) -> Any:
 
 
 def _table(path: Path) -> pd.DataFrame:
-    text = path.read_text(encoding="utf-8")
-    return pd.read_csv(io.StringIO(text), dtype=str, keep_default_na=True, comment=None)
+    return pd.read_csv(path, dtype=str)
 
 
 def _uff(path: Path) -> Any:
@@ -430,7 +400,3 @@ def _leaves(prefix: str, tree: Any) -> Iterator[tuple[str, Any]]:
         yield prefix, tree
     else:
         yield prefix, np.array(tree)
-
-
-def _clip(text: str, length: int = 160) -> str:
-    return text if len(text) <= length else f"{text[: length // 2]} … {text[-length // 2 :]}"

@@ -22,7 +22,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.study.mount_characterisation import characterise_virtual, direction_numbers, identified
 from deboom.vehicles.powertrain import KinematicModel
 
-SEEDS = range(1, 1 + draws(8))
+SEEDS = range(1, 1 + draws(20))
 SETS = ("M1", "M2", "M3", "M4", "M5")
 KINDS = {"": "its own lines", "check_": "held-out runs"}
 

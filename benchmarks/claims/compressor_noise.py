@@ -37,7 +37,7 @@ from deboom.study.compressor_noise import (
     sweep_errors,
 )
 
-SEEDS = range(1, 1 + draws(3))
+SEEDS = range(1, 1 + draws(20))
 IDENTICAL = replace(
     CAR_PLAN, compressor=CompressorPlan(CompressorCase.TABLE11, identical_mounts=True)
 )

@@ -24,7 +24,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
 from deboom.study.second_engine import engine_numbers, virtual_engine
 
-SEEDS = range(1, 1 + draws(2))
+SEEDS = range(1, 1 + draws(20))
 SETS = ("M1", "M2", "M3", "M4", "M5")
 
 

@@ -15,12 +15,19 @@ alone cost; "held out" leaves these six runs out of the fit. On bench 2 two of 9
 """
 
 import tempfile
+from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
+from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
+<<<<<<< HEAD
 from claims import Claim, at_most
+=======
+from claims import Claim, at_most, draws, listed, reported
+>>>>>>> f8849e9 (Claims of the second engine, surfaces, the compressor, its noise and characterisation are measured over twenty draws)
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json
@@ -37,7 +44,7 @@ from write_library import PLATFORM
 OTHER = 2
 """Seed of another bench and fleet."""
 
-OWN = (1, 2, 3)
+OWN = range(1, 1 + draws(20))
 """Seeds of benches whose own runs are looked at."""
 
 BAND = (20, 60)
@@ -55,30 +62,35 @@ def claims() -> list[Claim]:
 
 def _own_runs() -> list[Claim]:
     """Surfaces against the forces of their own campaign, in the vehicles of the platform."""
-    platform = read_platform(PLATFORM)
-    known, held_out = [], []
-    for seed in OWN:
-        bench = characterise_virtual(seed, DRAWING, CharacteriseOptions(), lambda *_: None)
-        result, campaign = bench.result, bench.result.campaign
-        others = replace(
-            campaign, runs=tuple(run for run in campaign.runs if run not in bench.check_runs)
-        )
-        without = characterise(others, DRAWING, chains=result.chains)
-        cases = tuple(
-            bench_load_case(campaign, run, result.chains, run.name) for run in bench.check_runs
-        )
-        for mounts, found in ((result.mounts, known), (without.mounts, held_out)):
-            forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
-            found.append(_at_peaks(platform, cases, forces).max())
+    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
+        benches = np.array(list(pool.map(_own_run, OWN)))
     return [
         at_most(
             f"runs of the library's own campaign{words}: largest difference at booming peaks, "
-            f"benches {', '.join(map(str, OWN))} [dB]",
+            f"median, 90 % and worst of {len(OWN)} benches [dB]",
             0.3,
-            found,
+            np.quantile(largest, (0.5, 0.9, 1.0)),
         )
-        for words, found in (("", known), (", held out", held_out))
+        for words, largest in zip(("", ", held out"), benches.T, strict=True)
     ]
+
+
+def _own_run(seed: int) -> list[float]:
+    """Largest differences on one bench, with its runs in the fit and held out [dB]."""
+    with threadpool_limits(1):
+        platform = read_platform(PLATFORM)
+        bench = characterise_virtual(seed, DRAWING, CharacteriseOptions(), lambda *_: None)
+        result, campaign = bench.result, bench.result.campaign
+        others = tuple(run for run in campaign.runs if run not in bench.check_runs)
+        without = characterise(replace(campaign, runs=others), DRAWING, chains=result.chains)
+        cases = tuple(
+            bench_load_case(campaign, run, result.chains, run.name) for run in bench.check_runs
+        )
+        largest = []
+        for mounts in (result.mounts, without.mounts):
+            forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
+            largest.append(float(_at_peaks(platform, cases, forces).max()))
+        return largest
 
 
 def _claims(platform: Platform, whose: str) -> list[Claim]:

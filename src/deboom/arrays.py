@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
+from inspect import get_annotations
 from typing import Any, TypeAlias, TypeVar, dataclass_transform
 
 import numpy as np
@@ -101,37 +103,76 @@ def derivatives(
     return np.asarray((8 * near - far) / scale.reshape(-1, *(1,) * (near.ndim - 1)))
 
 
+_COMPARISONS = {
+    ">=": (np.greater_equal, "at least"),
+    "<=": (np.less_equal, "at most"),
+    ">": (np.greater, "above"),
+    "<": (np.less, "below"),
+}
+
+
+def check_conditions(value: Any, conditions: Sequence[str], item: str) -> None:
+    """Refuse a value that does not keep the conditions of its field, see `checked`."""
+    names = [getattr(part, "name", part) for part in value] if "distinct" in conditions else []
+    if doubled := sorted({name for name in names if names.count(name) > 1}):
+        raise InputError(f"{item}: duplicated {doubled}: each needs a name of its own")
+    if "some" in conditions and not len(value):
+        raise InputError(f"{item}: give at least one")
+    if "increasing" in conditions and (not len(value) or np.any(np.diff(value) <= 0.0)):
+        raise InputError(f"{item}: numbers must be finite and increase from one to the next")
+    compared = [
+        (*_COMPARISONS[sign], float(condition.removeprefix(sign)))
+        for condition in conditions
+        if (sign := next((sign for sign in _COMPARISONS if condition.startswith(sign)), ""))
+    ]
+    inside = [compare(np.asarray(value, dtype=float), bound) for compare, _, bound in compared]
+    if not np.all(inside):
+        outside = np.asarray(value)[~np.logical_and.reduce(inside)]
+        wanted = " and ".join(
+            f"{words} {bound:g}" if np.isfinite(bound) else "finite" for _, words, bound in compared
+        )
+        raise InputError(f"{item} is {outside.flat[0]}: give a number {wanted}")
+
+
 @dataclass_transform(frozen_default=True, eq_default=False)
-def checked(**axes: str) -> Callable[[type[_T]], type[_T]]:
-    """Make a class a frozen dataclass with checked, copied and read-only arrays.
+def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
+    """Make a class a frozen dataclass whose fields keep what is declared of them.
 
     Parameters
     ----------
+    each : str
+        Conditions of every field.
     **axes : str
-        Axes of each array field, as `checked_array` reads them; a name stands for the same length
-        in all of them, in the order of the fields. The type of the numbers follows from the
+        Of each array field its axes, as `checked_array` reads them; a name stands for the same
+        length in all of them, in the order of the fields. The type of the numbers follows from the
         annotation (`ComplexArray`, `BoolArray`, `IntArray`, else float); of a ``tuple``, such as
-        names of channels, the length alone is checked. A field of None is skipped.
+        names of channels, the length alone is checked. Then conditions, of single numbers too:
+        ``>0``, ``>=0``, ``<1`` or ``<=1``; ``increasing``; ``some``, which is not empty;
+        ``distinct`` names. A field of None is skipped.
 
     Returns
     -------
     callable
         A class decorator. Fields annotated as ``tuple`` accept any sequence. The class's own
-        ``__post_init__`` runs afterwards, for checks that need more than shapes.
+        ``__post_init__`` runs afterwards, for checks of several fields together. Instances are
+        equal where their fields are, unless one of them is an array.
 
     Examples
     --------
-    >>> @checked(channels="c", frequency="f", values="f c")
+    >>> @checked(channels="c distinct", frequency="f increasing", values="f c", weight=">0 <1")
     ... class Spectrum:
     ...     channels: tuple[str, ...]
     ...     frequency: RealArray
     ...     values: ComplexArray
-    >>> Spectrum(["a"], [1.0, 2.0], [[1j], [2j]]).values.flags.writeable
+    ...     weight: float
+    >>> Spectrum(["a"], [1.0, 2.0], [[1j], [2j]], 0.5).values.flags.writeable
     False
     """
+    declared, every = {name: _declared(text) for name, text in axes.items()}, _declared(each)
 
     def decorate(cls: type[_T]) -> type[_T]:
         own_check = cls.__dict__.get("__post_init__")
+        owner = re.sub("(?<=[a-z])(?=[A-Z])", " ", cls.__name__).lower()
 
         def __post_init__(self: Any) -> None:
             sizes: dict[str, int] = {}
@@ -141,21 +182,30 @@ def checked(**axes: str) -> Callable[[type[_T]], type[_T]]:
                 if value is None:
                     continue
                 name = getattr(self, "name", None)
-                item = f"{name if isinstance(name, str) else cls.__name__}: {field.name}"
+                item = f"{name if isinstance(name, str) else owner}: {field.name}"
+                shape, conditions = declared.get(field.name, every)
                 if annotation.startswith("tuple"):
                     value = tuple(value)
-                    axis = axes.get(field.name)
-                    length = len(value) if axis is None else sizes.setdefault(axis, len(value))
+                    length = sizes.setdefault(shape, len(value)) if shape else len(value)
                     if length != len(value):
                         raise InputError(f"{item}: {length} are needed, not {len(value)}")
-                elif field.name in axes:
+                elif shape:
                     kind = next((t for k, t in _DTYPES.items() if k in annotation), float)
-                    value = checked_array(value, axes[field.name], item, sizes, kind)
+                    value = checked_array(value, shape, item, sizes, kind)
+                check_conditions(value, conditions, item)
                 object.__setattr__(self, field.name, value)
             if own_check is not None:
                 own_check(self)
 
         cls.__post_init__ = __post_init__  # type: ignore[attr-defined]
-        return dataclass(frozen=True, eq=False)(cls)
+        kinds = [str(kind) for base in cls.__mro__ for kind in get_annotations(base).values()]
+        return dataclass(frozen=True, eq=not any("Array" in kind for kind in kinds))(cls)
 
     return decorate
+
+
+def _declared(text: str) -> tuple[str, tuple[str, ...]]:
+    """Split what is declared of a field into axes and conditions."""
+    words = text.split()
+    conditions = tuple(w for w in words if w in ("distinct", "increasing", "some") or w[0] in "<>")
+    return " ".join(word for word in words if word not in conditions), conditions

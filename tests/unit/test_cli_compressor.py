@@ -93,7 +93,7 @@ LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
         ("identify", "nowhere", (), "there is no such folder"),
         ("identify", "nowhere", ("--band", "10..30"), "LOW-HIGH"),
         ("identify", "nowhere", ("--band", "30-10"), "must rise"),
-        ("identify", "nowhere", ("--lines", 3), "at least 12 lines"),
+        ("identify", "nowhere", ("--lines", 3), "largest_lines is 3: give a number at least 12"),
         ("identify", "", (), "compressor_test.toml"),
         (
             "identify",
@@ -103,7 +103,12 @@ LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
         ),
         ("unbalance", "nowhere", (), "there is no such folder; `deboom bench operation"),
         ("unbalance", "nowhere", ("--band", "17"), "write it as LOW-HIGH"),
-        ("unbalance", "nowhere", ("--confidence", 1.5), "a confidence lies between 0 and 1"),
+        (
+            "unbalance",
+            "nowhere",
+            ("--confidence", 1.5),
+            "confidence is 1.5: give a number",
+        ),
         ("unbalance", "nowhere", ("--limits", "none.toml"), "none.toml cannot be read"),
         ("unbalance", "", ("--limits", "limits.toml"), "did you mean 'at_most_g_mm'?"),
     ],

@@ -81,7 +81,7 @@ def test_orders_adds_a_run_and_says_how_far_to_believe_it(campaign):
     [
         (("other",), "there is no time run 'other', use g5_wot220_time"),
         ((NAME, "--rpm-to", "1800"), "the run does not pass"),
-        ((NAME, "--rpm-step", "0"), "rpm step 0 is not positive"),
+        ((NAME, "--rpm-step", "0"), "rpm_step is 0.0: give a number above 0"),
         ((NAME, "--bandwidth", "1"), "too short for the filter"),
     ],
 )

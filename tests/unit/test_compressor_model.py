@@ -144,9 +144,9 @@ def bare(stiffness, mass=7.0, inertia=INERTIA, gain=GAIN):
 @pytest.mark.parametrize(
     ("build", "words"),
     [
-        (lambda: HyperbolicGain(1.0, -0.1, 2.0), "must be positive"),
-        (lambda: HyperbolicGain(1.0, 0.1, 0.0), "must be positive"),
-        (lambda: HyperbolicGain(np.nan, 0.1, 2.0), "finite"),
+        (lambda: HyperbolicGain(1.0, -0.1, 2.0), "slope is -0.1: give a number above 0"),
+        (lambda: HyperbolicGain(1.0, 0.1, 0.0), "offset is 0.0"),
+        (lambda: HyperbolicGain(np.nan, 0.1, 2.0), "limit is nan"),
         (lambda: bare(MODEL.stiffness, mass=-1.0), "mass of -1 kg"),
         (lambda: bare(MODEL.stiffness, inertia=np.diag([1.0, 1.0, 3.0])), "no body has the princ"),
         (lambda: bare(np.triu(np.ones((6, 6)))), "not symmetric"),
@@ -298,7 +298,7 @@ def test_the_part_is_as_good_as_its_worst_verdict():
     [
         (Bounds, "needs a bound"),
         (lambda: Bounds(at_least=2.0, at_most=1.0), "no part keeps both"),
-        (lambda: measured(1.0, deviation=0.0), "no measurement is exact"),
+        (lambda: measured(1.0, deviation=0.0), "deviations is 0.0: give a number above 0"),
         (lambda: judge(measured(1.0), UPPER, risk=0.5), "a risk of"),
         (lambda: overall([]), "can neither pass nor fail"),
         (lambda: with_route(found(), "a"), "there is no route 'a': choose auto, d, e"),

@@ -379,18 +379,18 @@ def test_fronts_leave_out_what_misses_a_limit():
             lambda: RobustResponse(model(), SPACE, sobol_sample(3, 32, seed=1)),
             "3 columns for 2 draws of 2 design variables",
         ),
-        (lambda: Estimator(3), "degree 3"),
+        (lambda: Estimator(3), "degree is 3"),
         (
             lambda: response(line, gaussian_sample(3, 7, seed=1), Estimator(2))(np.ones((1, 3))),
             "take at least 8",
         ),
         *(
-            (lambda share=share: Objective(Statistic.QUANTILE, share=share), "between 0 and 1")
+            (lambda share=share: Objective(Statistic.QUANTILE, share=share), "above 0 and below 1")
             for share in (0.0, 1.0, -1.0, float("nan"))
         ),
         (lambda: Limit("sum", "kg", 2.0, 1.0), "exclude each other"),
         (lambda: Limit("sum", "kg"), "give at_least, at_most or both"),
-        (lambda: Limits(()), "no limit to keep"),
+        (lambda: Limits(()), "limits: give at least one"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,)), "at least two objectives"),
         (lambda: replace(limited(), limits=Limits((Limit("sum", "kg", 1.0),))), "responses"),
     ],

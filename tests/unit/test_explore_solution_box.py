@@ -175,8 +175,6 @@ def test_questions_without_an_answer_are_refused(change, sentence):
 
 
 def test_boxes_and_points_that_are_none_are_refused():
-    with pytest.raises(InputError, match="ends reversed"):
-        Box(("a",), np.ones(1), np.zeros(1))
     with pytest.raises(InputError, match="lower: a number is not finite"):
         Box(("a",), np.array([np.inf]), np.ones(1))
     with pytest.raises(InputError, match="outside the bounds"):

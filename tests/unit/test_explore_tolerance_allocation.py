@@ -204,11 +204,11 @@ def test_an_unreachable_target_says_by_how_much_and_who_binds():
     [
         (
             lambda: ToleranceCost(("a",), np.array([-1.0]), np.array([0.15])),
-            "weights of at least 0",
+            "weight is -1.0: give a number at least 0",
         ),
-        (lambda: ToleranceCost(("a",), np.ones(1), np.zeros(1)), "references above 0"),
-        (lambda: SigmaTarget(0.0), "give more than 0"),
-        (lambda: ShareTarget(np.zeros(1), 1.0), "between 0 and 1"),
+        (lambda: ToleranceCost(("a",), np.ones(1), np.zeros(1)), "reference is 0.0"),
+        (lambda: SigmaTarget(0.0), "sigma_sum is 0.0"),
+        (lambda: ShareTarget(np.zeros(1), 1.0), "above 0 and below 1"),
         (lambda: ShareTarget(np.array([np.nan]), 0.9), "finite"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.0, 0.3), "could only be chosen from 0 to 0.3"),
         (lambda: linear_allocator(SLOPE, WEIGHT, 0.4, 0.3), "could only be chosen from 0.4"),
@@ -396,8 +396,8 @@ def test_shares_at_their_ends(h, b):
         (lambda: sobol_sample(5, 100, seed=1), "take 64 or 128"),
         (lambda: sobol_sample(5, 3, seed=1), "take 2 or 4"),
         (lambda: ToleranceSample(np.zeros((1, 3)), "measured", seed=1), "tolerance sample"),
-        (lambda: ToleranceSample(np.zeros(3), "measured", seed=1), "ToleranceSample"),
-        (lambda: ToleranceSample(np.full((4, 3), np.nan), "measured", seed=1), "ToleranceSample"),
+        (lambda: ToleranceSample(np.zeros(3), "measured", seed=1), "tolerance sample"),
+        (lambda: ToleranceSample(np.full((4, 3), np.nan), "measured", seed=1), "tolerance sample"),
         (lambda: ToleranceStructure(NAMES, np.eye(4) * np.nan, NAMES), "loadings: a number is not"),
         (lambda: part_structure(SIX, (PartNumber("a", ("TSM",)),)), "sits at 'TSM', which no"),
         (

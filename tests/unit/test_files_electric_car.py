@@ -133,9 +133,9 @@ def test_values_that_do_not_fit(car: ElectricCar) -> None:
 def test_points_need_enough_sensors_and_impacts(car: ElectricCar) -> None:
     point = car.points[0]
     with pytest.raises(InputError, match=r"2 triaxial .* motions of mount 1"):
-        replace(point, sensors=point.sensors[:2])
+        _with_points(car, (replace(point, sensors=point.sensors[:2]), *car.points[1:]))
     with pytest.raises(InputError, match=r"5 impacts .* motions of mount 1"):
-        replace(point, impacts=point.impacts[:5])
+        _with_points(car, (replace(point, impacts=point.impacts[:5]), *car.points[1:]))
 
 
 def test_plans_that_a_car_cannot_have(tmp_path: Path) -> None:

@@ -223,10 +223,10 @@ REFUSED = [
     ("wider than the lowest frequency of its order, 7.5", lambda: filtered((0.5, 1.5), 9.0)),
     # time records and pulses
     ("channels: 2 are needed, not 1", lambda: time_record(np.zeros((5, 2)))),
-    ("has no samples", lambda: time_record(np.zeros((0, 1)))),
-    ("a sampling rate of 0.0 Hz is not positive", lambda: time_record([[0.0]], 0.0)),
+    ("values: give at least one", lambda: time_record(np.zeros((0, 1)))),
+    ("rate is 0.0: give a number above 0", lambda: time_record([[0.0]], 0.0)),
     (r"not finite at index \(1, 0\)", lambda: time_record([[0.0], [np.nan]])),
-    (r"duplicated channel \['a'\]", lambda: time_record([[0.0, 0.0]], 10.0, ("a", "a"))),
+    (r"channels: duplicated \['a'\]", lambda: time_record([[0.0, 0.0]], 10.0, ("a", "a"))),
     *(
         (words, lambda signal=signal: pulse_times(signal, RATE_2, name="T1"))
         for words, signal in (
@@ -276,10 +276,10 @@ REFUSED = [
             ("fewer than two lines lie", {"lowest_rpm": 1390.0, "highest_rpm": 1395.0}),
             ("too short for the filter", {"bandwidth": 0.4}),
             ("12 Hz", {"bandwidth": 12.0, "other_orders": (0.5,)}),
-            ("bandwidth 0 is not positive", {"bandwidth": 0.0}),
-            ("rpm step -1 is not positive", {"rpm_step": -1.0}),
-            ("orders .* are not positive", {"other_orders": (0.0,)}),
-            ("no engine speed lies between", {"lowest_rpm": 1500.0, "highest_rpm": 1400.0}),
+            ("bandwidth is 0.0: give a number above 0", {"bandwidth": 0.0}),
+            ("rpm_step is -1.0: give a number above 0", {"rpm_step": -1.0}),
+            ("other_orders is 0.0: give", {"other_orders": (0.0,)}),
+            ("fewer than two lines lie", {"lowest_rpm": 1500.0, "highest_rpm": 1400.0}),
         )
     ),
     ("s are too short", lambda: swept(30.0, 31.0, 0.5)),

@@ -191,7 +191,7 @@ def test_storage_of_another_version_or_incomplete_is_refused():
     with pytest.raises(InputError, match=r"coefficients imag of shape \(2, 19, 1\), expected"):
         DynamicStiffnessSurface.from_arrays(cut)
     for name in ("region_lower", "region_points"):
-        with pytest.raises(InputError, match="TrainingRegion"):
+        with pytest.raises(InputError, match="training region"):
             DynamicStiffnessSurface.from_arrays({**arrays, name: arrays[name][..., :2]})
 
 

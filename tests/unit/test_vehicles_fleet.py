@@ -71,8 +71,8 @@ def test_group_keeps_the_members_in_order():
 @pytest.mark.parametrize(
     ("vehicles", "message"),
     [
-        ((), "without vehicles"),
-        ((_vehicle("A-1"), _vehicle("A-1")), r"duplicated vehicle \['A-1'\]"),
+        ((), "vehicles: give at least one"),
+        ((_vehicle("A-1"), _vehicle("A-1")), r"vehicles: duplicated \['A-1'\]"),
     ],
 )
 def test_fleet_refuses(vehicles, message):

@@ -89,16 +89,16 @@ def test_scatter_adds_its_mean_energy_to_each_line(index):
 
 def test_a_band_without_lines_is_refused(index):
     with pytest.raises(InputError, match="no line between 70 and 80 Hz"):
-        PeakLevel(index, (70.0, 80.0))
+        PeakLevel(index, (70.0, 80.0))(np.ones((1, 12)))
 
 
 def test_a_motion_that_follows_the_amplitude_is_refused():
     runs = operation(read_platform(PLATFORM), None, MountSource.library, "F39", (20, 60))
     follows = motion_index(runs, Motion.amplitude)
     with pytest.raises(InputError, match="prescribed or coupled motion"):
-        PeakLevel(follows, BAND)
+        PeakLevel(follows, BAND)(np.ones((1, 12)))
     with pytest.raises(InputError, match="levels with scatter need prescribed"):
-        ScatteredLevel(follows, np.ones(12), np.zeros(12))
+        ScatteredLevel(follows, np.ones(12), np.zeros(12))(np.ones((1, 12)))
 
 
 POSITIONS = {"E": (0.0, 0.5, 0.0), "G": (0.0, -0.5, 0.0), "S": (0.3, 0.0, 0.0)}
@@ -170,8 +170,8 @@ def test_stiffness_of_a_variable_and_of_a_sum():
 @pytest.mark.parametrize(
     ("make", "sentence"),
     [
-        (lambda: WeightSag(model(), POWERTRAIN, ("Q",)), "no direction 'Q z'"),
-        (lambda: TorqueTravel(model(), 1.0, ("E w",)), "no direction 'E w'"),
+        (lambda: of(WeightSag(model(), POWERTRAIN, ("Q",)))(np.ones((1, 9))), "no direction 'Q z'"),
+        (lambda: of(TorqueTravel(model(), 1.0, ("E w",)))(np.ones((1, 9))), "no direction 'E w'"),
         (lambda: NaturalFrequencies(MOUNTS, POWERTRAIN, {}, (1,)), "need the stiffness of E x"),
         (
             lambda: NaturalFrequencies(MOUNTS, POWERTRAIN, dict.fromkeys(NAMES, 1.0), (7,)),

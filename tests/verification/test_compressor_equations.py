@@ -171,7 +171,7 @@ def test_eq_52_53_56_57_gain_over_frequency():
     assert deviation(with_omega, GAIN.real.at(LINES)) < EXACT
     assert deviation(GAIN.real.at(OMEGA), GAIN.real.at(LINES)) > 0.01  # ω put where f belongs
     for slope, offset in ((-0.06, 2.2), (0.06, -2.2)):
-        with pytest.raises(InputError, match="both must be positive"):
+        with pytest.raises(InputError, match="give a number above 0"):
             HyperbolicGain(1.85, slope, offset)
 
 

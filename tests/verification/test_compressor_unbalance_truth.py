@@ -355,7 +355,7 @@ def test_mounts_of_the_drawing_add_up_to_the_stiffness_found():
     np.testing.assert_allclose(taken[0], held, rtol=1e-7, atol=1e-9 * np.abs(held).max())
     np.testing.assert_allclose(taken[1], 1j * taken[0])
     assert len(taken) == len(mounts.deviations) == 6
-    with pytest.raises(InputError, match="SofteningMounts: stiffness"):
+    with pytest.raises(InputError, match="softening mounts: stiffness"):
         SofteningMounts(body.positions, np.eye(6)[None])
 
 

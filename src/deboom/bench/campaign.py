@@ -21,7 +21,6 @@ from deboom.bench.operating_run import OperatingRun, PlannedRun, static_directio
 from deboom.bench.powertrain import MIX, SIDES, VirtualBench, read_data
 from deboom.bench.sensors import ErrorBudget, sensitivity_matrices
 from deboom.bench.signals import order_noise, over_time, rotations, tacho_pulses
-from deboom.errors import InputError
 from deboom.physics.order_tracking import frequency_of_order
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
@@ -58,7 +57,7 @@ class TimeRunPlan:
     pulses_per_revolution: int = 2
 
 
-@checked(frequency="f")
+@checked(frequency="f", mount_sets="distinct")
 class CampaignPlan:
     """Everything that is to be measured on one bench.
 
@@ -75,11 +74,6 @@ class CampaignPlan:
     shaker_repeats: int = 3
     time_run: TimeRunPlan | None = None
     frequency: RealArray = field(default_factory=lambda: FREQUENCY)
-
-    def __post_init__(self) -> None:
-        doubled = next((n for n in self.mount_sets if self.mount_sets.count(n) > 1), None)
-        if doubled is not None:
-            raise InputError(f"campaign plan: mount set '{doubled}' comes twice: keep one")
 
 
 FULL_PLAN = CampaignPlan(time_run=TimeRunPlan())

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.compressor_truth import (
     COMPRESSOR_DATA,
     Compressor,
@@ -434,7 +433,7 @@ PULSE_SHARE, EDGE_SAMPLES = 0.5, 1.0
 """Share of a revolution that the tacho's pulse takes [1], and width of its edges in samples [1]."""
 
 
-@dataclass(frozen=True)
+@checked(mount_storage=">0 <inf", mount_loss=">0 <inf")
 class OperationPlan:
     """The compressor, what is done to it and what is recorded.
 
@@ -461,13 +460,6 @@ class OperationPlan:
     truth_seed: int = 1
 
     def __post_init__(self) -> None:
-        for name in ("mount_storage", "mount_loss"):
-            value = getattr(self, name)
-            if not (math.isfinite(value) and value > 0):
-                raise InputError(
-                    f"{name.replace('_', ' ')} {value} is no factor on a stiffness: give a "
-                    "positive number, such as 0.9"
-                )
         if self.sense not in (1, -1):
             raise InputError(
                 f"sense {self.sense} is no sense of rotation: give 1 (from y to z) or -1"

@@ -6,7 +6,6 @@ nothing else.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -14,10 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase, HoseCase
-from deboom.errors import InputError
 from deboom.physics.rigid_body import (
     forward_matrices,
     mass_matrix,
@@ -43,7 +41,7 @@ PORT_OFFSET, LEAN, LENGTH_SPREAD = 4e-3, 0.09, 0.04
 """Half widths of a displaced hose: port per axis [m], direction per axis [1], length [1]."""
 
 
-@dataclass(frozen=True)
+@checked(flexible_body=">=0 <inf")
 class CompressorPlan:
     """The compressor under test and what is recorded of it.
 
@@ -67,13 +65,6 @@ class CompressorPlan:
     hits: bool = False
     free: bool = False
     hoses: HoseCase | None = None
-
-    def __post_init__(self) -> None:
-        if not (math.isfinite(self.flexible_body) and self.flexible_body >= 0):
-            raise InputError(
-                f"a body cannot swing at {self.flexible_body} Hz: state a frequency, such as 400, "
-                "or 0 for a rigid one"
-            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -53,7 +53,7 @@ class Bounds:
             )
 
 
-@checked(values="n", deviations="n", lines="n")
+@checked(values="n some", deviations="n >0", lines="n")
 class Characteristic:
     """A measured property of a component.
 
@@ -71,10 +71,6 @@ class Characteristic:
     lines: RealArray
     is_radius: bool = False
     doubt: str = ""
-
-    def __post_init__(self) -> None:
-        if self.values.size == 0 or not np.all(self.deviations > 0):
-            raise InputError(f"{self.name}: no measurement is exact, state its standard deviation")
 
 
 @dataclass(frozen=True)

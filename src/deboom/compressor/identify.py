@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
@@ -103,7 +103,7 @@ PRIOR = Prior(
 Step = Callable[[str], None]
 
 
-@dataclass(frozen=True)
+@checked(largest_lines=">=12")
 class IdentifyOptions:
     """What the identification looks at.
 
@@ -117,10 +117,6 @@ class IdentifyOptions:
     bands: tuple[tuple[float, float], ...] = THESIS_BANDS
     largest_lines: int = 72
     smallest_coherence: float = 0.8
-
-    def __post_init__(self) -> None:
-        if self.largest_lines < 12:
-            raise InputError("an identification needs at least 12 lines")
 
 
 @dataclass(frozen=True, eq=False)

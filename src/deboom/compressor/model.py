@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -31,7 +30,7 @@ GAIN_SHAPE_NAMES = ("ln rise", "ln slope", "loss limit", "ln loss rise", "ln los
 """Order of the five numbers that leave the scale of the gain to the stiffness."""
 
 
-@dataclass(frozen=True)
+@checked(limit=">-inf <inf", slope=">0 <inf", offset=">0 <inf")
 class HyperbolicGain:
     """Real or imaginary part of a gain that rises to a limit.
 
@@ -46,15 +45,6 @@ class HyperbolicGain:
     limit: float
     slope: float
     offset: float
-
-    def __post_init__(self) -> None:
-        if not all(map(math.isfinite, (self.limit, self.slope, self.offset))):
-            raise InputError("a gain factor needs finite limit, slope and offset")
-        if self.slope <= 0 or self.offset <= 0:
-            raise InputError(
-                f"a gain factor with slope {self.slope:g} s and offset {self.offset:g} has a pole "
-                "or falls with frequency: both must be positive"
-            )
 
     def at(self, frequency: npt.ArrayLike) -> RealArray:
         """Compute the value at lines [Hz], shape (n_frequency,) [1]."""

@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 import pandas as pd
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
 from deboom.compressor.identify import ALARM, Identification, calibration_of
 from deboom.compressor.model import ModalTable
@@ -64,7 +64,7 @@ VISIBLE_SHARE = 0.02
 Step = Callable[[str], None]
 
 
-@dataclass(frozen=True)
+@checked(confidence=">0 <1")
 class UnbalanceOptions:
     """How the load inside is found.
 
@@ -90,10 +90,6 @@ class UnbalanceOptions:
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
     confidence: float = 0.95
-
-    def __post_init__(self) -> None:
-        if not 0 < self.confidence < 1:
-            raise InputError(f"a confidence lies between 0 and 1, not at {self.confidence:g}")
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,7 +28,7 @@ _GRADIENTS = 512  # parts whose gradients are in memory at a time
 _FAR = 5.0  # distance from the limit, in softnesses, beyond which a part has no slope
 
 
-@checked(lower="k", upper="k")
+@checked(names="k", lower="k", upper="k")
 class Box:
     """Product of intervals.
 
@@ -40,13 +40,6 @@ class Box:
     names: tuple[str, ...]
     lower: RealArray
     upper: RealArray
-
-    def __post_init__(self) -> None:
-        for name, low, high in zip(self.names, self.lower, self.upper, strict=True):
-            if low > high:
-                raise InputError(
-                    f"the interval of '{name}' has its ends reversed: {low:g} is above {high:g}"
-                )
 
     @property
     def width(self) -> RealArray:

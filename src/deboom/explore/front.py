@@ -358,10 +358,6 @@ class Contestant:
     merit: RealArray
     progress: RealArray
 
-    def __post_init__(self) -> None:
-        if self.merit.shape[1] < 2:
-            raise InputError(f"{self.name}: noise of the draws needs at least two sets of them")
-
     @property
     def search_noise(self) -> tuple[float, float]:
         """Standard error of the mean merit from seed to seed, and its degrees of freedom."""

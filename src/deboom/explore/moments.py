@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.scatter import cut_normal_moments
 
@@ -22,7 +22,7 @@ class Moments(NamedTuple):
     sigma_error: float
 
 
-@dataclass(frozen=True)
+@checked(degree=">=0 <=2")
 class Estimator:
     """How mean and standard deviation are read from draws, perhaps with a control variate.
 
@@ -46,10 +46,6 @@ class Estimator:
     """
 
     degree: int = 0
-
-    def __post_init__(self) -> None:
-        if self.degree not in (0, 1, 2):
-            raise InputError(f"a control variate of degree {self.degree}: take 1 or 2, 0 for none")
 
     @property
     def kind(self) -> str:
@@ -173,7 +169,7 @@ class Statistic(Enum):
     """Mean of the worst parts (conditional value at risk, CVaR)."""
 
 
-@dataclass(frozen=True)
+@checked(share=">0 <1")
 class Objective:
     """One number of a design, to be minimised: a statistic, summed or of the worst response.
 
@@ -191,10 +187,6 @@ class Objective:
     statistic: Statistic
     worst: bool = False
     share: float = 0.95
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.share < 1.0:
-            raise InputError(f"a share of {self.share:g} of all parts: take one between 0 and 1")
 
     @property
     def name(self) -> str:

@@ -369,16 +369,11 @@ class Limit:
             raise InputError(f"limit of {self.response}: give at_least, at_most or both")
 
 
-@dataclass(frozen=True)
+@checked(limits="some")
 class Limits:
     """Several limits as one-sided bounds, the columns of `RobustValues.excess`."""
 
     limits: tuple[Limit, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "limits", tuple(self.limits))
-        if not self.limits:
-            raise InputError("there is no limit to keep: give at least one")
 
     @property
     def _bounds(self) -> list[tuple[int, float, float]]:

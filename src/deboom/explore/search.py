@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,7 +17,7 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
-from deboom.arrays import BoolArray, RealArray, frozen_copy
+from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.doe import checked_within
 from deboom.explore.front import ParetoFront, hypervolume, pareto_front
@@ -30,7 +30,7 @@ FAILED_OBJECTIVE = 1e30
 _TRAVELLING = ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma_sum")
 
 
-@dataclass(frozen=True, eq=False)
+@checked(hypervolume="g ?", reference_point="m ?")
 class SearchResult:
     """What a search found and how.
 
@@ -47,10 +47,6 @@ class SearchResult:
     reference_point: RealArray
     seed: int
     seconds: float
-
-    def __post_init__(self) -> None:
-        for name in ("hypervolume", "reference_point"):
-            object.__setattr__(self, name, frozen_copy(getattr(self, name)))
 
     @property
     def n_evaluated(self) -> int:

@@ -25,7 +25,7 @@ _PRECISION = 1e-10  # gain, as a part of the cost, at which steps end
 _MET = 1e-7  # excess of a target that counts as met
 
 
-@checked(weight="k", reference="k")
+@checked(weight="k >=0", reference="k >0")
 class ToleranceCost:
     """Price of tolerances, ``Σ_k w_k reference_k / tolerance_k``.
 
@@ -40,12 +40,6 @@ class ToleranceCost:
     names: tuple[str, ...]
     weight: RealArray
     reference: RealArray
-
-    def __post_init__(self) -> None:
-        if np.any(self.weight < 0.0) or np.any(self.reference <= 0.0):
-            raise InputError(
-                "a cost of tolerances needs weights of at least 0 and references above 0"
-            )
 
     def each(self, tolerance: RealArray) -> RealArray:
         """Return the price of each tolerance, shape (k,) → (k,) [money]."""
@@ -157,7 +151,7 @@ class ToleranceEffect:
         return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
 
 
-@dataclass(frozen=True)
+@checked(sigma_sum=">0 <inf")
 class SigmaTarget:
     """A largest sum of standard deviations over the responses, above 0 [response unit].
 
@@ -167,10 +161,6 @@ class SigmaTarget:
     sigma_sum: float
     scale: float = 1.0
     words: str = "the sum of sigmas"
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.sigma_sum < np.inf:
-            raise InputError(f"a sum of sigmas of {self.sigma_sum:g} as target: give more than 0")
 
     def excess(self, scattered: Scattered) -> tuple[float, RealArray]:
         """Return the logarithm of the sum over its target, with derivatives (k,) [1]."""
@@ -190,7 +180,7 @@ class SigmaTarget:
         )
 
 
-@checked(limit="r")
+@checked(limit="r", share=">0 <1")
 class ShareTarget:
     """A smallest share of parts × responses within a limit, (r,); count the parts afterwards.
 
@@ -201,10 +191,6 @@ class ShareTarget:
     share: float
     scale: float = 1.0
     unit: str = ""
-
-    def __post_init__(self) -> None:
-        if not 0.0 < self.share < 1.0:
-            raise InputError(f"a share of {self.share:g} of all parts: take one between 0 and 1")
 
     def excess(self, scattered: Scattered) -> tuple[float, RealArray]:
         """Return by how much the share falls short, with derivatives (k,) [1]."""

@@ -29,11 +29,6 @@ def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list
     return [names.index(name) for name in wanted]
 
 
-def _check_lines(frequency: RealArray) -> None:
-    if frequency.size == 0 or np.any(np.diff(frequency) <= 0):
-        raise InputError("frequencies must be finite and increase from line to line")
-
-
 def unit_of_response(function: str, source: str) -> str:
     """Return the unit of a frequency response function times what goes into it.
 
@@ -47,7 +42,7 @@ def unit_of_response(function: str, source: str) -> str:
     return f"{function}·{source}"
 
 
-@checked(frequency="f", values="f c", channels="c")
+@checked(frequency="f increasing", values="f c", channels="c distinct")
 class Spectrum(Tabled):
     """Complex spectra of several channels of one unit.
 
@@ -80,10 +75,6 @@ class Spectrum(Tabled):
     channels: tuple[str, ...]
     unit: str
 
-    def __post_init__(self) -> None:
-        _check_lines(self.frequency)
-        refuse_doubled(self.channels, "channel")
-
     @property
     def table(self) -> pd.DataFrame:
         """Complex values of each channel over frequency."""
@@ -98,7 +89,7 @@ class Spectrum(Tabled):
         return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
 
 
-@checked(frequency="f", values="f o i", outputs="o", inputs="i")
+@checked(frequency="f increasing", values="f o i", outputs="o distinct", inputs="i distinct")
 class Frf(Tabled):
     """A matrix of frequency response functions whose outputs and inputs have names.
 
@@ -131,11 +122,6 @@ class Frf(Tabled):
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
     unit: str
-
-    def __post_init__(self) -> None:
-        _check_lines(self.frequency)
-        refuse_doubled(self.outputs, "output")
-        refuse_doubled(self.inputs, "input")
 
     @property
     def table(self) -> pd.DataFrame:
@@ -172,7 +158,7 @@ class Frf(Tabled):
         return Spectrum(self.frequency, values, self.outputs, unit)
 
 
-@checked(values="s c", channels="c")
+@checked(values="s c some", rate=">0", channels="c distinct")
 class TimeRecord:
     """Channels of one unit, sampled together.
 
@@ -184,13 +170,6 @@ class TimeRecord:
     channels: tuple[str, ...]
     unit: str
     start: float = 0.0
-
-    def __post_init__(self) -> None:
-        refuse_doubled(self.channels, "channel")
-        if not self.values.size:
-            raise InputError(f"a time record of the channels {list(self.channels)} has no samples")
-        if not self.rate > 0:
-            raise InputError(f"a sampling rate of {self.rate} Hz is not positive")
 
 
 @checked(engine_torque="f")

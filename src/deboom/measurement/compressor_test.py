@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from enum import Enum
 from pathlib import Path
 
@@ -10,7 +9,7 @@ import numpy as np
 
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
+from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -21,7 +20,7 @@ SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 """Triaxial sensors and impacts that six motions of a body need at least."""
 
 
-@checked(position="3", rotation="3", stiffness="3")
+@checked(position="3", rotation="3", stiffness="3 >0")
 class CompressorMount:
     """One rubber mount: its place, its direction, its three static stiffnesses.
 
@@ -35,10 +34,6 @@ class CompressorMount:
     position: RealArray
     rotation: RealArray
     stiffness: RealArray
-
-    def __post_init__(self) -> None:
-        if np.any(self.stiffness <= 0):
-            raise InputError(f"{self.name}: a static stiffness must be positive")
 
     @property
     def orientation(self) -> RealArray:
@@ -199,7 +194,7 @@ class HoseDrawing:
             raise InputError(f"{self.name}: the direction has no length")
 
 
-@dataclass(frozen=True, eq=False)
+@checked(sweeps="some distinct")
 class OperatingTest:
     """One compressor: struck without hoses, perhaps with them, and run.
 
@@ -215,9 +210,6 @@ class OperatingTest:
     rotor_inertia: float | None = None
     hoses: tuple[HoseDrawing, ...] = ()
     input_files: tuple[Path, ...] = ()
-
-    def __post_init__(self) -> None:
-        refuse_doubled([sweep.name for sweep in self.sweeps], f"sweep of {self.name}")
 
     def with_hoses(self, state: HoseState) -> tuple[OperatingSweep, ...]:
         """Sweeps with these hoses, in their order."""

@@ -58,9 +58,6 @@ class TransferPoint:
     sensors: tuple[Sensor, ...]
     impacts: tuple[Impact, ...]
 
-    def __post_init__(self) -> None:
-        check_enough(self.sensors, self.impacts, self.name)
-
     @property
     def channels(self) -> tuple[str, ...]:
         """Channels of its accelerometers."""
@@ -101,6 +98,8 @@ class ElectricCar:
 
     def __post_init__(self) -> None:
         refuse_doubled([point.name for point in self.points], f"point of car {self.name}")
+        for point in self.points:
+            check_enough(point.sensors, point.impacts, point.name)
         if not np.array_equal(self.pressure.frequency, self.accelerance.frequency):
             raise self._error("pressure and acceleration have different lines")
         check_coherence(self.coherence, self.pressure, f"car {self.name}")

@@ -11,7 +11,7 @@ from scipy.signal import find_peaks, resample
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, refuse_doubled
+from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Impact, Sensor
 from deboom.physics.frf import (
     SpectrumScaling,
@@ -43,7 +43,7 @@ LATEST = 0.5
 """Time by which the main push has its peak, over the duration of the block [1]."""
 
 
-@checked(force="h s", response="h s c", channels="c", units="c", ranges="c")
+@checked(force="h s", response="h s c", channels="c distinct", units="c", ranges="c")
 class HammerMeasurement:
     """All hits on one point, each with one block of every channel.
 
@@ -64,7 +64,6 @@ class HammerMeasurement:
     force_range: float = math.inf
 
     def __post_init__(self) -> None:
-        refuse_doubled(self.channels, f"channel of {self.name}")
         if not 0 <= self.pretrigger * self.rate < self.n_sample:
             raise InputError(
                 f"{self.name}: a pretrigger of {self.pretrigger} s does not fit blocks of "
@@ -229,7 +228,7 @@ class ForceWindow:
     taper: float = 0.0
 
 
-@dataclass(frozen=True)
+@checked(minimum_hits=">=1")
 class HammerOptions:
     """How hits become an FRF.
 
@@ -246,10 +245,6 @@ class HammerOptions:
     time_constant: float | None = None
     band: tuple[float, float] | None = None
     minimum_hits: int = 2
-
-    def __post_init__(self) -> None:
-        if self.minimum_hits < 1:
-            raise InputError(f"an FRF needs at least one hit, not {self.minimum_hits}")
 
 
 @checked(frequency="f", values="f o i", coherence="f o i ?", random_error="f o i ?")

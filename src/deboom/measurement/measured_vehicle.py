@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum
-from types import MappingProxyType
 
 import numpy as np
 
@@ -75,10 +74,6 @@ class MeasuredVehicle:
     accelerance: Frf | None
     runs: tuple[VehicleRun, ...]
     panels: PanelMeasurement | None = None
-
-    def __post_init__(self) -> None:
-        for name in ("body_sensors", "impacts"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
     def points(self) -> tuple[str, ...]:

@@ -174,7 +174,7 @@ def _spectrum(
     return Spectrum(frequency_of_order(rpm, order), amplitudes, record.channels, record.unit)
 
 
-@dataclass(frozen=True)
+@checked(bandwidth=">0", other_orders=">0", rpm_step=">0")
 class TrackingOptions:
     """How a run over time is tracked; bandwidth, step and orders are positive.
 
@@ -189,19 +189,6 @@ class TrackingOptions:
     lowest_rpm: float | None = None
     highest_rpm: float | None = None
     rpm_step: float = 10.0
-
-    def __post_init__(self) -> None:
-        for name in ("bandwidth", "rpm_step"):
-            if not getattr(self, name) > 0:
-                raise InputError(
-                    f"order tracking: {name.replace('_', ' ')} {getattr(self, name):g} is not "
-                    "positive"
-                )
-        if self.other_orders is not None and min(self.other_orders, default=1.0) <= 0:
-            raise InputError(f"order tracking: orders {list(self.other_orders)} are not positive")
-        low, high = self.lowest_rpm, self.highest_rpm
-        if low is not None and high is not None and not low < high:
-            raise InputError(f"order tracking: no engine speed lies between {low:g} and {high:g}")
 
 
 DEFAULT_TRACKING = TrackingOptions()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, fields
 from enum import Enum
 
 import numpy as np
@@ -79,7 +78,7 @@ class Impact:
         object.__setattr__(self, "direction", direction)
 
 
-@dataclass(frozen=True)
+@checked(">=0 <inf")
 class Tolerances:
     """Standard deviations (1 σ) of everything that a bench states only approximately.
 
@@ -112,12 +111,8 @@ class Tolerances:
     torque: float = 1.0
     static_force: float = 5.0
 
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            _check_deviation(f"tolerance {field.name}", getattr(self, field.name), "from 0")
 
-
-@dataclass(frozen=True)
+@checked(">0 <inf")
 class PlacementTolerances:
     """Standard deviations (1 σ) of what a hammer test states only approximately; none is 0."""
 
@@ -127,13 +122,3 @@ class PlacementTolerances:
     hammer_gain: float = 0.01
     impact_position: float = 0.0015
     impact_angle: float = math.radians(1.5)
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            # a perfect placement is no statement about a real one
-            _check_deviation(f"tolerance {field.name}", getattr(self, field.name), "above 0")
-
-
-def _check_deviation(what: str, value: float, wanted: str) -> None:
-    if not (math.isfinite(value) and value >= 0) or (value == 0 and wanted == "above 0"):
-        raise InputError(f"{what} is {value}: use a number {wanted}")

@@ -26,7 +26,7 @@ SINGULAR = 1e6
 common line by a millionth of their distance."""
 
 
-@checked(position="3", levers="n 3", directions="n 3")
+@checked(position="3", channels="n distinct", owners="n", levers="n 3", directions="n 3")
 class ChannelGeometry:
     """Channels on one body, seen from a virtual point.
 
@@ -40,14 +40,6 @@ class ChannelGeometry:
     owners: tuple[str, ...]
     levers: RealArray
     directions: RealArray
-
-    def __post_init__(self) -> None:
-        if not len(self.levers) == len(self.channels) == len(self.owners):
-            raise InputError(
-                f"channel geometry: {len(self.levers)} levers and {len(self.owners)} owners for "
-                f"{len(self.channels)} channels"
-            )
-        refuse_doubled(self.channels, "channel")
 
     @cached_property
     def forward(self) -> RealArray:

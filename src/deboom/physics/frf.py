@@ -205,7 +205,9 @@ class SpectrumScaling(Enum):
     ENERGY_DENSITY = "energy per hertz [unit² s/Hz], for impacts"
 
 
-@checked(frequency="f", input_auto="f i i", output_input="f o i", output_auto="f o o")
+@checked(
+    frequency="f", input_auto="f i i", output_input="f o i", output_auto="f o o", n_averages=">=1"
+)
 class CrossSpectra:
     """One-sided spectra of inputs and outputs, averaged over blocks.
 
@@ -224,10 +226,6 @@ class CrossSpectra:
     output_input: ComplexArray
     output_auto: ComplexArray
     n_averages: int
-
-    def __post_init__(self) -> None:
-        if self.n_averages < 1:
-            raise InputError(f"cross spectra need at least one average, not {self.n_averages}")
 
     @property
     def input_power(self) -> RealArray:

@@ -6,13 +6,12 @@ those that act on the beam, so that a beam pushes back on what holds it with the
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
 from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.physics.rigid_body import shift_matrix
 
@@ -24,7 +23,7 @@ LARGEST_BENDING = 50.0
 """Bending wave number times length above which the hyperbolic functions are worth nothing."""
 
 
-@dataclass(frozen=True)
+@checked(">0 <inf")
 class ViscoelasticBeam:
     """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
@@ -41,12 +40,6 @@ class ViscoelasticBeam:
     line_mass: Number
     loss_factor: Number
     torsion_radius: Number
-
-    def __post_init__(self) -> None:
-        for field in fields(self):
-            value = np.asarray(getattr(self, field.name))
-            if not np.all(np.isfinite(value) & (value > 0)):
-                raise InputError(f"the {field.name} of a beam must be positive, not {value}")
 
 
 def beam_stiffness(beam: ViscoelasticBeam, frequency: npt.ArrayLike) -> ComplexArray:

@@ -54,7 +54,7 @@ class Vehicle:
             )
 
 
-@checked()
+@checked(vehicles="some distinct")
 class Fleet:
     """The population that one mount design has to serve.
 
@@ -63,11 +63,6 @@ class Fleet:
     """
 
     vehicles: tuple[Vehicle, ...]
-
-    def __post_init__(self) -> None:
-        if not self.vehicles:
-            raise InputError("a fleet without vehicles: give at least one")
-        refuse_doubled(self.names, "vehicle")
 
     @property
     def names(self) -> tuple[str, ...]:

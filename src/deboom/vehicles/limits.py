@@ -10,7 +10,8 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
@@ -107,12 +108,11 @@ class PeakLevel(_VehicleLevel):
 
     band: Band
     quantity: str = "peak level"
-    _cases: tuple[_LineCase, ...] = field(init=False, repr=False)
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _cases(self) -> tuple[_LineCase, ...]:
         inside = np.flatnonzero(lines_inside(self.model.frequency, self.band, "the index"))
-        cases = tuple(case.at_lines(inside) for case in self._line_cases("peak levels"))
-        object.__setattr__(self, "_cases", cases)
+        return tuple(case.at_lines(inside) for case in self._line_cases("peak levels"))
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the peaks of designs (n, k), shape (n, v) [dB(A)]."""
@@ -161,10 +161,10 @@ class ScatteredLevel(_VehicleLevel):
 
     design: RealArray
     relative_sigma: RealArray
-    _cases: tuple[tuple[float, _LineCase, RealArray], ...] = field(init=False, repr=False)
-    """Weight, load case and energy of the scatter (v, f)."""
 
-    def __post_init__(self) -> None:
+    @cached_property
+    def _cases(self) -> tuple[tuple[float, _LineCase, RealArray], ...]:
+        """Weight, load case and energy of the scatter (v, f)."""
         steps = DIFFERENCE * np.diag(self.design)
         scatter = []
         cases = self._line_cases("levels with scatter")
@@ -172,8 +172,7 @@ class ScatteredLevel(_VehicleLevel):
             ahead, behind = (case.pressure(self.design + step) for step in (steps, -steps))
             change = self.relative_sigma[:, np.newaxis, np.newaxis] * (ahead - behind)
             scatter.append(_energy(change / (2.0 * DIFFERENCE)).sum(axis=0))
-        used = tuple(zip(self.model.weights, cases, scatter, strict=True))
-        object.__setattr__(self, "_cases", used)
+        return tuple(zip(self.model.weights, cases, scatter, strict=True))
 
     def __call__(self, designs: npt.ArrayLike) -> RealArray:
         """Return the levels of designs (n, k), shape (n, v) [dB(A)]."""
@@ -250,10 +249,6 @@ class WeightSag:
     mounts: tuple[str, ...]
     unit: str = "mm"
 
-    def __post_init__(self) -> None:
-        for mount in self.mounts:
-            self.model.column(f"{mount} z")
-
     @property
     def names(self) -> tuple[str, ...]:
         """Names such as ``EnM sag``."""
@@ -288,10 +283,6 @@ class TorqueTravel:
     directions: tuple[str, ...]
     factor: Factor = Factor.dynamic
     unit: str = "mm"
-
-    def __post_init__(self) -> None:
-        for direction in self.directions:
-            self.model.column(direction)
 
     @property
     def names(self) -> tuple[str, ...]:

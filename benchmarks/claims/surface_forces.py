@@ -15,19 +15,12 @@ alone cost; "held out" leaves these six runs out of the fit. On bench 2 two of 9
 """
 
 import tempfile
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import replace
-from multiprocessing import get_context
 from pathlib import Path
 
 import numpy as np
-from threadpoolctl import threadpool_limits
 
-<<<<<<< HEAD
-from claims import Claim, at_most
-=======
-from claims import Claim, at_most, draws, listed, reported
->>>>>>> f8849e9 (Claims of the second engine, surfaces, the compressor, its noise and characterisation are measured over twenty draws)
+from claims import Claim, at_most, draws, in_processes
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING
 from deboom.files.library_export import read_library_json
@@ -62,8 +55,7 @@ def claims() -> list[Claim]:
 
 def _own_runs() -> list[Claim]:
     """Surfaces against the forces of their own campaign, in the vehicles of the platform."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        benches = np.array(list(pool.map(_own_run, OWN)))
+    benches = np.array(in_processes(_own_run, OWN))
     return [
         at_most(
             f"runs of the library's own campaign{words}: largest difference at booming peaks, "
@@ -77,20 +69,19 @@ def _own_runs() -> list[Claim]:
 
 def _own_run(seed: int) -> list[float]:
     """Largest differences on one bench, with its runs in the fit and held out [dB]."""
-    with threadpool_limits(1):
-        platform = read_platform(PLATFORM)
-        bench = characterise_virtual(seed, DRAWING, CharacteriseOptions(), lambda *_: None)
-        result, campaign = bench.result, bench.result.campaign
-        others = tuple(run for run in campaign.runs if run not in bench.check_runs)
-        without = characterise(replace(campaign, runs=others), DRAWING, chains=result.chains)
-        cases = tuple(
-            bench_load_case(campaign, run, result.chains, run.name) for run in bench.check_runs
-        )
-        largest = []
-        for mounts in (result.mounts, without.mounts):
-            forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
-            largest.append(float(_at_peaks(platform, cases, forces).max()))
-        return largest
+    platform = read_platform(PLATFORM)
+    bench = characterise_virtual(seed, DRAWING, CharacteriseOptions(), lambda *_: None)
+    result, campaign = bench.result, bench.result.campaign
+    others = tuple(run for run in campaign.runs if run not in bench.check_runs)
+    without = characterise(replace(campaign, runs=others), DRAWING, chains=result.chains)
+    cases = tuple(
+        bench_load_case(campaign, run, result.chains, run.name) for run in bench.check_runs
+    )
+    largest = []
+    for mounts in (result.mounts, without.mounts):
+        forces = [surface_forces(case, mounts, Outside.KEEP_MEASURED) for case in cases]
+        largest.append(float(_at_peaks(platform, cases, forces).max()))
+    return largest
 
 
 def _claims(platform: Platform, whose: str) -> list[Claim]:

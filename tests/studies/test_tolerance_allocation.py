@@ -122,7 +122,7 @@ def test_a_table_of_prices_is_read(tmp_path):
         ("EnM x,1,0.15\n", r"no row for \['EnM y'\]"),
         ("EnM x,1,0.15\nEnM x,1,0.15\n", "named twice"),
         ("EnM x,1,0.15\nQ x,1,0.15\n", "none of"),
-        ("EnM x,1,0.15\nEnM y,-1,0.15\n", "weights of at least 0"),
+        ("EnM x,1,0.15\nEnM y,-1,0.15\n", "weight is -1.0: give a number at least 0"),
     ],
 )
 def test_a_bad_table_of_prices_is_refused(tmp_path, rows, sentence):

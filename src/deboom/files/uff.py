@@ -183,13 +183,13 @@ def set_58(function: UffFunction, binary: bool) -> dict[str, Any]:
     for node in (function.response_node, function.reference_node):
         if not 0 <= node < 2**31:
             raise InputError(f"{function.dof}: node {node} is not between 0 and {2**31 - 1}")
-    even = _is_even(function.abscissa)
+    axis = _even_axis(function.abscissa)
+    even = bool(np.max(np.abs(function.abscissa - axis)) <= 1e-6 * (axis[1] - axis[0]))
     if binary and not even:
         raise InputError(
             f"{function.dof}: an uneven abscissa cannot be written in binary; write ASCII"
         )
     _check_drift(function, even)
-    has_denominator = function.denominator != "none"
     return {
         "type": 58,
         "binary": int(binary),
@@ -211,12 +211,12 @@ def set_58(function: UffFunction, binary: bool) -> dict[str, Any]:
             function, function.ordinate, function.ordinate_unit, function.response_direction
         ),
         "orddenom_spec_data_type": _quantity_code(function, function.denominator),
-        "orddenom_axis_lab": function.denominator if has_denominator else "NONE",
+        "orddenom_axis_lab": "NONE" if function.denominator == "none" else function.denominator,
         "orddenom_axis_units_lab": _si_label(
             function, function.denominator, function.denominator_unit, function.reference_direction
         ),
         "data": function.values,
-        "x": _even_axis(function.abscissa) if even else function.abscissa,
+        "x": axis if even else function.abscissa,
     }
 
 
@@ -261,11 +261,6 @@ def _si_label(function: UffFunction, quantity: str, unit: str, direction: str) -
 def _even_axis(abscissa: RealArray) -> RealArray:
     step = (abscissa[-1] - abscissa[0]) / (abscissa.size - 1)
     return np.asarray(abscissa[0] + step * np.arange(abscissa.size), dtype=np.float64)
-
-
-def _is_even(abscissa: RealArray) -> bool:
-    step = (abscissa[-1] - abscissa[0]) / (abscissa.size - 1)
-    return bool(np.max(np.abs(abscissa - _even_axis(abscissa))) <= 1e-6 * step)
 
 
 def _check_drift(function: UffFunction, even: bool) -> None:
@@ -411,8 +406,9 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
         sets = [_SI_SET, *(set_58(function, binary) for function in functions)]
     with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
         whole = Path(folder) / "whole.uff"
-        whole.write_bytes(b"".join(_block(whole, content) for content in sets))
-        _check_written(path, whole, functions)
+        blocks = [_block(whole, content) for content in sets]
+        whole.write_bytes(b"".join(blocks))
+        _check_written(path, whole, blocks[1:], functions)
         replace_bytes(path, whole.read_bytes())
 
 
@@ -462,48 +458,46 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     return tuple(functions)
 
 
-_TYPE_LINE = 7
-"""Lines of a data set 58 before the one that begins with its function type."""
-
-
 def _block(scratch: Path, content: dict[str, Any]) -> bytes:
-    stated = content.get("func_type", 0)
+    stated, values = content.get("func_type", 0), content.get("data", np.empty(0))
+    # a copy: pyuff fills in the dictionary it is given; it writes no type above 9
+    copy = {**content, "func_type": 0 if stated > 9 else stated}
+    if content.get("binary"):  # pyuff writes number by number: it gets two, all follow below
+        copy |= {name: content[name][:2] for name in ("x", "data")}
     with _quiet():
-        # a copy: pyuff fills in the dictionary it is given; it writes no type above 9
-        copy = {**content, "func_type": 0 if stated > 9 else stated}
         pyuff.UFF(str(scratch)).write_sets([copy], mode="add")
-    block = scratch.read_bytes()
+    *header, body = scratch.read_bytes().split(b"\n", 13)
     scratch.unlink()
     if stated > 9:
-        *before, header = block.split(b"\n", _TYPE_LINE)
-        block = b"\n".join((*before, b"%5i" % stated + header[5:]))
+        header[7] = b"%5i" % stated + header[7][5:]
     if content.get("binary"):
-        first, header, rest = block.split(b"\n", 2)
-        n_bytes = content["data"].nbytes
-        block = b"\n".join((first, header[:31] + b"%12d" % n_bytes + header[43:], rest))
-    return block
+        header[1] = header[1][:31] + b"%12d" % values.nbytes + header[1][43:]
+        header[8] = header[8][:10] + b"%10d" % values.size + header[8][20:]
+        body = values.tobytes() + body[2 * values.itemsize :]
+    return b"\n".join((*header, body))
 
 
-def _check_written(path: Path, whole: Path, functions: Sequence[UffFunction]) -> None:
-    file = _opened(whole)
-    kinds = [int(kind) for kind in file.get_set_types()]
+def _check_written(
+    path: Path, whole: Path, blocks: Sequence[bytes], functions: Sequence[UffFunction]
+) -> None:
+    kinds = [int(kind) for kind in _opened(whole).get_set_types()]
     if kinds != [164] + [58] * len(functions):
         raise InputError(f"{path}: the sets read back as {kinds}; nothing was written")
-    for index, function in enumerate(functions, 1):
-        content = _content(path, index, file, header_only=True)
+    for block, function in zip(blocks, functions, strict=True):
+        record, numbers = block.split(b"\n", 9)[7:9]
         expected = {
-            "rsp_node": function.response_node,
-            "rsp_dir": DIRECTION_CODE[function.response_direction],
-            "ref_node": function.reference_node,
-            "ref_dir": DIRECTION_CODE[function.reference_direction],
-            "num_pts": function.values.size,
-            "func_type": function.function_type,
+            "rsp_node": (record[41:51], function.response_node),
+            "rsp_dir": (record[51:55], DIRECTION_CODE[function.response_direction]),
+            "ref_node": (record[66:76], function.reference_node),
+            "ref_dir": (record[76:], DIRECTION_CODE[function.reference_direction]),
+            "num_pts": (numbers[10:20], function.values.size),
+            "func_type": (record[:5], function.function_type),
         }
-        for key, value in expected.items():
-            if content[key] != value:
+        for key, (written, value) in expected.items():
+            if written.split() != [b"%d" % value]:
                 raise InputError(
-                    f"{path}: {function.dof}: {key} {value} reads back as {content[key]}; nothing "
-                    "was written"
+                    f"{path}: {function.dof}: {key} {value} reads back as "
+                    f"{written.decode().strip()}; nothing was written"
                 )
 
 
@@ -535,11 +529,11 @@ def _opened(path: Path) -> Any:
     return file
 
 
-def _content(path: Path, index: int, file: Any, header_only: bool = False) -> Mapping[str, Any]:
+def _content(path: Path, index: int, file: Any) -> Mapping[str, Any]:
     try:
         with _quiet():
-            content: dict[str, Any] = file.read_sets(index, header_only=header_only)
-        if not header_only and content["type"] == 58:
+            content: dict[str, Any] = file.read_sets(index)
+        if content["type"] == 58:
             content["data"], content["x"]  # another data type leaves them out
     except Exception:  # pyuff raises bare Exception without a reason
         raise InputError(

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from textwrap import fill
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _ROW = 0.21  # in, of one interval
+_LONGEST = 48  # letters of a line
 _SPREAD = 0.3
 _MARKS = ("o", "s", "D", "^")
 _COLOURS = (ACCENT, "#8996A5", INK, "#B7C0CA")  # of no vehicle and no mount
@@ -52,7 +54,9 @@ def interval_panels(
     names = list(dict.fromkeys(name for panel in panels for name in panel.groups))
     colours = {name: _COLOURS[k % len(_COLOURS)] for k, name in enumerate(names)}
     marks = {name: _MARKS[place % len(_MARKS)] for place, name in enumerate(names)}
-    height = _ROW * len(rows) * max(len(names), 2) * 0.62
+    labels = [fill(row, _LONGEST) for row in rows]
+    written = _ROW * sum(1 + label.count("\n") for label in labels if "\n" in label)
+    height = max(_ROW * len(rows) * max(len(names), 2) * 0.62, written)
     count = columns or len(panels)
     height += 0.0 if count >= len(panels) else 0.5
     with panel_grid("interval_panels", len(panels), count, 1.2, height, share_y=True) as (
@@ -77,7 +81,7 @@ def interval_panels(
             axes.set_xlabel(panel.x_label)
             axes.set_title(panel.title, loc="left", fontweight="bold")
             axes.grid(False, axis="y")
-        grid[0].set_yticks(range(len(rows)), list(rows))
+        grid[0].set_yticks(range(len(rows)), labels)
         grid[0].set_ylim(len(rows) - 0.5, -0.5)
         if len(names) > 1:
             handles = [

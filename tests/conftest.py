@@ -1,16 +1,38 @@
 """What tests of every kind share: a finished run of the front study, and pictures drawn once."""
 
+import gc
 from contextlib import contextmanager
+from functools import cache
 from pathlib import Path
 
 import pytest
 
+from deboom.files import platform
 from deboom.plot import style
 from deboom.report import Report
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles import booming_model
 
 STUDIES = Path(__file__).parents[1] / "studies"
+
+
+def pytest_collection_finish():
+    """Collect no garbage among the modules and tests that stay: every round would pass them."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def shipped_files_once():
+    """Read each universal file of the shipped platform once; studies read them again and again."""
+    read = platform.read_uff
+    kept = cache(read)
+    with pytest.MonkeyPatch.context() as patch:
+        shipped = STUDIES / "data"
+        patch.setattr(
+            platform, "read_uff", lambda path: (kept if shipped in path.parents else read)(path)
+        )
+        yield
 
 
 @pytest.fixture(scope="session")
@@ -50,6 +72,14 @@ def pictures_once(drawn_pictures):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(style, "DPI", 100)
         patch.setattr(Report, "figure", shown)
+        yield
+
+
+@pytest.fixture(scope="module")
+def no_pictures():
+    """Draw nothing where tests look at numbers alone: pictures take longer than they do."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(Report, "figure", lambda *_, **__: None)
         yield
 
 

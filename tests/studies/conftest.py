@@ -8,33 +8,26 @@ import pandas as pd
 import pytest
 from summary_keys import described, undefined
 
-from deboom.report import Report
 from deboom.study.runner import Study, load_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
 
-WHOLE_PICTURES = ("test_study_cluster", "test_study_resume")
+WHOLE_PICTURES = ("study_resume",)
 """Modules that hold all files of two runs together."""
 
-WITHOUT_PICTURES = (
-    "compressor_unbalance",
-    "foreign_platform",
-    "mount_characterisation",
-)
-"""Modules of tests that look at numbers alone: pictures take longer than they do."""
+WITHOUT_PICTURES = ("compressor_unbalance", "foreign_platform", "mount_characterisation")
+"""Modules of tests that look at numbers alone."""
 
 
 @pytest.fixture(scope="module", autouse=True)
 def few_pictures(request):
     """Draw every picture of a study once, and none where the tests look at numbers alone."""
-    name = request.module.__name__
-    if name not in WHOLE_PICTURES:
+    name = request.module.__name__.removeprefix("test_")
+    if name in WITHOUT_PICTURES:
+        request.getfixturevalue("no_pictures")
+    elif name not in WHOLE_PICTURES:
         request.getfixturevalue("each_picture_once")
-    with pytest.MonkeyPatch.context() as patch:
-        if name.removeprefix("test_") in WITHOUT_PICTURES:
-            patch.setattr(Report, "figure", lambda *_, **__: None)
-        yield
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -12,14 +12,7 @@ import pandas as pd
 from scipy.io import savemat
 
 from deboom.files.library_export import write_library_json
-from deboom.mounts.characterised_mount import (
-    CampaignRecord,
-    CharacterisedDirection,
-    CharacterisedMount,
-    DirectionQuality,
-    MapPoints,
-    MountIdentity,
-)
+from deboom.mounts import characterised_mount
 from deboom.mounts.mount import AXES, Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, mount_stiffness_matrix
@@ -180,7 +173,7 @@ def _platform_toml():
 
 
 def _write_libraries(folder):
-    record = CampaignRecord("fitted", ORDER, ("all",), {}, {})
+    record = characterised_mount.CampaignRecord("fitted", ORDER, ("all",), {}, {})
     write_library_json(folder / "mounts.library.json", [record], _parts("A", 1.0))
     further = [part for part in _parts("B", 1.15) if part.mount.name in ("Roll", "Rear")]
     write_library_json(folder / "catalogue.library.json", [record], further)
@@ -208,14 +201,14 @@ def _parts(variant, factor):
             points, stiffness = np.column_stack(columns[:3]), columns[3]
             surface = DynamicStiffnessSurface(preload_unit="N m").fit(points, stiffness)
             directions.append(
-                CharacterisedDirection(
+                characterised_mount.CharacterisedDirection(
                     axis,
-                    MapPoints.none(),
-                    DirectionQuality(True, 0.02, 0.99, 0.99, 0.99),
+                    characterised_mount.MapPoints.none(),
+                    characterised_mount.DirectionQuality(True, 0.02, 0.99, 0.99, 0.99),
                     surface,
                 )
             )
         mount = Mount(name, "", tuple(places), tuple(places.values()), axes_of(name))
-        identity = MountIdentity(campaign="fitted", mount=name, variant=variant)
-        parts.append(CharacterisedMount(identity, mount, tuple(directions), {}))
+        identity = characterised_mount.MountIdentity(campaign="fitted", mount=name, variant=variant)
+        parts.append(characterised_mount.CharacterisedMount(identity, mount, tuple(directions), {}))
     return parts

@@ -7,12 +7,7 @@ import pytest
 from acceptance_samples import acceptance_box, variable
 
 from deboom.errors import InputError
-from deboom.files.acceptance import (
-    BoxResponse,
-    checksum,
-    read_solution_box,
-    write_solution_box,
-)
+from deboom.files import acceptance
 
 BOX = acceptance_box(
     (
@@ -20,8 +15,8 @@ BOX = acceptance_box(
         variable("Du y", 0.5, 1.2, weight=2.0, required=False),
     ),
     (
-        BoxResponse(name="U06-1", limit=54.25, share=0.97),
-        BoxResponse(name="U06-2", limit=54.25, share=0.932),
+        acceptance.BoxResponse(name="U06-1", limit=54.25, share=0.97),
+        acceptance.BoxResponse(name="U06-2", limit=54.25, share=0.932),
     ),
     share_measured_again=(0.91, 0.99),
 )
@@ -30,12 +25,12 @@ BOX = acceptance_box(
 @pytest.fixture
 def path(tmp_path):
     file = tmp_path / "box.json"
-    write_solution_box(file, BOX)
+    acceptance.write_solution_box(file, BOX)
     return file
 
 
 def test_a_box_comes_back(path):
-    assert read_solution_box(path) == BOX
+    assert acceptance.read_solution_box(path) == BOX
     first, second = BOX.variables
     assert (first.set_by_limit, second.set_by_limit) == ("from and to", "to")
     assert BOX.variable("Du y") is second
@@ -55,7 +50,7 @@ def changed(path, change):
     document = json.loads(path.read_text(encoding="utf-8"))
     change(document)
     entries = {k: v for k, v in document.items() if k not in ("format", "version", "sha256")}
-    document["sha256"] = checksum(entries)
+    document["sha256"] = acceptance.checksum(entries)
     path.write_text(json.dumps(document), encoding="utf-8")
     return path
 
@@ -79,14 +74,14 @@ def changed(path, change):
 )
 def test_a_spoilt_file_is_refused_by_name(path, change, sentence):
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
-        read_solution_box(changed(path, change))
+        acceptance.read_solution_box(changed(path, change))
     assert str(path) in str(caught.value)
 
 
 def test_a_missing_or_broken_file_is_refused(tmp_path):
     with pytest.raises(InputError, match="cannot be read"):
-        read_solution_box(tmp_path / "none.json")
+        acceptance.read_solution_box(tmp_path / "none.json")
     broken = tmp_path / "broken.json"
     broken.write_text("{", encoding="utf-8")
     with pytest.raises(InputError, match="not JSON"):
-        read_solution_box(broken)
+        acceptance.read_solution_box(broken)

@@ -87,6 +87,7 @@ def run_of(folder, tmp_path_factory):
     return run
 
 
+@pytest.mark.usefixtures("plain_loops")
 @pytest.mark.parametrize("name", studies_of_a_platform())
 def test_the_study_runs_on_a_foreign_platform(name, run_of):
     run = run_of(name)

@@ -10,7 +10,6 @@ import pytest
 from typer.testing import CliRunner
 
 from deboom.cli import app
-from deboom.report import Report
 from deboom.study import supplier_numbers
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
@@ -38,12 +37,11 @@ def folder(tmp_path_factory):
     return folder
 
 
-@pytest.mark.usefixtures("plain_loops")
+@pytest.mark.usefixtures("plain_loops", "no_pictures")
 def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     folder, quick_front, monkeypatch, tmp_path
 ):
     monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
-    monkeypatch.setattr(Report, "figure", lambda *_, **__: None)
     summary = "\n".join(deboom("check", folder))
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary

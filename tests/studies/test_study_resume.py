@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from dataclasses import fields
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -30,28 +31,6 @@ from known_truth import quad2
 STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
 BUDGET = {"seed": 2, "generations": 12, "population": 20}
 
-KILLED_AT = f"""
-import os, signal, sys
-from pathlib import Path
-sys.path.insert(0, str(Path(sys.argv[1]).parent))
-from deboom.explore import search as door
-from deboom.study.runner import load_study, run_study
-
-def killed(*_, **__):
-    os.kill(os.getpid(), signal.SIGKILL)
-
-def search(*arguments, progress, **options):
-    def told(number, total, text):
-        if number == until:
-            killed()
-    return door.nsga2(*arguments, progress=told, **options)
-
-script, out, until, note = sys.argv[1], Path(sys.argv[2]), int(sys.argv[3]), Path(sys.argv[4])
-study = load_study(Path(script))
-study.module.nsga2 = killed if until == 0 else search
-run_study(study, out, {BUDGET} | {{"note": note}})
-"""
-
 
 @pytest.fixture
 def cli():
@@ -72,14 +51,22 @@ def note(tmp_path):
     return path
 
 
-def stopped(study, until, error=KeyboardInterrupt):
-    """Return the study's search, which ends in an error after some generations."""
+def interrupt(error=KeyboardInterrupt):
+    raise error
+
+
+def kill():
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def stopped(study, until, end=interrupt):
+    """Return the study's search, which comes to an end after some generations."""
     search = study.module.nsga2
 
     def stopped(*arguments, progress, **options):
         def told(number, total, text):
             if number == until:
-                raise error
+                end()
 
         return search(*arguments, progress=told, **options)
 
@@ -89,7 +76,7 @@ def stopped(study, until, error=KeyboardInterrupt):
 def interrupted(monkeypatch, study, out, note, error=KeyboardInterrupt):
     """Leave a run that ended after six generations, without the cost of a process."""
     with monkeypatch.context() as patch:
-        patch.setattr(study.module, "nsga2", stopped(study, 6, error))
+        patch.setattr(study.module, "nsga2", stopped(study, 6, partial(interrupt, error)))
         with pytest.raises(type(error) if isinstance(error, InputError) else error):
             run_study(study, out, {**BUDGET, "note": note})
     (folder,) = (out / "quad2_front").iterdir()
@@ -102,9 +89,14 @@ def interrupted(monkeypatch, study, out, note, error=KeyboardInterrupt):
 def test_after_kill_9_the_run_goes_on_to_the_identical_front(study, tmp_path, note, until):
     """Killed before its search, after some generations, and after its search."""
     out = tmp_path / "results"
-    command = [sys.executable, "-c", KILLED_AT, STUDY, out, str(until), note]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120)
-    assert done.returncode == -signal.SIGKILL, done.stderr
+    if not (child := os.fork()):
+        try:
+            search = stopped(study, until, kill) if until else lambda *_, **__: kill()
+            study.module.nsga2 = search
+            run_study(study, out, {**BUDGET, "note": note})
+        finally:
+            os._exit(1)
+    assert os.WTERMSIG(os.waitpid(child, 0)[1]) == signal.SIGKILL
     (folder,) = (out / "quad2_front").iterdir()
     assert (folder / "search" / "search.json").exists() == (until > 0)
     finished = resume_study(study, out, folder.name, {})

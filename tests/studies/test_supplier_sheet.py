@@ -19,18 +19,10 @@ from deboom.choices import Language, Pick
 from deboom.cli import app
 from deboom.errors import InputError
 from deboom.explore.scatter import capability
-from deboom.files.acceptance import (
-    BoxResponse,
-    Programme,
-    ProgrammeMount,
-    read_measured_sheet,
-    read_programme,
-    read_solution_box,
-    write_solution_box,
-)
+from deboom.files import acceptance
 from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
-from deboom.study import supplier_numbers
+from deboom.study import supplier_numbers, supplier_study
 from deboom.study.platform_model import platform_sha256
 from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
 from deboom.study.supplier_page import documents, middle_design
@@ -40,24 +32,13 @@ from deboom.study.supplier_sheet import (
     measured_capability,
     proving_parts,
 )
-from deboom.study.supplier_study import (
-    Need,
-    SheetFiles,
-    SheetSources,
-    bands,
-    page_text,
-    secrets_of,
-    sheet_sources,
-    supplier_study,
-    workbook_text,
-)
 
 STUDIES = Path(__file__).parents[2] / "studies"
 UNKNOWN = ("EnM y", "GeM y", "TSM y")
 FREE = ("Du y", "Du z")
 INTERVALS = {"TSM x": (0.70, 0.84), "Du x": (0.70, 1.05)}
 SEARCHED = (0.68, 1.38)
-NO_SOURCES = SheetSources(Programme(), None, {}, None, None)
+NO_SOURCES = supplier_study.SheetSources(acceptance.Programme(), None, {}, None, None)
 
 
 @pytest.fixture(scope="module")
@@ -67,7 +48,7 @@ def results(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(front_run):
-    return supplier_study(front_run, STUDIES, Pick.best_mean)
+    return supplier_study.supplier_study(front_run, STUDIES, Pick.best_mean)
 
 
 @pytest.fixture(scope="module")
@@ -111,13 +92,13 @@ def box_run(study, results):
         )
         for d, k in zip(study.directions, today, strict=True)
     ]
-    vehicles = [BoxResponse(name=n, limit=54.4, share=1.0) for n in study.vehicles]
+    vehicles = [acceptance.BoxResponse(name=n, limit=54.4, share=1.0) for n in study.vehicles]
     stated = {"title": f"{study.platform.title}: acceptance box", "band_hz": study.band}
     stated |= {"platform_sha256": platform_sha256(study.platform)}
     box = acceptance_box(variables, vehicles, platform=study.platform.name, **stated)
     folder = results / "solution_box" / "box"
     folder.mkdir(parents=True)
-    write_solution_box(folder / "acceptance_box.json", box)
+    acceptance.write_solution_box(folder / "acceptance_box.json", box)
     return run_folder(folder, {}, {})
 
 
@@ -154,16 +135,16 @@ def sharing_run(study, results):
 
 
 def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
-    sources = sheet_sources(study, files or SheetFiles())
+    sources = supplier_study.sheet_sources(study, files or supplier_study.SheetFiles())
     sources = replace(sources, **changes)
-    middle = middle_design(study, bands(study, sources))
+    middle = middle_design(study, supplier_study.bands(study, sources))
     one = next(m for m in study.platform.mounts if m.name == mount)
     return MountSheet(study, sources, SupplierEffects(study, middle), one, (), language)
 
 
 @pytest.fixture(scope="module")
 def sheet(study, box_run, sharing_run, few_draws):
-    return sheet_of(study, files=SheetFiles(box=box_run, sharing=sharing_run))
+    return sheet_of(study, files=supplier_study.SheetFiles(box=box_run, sharing=sharing_run))
 
 
 def report(*words):
@@ -173,14 +154,14 @@ def report(*words):
 
 def test_nothing_is_asked_where_nothing_is_known_or_todays_part_will_do(study):
     need = {direction.name: direction.need for direction in study.directions}
-    assert all(need[name] is Need.unknown for name in UNKNOWN)
-    assert all(need[name] is Need.nothing for name in FREE)
+    assert all(need[name] is supplier_study.Need.unknown for name in UNKNOWN)
+    assert all(need[name] is supplier_study.Need.nothing for name in FREE)
     back = [study.space.names.index(name) for name in (*UNKNOWN, *FREE)]
     assert np.array_equal(study.wanted[back], np.ones(len(back)))
     for direction in study.directions:
         low, high = study.interval[direction.column]
-        if direction.need in (Need.wanted, Need.anything):
-            assert (direction.need is Need.wanted) == (not low <= 1.0 <= high)
+        if direction.need in (supplier_study.Need.wanted, supplier_study.Need.anything):
+            assert (direction.need is supplier_study.Need.wanted) == (not low <= 1.0 <= high)
 
 
 def test_only_this_part_is_what_the_model_says_directly(sheet, study):
@@ -239,11 +220,13 @@ def test_a_state_is_backed_by_measurements_and_has_a_usual_amplitude(sheet):
 
 def test_a_bush_under_wheel_torque_is_stated_in_newtons(study, few_draws):
     (direction,) = [d for d in study.directions if d.name == "Du x"]
-    state = machine_states(study, [direction], Programme(), {"Du x": 1.0})["Du x"]
+    state = machine_states(study, [direction], acceptance.Programme(), {"Du x": 1.0})["Du x"]
     true = load_bench().driveline.preload(state.wheel_torque)
     assert state.preload == pytest.approx(true, rel=0.01)
-    mount = ProgrammeMount(name="Du", force_per_wheel_torque=(2.0, 0.0, 0.0))
-    stated = machine_states(study, [direction], Programme(mounts=(mount,)), {"Du x": 1.0})["Du x"]
+    mount = acceptance.ProgrammeMount(name="Du", force_per_wheel_torque=(2.0, 0.0, 0.0))
+    stated = machine_states(
+        study, [direction], acceptance.Programme(mounts=(mount,)), {"Du x": 1.0}
+    )["Du x"]
     assert stated.preload == pytest.approx(2.0 * state.wheel_torque)
 
 
@@ -251,11 +234,11 @@ def test_weight_and_torque_act_together(study):
     (direction,) = [d for d in study.directions if d.name == "TSM z"]
 
     def state(**known):
-        programme = Programme(mounts=(ProgrammeMount(name="TSM", **known),))
+        programme = acceptance.Programme(mounts=(acceptance.ProgrammeMount(name="TSM", **known),))
         return machine_states(study, [direction], programme, {"TSM z": 1.0})["TSM z"]
 
     alone, weight = state(), (0.0, 0.0, -150.0)
-    softer = machine_states(study, [direction], Programme(), {"TSM z": 0.8})["TSM z"]
+    softer = machine_states(study, [direction], acceptance.Programme(), {"TSM z": 0.8})["TSM z"]
     assert (softer.preload, 0.8 * softer.deflection) == pytest.approx(
         (alone.preload, alone.deflection)
     )
@@ -275,13 +258,13 @@ def test_weight_and_torque_act_together(study):
 
 def test_a_frequency_that_was_not_measured_is_refused(study):
     (direction,) = [d for d in study.directions if d.name == "TSM x"]
-    programme = Programme.model_validate({"test": {"frequencies_hz": [300.0]}})
+    programme = acceptance.Programme.model_validate({"test": {"frequencies_hz": [300.0]}})
     with pytest.raises(InputError, match="at 300 Hz nothing was measured"):
         machine_states(study, [direction], programme, {"TSM x": 1.0})
 
 
 def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, tolerance_run):
-    allocated = sheet_of(study, files=SheetFiles(tolerances=tolerance_run))
+    allocated = sheet_of(study, files=supplier_study.SheetFiles(tolerances=tolerance_run))
     searched = sheet_of(study)
     pick = study.wanted[study.space.names.index("TSM x")]
     place = [d.name for d in study.directions].index("TSM x")
@@ -302,8 +285,10 @@ def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
         (0.5 * (low + high)) ** 2
     )
     part = {"name": "TSM", "conditioning_force_n": [-1500.0, 0.0, 0.0]}
-    programme = Programme.model_validate({"test": {"uncertainty": 0.2}, "mounts": [part]})
-    unsure = sheet_of(study, files=SheetFiles(box=box_run), programme=programme)
+    programme = acceptance.Programme.model_validate(
+        {"test": {"uncertainty": 0.2}, "mounts": [part]}
+    )
+    unsure = sheet_of(study, files=supplier_study.SheetFiles(box=box_run), programme=programme)
     assert unsure.test["decides"].tolist() == ["no: this test cannot decide"]
     conditioned = "conditioned up to x, y, z [N]"
     assert unsure.programme.set_index("field").loc[conditioned, "value"] == "-1500; 0; 0"
@@ -339,7 +324,7 @@ def numbers(text):
 def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
     study, box_run, sharing_run, tmp_path, few_draws, language
 ):
-    files = SheetFiles(box=box_run, sharing=sharing_run)
+    files = supplier_study.SheetFiles(box=box_run, sharing=sharing_run)
     content = sheet_of(study, files=files, language=language)
     html, data = documents(content, "")
     path = tmp_path / "sheet.xlsx"
@@ -355,7 +340,7 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
             words += [v for v in row if isinstance(v, str)]
     known = {n.replace(",", ".") for n in numbers(" ".join(words))}
     known |= {"14253", "1", "95", "90", "10", "-1"}  # of the standard and of the intervals
-    shown = numbers(page_text(html).partition("\n")[2])
+    shown = numbers(supplier_study.page_text(html).partition("\n")[2])
     assert len(shown) > 80
     untraced = []
     for text in shown:
@@ -388,14 +373,16 @@ def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, fro
         *("u06_f39_f45", "Compact platform,", "robust_front", str(front_run), str(STUDIES)),
         *("54.4", "deboom report", "EnM", "GeM", "three cylinders"),
     ]
-    read = "\n".join([html, workbook_text(workbook.read_bytes()), page.name, workbook.name])
+    read = "\n".join(
+        [html, supplier_study.workbook_text(workbook.read_bytes()), page.name, workbook.name]
+    )
     read = re.sub(r"\b[0-9a-f]{12,}\b|base64,[\w+/=]*", "", read).lower()
     assert [secret for secret in secrets if secret.lower() in read] == []
     assert not re.search(r"(src|href)=\"(?!data:|#)", html)
 
 
 def test_a_description_that_names_a_vehicle_is_refused_when_anonymous(sheet, study):
-    secret = replace(sheet, secrets=secrets_of(study), sources=NO_SOURCES)
+    secret = replace(sheet, secrets=supplier_study.secrets_of(study), sources=NO_SOURCES)
     documents(secret, "")  # as it is, it tells nothing
     told = replace(sheet.mount, description="strut of U06-1")
     with pytest.raises(InputError, match="would show 'U06"):
@@ -439,7 +426,7 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     counts = [summary[f"n_{what}"] for what in ("passed", "undecided", "failed")]
     assert counts == [18, 1, 1]
     assert len(pd.read_csv(run / "levels.csv")) == 5
-    supplier = page_text((run / "supplier.html").read_text(encoding="utf-8"))
+    supplier = supplier_study.page_text((run / "supplier.html").read_text(encoding="utf-8"))
     assert "P20" in supplier
     assert "U06" not in supplier
     assert "dB" not in supplier
@@ -454,7 +441,7 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
 
 
 def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, few_draws, tmp_path):
-    content = sheet_of(study, files=SheetFiles(box=box_run), language=Language.de)
+    content = sheet_of(study, files=supplier_study.SheetFiles(box=box_run), language=Language.de)
     path = tmp_path / "blatt.xlsx"
     path.write_bytes(documents(content, "")[1])
     known = content.specification.musts["x"].today_n_per_mm
@@ -467,13 +454,13 @@ def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, fe
         table.cell(row, 1, name)
         table.cell(row, 2, "C1")
     book.save(back)
-    first, *_ = read_measured_sheet(back, content.specification)
+    first, *_ = acceptance.read_measured_sheet(back, content.specification)
     assert first.stiffness["x"] == pytest.approx(0.76e3 * known)
     result = accepted(path, back, "--out", tmp_path)
     assert result.exit_code == 0, result.output
     run = Path(result.stdout.strip().splitlines()[-1])
     page = (run / "supplier.html").read_text(encoding="utf-8")
-    read = page_text(page)
+    read = supplier_study.page_text(page)
     assert all(word in read for word in ("bestanden", "Cpk mindestens", "Charge", "Lager TSM"))
     assert re.search(r"x außerhalb: [\d,]+ N/mm, gefordert [\d,]+ bis [\d,]+ N/mm", read)
     english = ("outside", "asked", "pass", "fail", "batch", "mount", "parts", "of today", "mean")
@@ -532,12 +519,12 @@ def test_an_edited_box_of_a_finished_run_is_refused(anonymous, box_run, tmp_path
 def test_an_older_sheet_marks_what_moved(
     front_run, box_run, anonymous, results, tmp_path, few_draws
 ):
-    other = read_solution_box(box_run)
+    other = acceptance.read_solution_box(box_run)
     moved = tuple(
         v.model_copy(update={"upper": 0.80}) if v.name == "TSM x" else v for v in other.variables
     )
     path = tmp_path / "box.json"
-    write_solution_box(path, other.model_copy(update={"variables": moved}))
+    acceptance.write_solution_box(path, other.model_copy(update={"variables": moved}))
     words = ("--mount", "TSM", "--box", path, "--since", anonymous[1], "--out", tmp_path)
     result = report(front_run, *words)
     assert result.exit_code == 0, result.output
@@ -571,21 +558,21 @@ def test_an_older_sheet_marks_what_moved(
 def test_a_programme_with_unknown_fields_is_one_sentence(tmp_path, text, sentence):
     (tmp_path / "programme.toml").write_text(text)
     with pytest.raises(InputError, match=re.escape(sentence)):
-        read_programme(tmp_path, ("A", "B"))
+        acceptance.read_programme(tmp_path, ("A", "B"))
     (tmp_path / "programme.toml").unlink()
-    assert read_programme(tmp_path, ("A",)) == Programme()
+    assert acceptance.read_programme(tmp_path, ("A",)) == acceptance.Programme()
 
 
 def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, front_run, tmp_path):
     def refused(sentence, wanted=study, **files):
         with pytest.raises(InputError, match=sentence):
-            sheet_sources(wanted, SheetFiles(**files))
+            supplier_study.sheet_sources(wanted, supplier_study.SheetFiles(**files))
 
-    box, path = read_solution_box(box_run), tmp_path / "box.json"
-    write_solution_box(path, box.model_copy(update={"platform_sha256": "0" * 64}))
+    box, path = acceptance.read_solution_box(box_run), tmp_path / "box.json"
+    acceptance.write_solution_box(path, box.model_copy(update={"platform_sha256": "0" * 64}))
     refused("found with other files", box=path)
-    other = tuple(BoxResponse(name=n, limit=54.0, share=1.0) for n in ("F39-1", "F39-2"))
-    write_solution_box(path, box.model_copy(update={"responses": other}))
+    other = tuple(acceptance.BoxResponse(name=n, limit=54.0, share=1.0) for n in ("F39-1", "F39-2"))
+    acceptance.write_solution_box(path, box.model_copy(update={"responses": other}))
     refused("its vehicles are F39-1, F39-2", box=path)
     refused("holds no acceptance_box.json", box=front_run)
     refused("has no allocation.csv", tolerances=front_run)

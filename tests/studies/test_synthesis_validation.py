@@ -17,15 +17,7 @@ from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.study.campaigns import virtual_vehicles
 from deboom.study.runner import load_study, run_study
-from deboom.vehicles.synthesis import (
-    BLOCKED,
-    EVERYTHING,
-    FUNCTIONS,
-    INVERSION,
-    OTHER_PATHS,
-    DesignMotion,
-    parts_of,
-)
+from deboom.vehicles import synthesis
 
 STUDY = load_study(Path(__file__).parents[2] / "studies" / "synthesis_validation.py")
 MIX = "EnM1-GeM2-TSM1-Du2"
@@ -107,8 +99,10 @@ def test_the_run_on_the_bench_is_what_its_cells_and_sensors_saw(bench, validatio
 def test_blocked_forces_cost_more_than_transfer_functions(validation):
     tables = validation[1].tables
     corr_f = tables["causes"].set_index("what is compared")["corr_f complex [%]"]
-    assert corr_f[BLOCKED] > corr_f[FUNCTIONS] > corr_f[OTHER_PATHS] > 0
-    assert corr_f[INVERSION] < corr_f[EVERYTHING]
+    assert (
+        corr_f[synthesis.BLOCKED] > corr_f[synthesis.FUNCTIONS] > corr_f[synthesis.OTHER_PATHS] > 0
+    )
+    assert corr_f[synthesis.INVERSION] < corr_f[synthesis.EVERYTHING]
     forces = tables["forces"]
     assert forces["forces by inversion, rms error [%]"].item() < 12.0
     assert forces["bench forces, rms error [%]"].item() > 12.0
@@ -146,7 +140,7 @@ def test_peaks_are_listed_with_and_without_partner(validation):
 def test_every_figure_shows_its_curves(validation):
     """What goes into the drawing; the drawing itself has tests of its own."""
     drawn = validation[2]
-    ways = [way.value for way in DesignMotion]
+    ways = [way.value for way in synthesis.DesignMotion]
     assert list(drawn[2][0]) == ["measured forces of the design", *ways]
     assert {"sum of all paths", "TSM x", "Du x", "all z"} <= set(drawn[4][0])
 
@@ -203,5 +197,5 @@ def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, 
 
 
 def test_a_mix_names_the_set_of_every_part():
-    assert parts_of(MIX) == {"EnM": "M1", "GeM": "M2", "TSM": "M1", "Du": "M2"}
-    assert parts_of("M1") == {}
+    assert synthesis.parts_of(MIX) == {"EnM": "M1", "GeM": "M2", "TSM": "M1", "Du": "M2"}
+    assert synthesis.parts_of("M1") == {}

@@ -17,7 +17,7 @@ from deboom.study.runner import load_study, run_study
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
-BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 16}
+BUDGET = {"seed": 1, "generations": 2, "population": 8, "samples": 16, "polish": False}
 
 
 def run(out, study, **changes):

@@ -5,20 +5,10 @@ from dataclasses import fields, replace
 import numpy as np
 import pytest
 
+from deboom.bench import sensors
 from deboom.bench.fleet import draw_fleet, load_fleet, modified_body
 from deboom.bench.operating_run import PlannedRun, operate, true_run
 from deboom.bench.powertrain import load_bench, play_operator, static_deflection
-from deboom.bench.sensors import (
-    CENTRE_TOLERANCE,
-    INERTIA_TOLERANCE,
-    MASS_TOLERANCE,
-    ErrorBudget,
-    TransferErrors,
-    draw_data_sheet,
-    draw_instrumentation,
-    measured_noise_transfer,
-    measured_run,
-)
 from deboom.errors import InputError
 
 BENCH = load_bench()
@@ -87,15 +77,15 @@ def test_a_gear_that_does_not_exist_is_refused(gear):
 
 
 RUN = true_run(BENCH, PlannedRun(5, 220.0), np.linspace(20.0, 80.0, 61))
-NO_ERRORS = ErrorBudget(
-    **{field.name: 0.0 for field in fields(ErrorBudget)} | {"bench_frequency": 248.0}
+NO_ERRORS = sensors.ErrorBudget(
+    **{field.name: 0.0 for field in fields(sensors.ErrorBudget)} | {"bench_frequency": 248.0}
 )
 
 
 def measured(budget, seed):
     generator = np.random.default_rng(seed)
-    instrumentation = draw_instrumentation(BENCH, budget, generator)
-    return measured_run(instrumentation, RUN, budget, generator)
+    instrumentation = sensors.draw_instrumentation(BENCH, budget, generator)
+    return sensors.measured_run(instrumentation, RUN, budget, generator)
 
 
 def test_without_errors_the_truth_comes_back():
@@ -122,7 +112,7 @@ SPOILS = {
     ("error", "quantity"), [(error, q) for q, errors in SPOILS.items() for error in errors.split()]
 )
 def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
-    size = getattr(ErrorBudget(), error)
+    size = getattr(sensors.ErrorBudget(), error)
 
     def deviation(scale):
         found = measured(replace(NO_ERRORS, **{error: scale * size}), 3)
@@ -137,23 +127,26 @@ def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
 
 def test_noise_transfer_errors_have_the_stated_size():
     true = np.full((241, 10), 0.01 + 0.02j)
-    clean = measured_noise_transfer(
-        true, TransferErrors(calibration_db=0.0, relative=0.0, floor=0.0), np.random.default_rng(1)
+    clean = sensors.measured_noise_transfer(
+        true,
+        sensors.TransferErrors(calibration_db=0.0, relative=0.0, floor=0.0),
+        np.random.default_rng(1),
     )
     assert np.array_equal(clean, true)
-    only_calibration = TransferErrors(relative=0.0, floor=0.0)
+    only_calibration = sensors.TransferErrors(relative=0.0, floor=0.0)
     levels = [
         20 * np.log10(np.abs(found[0, 0] / true[0, 0]))
         for found in (
-            measured_noise_transfer(true, only_calibration, np.random.default_rng(seed))
+            sensors.measured_noise_transfer(true, only_calibration, np.random.default_rng(seed))
             for seed in range(1, 401)
         )
     ]
     assert np.std(levels) == pytest.approx(0.5, rel=0.1)
-    only_smooth = TransferErrors(calibration_db=0.0, floor=0.0)
+    only_smooth = sensors.TransferErrors(calibration_db=0.0, floor=0.0)
     errors = np.concatenate(
         [
-            measured_noise_transfer(true, only_smooth, np.random.default_rng(seed)) / true - 1
+            sensors.measured_noise_transfer(true, only_smooth, np.random.default_rng(seed)) / true
+            - 1
             for seed in range(1, 101)
         ]
     )
@@ -165,11 +158,11 @@ def test_noise_transfer_errors_have_the_stated_size():
 def test_data_sheet_stays_within_its_tolerances_and_never_states_the_truth():
     scale = np.sqrt(np.outer(np.diag(BENCH.inertia), np.diag(BENCH.inertia)))
     for seed in range(1, 201):
-        sheet = draw_data_sheet(BENCH, np.random.default_rng(seed))
-        assert abs(sheet.mass - BENCH.mass) <= MASS_TOLERANCE
-        assert np.all(np.abs(sheet.inertia - BENCH.inertia) <= INERTIA_TOLERANCE * scale)
+        sheet = sensors.draw_data_sheet(BENCH, np.random.default_rng(seed))
+        assert abs(sheet.mass - BENCH.mass) <= sensors.MASS_TOLERANCE
+        assert np.all(np.abs(sheet.inertia - BENCH.inertia) <= sensors.INERTIA_TOLERANCE * scale)
         assert np.array_equal(sheet.inertia, sheet.inertia.T)
-        assert np.all(np.abs(sheet.centre_error) <= CENTRE_TOLERANCE)
+        assert np.all(np.abs(sheet.centre_error) <= sensors.CENTRE_TOLERANCE)
         assert not np.array_equal(sheet.inertia, BENCH.inertia)
 
 

@@ -10,6 +10,7 @@ from broken_files import all_of, edits, function, refused
 from broken_files import functions as rewritten
 
 from deboom.errors import InputError
+from deboom.files import rows
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
     DrawingSection,
@@ -18,30 +19,23 @@ from deboom.files.inertance_test import (
     ToleranceSection,
     read_inertance_test,
 )
-from deboom.files.rows import (
-    PlacedImpact,
-    PlacedSensor,
-    uff_direction,
-    write_positions,
-    write_table,
-)
 from deboom.files.schema import dump_toml
 from deboom.files.uff import UffFunction, write_uff
 from deboom.physics.rigid_body import rotation_matrix
 
 LINES = np.array([10.0, 10.5, 11.0])
 SENSORS = (
-    PlacedSensor("A1", 11, (0.08, 0.04, 0.045), (0.1, -0.2, 0.3)),
-    PlacedSensor("A2", 12, (-0.09, 0.04, -0.04), (0.0, 0.0, 0.0)),
-    PlacedSensor("A3", 13, (0.0, 0.06, -0.02), (0.0, 0.5, 0.0)),
+    rows.PlacedSensor("A1", 11, (0.08, 0.04, 0.045), (0.1, -0.2, 0.3)),
+    rows.PlacedSensor("A2", 12, (-0.09, 0.04, -0.04), (0.0, 0.0, 0.0)),
+    rows.PlacedSensor("A3", 13, (0.0, 0.06, -0.02), (0.0, 0.5, 0.0)),
 )
 IMPACTS = (
-    PlacedImpact("I1", 21, (-0.11, 0.04, 0.02), (1.0, 0.0, 0.0)),
-    PlacedImpact("I2", 21, (-0.11, 0.04, 0.02), (0.0, -1.0, 0.0)),
-    PlacedImpact("I3", 22, (0.09, 0.0, 0.02), (-1.0, 0.0, 0.0)),
-    PlacedImpact("I4", 23, (0.0, 0.06, -0.03), (0.0, 1.0, 0.0)),
-    PlacedImpact("I5", 24, (0.0, -0.02, 0.06), (0.0, 0.0, -1.0)),
-    PlacedImpact("I6", 25, (0.07, 0.02, -0.06), (0.6, 0.0, 0.8)),
+    rows.PlacedImpact("I1", 21, (-0.11, 0.04, 0.02), (1.0, 0.0, 0.0)),
+    rows.PlacedImpact("I2", 21, (-0.11, 0.04, 0.02), (0.0, -1.0, 0.0)),
+    rows.PlacedImpact("I3", 22, (0.09, 0.0, 0.02), (-1.0, 0.0, 0.0)),
+    rows.PlacedImpact("I4", 23, (0.0, 0.06, -0.03), (0.0, 1.0, 0.0)),
+    rows.PlacedImpact("I5", 24, (0.0, -0.02, 0.06), (0.0, 0.0, -1.0)),
+    rows.PlacedImpact("I6", 25, (0.07, 0.02, -0.06), (0.6, 0.0, 0.8)),
 )
 CHANNELS = [(sensor, axis) for sensor in SENSORS for axis in "xyz"]
 FILE = InertanceTestFile(
@@ -85,7 +79,7 @@ def functions(kind, values, lines=LINES):
     return [
         UffFunction(
             *(lines, values[:, row, column], kind, sensor.node, f"+{axis}"),
-            *(impact.node, uff_direction(impact.direction), *unit),
+            *(impact.node, rows.uff_direction(impact.direction), *unit),
         )
         for row, (sensor, axis) in enumerate(CHANNELS)
         for column, impact in enumerate(IMPACTS)
@@ -99,7 +93,7 @@ def written(tmp_path_factory):
     frf, coherence = measured()
     write_uff(folder / "frf.uff", functions(4, frf), binary=True)
     write_uff(folder / "coherence.uff", functions(6, coherence), binary=True)
-    write_positions(folder / "positions.xlsx", SENSORS, IMPACTS)
+    rows.write_positions(folder / "positions.xlsx", SENSORS, IMPACTS)
     dump_toml(folder / INERTANCE_TEST_FILE, FILE)
     return folder
 
@@ -148,8 +142,8 @@ def test_what_is_written_reads_back(written):
 def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):
     """In any order, with a channel against its axis and functions that nobody asked for."""
     frf, coherence = measured()
-    write_table(folder / "sensors.csv", PlacedSensor, SENSORS)
-    write_table(folder / "impacts.csv", PlacedImpact, IMPACTS)
+    rows.write_table(folder / "sensors.csv", rows.PlacedSensor, SENSORS)
+    rows.write_table(folder / "impacts.csv", rows.PlacedImpact, IMPACTS)
     everything = functions(4, frf) + functions(6, coherence)
     flipped = everything[0]
     everything[0] = replace(flipped, values=-flipped.values, response_direction="-x")
@@ -173,7 +167,7 @@ def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):
 
 
 def test_the_position_sheet_carries_no_time(written, tmp_path):
-    write_positions(tmp_path / "again.xlsx", SENSORS, IMPACTS)
+    rows.write_positions(tmp_path / "again.xlsx", SENSORS, IMPACTS)
     assert (tmp_path / "again.xlsx").read_bytes() == (written / "positions.xlsx").read_bytes()
 
 

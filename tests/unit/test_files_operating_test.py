@@ -11,24 +11,15 @@ from broken_files import content, edited, edits, function, functions, refused
 
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.files import operating_test
 from deboom.files.inertance_test import read_placed
-from deboom.files.operating_test import (
-    HolderSection,
-    MicrophoneSection,
-    OperatingTestFile,
-    SweepNodes,
-    SweepSection,
-    read_operating_test,
-    read_sweep,
-    write_sweep,
-)
 from deboom.files.rows import PlacedImpact, PlacedSensor, write_positions
 from deboom.files.schema import dump_toml, load_toml
 
 SENSORS = tuple(
     PlacedSensor(f"A{k}", 10 + k, (0.1 * k, 0.0, 0.05), (0.0, 0.0, 0.1)) for k in (1, 2, 3)
 )
-NODES = SweepNodes(SENSORS, 1, (("mount 1", 31), ("mount 2", 32)), (("driver", 41),))
+NODES = operating_test.SweepNodes(SENSORS, 1, (("mount 1", 31), ("mount 2", 32)), (("driver", 41),))
 LINES = np.arange(17.0, 25.0)
 WITH_HOSES = 'hammer_with_hoses = "hammer_with_hoses"'
 RECORD = r'\[\[sweeps\]\]\nname = "soft 7.5 bar over time"\n(?:.+\n)+\n'
@@ -80,8 +71,8 @@ def test_folder(written, tmp_path):
 def test_spectra_read_back_with_holders_and_microphones(tmp_path):
     acceleration, holder, sound = drawn(8, 9), drawn(8, 6), drawn(8, 1)
     path = tmp_path / "sweep.uff"
-    write_sweep(path, NODES, LINES, (acceleration, holder, sound), notes=("a", "b"))
-    found = read_sweep(path, NODES)
+    operating_test.write_sweep(path, NODES, LINES, (acceleration, holder, sound), notes=("a", "b"))
+    found = operating_test.read_sweep(path, NODES)
     for spectrum, values in zip(found, (acceleration, holder, sound), strict=True):
         np.testing.assert_array_equal(spectrum.frequency, LINES)
         np.testing.assert_array_equal(spectrum.values, values)
@@ -90,15 +81,18 @@ def test_spectra_read_back_with_holders_and_microphones(tmp_path):
     assert found[2].channels == ("driver",)
     assert [spectrum.unit for spectrum in found] == ["m/s^2", "m/s^2", "Pa"]
     # who does not ask for them does not get them
-    assert read_sweep(path, SweepNodes(SENSORS, 1))[1:] == (None, None)
+    assert operating_test.read_sweep(path, operating_test.SweepNodes(SENSORS, 1))[1:] == (
+        None,
+        None,
+    )
     # a channel that was recorded against its axis
     turned = {"response_direction": "-y", "values": lambda f: -f.values}
     function(path.name, (11, "+y"), **turned)(tmp_path)
-    np.testing.assert_array_equal(read_sweep(path, NODES)[0].values, acceleration)
+    np.testing.assert_array_equal(operating_test.read_sweep(path, NODES)[0].values, acceleration)
 
 
 def test_a_whole_test_reads_back(whole_folder):
-    test = read_operating_test(whole_folder)
+    test = operating_test.read_operating_test(whole_folder)
     assert [sweep.name for sweep in test.sweeps][-1] == "soft 7.5 bar over time"
     assert test.sweeps[0].frequency[[0, -1]].tolist() == [17, 150]
     assert test.sweeps[0].acceleration.channels == test.hammer.frf.outputs
@@ -115,19 +109,19 @@ def test_a_whole_test_reads_back(whole_folder):
 
 
 def test_holders_and_microphones_of_the_folder(test_folder):
-    file = load_toml(test_folder / "operation.toml", OperatingTestFile)
+    file = load_toml(test_folder / "operation.toml", operating_test.OperatingTestFile)
     sensors = read_placed(test_folder / file.sensor_table, PlacedSensor)
-    nodes = SweepNodes(sensors, 1, (("mount 1", 301),), (("driver", 901),))
+    nodes = operating_test.SweepNodes(sensors, 1, (("mount 1", 301),), (("driver", 901),))
     values, holder, sound = drawn(8, 18), drawn(8, 3), drawn(8, 1)
-    write_sweep(test_folder / SOFT, nodes, LINES, (values, holder, sound))
+    operating_test.write_sweep(test_folder / SOFT, nodes, LINES, (values, holder, sound))
     time = np.arange(8000) / 2000.0
     turning = 2 * np.pi * (40 * time + time**2 - 0.25)
     channels = np.cos(turning)[:, None] * np.append(np.arange(1.0, 19.0), 3 * [0.5])
     parts = (channels[:, :18], channels[:, 18:], np.sin(turning)[:, None])
     pulses = np.clip(0.5 + 3 * np.sin(turning), 0, 1)
-    write_sweep(test_folder / "sweeps/record.uff", nodes, time, parts, pulses=pulses)
+    operating_test.write_sweep(test_folder / "sweeps/record.uff", nodes, time, parts, pulses=pulses)
     spectra = file.sweeps[2]
-    record = SweepSection(
+    record = operating_test.SweepSection(
         name="over time",
         hoses="soft",
         pressure_bar=7.5,
@@ -136,11 +130,11 @@ def test_holders_and_microphones_of_the_folder(test_folder):
     )
     changed = {
         "sweeps": (spectra, record),
-        "holders": (HolderSection(name="mount 1", node=301),),
-        "microphones": (MicrophoneSection(name="driver", node=901),),
+        "holders": (operating_test.HolderSection(name="mount 1", node=301),),
+        "microphones": (operating_test.MicrophoneSection(name="driver", node=901),),
     }
     dump_toml(test_folder / "operation.toml", file.model_copy(update=changed))
-    spectra, tracked = read_operating_test(test_folder).sweeps
+    spectra, tracked = operating_test.read_operating_test(test_folder).sweeps
     np.testing.assert_array_equal(spectra.holder.values, holder)
     assert spectra.sound.channels == ("driver",)
     # the pulse rises where the sine does: the cosine has phase 0, the sine −90°
@@ -179,7 +173,7 @@ def without_tacho(there):
 )
 def test_a_record_that_does_not_fit_is_named(whole_folder, fault, words):
     fault(whole_folder)
-    refused(read_operating_test, whole_folder, words)
+    refused(operating_test.read_operating_test, whole_folder, words)
 
 
 A1_X = (101, "+x")
@@ -232,7 +226,7 @@ direction = [-0.3 | direction = [0.0, 0.0, 0.0] # [ | suction hose ... no length
 @pytest.mark.parametrize(("fault", "words"), BROKEN)
 def test_what_is_broken_is_named(test_folder, fault, words):
     fault(test_folder)
-    refused(read_operating_test, test_folder, words)
+    refused(operating_test.read_operating_test, test_folder, words)
 
 
 def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(whole_folder):
@@ -241,12 +235,15 @@ def test_sensors_and_impacts_that_differ_between_both_hammer_tests_are_named(who
     moved = replace(sensors[1], position=(0.08, -0.046, -0.04))
     write_positions(sheet, (sensors[0], moved, *sensors[2:]), impacts)
     refused(
-        read_operating_test, whole_folder, "sensor A2 stands 1 mm", "the hammer test with hoses"
+        operating_test.read_operating_test,
+        whole_folder,
+        "sensor A2 stands 1 mm",
+        "the hammer test with hoses",
     )
     other = replace(impacts[4], position=(0.095, -0.03, 0.027))
     write_positions(sheet, sensors, (*impacts[:4], other, *impacts[5:]))
     refused(
-        read_operating_test,
+        operating_test.read_operating_test,
         whole_folder,
         "hammer_with_hoses",
         "I13 has another place",

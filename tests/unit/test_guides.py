@@ -26,7 +26,7 @@ from deboom.study.runner import load_study
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"
-pytestmark = pytest.mark.usefixtures("each_picture_once")
+pytestmark = pytest.mark.usefixtures("no_pictures")
 SMALLER = ("--generations", "2", "--population", "8", "--samples", "4", "--no-polish")
 
 

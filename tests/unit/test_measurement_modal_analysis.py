@@ -6,18 +6,8 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
+from deboom.measurement import modal
 from deboom.measurement.channels import Frf
-from deboom.measurement.modal import (
-    LARGE_NEARBY,
-    PoleCluster,
-    in_common_phase,
-    mac_matrix,
-    modal_model,
-    phase_collinearity,
-    pole_clusters,
-    poles_over_orders,
-    stabilisation_chart,
-)
 from deboom.physics.frf import FrfForm
 
 BAND = (20.0, 60.0)
@@ -44,7 +34,7 @@ LINES = np.arange(0.25, 65.01, 0.25)
 
 def test_what_a_structure_cannot_have_is_dropped():
     good = pole(30.0, 0.02)
-    chart = stabilisation_chart(
+    chart = modal.stabilisation_chart(
         {
             4: np.array([0j, good, np.conj(good), pole(10.0, 0.02), pole(70.0, 0.02)]),
             5: np.array([good, good * (1 + 1e-9), pole(40.0, 0.5), -np.conj(pole(45.0, 0.02))]),
@@ -60,11 +50,11 @@ def test_what_a_structure_cannot_have_is_dropped():
 
 def test_limits_decide_what_is_stable():
     poles = {4: np.array([pole(30.0, 0.02)]), 5: np.array([pole(30.6, 0.02)])}
-    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
+    assert modal.stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
     poles[5] = np.array([pole(30.2, 0.022)])
-    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, True]
+    assert modal.stabilisation_chart(poles, BAND).stable.tolist() == [False, True]
     poles[5] = np.array([pole(30.2, 0.03)])
-    assert stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
+    assert modal.stabilisation_chart(poles, BAND).stable.tolist() == [False, False]
 
 
 def test_clusters_carry_the_spread_over_the_orders():
@@ -74,7 +64,7 @@ def test_clusters_carry_the_spread_over_the_orders():
         4 + k: np.array([pole(f, z)])
         for k, (f, z) in enumerate(zip(frequencies, dampings, strict=True))
     }
-    (cluster,) = pole_clusters(stabilisation_chart(by_order, BAND))
+    (cluster,) = modal.pole_clusters(modal.stabilisation_chart(by_order, BAND))
     assert cluster.frequency == pytest.approx(np.median(frequencies[1:]))
     assert cluster.frequency_spread == pytest.approx(np.std(frequencies[1:]))
     assert cluster.damping_spread == pytest.approx(np.std(dampings[1:]))
@@ -86,7 +76,7 @@ def test_modes_closer_than_the_width_stay_two():
     """A chain of poles 0.6 % apart: one order has both, so they are two modes."""
     pair = np.array([pole(30.0, 0.02), pole(30.2, 0.021)])
     by_order = {order: pair * (1 + 1e-4 * (order % 2)) for order in range(4, 12)}
-    clusters = pole_clusters(stabilisation_chart(by_order, BAND), width=0.01)
+    clusters = modal.pole_clusters(modal.stabilisation_chart(by_order, BAND), width=0.01)
     assert [round(cluster.frequency, 1) for cluster in clusters] == [30.0, 30.2]
     assert all(cluster.share == 7 / 8 for cluster in clusters)
 
@@ -94,20 +84,20 @@ def test_modes_closer_than_the_width_stay_two():
 def test_no_stable_pole_is_said():
     by_order = {k: np.array([pole(25.0 + 3 * (k % 5), 0.02)]) for k in range(4, 12)}
     with pytest.raises(InputError, match="no pole between 20 and 60 Hz is stable over 25%"):
-        pole_clusters(stabilisation_chart(by_order, BAND))
+        modal.pole_clusters(modal.stabilisation_chart(by_order, BAND))
 
 
 def test_mac_matrix_and_collinearity():
     real = np.array([[1.0, 2.0, -1.0], [0.5, 0.0, 2.0]])
     turned = real * np.exp(1j * np.array([[0.4], [2.0]]))
-    assert np.diag(mac_matrix(real, turned)) == pytest.approx(1.0)
-    assert mac_matrix(real, turned[:1]).shape == (2, 1)
-    assert phase_collinearity(turned) == pytest.approx(1.0)
-    assert phase_collinearity(np.array([1.0, 1j])) == pytest.approx(0.0)
-    common = in_common_phase(turned)
+    assert np.diag(modal.mac_matrix(real, turned)) == pytest.approx(1.0)
+    assert modal.mac_matrix(real, turned[:1]).shape == (2, 1)
+    assert modal.phase_collinearity(turned) == pytest.approx(1.0)
+    assert modal.phase_collinearity(np.array([1.0, 1j])) == pytest.approx(0.0)
+    common = modal.in_common_phase(turned)
     assert common == pytest.approx(real / np.array([[2.0], [2.0]]), abs=1e-12)
     with pytest.raises(InputError, match="3 and of 2 outputs"):
-        mac_matrix(real, real[:, :2])
+        modal.mac_matrix(real, real[:, :2])
 
 
 @pytest.mark.parametrize(
@@ -127,35 +117,37 @@ def test_mac_matrix_and_collinearity():
 def test_bad_input_is_refused(frf, form, band, order, sentence):
     pytest.importorskip("sdypy.EMA")
     with pytest.raises(InputError, match=sentence):
-        poles_over_orders(frf, form, band, largest_order=order)
+        modal.poles_over_orders(frf, form, band, largest_order=order)
 
 
 def test_a_line_at_0_hz_does_no_harm():
     pytest.importorskip("sdypy.EMA")
     with_zero = frf_of(TWO, np.arange(0.0, 65.01, 0.25))
-    clusters = pole_clusters(poles_over_orders(with_zero, RECEPTANCE, BAND, largest_order=8))
+    clusters = modal.pole_clusters(
+        modal.poles_over_orders(with_zero, RECEPTANCE, BAND, largest_order=8)
+    )
     assert [round(cluster.frequency, 2) for cluster in clusters] == [30.0, 41.0]
-    model = modal_model(with_zero, RECEPTANCE, BAND, clusters)
+    model = modal.modal_model(with_zero, RECEPTANCE, BAND, clusters)
     assert model.residues[:, 0, 0] == pytest.approx([1.0, 2.0], rel=1e-3)
 
 
 def test_modes_that_cannot_be_told_apart_are_refused():
     pytest.importorskip("sdypy.EMA")
     frf = frf_of(TWO, LINES)
-    mode = PoleCluster(30.0, 0.0, 0.02, 0.0, 1.0)
+    mode = modal.PoleCluster(30.0, 0.0, 0.02, 0.0, 1.0)
     with pytest.raises(InputError, match=r"two modes share the pole at 30\.00 Hz"):
-        modal_model(frf, RECEPTANCE, BAND, [mode, mode])
+        modal.modal_model(frf, RECEPTANCE, BAND, [mode, mode])
     with pytest.raises(InputError, match="at least one mode"):
-        modal_model(frf, RECEPTANCE, BAND, [])
+        modal.modal_model(frf, RECEPTANCE, BAND, [])
 
 
 def test_a_missing_mode_shows_in_the_rebuilt_frf():
     pytest.importorskip("sdypy.EMA")
     frf = frf_of(TWO, LINES)
-    clusters = pole_clusters(poles_over_orders(frf, RECEPTANCE, BAND, largest_order=8))
-    whole = modal_model(frf, RECEPTANCE, BAND, clusters)
+    clusters = modal.pole_clusters(modal.poles_over_orders(frf, RECEPTANCE, BAND, largest_order=8))
+    whole = modal.modal_model(frf, RECEPTANCE, BAND, clusters)
     assert whole.verdict.endswith("of the FRFs unexplained.")
-    partly = modal_model(frf, RECEPTANCE, BAND, clusters[:1])
+    partly = modal.modal_model(frf, RECEPTANCE, BAND, clusters[:1])
     assert partly.total_error > 0.3
     assert "a mode is missing" in partly.verdict
 
@@ -179,7 +171,7 @@ def test_a_band_of_six_octaves_keeps_its_low_modes():
     true = [7.0, 11.0, 17.5, 26.0, 41.0, 63.0, 80.0, 101.0, 133.0, 160.0, 190.0, 222.0, 250.0]
     true += [281.0, 310.0, 340.0, 365.0]
     frf = noisy_bodies(true, np.arange(0.25, 400.0, 0.25), 0.01)
-    clusters = pole_clusters(poles_over_orders(frf, FrfForm.INERTANCE, (5.0, 380.0)))
+    clusters = modal.pole_clusters(modal.poles_over_orders(frf, FrfForm.INERTANCE, (5.0, 380.0)))
     np.testing.assert_allclose([c.frequency for c in clusters], true, rtol=5e-3)
 
 
@@ -188,15 +180,15 @@ def test_two_close_modes_are_told_apart_or_named(noise, found):
     pytest.importorskip("sdypy.EMA")
     frf = noisy_bodies([18.0, 24.0, 30.0, 30.8, 45.0, 80.0], np.arange(0.25, 150.0, 0.25), noise)
     band = (15.0, 140.0)
-    clusters = pole_clusters(poles_over_orders(frf, FrfForm.INERTANCE, band))
-    model = modal_model(frf, FrfForm.INERTANCE, band, clusters)
+    clusters = modal.pole_clusters(modal.poles_over_orders(frf, FrfForm.INERTANCE, band))
+    model = modal.modal_model(frf, FrfForm.INERTANCE, band, clusters)
     close = np.abs(model.frequency - 30.4) < 2
     assert close.sum() == found
-    assert (model.nearby_error[close].max() > LARGE_NEARBY) == (found == 1)
+    assert (model.nearby_error[close].max() > modal.LARGE_NEARBY) == (found == 1)
     assert ("two modes stand as one" in model.verdict) == (found == 1)
 
 
 def test_without_the_library_the_extra_is_named(monkeypatch):
     monkeypatch.setitem(sys.modules, "sdypy", None)
     with pytest.raises(InputError, match='the extra "modal"'):
-        poles_over_orders(frf_of(TWO, LINES), RECEPTANCE, BAND, largest_order=8)
+        modal.poles_over_orders(frf_of(TWO, LINES), RECEPTANCE, BAND, largest_order=8)

@@ -1,15 +1,9 @@
 import numpy as np
 import pytest
 
+from deboom.measurement import path_forces
 from deboom.measurement.channels import Frf, Spectrum, unit_of_response
 from deboom.measurement.noise_transfer import noise_transfer_of_paths
-from deboom.measurement.path_forces import (
-    Receiver,
-    blocked_forces_in_situ,
-    forces_by_inversion,
-    forces_by_mount_stiffness,
-    validate_on_board,
-)
 from deboom.physics.force_inversion import PLAIN, invert_for_forces
 
 LINES = np.array([20.0, 30.0, 40.0])
@@ -44,8 +38,8 @@ def test_unit_of_a_response(function, source, response):
 @pytest.mark.parametrize(
     ("find", "receiver"),
     [
-        (forces_by_inversion, Receiver.UNCOUPLED),
-        (blocked_forces_in_situ, Receiver.ASSEMBLED),
+        (path_forces.forces_by_inversion, path_forces.Receiver.UNCOUPLED),
+        (path_forces.blocked_forces_in_situ, path_forces.Receiver.ASSEMBLED),
     ],
 )
 def test_names_travel_through_the_inversion(find, receiver):
@@ -64,20 +58,20 @@ def test_forces_from_mount_stiffness_by_name():
     stiffness = Spectrum(LINES, np.full((3, 2), 2e5 + 1e4j), PATHS, "N/m")
     above = Spectrum(LINES, [[3e-4, 1e-4]] * 3, PATHS[::-1], "m")
     below = Spectrum(LINES, [[1e-4, 2e-4, 9e-4]] * 3, (*PATHS[::-1], "Du x"), "m")
-    found = forces_by_mount_stiffness(stiffness, above, below)
+    found = path_forces.forces_by_mount_stiffness(stiffness, above, below)
     np.testing.assert_allclose(found.force.values, (2e5 + 1e4j) * np.array([[-1e-4, 2e-4]] * 3))
-    assert found.receiver is Receiver.UNCOUPLED
+    assert found.receiver is path_forces.Receiver.UNCOUPLED
     assert found.inversion is None
 
 
 def test_validation_with_sensors_kept_out():
-    forces = forces_by_inversion(ACCELERANCE, RESPONSE)
-    result = validate_on_board(ALL.select(outputs=KEPT_OUT), forces, RESPONSE)
+    forces = path_forces.forces_by_inversion(ACCELERANCE, RESPONSE)
+    result = path_forces.validate_on_board(ALL.select(outputs=KEPT_OUT), forces, RESPONSE)
     assert result.measured.channels == KEPT_OUT
     for number in (result.relative_error, result.corr_f, result.corr_s, result.error_by_line):
         assert number.max() < 1e-10
     doubled = Spectrum(LINES, 2 * RESPONSE.values, RESPONSE.channels, RESPONSE.unit)
-    wrong = validate_on_board(ALL.select(outputs=KEPT_OUT), forces, doubled)
+    wrong = path_forces.validate_on_board(ALL.select(outputs=KEPT_OUT), forces, doubled)
     np.testing.assert_allclose(wrong.relative_error, 0.5)
     np.testing.assert_allclose(wrong.corr_s, 0.5)
     assert wrong.corr_f.max() < 1e-10

@@ -6,14 +6,9 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
+from deboom.measurement import compressor_test, quality
 from deboom.measurement.campaign import OperatingRun, ShakerRun, StaticCurve
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.measurement.compressor_test import (
-    ACCELERATION_PER_FORCE,
-    CompressorMount,
-    Drawing,
-    InertanceTest,
-)
 from deboom.measurement.culprit import Fault, culprit_of_responses, find_culprit
 from deboom.measurement.force_transfer import force_transfer_matrix
 from deboom.measurement.noise_transfer import (
@@ -25,17 +20,6 @@ from deboom.measurement.path_forces import (
     forces_by_inversion,
     forces_by_mount_stiffness,
     validate_on_board,
-)
-from deboom.measurement.quality import (
-    geometric_consistency,
-    likeness,
-    passivity,
-    quality_in_operation,
-    quality_of_frf,
-    quality_of_sheet,
-    quality_table,
-    reciprocity,
-    response_consistency,
 )
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind, Tolerances
 from deboom.measurement.uncertainty import method_difference, pivotal_interval
@@ -138,16 +122,16 @@ X, Y, Z = (("x", {}), ("y", {}), ("z", {}))
 
 CHANNELS = [channel for each in SENSORS for channel in each.channels]
 COHERENCE = np.full((3, 12, 12), 0.9)
-TEST = InertanceTest(
+TEST = compressor_test.InertanceTest(
     "test",
     tuple(SENSORS),
     tuple(IMPACTS),
-    frf([impact.name for impact in IMPACTS], CHANNELS, ACCELERATION_PER_FORCE),
+    frf([impact.name for impact in IMPACTS], CHANNELS, compressor_test.ACCELERATION_PER_FORCE),
     COHERENCE,
     5,
     PlacementTolerances(),
 )
-MOUNT = CompressorMount("mount 1", np.zeros(3), np.zeros(3), np.ones(3))
+MOUNT = compressor_test.CompressorMount("mount 1", np.zeros(3), np.zeros(3), np.ones(3))
 
 
 def square(n_output, n_input, *, zero=False):
@@ -267,22 +251,22 @@ REFUSED = [
     ("any piece", lambda: noise_transfer_of_paths(frf(), {"EnM x": []})),
     ("no output named", lambda: noise_transfer_of_paths(frf(), {"M x": ["M x"]}, "rear ear")),
     # quality
-    ("no channel shows any signal", lambda: geometric_consistency(POINT, SILENT)),
-    ("no channel shows any signal", lambda: response_consistency(POINT, SILENT)),
+    ("no channel shows any signal", lambda: quality.geometric_consistency(POINT, SILENT)),
+    ("no channel shows any signal", lambda: quality.response_consistency(POINT, SILENT)),
     ("said about a culprit", lambda: culprit_of_responses(POINT, SILENT, Tolerances())),
-    (r"at 30 Hz", lambda: response_consistency(POINT, ONE_SILENT_LINE)),
+    (r"at 30 Hz", lambda: quality.response_consistency(POINT, ONE_SILENT_LINE)),
     (
         "12 channels need lines of shape",
         lambda: find_culprit(POINT.geometry, np.ones((4, 11)), Tolerances()),
     ),
-    (r"shapes \(1,\) and \(2,\) differ", lambda: likeness([1.0], [1.0, 2.0])),
-    ("as many inputs as outputs", lambda: reciprocity(square(2, 3))),
-    ("driving point function of o0 is 0", lambda: reciprocity(square(2, 2, zero=True))),
-    ("as many inputs as outputs", lambda: passivity(square(2, 3), FrfForm.INERTANCE, 1.0)),
-    ("is positive, not 0.0 m", lambda: passivity(square(2, 2), FrfForm.INERTANCE, 0.0)),
+    (r"shapes \(1,\) and \(2,\) differ", lambda: quality.likeness([1.0], [1.0, 2.0])),
+    ("as many inputs as outputs", lambda: quality.reciprocity(square(2, 3))),
+    ("driving point function of o0 is 0", lambda: quality.reciprocity(square(2, 2, zero=True))),
+    ("as many inputs as outputs", lambda: quality.passivity(square(2, 3), FrfForm.INERTANCE, 1.0)),
+    ("is positive, not 0.0 m", lambda: quality.passivity(square(2, 2), FrfForm.INERTANCE, 0.0)),
     (
         "driving point function of o0 is 0",
-        lambda: passivity(square(2, 2, zero=True), FrfForm.INERTANCE, 1.0),
+        lambda: quality.passivity(square(2, 2, zero=True), FrfForm.INERTANCE, 1.0),
     ),
     # forces of the paths
     (
@@ -359,7 +343,7 @@ def test_what_fits_is_taken_and_stays_as_it_is():
     ):
         with pytest.raises(ValueError, match="read-only"):
             array[...] = 0.0
-    drawing = Drawing(6.8, np.zeros(3), np.eye(3), (MOUNT,))
+    drawing = compressor_test.Drawing(6.8, np.zeros(3), np.eye(3), (MOUNT,))
     assert replace(TEST, drawing=drawing).drawing.mounts[0].name == "mount 1"
 
 
@@ -420,7 +404,7 @@ def by_name(checks):
 
 def report(hammer, measured, **options):
     _, response, excitation, _ = hammer
-    return quality_of_frf(
+    return quality.quality_of_frf(
         response, excitation, measured, FrfForm.INERTANCE, tolerances=EXACT, **options
     )
 
@@ -455,7 +439,7 @@ def test_operation_lists_what_it_cannot_check(hammer):
     test, response, _, generator = hammer
     push = measure(test, generator).select(inputs=["I01"])
     run = Spectrum(push.frequency, push.values[:, :, 0], push.outputs, "m/s^2")
-    checks = by_name(quality_in_operation(response, run, tolerances=EXACT))
+    checks = by_name(quality.quality_in_operation(response, run, tolerances=EXACT))
     unchecked = {name: c.culprit for name, c in checks.items() if c.passed is None}
     assert unchecked == {
         "reciprocity": "needs frequency response functions",
@@ -466,13 +450,15 @@ def test_operation_lists_what_it_cannot_check(hammer):
 def test_points_apart_have_no_driving_point(hammer):
     test, response, _, generator = hammer
     elsewhere = virtual_point(impact_geometry(test.impacts, (0.1, 0.0, 0.0)))
-    checks = quality_of_frf(response, elsewhere, measure(test, generator), FrfForm.INERTANCE)
+    checks = quality.quality_of_frf(
+        response, elsewhere, measure(test, generator), FrfForm.INERTANCE
+    )
     assert [c.passed for c in checks if c.name in ("reciprocity", "passivity")] == [None, None]
 
 
 def test_a_poor_sheet_is_reported_before_measuring(hammer):
     two = sensor_geometry(hammer[0].sensors[:2])
-    conditioning, redundancy = quality_of_sheet(two)
+    conditioning, redundancy = quality.quality_of_sheet(two)
     assert conditioning.number == np.inf
     assert conditioning.passed is False
     assert conditioning.culprit.startswith("rotation about the axis")
@@ -485,8 +471,8 @@ def test_the_table_has_a_row_per_check(hammer):
     _, response, _, _ = hammer
     apart = virtual_point(impact_geometry(test.impacts, (0.1, 0.0, 0.0)))
     faulty = reversed_channel(test, generator)
-    checks = quality_of_frf(response, apart, faulty, FrfForm.INERTANCE)
-    table = quality_table(checks)
+    checks = quality.quality_of_frf(response, apart, faulty, FrfForm.INERTANCE)
+    table = quality.quality_table(checks)
     assert [row["check"] for row in table] == [check.name for check in checks]
     assert set(table[0]) == {"check", "number [1]", "limit", "verdict", "worst"}
     verdicts = {row["check"]: row["verdict"] for row in table}
@@ -501,6 +487,6 @@ def test_the_table_has_a_row_per_check(hammer):
 def test_small_pairs_are_not_accused():
     values = np.tile(np.diag([1.0, 2.0]).astype(complex), (3, 1, 1))
     values[:, 0, 1], values[:, 1, 0] = 0.01, -0.01
-    small = reciprocity(Frf([1.0, 2.0, 3.0], values, ("x", "y"), ("fx", "fy"), "m/N"))
+    small = quality.reciprocity(Frf([1.0, 2.0, 3.0], values, ("x", "y"), ("fx", "fy"), "m/N"))
     assert small.worst() == ("", 1.0)
     assert small.worst(smallest=0.0) == ("x–y", 0.0)

@@ -14,15 +14,8 @@ from deboom.bench.compressor_rig import (
 )
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.powertrain import read_data
+from deboom.measurement import compressor_test
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.compressor_test import (
-    CompressorMount,
-    Drawing,
-    HoseState,
-    InertanceTest,
-    OperatingSweep,
-    OperatingTest,
-)
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor, SensorKind
 from deboom.physics.rigid_body import rotation_matrix
 
@@ -43,7 +36,7 @@ def drawing():
     drawn = read_data("compressor.json")["start_table10"]
     stiffness = drawn["mount_static_stiffness_N_per_m_axial_radial1_radial2"]
     mounts = tuple(
-        CompressorMount(f"M{i + 1}", *map(np.array, values))
+        compressor_test.CompressorMount(f"M{i + 1}", *map(np.array, values))
         for i, values in enumerate(
             zip(
                 drawn["mount_position_m"],
@@ -53,7 +46,9 @@ def drawing():
             )
         )
     )
-    return Drawing(drawn["mass_kg"], np.zeros(3), np.diag([0.015, 0.03, 0.029]), mounts)
+    return compressor_test.Drawing(
+        drawn["mass_kg"], np.zeros(3), np.diag([0.015, 0.03, 0.029]), mounts
+    )
 
 
 SENSORS = tuple(
@@ -111,7 +106,7 @@ def sample(
     values = exact + sigma * complex_noise(rng, exact.shape)
     ratio = 2 * (AVERAGES - 1) * np.maximum(sigma, 1e-9) ** 2 / np.abs(values) ** 2
     channels = tuple(name for sensor in SENSORS for name in sensor.channels)
-    test = InertanceTest(
+    test = compressor_test.InertanceTest(
         "sample",
         SENSORS,
         IMPACTS,
@@ -137,15 +132,15 @@ def sample(
         deviation = np.sqrt((SHARE * np.abs(seen)) ** 2 + floor**2)
         measured = seen + noise * deviation * complex_noise(rng, seen.shape)
         sweeps.append(
-            OperatingSweep(
+            compressor_test.OperatingSweep(
                 f"soft {pressure / 1e5:g} bar",
-                HoseState.SOFT,
+                compressor_test.HoseState.SOFT,
                 pressure,
                 Spectrum(lines, measured, channels, "m/s^2"),
                 max(noise, 1e-6) * deviation,
             )
         )
-    return OperatingTest("sample", test, None, tuple(sweeps), ROTOR), body
+    return compressor_test.OperatingTest("sample", test, None, tuple(sweeps), ROTOR), body
 
 
 def passing_as_unbalance(lines, factor):

@@ -12,24 +12,14 @@ import pytest
 from bench_compressor_samples import DATA, gain, rows_along, table11
 from scipy.optimize import root
 
-from deboom.bench.compressor_rig import (
-    NO_PLACEMENT_ERRORS,
-    averaged,
-    exact_inertance,
-    hit_plan,
-    place,
-    placement_errors,
-    position_sheet,
-    strike,
-    without_noise,
-)
+from deboom.bench import compressor_rig
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 
-SHEET = position_sheet()
+SHEET = compressor_rig.position_sheet()
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)
 FEW = np.array([10.0, 17.0, 28.5, 38.0, 60.0, 150.0])
 
@@ -39,7 +29,7 @@ def compressor(plan=TABLE11, seed=1):
 
 
 def as_stated():
-    return place(SHEET, NO_PLACEMENT_ERRORS, np.random.default_rng(1))
+    return compressor_rig.place(SHEET, compressor_rig.NO_PLACEMENT_ERRORS, np.random.default_rng(1))
 
 
 def sensor_rows(sheet=SHEET):
@@ -178,9 +168,9 @@ def test_a_body_of_two_parts_is_two_free_bodies_coupled_by_a_joint():
 
 def test_a_softening_mount_is_as_soft_as_its_stroke_makes_it():
     """Amplitudes by a root finder, with the motion of the mounts from the closed form."""
-    plan = replace(without_noise(hit_plan()), hits=1)
+    plan = replace(compressor_rig.without_noise(compressor_rig.hit_plan()), hits=1)
     body, placed = compressor(replace(TABLE11, softening=True)), as_stated()
-    blows = strike(body, placed, plan, np.random.default_rng(3))
+    blows = compressor_rig.strike(body, placed, plan, np.random.default_rng(3))
     law = DATA["operation"]["amplitude_law"]
     whole, axes, stiffness = table11()
     lines = plan.spectrum_lines
@@ -215,13 +205,15 @@ def test_a_softening_mount_is_as_soft_as_its_stroke_makes_it():
 
 def test_noise_has_the_size_of_the_study():
     """0.7 % of the mass line at 100 Hz and 1.4 % near 10 Hz, per part of an FRF."""
-    plan = replace(hit_plan(), scatter=0.0)
-    placed = place(SHEET, placement_errors(CalibrationLevel.C2), np.random.default_rng(4))
+    plan = replace(compressor_rig.hit_plan(), scatter=0.0)
+    placed = compressor_rig.place(
+        SHEET, compressor_rig.placement_errors(CalibrationLevel.C2), np.random.default_rng(4)
+    )
     body = compressor()
-    blows = strike(body, placed, plan, np.random.default_rng(5))
-    found, coherence = averaged(blows, plan)
+    blows = compressor_rig.strike(body, placed, plan, np.random.default_rng(5))
+    found, coherence = compressor_rig.averaged(blows, plan)
     ones = np.ones((18, 3))
-    off = found - exact_inertance(body, placed, plan.lines, ones)
+    off = found - compressor_rig.exact_inertance(body, placed, plan.lines, ones)
     for low, high in ((10, 12), (90, 110)):
         band = (plan.lines >= low) & (plan.lines <= high)
         f = plan.lines[band].mean()
@@ -240,7 +232,10 @@ def test_noise_has_the_size_of_the_study():
 def test_levels_have_their_stated_errors(level):
     stated = DATA["rig"]["calibration_levels_gain_position_m_angle_deg_hammer"][level.value]
     drawn = [
-        place(SHEET, placement_errors(level), np.random.default_rng(seed)) for seed in range(200)
+        compressor_rig.place(
+            SHEET, compressor_rig.placement_errors(level), np.random.default_rng(seed)
+        )
+        for seed in range(200)
     ]
     size = {
         "gain": np.std([one.sensor_gain for one in drawn]),

@@ -7,41 +7,25 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray
+from deboom.bench import compressor_truth, electric_car
 from deboom.bench.compressor_rig import running, true_source
-from deboom.bench.compressor_truth import (
-    Compressor,
-    CompressorPlan,
-    Hose,
-    drawn_hoses,
-    end_loads,
-    true_compressor,
-)
-from deboom.bench.electric_car import (
-    ELECTRIC_FLEET,
-    HOSES,
-    MOUNTS,
-    POINTS,
-    ElectricCarBody,
-    columns_of,
-    draw_fleet,
-    frozen_fleet,
-    point_positions,
-    run_car,
-)
 from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase
 from deboom.errors import InputError
 
 LINES = np.array([17.0, 29.0, 57.5, 88.0, 112.0, 131.0, 150.0])
-PLAN = CompressorPlan(CompressorCase.TABLE11)
+PLAN = compressor_truth.CompressorPlan(CompressorCase.TABLE11)
 
 
-def _compressor() -> Compressor:
-    return true_compressor(PLAN, np.random.default_rng(1))
+def _compressor() -> compressor_truth.Compressor:
+    return compressor_truth.true_compressor(PLAN, np.random.default_rng(1))
 
 
 def _again(
-    car: ElectricCarBody, compressor: Compressor, hoses: dict[int, Hose], line: float
+    car: electric_car.ElectricCarBody,
+    compressor: compressor_truth.Compressor,
+    hoses: dict[int, compressor_truth.Hose],
+    line: float,
 ) -> tuple[ComplexArray, complex]:
     """Compressor motion and pressure at one line from loads, modes and patches as unknowns."""
     omega, source = 2 * np.pi * line, true_source()
@@ -96,9 +80,9 @@ def _again(
 
 @pytest.mark.parametrize("with_hoses", [False, True])
 def test_second_assembly_agrees(with_hoses: bool) -> None:
-    car, compressor = draw_fleet(5)["EV-2"], _compressor()
-    hoses = drawn_hoses() if with_hoses else ()
-    run = run_car(car, compressor, true_source(), LINES, hoses)
+    car, compressor = electric_car.draw_fleet(5)["EV-2"], _compressor()
+    hoses = compressor_truth.drawn_hoses() if with_hoses else ()
+    run = electric_car.run_car(car, compressor, true_source(), LINES, hoses)
     for number, line in enumerate(LINES):
         motion, pressure = _again(car, compressor, dict(enumerate(hoses)), line)
         np.testing.assert_allclose(run.displacement[number], motion, rtol=1e-8, atol=1e-16)
@@ -106,7 +90,7 @@ def test_second_assembly_agrees(with_hoses: bool) -> None:
 
 
 def test_stiff_body_is_the_rig() -> None:
-    car = frozen_fleet()["EV-1"]
+    car = electric_car.frozen_fleet()["EV-1"]
     stiff = replace(
         car,
         body=replace(
@@ -115,24 +99,26 @@ def test_stiff_body_is_the_rig() -> None:
             local_stiffness=1e12 * car.body.local_stiffness,
         ),
     )
-    hoses, source = drawn_hoses(), true_source()
-    run = run_car(stiff, _compressor(), source, LINES, hoses, 1.6)
+    hoses, source = compressor_truth.drawn_hoses(), true_source()
+    run = electric_car.run_car(stiff, _compressor(), source, LINES, hoses, 1.6)
     on_rig = running(replace(_compressor(), hoses=hoses), source, LINES, 1.6)
     np.testing.assert_allclose(run.displacement, on_rig.displacement, rtol=1e-8)
-    held = (end_loads(hoses, LINES) @ on_rig.displacement[:, :, None])[:, :, 0]
-    np.testing.assert_allclose(run.body_load[:, columns_of(HOSES)], held, rtol=1e-7, atol=1e-12)
-    soft = run_car(stiff, _compressor(), source, LINES)
+    held = (compressor_truth.end_loads(hoses, LINES) @ on_rig.displacement[:, :, None])[:, :, 0]
+    np.testing.assert_allclose(
+        run.body_load[:, electric_car.columns_of(electric_car.HOSES)], held, rtol=1e-7, atol=1e-12
+    )
+    soft = electric_car.run_car(stiff, _compressor(), source, LINES)
     np.testing.assert_allclose(
         soft.displacement, running(_compressor(), source, LINES).displacement, rtol=1e-8
     )
-    assert not np.any(soft.body_load[:, columns_of(HOSES)])
+    assert not np.any(soft.body_load[:, electric_car.columns_of(electric_car.HOSES)])
 
 
 DATA_SEED = 20261121
 
 
 def test_frozen_fleet_is_one_draw_of_the_prior() -> None:
-    frozen, drawn = frozen_fleet(), draw_fleet(DATA_SEED)
+    frozen, drawn = electric_car.frozen_fleet(), electric_car.draw_fleet(DATA_SEED)
     assert tuple(frozen) == tuple(drawn) == tuple(f"EV-{k}" for k in range(1, 6))
     for name, car in frozen.items():
         for field in ("frequencies", "damping_ratios", "shapes_at_paths", "shapes_at_panels"):
@@ -143,24 +129,24 @@ def test_frozen_fleet_is_one_draw_of_the_prior() -> None:
 @pytest.mark.parametrize("seed", [1, 2, 77])
 def test_every_fleet_has_the_measured_level(seed: int) -> None:
     lines = np.arange(30.0, 140.25, 0.5)
-    transfer = draw_fleet(seed)["EV-1"].noise_transfer(lines)
-    level = np.median(np.abs(transfer[:, columns_of(MOUNTS, 3)]))
+    transfer = electric_car.draw_fleet(seed)["EV-1"].noise_transfer(lines)
+    level = np.median(np.abs(transfer[:, electric_car.columns_of(electric_car.MOUNTS, 3)]))
     assert level == pytest.approx(2.1e-3, rel=1e-12)
 
 
 def test_draws_are_repeatable_and_differ() -> None:
-    one, again, other = (draw_fleet(seed)["EV-4"].body for seed in (3, 3, 4))
+    one, again, other = (electric_car.draw_fleet(seed)["EV-4"].body for seed in (3, 3, 4))
     np.testing.assert_array_equal(one.shapes_at_paths, again.shapes_at_paths)
     assert not np.allclose(one.frequencies, other.frequencies, rtol=1e-3)
     with pytest.raises(InputError, match="seed 0 is refused"):
-        draw_fleet(0)
+        electric_car.draw_fleet(0)
 
 
 def test_noise_transfer_is_the_sum_over_panels_and_modes() -> None:
-    data, line = read_data(ELECTRIC_FLEET), 57.5
+    data, line = read_data(electric_car.ELECTRIC_FLEET), 57.5
     car = data["vehicles"]["EV-2"]
     omega, expected = 2 * np.pi * line, 0j
-    column = POINTS.index("mount 2") * 6 + 2
+    column = electric_car.POINTS.index("mount 2") * 6 + 2
     for panel, area in enumerate(data["panel_areas"]):
         stiffness = data["bulk_modulus"] / data["volume"] * area
         per_metre = complex(stiffness)
@@ -178,24 +164,28 @@ def test_noise_transfer_is_the_sum_over_panels_and_modes() -> None:
                 * receptance
                 * car["shapes_at_paths"][number][column]
             )
-    found = frozen_fleet()["EV-2"].noise_transfer(np.array([line]))[0, column]
+    found = electric_car.frozen_fleet()["EV-2"].noise_transfer(np.array([line]))[0, column]
     assert abs(found / expected - 1) < 1e-12
 
 
 def test_local_flexibility_is_the_stated_one() -> None:
-    car = frozen_fleet()["EV-3"]
+    car = electric_car.frozen_fleet()["EV-3"]
     static = car.receptance(np.array([1e-3]))[0].real
     shapes = car.body.shapes_at_paths
     modes = shapes.T @ np.diag((2 * np.pi * car.body.frequencies) ** -2.0) @ shapes
     local = np.diag(static - modes)
-    np.testing.assert_allclose(1 / local[columns_of(POINTS, 3)], 2.5e7, rtol=1e-6)
-    turning = np.setdiff1d(np.arange(30), columns_of(POINTS, 3))
+    np.testing.assert_allclose(
+        1 / local[electric_car.columns_of(electric_car.POINTS, 3)], 2.5e7, rtol=1e-6
+    )
+    turning = np.setdiff1d(np.arange(30), electric_car.columns_of(electric_car.POINTS, 3))
     np.testing.assert_allclose(1 / local[turning], 2.5e7 * 0.05**2, rtol=1e-6)
 
 
 def test_points_lie_at_mounts_and_hose_ends() -> None:
-    places = point_positions()
+    places = electric_car.point_positions()
     np.testing.assert_allclose(places["mount 1"], [-0.15592, 0.00375, 0.01998])
     axis = np.array([-0.3, 0.5, 0.81])
     reach = 0.36 * axis / np.linalg.norm(axis)
-    np.testing.assert_allclose(places[HOSES[0]], np.array([-0.07, 0.035, 0.05]) + reach)
+    np.testing.assert_allclose(
+        places[electric_car.HOSES[0]], np.array([-0.07, 0.035, 0.05]) + reach
+    )

@@ -14,17 +14,7 @@ from bench_compressor_samples import DATA, cross, mounts, rows_along, table11
 from scipy.integrate import solve_ivp
 from scipy.optimize import root
 
-from deboom.bench.compressor_rig import (
-    PRESSURES,
-    OperationPlan,
-    floor,
-    measured,
-    operation,
-    speeds,
-    strokes,
-    true_source,
-    true_sweep,
-)
+from deboom.bench import compressor_rig
 from deboom.bench.compressor_truth import (
     CompressorPlan,
     drawn_hoses,
@@ -40,7 +30,7 @@ from deboom.measurement.compressor_test import HoseState
 from deboom.physics.viscoelastic_beam import ViscoelasticBeam, beam_stiffness
 
 TABLE11 = CompressorPlan(CompressorCase.TABLE11)
-PLAN = OperationPlan(TABLE11, HoseCase.DRAWN)
+PLAN = compressor_rig.OperationPlan(TABLE11, HoseCase.DRAWN)
 C2 = CalibrationLevel.C2
 MASS = table11()[0]
 FEW = np.array([17.0, 28.0, 60.0, 110.0, 150.0])
@@ -101,7 +91,7 @@ def test_six_sources_leave_the_sums_of_the_data():
     operation_data = DATA["operation"]
     static = complex(*operation_data["static_unbalance_kg_m"])
     dynamic = complex(*operation_data["dynamic_unbalance_kg_m2"])
-    source = true_source()
+    source = compressor_rig.true_source()
     assert len(source.unbalances) == 6
     assert abs(source.static_unbalance - static) < 1e-15 * 1e-3
     assert abs(source.dynamic_unbalance - dynamic) < 1e-15 * 1e-3
@@ -111,7 +101,7 @@ def test_six_sources_leave_the_sums_of_the_data():
     assert all(0 < part.mass < 1 and 0 < part.radius < 0.03 for part in source.unbalances)
     # against the identification's own law, which shares no code
     for sense in (1, -1):
-        source = true_source(sense)
+        source = compressor_rig.true_source(sense)
         turning = unbalance_load(
             [part.rotating for part in source.unbalances],
             [part.arm for part in source.unbalances],
@@ -137,10 +127,12 @@ def test_six_sources_leave_the_sums_of_the_data():
 @pytest.mark.parametrize("sense", [1, -1])
 def test_the_steady_state_stays_when_it_is_integrated_over_time(sense):
     """Masses that go round, a rotor that is turned with the body, springs and dampers."""
-    there = operation(1, C2, replace(PLAN, sense=sense, mount_storage=0.9, mount_loss=1.1))
+    there = compressor_rig.operation(
+        1, C2, replace(PLAN, sense=sense, mount_storage=0.9, mount_loss=1.1)
+    )
     source, f = there.source, 33.0
     omega = 2 * np.pi * f
-    sweep = true_sweep(there, 13.5, soft=False, frequency=np.array([f, f + 1]))
+    sweep = compressor_rig.true_sweep(there, 13.5, soft=False, frequency=np.array([f, f + 1]))
     held = mounts(f, 0.9, 1.1) + sum(
         rigid(h["port_position_m"], axes_along(h["direction"])).T
         @ exact_beam(h, f)[:6, :6]
@@ -197,14 +189,14 @@ def exact(tmp_path_factory):
 @pytest.fixture(scope="module")
 def noisy(tmp_path_factory):
     folder = tmp_path_factory.mktemp("operation") / "noisy"
-    plan = OperationPlan(hammer_with_hoses=True, time_record=True)
+    plan = compressor_rig.OperationPlan(hammer_with_hoses=True, time_record=True)
     write_operating_test(folder, 3, plan=plan)
     return folder, read_operating_test(folder)
 
 
 def test_exact_files_hold_the_closed_form(exact):
     folder, test = exact
-    rig, source = DATA["rig"], true_source()
+    rig, source = DATA["rig"], compressor_rig.true_source()
     rows = rows_along(rig["sensor_rotation_deg"], rig["sensor_position_m"], degrees=True)
     rotor = np.zeros((6, 6), dtype=complex)
     rotor[3:, 3:] = 1j * DATA["operation"]["rotor_polar_inertia_kg_m2"] * cross([1.0, 0, 0])
@@ -214,7 +206,7 @@ def test_exact_files_hold_the_closed_form(exact):
         assert sweep.frequency.tolist() == list(range(17, 151))
         standard = sweep.name.startswith("standard")
         assert sweep.hoses is (HoseState.STANDARD if standard else HoseState.SOFT)
-        assert sweep.pressure == pytest.approx(1e5 * PRESSURES[number % 2])
+        assert sweep.pressure == pytest.approx(1e5 * compressor_rig.PRESSURES[number % 2])
         load = source.load(sweep.frequency, (1.0, 1.6)[number % 2])
         truth = dict(np.load(folder / f"truth/{number}.npz"))
         hoses = held_stiffness(drawn_hoses() if standard else (), sweep.frequency)
@@ -295,23 +287,25 @@ def test_noise_has_the_size_that_the_files_state(noisy):
     # two sweeps have noise of their own
     assert np.abs(np.corrcoef(parts) - np.eye(4)).max() < 0.06
     # 0.3 % and 4e-4 m/s², together
-    there = operation(2, C2, OperationPlan())
-    loud = true_sweep(there, 7.5, soft=True, frequency=speeds())
+    there = compressor_rig.operation(2, C2, compressor_rig.OperationPlan())
+    loud = compressor_rig.true_sweep(there, 7.5, soft=True, frequency=compressor_rig.speeds())
     silent = replace(loud, acceleration=0 * loud.acceleration)
-    drawn = measured(silent, np.random.default_rng(1))
-    size = np.sqrt(np.mean(np.abs(drawn) ** 2, axis=1)) / floor(speeds())
+    drawn = compressor_rig.measured(silent, np.random.default_rng(1))
+    size = np.sqrt(np.mean(np.abs(drawn) ** 2, axis=1)) / compressor_rig.floor(
+        compressor_rig.speeds()
+    )
     assert size.mean() == pytest.approx(1, abs=0.03)
-    assert floor(np.array([1e6]))[0] == pytest.approx(4e-4)
+    assert compressor_rig.floor(np.array([1e6]))[0] == pytest.approx(4e-4)
     shout = replace(loud, acceleration=np.full_like(loud.acceleration, 1e6))
-    drawn = measured(shout, np.random.default_rng(1)) / 1e6 - 1
+    drawn = compressor_rig.measured(shout, np.random.default_rng(1)) / 1e6 - 1
     assert np.sqrt(np.mean(np.abs(drawn) ** 2)) == pytest.approx(3e-3, rel=0.03)
 
 
 def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
     """Amplitudes by a root finder, strokes by looking at the orbit."""
-    there = operation(1, C2, replace(PLAN, softening=True))
+    there = compressor_rig.operation(1, C2, replace(PLAN, softening=True))
     frequency = np.array([18.0, 24.0, 29.0, 60.0])
-    run = true_sweep(there, 7.5, soft=True, frequency=frequency).running
+    run = compressor_rig.true_sweep(there, 7.5, soft=True, frequency=frequency).running
     law, truth = DATA["operation"]["amplitude_law"], DATA["truth"]
 
     def factor(stroke):
@@ -325,7 +319,7 @@ def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
     points = [rigid(r, np.eye(3))[:3] for r in truth["mount_position_m"]]
     for line, f in enumerate(frequency):
         squared = (2 * np.pi * f) ** 2
-        load = true_source().load(np.array([f]))[0]
+        load = compressor_rig.true_source().load(np.array([f]))[0]
 
         def unbalanced(microns, f=f, squared=squared, load=load):
             scaled = replace(
@@ -347,7 +341,7 @@ def test_a_mount_is_as_soft_as_its_stroke_makes_it_while_it_runs():
     assert run.factors.max() - run.factors.min() > 0.1
     orbit = np.random.default_rng(1).standard_normal((2, 6, 2)) @ [1, 1j]
     looked = np.linalg.norm(np.real(orbit.reshape(2, 2, 3, 1) * turns), axis=2).max(axis=2)
-    np.testing.assert_allclose(strokes(orbit), looked, rtol=1e-5)
+    np.testing.assert_allclose(compressor_rig.strokes(orbit), looked, rtol=1e-5)
 
 
 def test_hoses_scatter_as_stated_and_the_compressor_stays():
@@ -370,7 +364,10 @@ def test_hoses_scatter_as_stated_and_the_compressor_stays():
             assert abs(one.beam.length / other.beam.length - 1) <= 0.04
     assert 0.75 <= np.min(ratios) < 0.8
     assert 1.25 < np.max(ratios) <= 1.3
-    bodies = [operation(5, C2, OperationPlan(hoses=case)).laboratory for case in HoseCase]
+    bodies = [
+        compressor_rig.operation(5, C2, compressor_rig.OperationPlan(hoses=case)).laboratory
+        for case in HoseCase
+    ]
     for body in bodies[1:]:
         assert body.compressor.mass == bodies[0].compressor.mass
         np.testing.assert_array_equal(body.placed.sensor_gain, bodies[0].placed.sensor_gain)

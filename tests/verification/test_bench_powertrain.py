@@ -5,18 +5,11 @@ import pytest
 from scipy.integrate import quad
 from scipy.optimize import root
 
+from deboom.bench import powertrain
 from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, true_run
-from deboom.bench.powertrain import (
-    load_bench,
-    operating_stiffness,
-    play_operator,
-    read_data,
-    static_deflection,
-    static_forces,
-)
 from deboom.physics.rigid_body import rigid_body_modes
 
-BENCH = load_bench()
+BENCH = powertrain.load_bench()
 POWERTRAIN = BENCH.powertrain
 GEARS = np.array([-300.0, 495.0, 748.0, 1364.0, 3564.0])  # wheel torque [N m]
 
@@ -48,12 +41,12 @@ def pitch(torque):
 
 
 def test_equilibrium_against_a_trust_region_solver():
-    found = static_deflection(POWERTRAIN, pitch(GEARS))
+    found = powertrain.static_deflection(POWERTRAIN, pitch(GEARS))
     forward = POWERTRAIN.forward
     for line, load in enumerate(pitch(GEARS)):
 
         def unbalance(position, load=load):
-            forces = static_forces(POWERTRAIN, (forward @ position)[None])[0]
+            forces = powertrain.static_forces(POWERTRAIN, (forward @ position)[None])[0]
             return forward.T @ forces - load
 
         # from the linear answer, in small steps of load
@@ -72,7 +65,7 @@ def test_traction_preload_of_the_wishbone_mount():
     load = BENCH.driveline.preload(np.array([torque]))
     # both wheels share the torque, half of a wheel's force goes through the rear mount
     assert load == pytest.approx(torque / 2 / wheel_radius / 2)
-    found = static_deflection(BENCH.wheel_end, load[:, None])[0, 0]
+    found = powertrain.static_deflection(BENCH.wheel_end, load[:, None])[0, 0]
     law = BENCH.wheel_end.laws[0]
     fine = np.linspace(0.0, 6e-3, 600001)
     assert found == pytest.approx(np.interp(load[0], law.static_force(fine), fine), abs=1e-9)
@@ -93,7 +86,7 @@ def order_load(run):
 
 def printed_stiffness(mount, axis, static, amplitudes, frequency):
     """Evaluate the law of one direction as the study prints it, from the JSON file."""
-    data = read_data("powertrain.json")
+    data = powertrain.read_data("powertrain.json")
     law = data["directions"][f"{mount} {'xyz'[axis]}"]
     tangent = law["stiffness"]
     for onset, width, stiffness in law["stages"]:
@@ -120,7 +113,7 @@ def printed_stiffness(mount, axis, static, amplitudes, frequency):
 def test_equation_of_motion_with_the_printed_law(gear):
     run = RUNS[gear]
     state = run.powertrain
-    remembered = play_operator(state.static_deflection, BENCH.powertrain.play)
+    remembered = powertrain.play_operator(state.static_deflection, BENCH.powertrain.play)
     motion, load = state.motion, order_load(run)
     for line in range(0, FREQUENCY.size, 6):
         mass_force = (2 * np.pi * FREQUENCY[line]) ** 2 * (
@@ -145,7 +138,7 @@ def test_equation_of_motion_with_the_printed_law(gear):
 
 def test_wheel_end_against_its_closed_form():
     for gear, run in RUNS.items():
-        data = read_data("powertrain.json")
+        data = powertrain.read_data("powertrain.json")
         ratio, omega = BENCH.total_ratios[gear - 1], 2 * np.pi * FREQUENCY
         r = FREQUENCY / 14
         push = order_load(run)[:, 4] * ratio * 0.40 / (1 - r**2 + 2j * 0.12 * r) / (2 * 0.312)
@@ -167,9 +160,11 @@ def test_wheel_end_against_its_closed_form():
 )
 def test_rigid_body_modes(wheel_torque, printed):
     # storage stiffness at 0.1 mm and 20 Hz, at the static equilibrium
-    deflection = static_deflection(BENCH.powertrain, wheel_torque * TORQUE_AXIS[None])
+    deflection = powertrain.static_deflection(BENCH.powertrain, wheel_torque * TORQUE_AXIS[None])
     amplitude, line = np.full((1, 9), 1e-4), np.array([20.0])
-    stiffness = operating_stiffness(BENCH.powertrain, deflection, amplitude, line)[0].real
+    stiffness = powertrain.operating_stiffness(BENCH.powertrain, deflection, amplitude, line)[
+        0
+    ].real
     forward = BENCH.powertrain.forward
     matrix = forward.T @ (stiffness[:, None] * forward)
     frequencies, _ = rigid_body_modes(BENCH.powertrain.mass_matrix, matrix)
@@ -177,9 +172,9 @@ def test_rigid_body_modes(wheel_torque, printed):
 
 
 def test_a_truth_seed_draws_around_the_frozen_truth_and_one_is_it():
-    assert load_bench(1).mass == BENCH.mass
-    assert load_bench(7).mass == load_bench(7).mass
-    drawn = [load_bench(seed) for seed in range(2, 42)]
+    assert powertrain.load_bench(1).mass == BENCH.mass
+    assert powertrain.load_bench(7).mass == powertrain.load_bench(7).mass
+    drawn = [powertrain.load_bench(seed) for seed in range(2, 42)]
     assert {bench.cylinders for bench in drawn} == {3, 4}
     assert {bench.order_torque.order for bench in drawn} == {1.5, 2.0}
     for bench in drawn:

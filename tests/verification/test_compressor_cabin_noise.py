@@ -25,20 +25,7 @@ from deboom.bench.electric_car import HOSES, MOUNTS, columns_of, design_pressure
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.bench.powertrain import read_data
 from deboom.choices import CompressorCase
-from deboom.compressor.body_loads import (
-    body_receptance,
-    holder_displacement,
-    loads_by_measured_holders,
-    mount_forces,
-)
-from deboom.compressor.cabin_index import (
-    GRAVITY,
-    BodySide,
-    CabinIndex,
-    MountStatics,
-    car_seam,
-    mount_variables,
-)
+from deboom.compressor import body_loads, cabin_index
 from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_car
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.mount_shares import mount_shares
@@ -170,7 +157,9 @@ def test_what_cannot_be_answered_is_refused(running_1):
     with pytest.raises(InputError, match="has no line between 200 and 300 Hz"):
         cabin_noise(running_1, band=(200.0, 300.0))
     with pytest.raises(InputError, match="no body-side acceleration 'mount 1 x': record it"):
-        holder_displacement(replace(operation.sweeps[0], holder=None), running_1.shares.mounts)
+        body_loads.holder_displacement(
+            replace(operation.sweeps[0], holder=None), running_1.shares.mounts
+        )
     with pytest.raises(InputError, match=r"no line at 20\.3 Hz, they go from 15 to 150 Hz"):
         wrench_noise_transfer(car).at([20.3])
 
@@ -219,16 +208,18 @@ def test_a_mount_that_stands_off_is_a_mount_that_stands_there():
         for number, at in enumerate(off):
             rows = slice(6 * number, 6 * number + 6)
             shift[rows, rows] = shift_matrix(-at)
-        moved_body = BodySide(
+        moved_body = cabin_index.BodySide(
             body.name,
             LINES,
             body.points,
             shift @ body.receptance @ shift.T,
             body.transfer @ shift.T,
         )
-        seams.append(car_seam(*running(), np.array([m.position for m in moved]), moved_body))
-    plain = mount_variables(moved, identical=False, pieces=False, places=False)
-    at_place = CabinIndex(plain, moved, index.gain, tuple(seams), index.weights)
+        seams.append(
+            cabin_index.car_seam(*running(), np.array([m.position for m in moved]), moved_body)
+        )
+    plain = cabin_index.mount_variables(moved, identical=False, pieces=False, places=False)
+    at_place = cabin_index.CabinIndex(plain, moved, index.gain, tuple(seams), index.weights)
     np.testing.assert_allclose(
         index.pressure(designs), at_place.pressure(designs[:, :6]), rtol=1e-11
     )
@@ -264,8 +255,8 @@ def test_travel_and_modes_of_a_symmetrical_body():
         for n, (x, y) in enumerate(corners)
     )
     inertia = np.diag([0.02, 0.03, 0.04])
-    statics = MountStatics(
-        mount_variables(four, identical=True, pieces=False, places=False),
+    statics = cabin_index.MountStatics(
+        cabin_index.mount_variables(four, identical=True, pieces=False, places=False),
         four,
         1.5,
         7.2,
@@ -274,7 +265,9 @@ def test_travel_and_modes_of_a_symmetrical_body():
     )
     # radial along y and z is the softest: 4 x 1.5 x 1e4 x 0.8
     travel = statics(np.array([[1.0, 0.8]]))
-    assert travel[0, 0] == pytest.approx(1e3 * 7.2 * GRAVITY / (4 * 1.5 * 0.8e4), rel=1e-12)
+    assert travel[0, 0] == pytest.approx(
+        1e3 * 7.2 * cabin_index.GRAVITY / (4 * 1.5 * 0.8e4), rel=1e-12
+    )
     modes = statics.modes(np.array([[1.0, 0.8]]))[0]
     sideways = np.sqrt(4 * 1.5 * 0.8e4 / 7.2) / (2 * np.pi)
     along = np.sqrt(4 * 1.5 * 2e4 / 7.2) / (2 * np.pi)
@@ -302,7 +295,7 @@ def test_loads_are_those_of_the_coupled_car(with_hoses):
     true, hoses = run(with_hoses), drawings(drawn_hoses()) if with_hoses else ()
     columns = OF_MOUNTS + (OF_HOSES if with_hoses else [])
     factor = COMPRESSOR.gain_at(SPEEDS)
-    loads, ends = loads_by_measured_holders(
+    loads, ends = body_loads.loads_by_measured_holders(
         mounts(),
         factor,
         true.displacement,
@@ -325,7 +318,7 @@ def test_forces_of_the_mounts_hold_the_compressor():
     true = run(with_hoses=False)
     rows = forward_matrices(np.array([mount.position for mount in mounts()]))
     apart = true.displacement @ rows.T - true.body_motion[:, OF_MOUNTS]
-    forces = mount_forces(mounts(), COMPRESSOR.gain_at(SPEEDS), apart)
+    forces = body_loads.mount_forces(mounts(), COMPRESSOR.gain_at(SPEEDS), apart)
     square = (2 * np.pi * SPEEDS)[:, None] ** 2
     own = true_source().gyroscopic(SPEEDS) @ true.displacement[..., None]
     inertia = square * (true.displacement @ COMPRESSOR.mass_matrix.T) - own[..., 0]
@@ -338,9 +331,9 @@ def test_receptances_come_from_measured_points_and_lines():
     loads = [f"p {load}" for load in POINT_LOADS]
     values = np.broadcast_to(np.eye(6), (2, 6, 6))
     frf = Frf(np.array([20.0, 30.0]), values, names, loads, "(m/s^2)/N")
-    found = body_receptance(frf, [30.0], ["p"])
+    found = body_loads.body_receptance(frf, [30.0], ["p"])
     assert found == pytest.approx(-np.eye(3)[None] / (60 * np.pi) ** 2)
     with pytest.raises(InputError, match="no accelerances of the body at 'q': strike it"):
-        body_receptance(frf, [30.0], ["p"], ["q"])
+        body_loads.body_receptance(frf, [30.0], ["p"], ["q"])
     with pytest.raises(InputError, match="no line at 25 Hz, they go from 20 to 30 Hz"):
-        body_receptance(frf, [25.0], ["p"])
+        body_loads.body_receptance(frf, [25.0], ["p"])

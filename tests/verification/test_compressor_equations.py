@@ -11,14 +11,7 @@ from scipy.optimize import brentq
 
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.choices import CompressorCase
-from deboom.compressor import thesis_fit
-from deboom.compressor.model import (
-    CompressorModel,
-    GainFactor,
-    HyperbolicGain,
-    modal_table,
-    mounts_at_virtual_point,
-)
+from deboom.compressor import model, thesis_fit
 from deboom.compressor.unbalance_load import RotationSense, unbalance_load
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
@@ -48,9 +41,11 @@ def mounts_of(places, turns, stiffness):
     return tuple(map(CompressorMount, "123", 1e-3 * places, np.deg2rad(turns), 1e3 * stiffness))
 
 
-GAIN = GainFactor(HyperbolicGain(1.85, 0.06, 2.2), HyperbolicGain(0.42, 0.15, 2.5))
+GAIN = model.GainFactor(
+    model.HyperbolicGain(1.85, 0.06, 2.2), model.HyperbolicGain(0.42, 0.15, 2.5)
+)
 MOUNTS = mounts_of(TABLE_11_MM, TABLE_11_DEG, TABLE_11_N_MM)
-MODEL = CompressorModel(7.2, CENTRE, INERTIA, mounts_at_virtual_point(MOUNTS), GAIN)
+MODEL = model.CompressorModel(7.2, CENTRE, INERTIA, model.mounts_at_virtual_point(MOUNTS), GAIN)
 SCALE = np.repeat([1.0, 0.055], 3)  # rotations as motions at the radius of gyration
 
 
@@ -136,7 +131,7 @@ def test_eq_42_43_moment_of_a_mount_is_r_cross_f(rng):
     axes = mount.orientation
     travel = motion[:3] + np.cross(motion[3:], mount.position)
     force = axes @ (mount.stiffness * (axes.T @ travel))
-    load = mounts_at_virtual_point([mount]) @ motion
+    load = model.mounts_at_virtual_point([mount]) @ motion
     assert deviation(load[:3], force) < EXACT
     assert deviation(load[3:], np.cross(mount.position, force)) < EXACT
     assert deviation(load[3:], np.cross(force, mount.position)) > 1
@@ -167,22 +162,22 @@ def test_eq_52_53_56_57_gain_over_frequency():
     """Rises to its limit; frequency in hertz, offset without unit; others are refused."""
     written = 1.85 - 1 / (0.06 * LINES + 2.2) + 1j * (0.42 - 1 / (0.15 * LINES + 2.5))
     assert deviation(GAIN.at(LINES), written) < EXACT
-    with_omega = HyperbolicGain(1.85, 0.06 / (2 * np.pi), 2.2).at(OMEGA)
+    with_omega = model.HyperbolicGain(1.85, 0.06 / (2 * np.pi), 2.2).at(OMEGA)
     assert deviation(with_omega, GAIN.real.at(LINES)) < EXACT
     assert deviation(GAIN.real.at(OMEGA), GAIN.real.at(LINES)) > 0.01  # ω put where f belongs
     for slope, offset in ((-0.06, 2.2), (0.06, -2.2)):
         with pytest.raises(InputError, match="give a number above 0"):
-            HyperbolicGain(1.85, slope, offset)
+            model.HyperbolicGain(1.85, slope, offset)
 
 
 def test_eq_52_to_57_three_scales_are_one():
     """v_rel, the scale of the gain and that of K: one number, seen as their product only."""
-    scaled_gain = GainFactor(
-        HyperbolicGain(1.85 * 1.3, 0.06 / 1.3, 2.2 / 1.3),
-        HyperbolicGain(0.42 * 1.3, 0.15 / 1.3, 2.5 / 1.3),
+    scaled_gain = model.GainFactor(
+        model.HyperbolicGain(1.85 * 1.3, 0.06 / 1.3, 2.2 / 1.3),
+        model.HyperbolicGain(0.42 * 1.3, 0.15 / 1.3, 2.5 / 1.3),
     )
     np.testing.assert_allclose(scaled_gain.at(LINES), 1.3 * GAIN.at(LINES), rtol=EXACT)
-    other = CompressorModel(7.2, CENTRE, INERTIA, MODEL.stiffness / 1.3, scaled_gain)
+    other = model.CompressorModel(7.2, CENTRE, INERTIA, MODEL.stiffness / 1.3, scaled_gain)
     assert deviation(other.apparent_mass(LINES), MODEL.apparent_mass(LINES)) < EXACT
 
 
@@ -331,16 +326,16 @@ def test_modal_superposition_fails_without_a_common_gain(factors, near_modes, ma
 
 def test_natural_frequencies_of_table_11_and_table_10():
     """Six modes in 10-30 Hz, by the thesis; the values are those of an independent program."""
-    table = modal_table(MODEL)
+    table = model.modal_table(MODEL)
     np.testing.assert_allclose(table.frequency, [10.1, 11.0, 17.2, 21.4, 28.4, 30.0], atol=0.06)
-    start = CompressorModel(
+    start = model.CompressorModel(
         6.8,
         np.zeros(3),
         np.diag([0.015, 0.030, 0.029]),
-        mounts_at_virtual_point(mounts_of(TABLE_10_MM, TABLE_10_DEG, TABLE_10_N_MM)),
+        model.mounts_at_virtual_point(mounts_of(TABLE_10_MM, TABLE_10_DEG, TABLE_10_N_MM)),
         GAIN,
     )
-    modes = modal_table(start).frequency
+    modes = model.modal_table(start).frequency
     assert 9 < modes[0] < modes[-1] < 31  # with the drawing's values as well
 
 
@@ -366,4 +361,4 @@ def test_inertia_of_300_is_kg_cm2():
         assert np.sqrt(300 / mass) > 6  # metres, if it were kg m²
     assert 2.5e-4 < thesis_fit.PRODUCT_BOUND < 0.1 * 300e-4  # products of 2.5 kg cm² fit inside
     with pytest.raises(InputError, match="no body has the principal moments"):
-        CompressorModel(7.2, CENTRE, np.diag([0.01, 0.02, 0.04]), MODEL.stiffness, GAIN)
+        model.CompressorModel(7.2, CENTRE, np.diag([0.01, 0.02, 0.04]), MODEL.stiffness, GAIN)

@@ -21,18 +21,9 @@ from compressor_operation_samples import (
 
 from deboom.bench.compressor_rig import running
 from deboom.bench.compressor_truth import drawn_hoses
+from deboom.compressor import routes
 from deboom.compressor.identify import IdentifyOptions, calibration_of, identify
 from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
-from deboom.compressor.routes import (
-    CALIBRATED_MEASUREMENT,
-    CALIBRATED_MODEL,
-    ONE_FACTOR,
-    UPDATED,
-    FactorOverFrequency,
-    RouteModel,
-    operating_motion,
-    updated,
-)
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
@@ -40,7 +31,12 @@ from deboom.physics.rigid_body import forward_matrix, skew
 
 OPTIONS = IdentifyOptions(largest_lines=20)
 LINES = np.concatenate([np.arange(17.0, 50.0, 2.0), np.arange(50.0, 151.0, 5.0)])
-SHORT = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, updated(CALIBRATED_MODEL, ONE_FACTOR)))
+SHORT = UnbalanceOptions(
+    routes=(
+        routes.CALIBRATED_MEASUREMENT,
+        routes.updated(routes.CALIBRATED_MODEL, routes.ONE_FACTOR),
+    )
+)
 SLACK = 1.5
 """One compressor against a figure for the median."""
 
@@ -126,7 +122,7 @@ def test_mounts_as_struck():
 
 
 def test_bands_are_as_wide_as_their_confidence_says():
-    options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT,), confidence=0.99)
+    options = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT,), confidence=0.99)
     surer = unbalance(sample(1)[0], identified(), options).chosen.sweeps[0].static.from_y
     usual = as_struck().chosen.sweeps[0].static.from_y
     # normal quantiles of 99 and of 95 %
@@ -168,7 +164,7 @@ def test_mounts_that_soften_with_their_motion():
 
 
 def test_flexible_receiver_leaves_the_default_route_alone():
-    options = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, CALIBRATED_MODEL))
+    options = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT, routes.CALIBRATED_MODEL))
     test, _ = sample(1, receiver=True, lines=LINES)
     coarse = IdentifyOptions(bands=((10.0, 60.0),), largest_lines=12)
     struck = test.hammer.impacts[::2]
@@ -229,7 +225,7 @@ def test_sweeps_of_different_lines_share_one_rotor():
 def test_without_the_rotors_inertia_the_dynamic_unbalance_is_off():
     """The gyroscopic moment of the rotor, 0.5 % of the dynamic unbalance."""
     test, _ = sample(1, errors=0.0, noise=0.01, lines=LINES)
-    options = replace(SHORT, routes=(CALIBRATED_MEASUREMENT,))
+    options = replace(SHORT, routes=(routes.CALIBRATED_MEASUREMENT,))
     known = unbalance(test, in_place(), options).chosen.sources.dynamic.value
     unknown = unbalance(replace(test, rotor_inertia=None), in_place(), options).chosen.sources
     assert abs(known / DYNAMIC - 1) < 2e-3
@@ -240,7 +236,7 @@ def test_without_the_rotors_inertia_the_dynamic_unbalance_is_off():
 def test_gyroscopic_moment_is_the_change_of_the_rotors_spin(sense):
     """Spin vectors over time against the term of the apparent mass."""
     line, empty = 40.0, np.zeros((1, 6, 6), complex)
-    model = RouteModel(np.array([line]), np.eye(6), empty, empty[None], empty, None)
+    model = routes.RouteModel(np.array([line]), np.eye(6), empty, empty[None], empty, None)
     block = model.with_rotor(ROTOR, sense).apparent_mass[0, 3:, 3:]
     omega = 2 * np.pi * line
     angles = 1e-3 * np.array([0.3 + 0.1j, -0.5j, 0.8])
@@ -261,7 +257,7 @@ def test_motion_of_the_virtual_point():
     found = as_struck()
     test, body = sample(1)
     motion, response = found.motions[0], found.identification.response
-    by_sheet = operating_motion(test.sweeps[0], response, response.forward)
+    by_sheet = routes.operating_motion(test.sweeps[0], response, response.forward)
     lines = motion.motion.frequency
     true = running(body, SOURCE, lines).displacement * -((2 * np.pi * lines[:, None]) ** 2)
     scale = np.repeat([1, 0.055], 3)
@@ -292,7 +288,7 @@ def test_what_cannot_be_used_is_refused():
         unbalance(test, replace(identified(), test=strange))
 
 
-BY_STROKE = UnbalanceOptions(routes=(CALIBRATED_MEASUREMENT, UPDATED))
+BY_STROKE = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT, routes.UPDATED))
 
 
 @cache
@@ -326,7 +322,7 @@ def test_each_mount_softens_by_its_own_stroke():
     change = softer.fit.change.change_at(softer.fit.line_values[softer.fit.change_slice], stroke)
     np.testing.assert_allclose(change, body.softening.factor(stroke) - 1, atol=0.03)
     # the route without update is not touched
-    assert result.chosen.fit.change == FactorOverFrequency()
+    assert result.chosen.fit.change == routes.FactorOverFrequency()
 
 
 def test_strokes_are_those_of_the_mounts():
@@ -364,12 +360,12 @@ def test_without_a_drawing_one_factor_stays():
     one = replace(drawing(), mounts=drawing().mounts[:1])
     assert softening_mounts(replace(found, test=replace(found.test, drawing=one))) is None
     result = by_one_factor()
-    assert result.by_letter("e").fit.change == UPDATED.update
+    assert result.by_letter("e").fit.change == routes.UPDATED.update
     assert not any("soften" in notice for notice in result.notices)
 
 
 def test_mounts_that_changed_alike_keep_their_factor():
     test, _ = sample(1, storage=0.9, loss=1.1, lines=LINES, drawn=True)
     result = unbalance(test, softened()[2], BY_STROKE)
-    assert result.by_letter("e").fit.change == UPDATED.update
+    assert result.by_letter("e").fit.change == routes.UPDATED.update
     assert result.notices == ()

@@ -5,6 +5,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from deboom.errors import InputError
+from deboom.explore import sensitivity
 from deboom.explore.correlation import correlations, families, tolerance_scatter
 from deboom.explore.front import (
     Contestant,
@@ -15,24 +16,14 @@ from deboom.explore.front import (
     nondominated,
 )
 from deboom.explore.scatter import capability, predicted_pieces
-from deboom.explore.sensitivity import (
-    SensitivityInputs,
-    design_inputs,
-    fast_sobol_indices,
-    morris_analysis,
-    morris_designs,
-    sobol_designs,
-    sobol_indices,
-    tolerance_inputs,
-)
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from known_indices import Ishigami, SobolG
 
 
 def analysed(inputs, model, n_base, seed=1, **options):
-    values = model(sobol_designs(inputs, n_base, seed=seed))
+    values = model(sensitivity.sobol_designs(inputs, n_base, seed=seed))
     names = [f"y{place}" for place in range(values.shape[1])]
-    return fast_sobol_indices(values, inputs.factors, names, seed=seed, **options)
+    return sensitivity.fast_sobol_indices(values, inputs.factors, names, seed=seed, **options)
 
 
 @pytest.mark.parametrize("model", [Ishigami(), SobolG()], ids=["Ishigami", "Sobol G"])
@@ -62,8 +53,8 @@ def test_groups_reach_the_closed_form():
 
 def test_both_named_analyses_weigh_a_sum_by_its_variances():
     weights, space = np.array([1.0, 2.0, 3.0]), stiffness_factor_space(["a", "b", "c"], 0.15, 0.30)
-    for inputs in (design_inputs(space), tolerance_inputs(space)):
-        designs = sobol_designs(inputs, 1024, seed=3)
+    for inputs in (sensitivity.design_inputs(space), sensitivity.tolerance_inputs(space)):
+        designs = sensitivity.sobol_designs(inputs, 1024, seed=3)
         assert designs.min() >= inputs.lower.min()
         assert designs.max() <= inputs.upper.max()
         found = analysed(inputs, lambda x: x @ weights[:, None], 1024, seed=3)
@@ -77,14 +68,14 @@ def test_both_named_analyses_weigh_a_sum_by_its_variances():
 
 def test_every_number_is_salibs():
     random = np.random.default_rng(7)
-    inputs = SensitivityInputs(tuple("abcde"), np.zeros(5), np.ones(5))
-    designs = sobol_designs(inputs, 128, seed=5)
+    inputs = sensitivity.SensitivityInputs(tuple("abcde"), np.zeros(5), np.ones(5))
+    designs = sensitivity.sobol_designs(inputs, 128, seed=5)
     weights = random.normal(size=(5, 20))
     values = 1e3 + np.exp(designs @ weights) + (designs[:, :1] - 0.5) * designs[:, 1:2] ** 2
     names = [f"y{place}" for place in range(20)]
     own, salib = (
         analyse(values, inputs.names, names, seed=9, n_resamples=30)
-        for analyse in (fast_sobol_indices, sobol_indices)
+        for analyse in (sensitivity.fast_sobol_indices, sensitivity.sobol_indices)
     )
     for name in ("first", "total", "interaction"):
         for kind in (name, f"{name}_interval"):
@@ -95,8 +86,8 @@ def test_every_number_is_salibs():
 
 def test_elementary_effects_of_ishigami():
     model, inputs = Ishigami(), Ishigami().inputs
-    paths = morris_designs(inputs, 100, seed=1)
-    morris = morris_analysis(inputs, paths, model(paths), ["y"], seed=1)
+    paths = sensitivity.morris_designs(inputs, 100, seed=1)
+    morris = sensitivity.morris_analysis(inputs, paths, model(paths), ["y"], seed=1)
     # x2 alone is symmetric: its effects cancel in the mean and not in their size; four levels of x2
     # from -π to π give sin² 0 or 3/4, hence effects of ±7·3/4 over a step of 2/3
     assert morris.mu_star[1, 0] == pytest.approx(7.0 * 0.75 * 1.5)

@@ -13,23 +13,12 @@ from deboom.bench.fleet import ear_transfer, load_fleet, panel_pressure, source_
 from deboom.choices import CalibrationLevel
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
+from deboom.measurement import measured_vehicle, path_forces
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.electric_car import ElectricCar, wrench_accelerance, wrench_noise_transfer
-from deboom.measurement.measured_vehicle import (
-    Method,
-    path_accelerance,
-    piece_paths,
-    point_noise_transfer,
-    summed_over_pieces,
-)
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     reciprocal_noise_transfer,
-)
-from deboom.measurement.path_forces import (
-    forces_by_inversion,
-    forces_by_mount_stiffness,
-    validate_on_board,
 )
 from deboom.measurement.sensors import PlacementTolerances
 from deboom.measurement.uncertainty import level_spread
@@ -124,52 +113,54 @@ def deviation(ours, true):
 
 def test_forces_validation_sensors_and_pressure(vehicle, truth):
     """Third sensor of every point kept out; the ear by the transfer functions of the hammer."""
-    accelerance = path_accelerance(vehicle)
+    accelerance = measured_vehicle.path_accelerance(vehicle)
     kept_out = [name for on in vehicle.body_sensors.values() for name in on[2].channels]
     indicators = [name for name in accelerance.outputs if name not in kept_out]
     response = vehicle.runs[0].acceleration
-    forces = forces_by_inversion(accelerance.select(outputs=indicators), response)
+    forces = path_forces.forces_by_inversion(accelerance.select(outputs=indicators), response)
     assert len(forces.force.channels) == 11
     true = spectrum(truth, "force", forces.force.channels, "N")
     assert deviation(forces.force.values, true.values) < EXACT
-    onboard = validate_on_board(accelerance.select(outputs=kept_out), forces, response)
+    onboard = path_forces.validate_on_board(accelerance.select(outputs=kept_out), forces, response)
     # channels along which the body does not move at all have only rounding to show
     moving = np.abs(onboard.measured.values).max(axis=0) > 1e-6
     assert moving.sum() > 10
     assert onboard.relative_error[moving].max() < EXACT
 
-    points = point_noise_transfer(vehicle, Method.DIRECT)
+    points = measured_vehicle.point_noise_transfer(vehicle, measured_vehicle.Method.DIRECT)
     ear = points.select(outputs=vehicle.ears[:1], inputs=forces.force.channels)
     result = analyse_paths(ear, forces.force)
     assert deviation(result.pressure, truth["pressure_of_mounts"][:, 0]) < EXACT
 
 
 def test_stiffness_of_the_mounts_gives_the_same_forces(vehicle, truth):
-    pieces = [piece for path in piece_paths(vehicle.mounts).values() for piece in path]
+    pieces = [
+        piece for path in measured_vehicle.piece_paths(vehicle.mounts).values() for piece in path
+    ]
     deflection = spectrum(truth, "deflection", pieces, "m")
     stiffness = spectrum(truth, "stiffness", pieces, "N/m")
     still = Spectrum(deflection.frequency, 0 * deflection.values, deflection.channels, "m")
-    forces = forces_by_mount_stiffness(stiffness, deflection, still)
+    forces = path_forces.forces_by_mount_stiffness(stiffness, deflection, still)
     true = spectrum(truth, "force", pieces, "N")
     assert deviation(forces.force.values, true.values) < EXACT
 
 
 def test_pieces_of_a_path_are_summed(vehicle, truth):
-    paths = piece_paths(vehicle.mounts)
+    paths = measured_vehicle.piece_paths(vehicle.mounts)
     assert paths["Du x"] == ("Du left x", "Du right x")
     pieces = [piece for path in paths.values() for piece in path]
     force = spectrum(truth, "force", pieces[::-1], "N")
-    summed = summed_over_pieces(force, paths)
+    summed = measured_vehicle.summed_over_pieces(force, paths)
     assert summed.channels == tuple(paths)
     left, right = force.select(paths["Du x"]).values.T
     np.testing.assert_allclose(summed.select(("Du x",)).values[:, 0], left + right)
     with pytest.raises(InputError, match=r"path Du x has no force of \['Du right x'\]"):
-        summed_over_pieces(force.select(pieces[:-1]), paths)
+        measured_vehicle.summed_over_pieces(force.select(pieces[:-1]), paths)
 
 
 def test_without_accelerances_nothing_can_be_inverted(vehicle):
     with pytest.raises(InputError, match="not recorded in its hammer test"):
-        path_accelerance(replace(vehicle, accelerance=None))
+        measured_vehicle.path_accelerance(replace(vehicle, accelerance=None))
 
 
 def test_spread_of_levels():

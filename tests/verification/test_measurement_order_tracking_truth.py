@@ -3,12 +3,7 @@
 import numpy as np
 import pytest
 
-from deboom.bench.campaign import (
-    CampaignErrors,
-    TimeRunPlan,
-    draw_campaign_sensors,
-    record_over_time,
-)
+from deboom.bench import campaign
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord
@@ -20,16 +15,16 @@ from deboom.measurement.tacho import pulse_times, repair_pulses, shaft_angle
 
 ORDERS = (0.5, 1.5, 3.0, 6.0)
 RPM = np.arange(1560.0, 2041.0, 10.0)
-PLAN = TimeRunPlan()
+PLAN = campaign.TimeRunPlan()
 
 
 @pytest.fixture(scope="module")
 def recorded():
     bench = load_bench()
-    errors = CampaignErrors()
-    sensors = draw_campaign_sensors(bench, errors, np.random.SeedSequence(1))
+    errors = campaign.CampaignErrors()
+    sensors = campaign.draw_campaign_sensors(bench, errors, np.random.SeedSequence(1))
     on_bench = with_mount_set(bench, PLAN.mount_set)
-    return record_over_time(on_bench, sensors, PLAN, errors, np.random.default_rng(1))
+    return campaign.record_over_time(on_bench, sensors, PLAN, errors, np.random.default_rng(1))
 
 
 @pytest.fixture(scope="module")

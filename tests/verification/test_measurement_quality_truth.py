@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from deboom.measurement import quality, virtual_point
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.culprit import (
     Fault,
@@ -16,22 +17,7 @@ from deboom.measurement.culprit import (
     error_variance,
     find_culprit,
 )
-from deboom.measurement.quality import (
-    CHANCE,
-    excitation_consistency,
-    geometric_consistency,
-    likeness,
-    passivity,
-    reciprocity,
-    response_consistency,
-)
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
-from deboom.measurement.virtual_point import (
-    impact_geometry,
-    sensor_geometry,
-    virtual_point,
-    virtual_point_frf,
-)
 from deboom.physics.frf import FrfForm, convert
 from deboom.physics.rigid_body import rotation_matrix
 from hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, measure
@@ -41,24 +27,24 @@ from hammer_test import CAREFUL, EXACT, OFFSET, draw_fault, draw_hammer_test, me
 def hammer():
     generator = np.random.default_rng(11)
     test = draw_hammer_test(generator)
-    response = virtual_point(sensor_geometry(test.sensors))
-    excitation = virtual_point(impact_geometry(test.impacts))
+    response = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
+    excitation = virtual_point.virtual_point(virtual_point.impact_geometry(test.impacts))
     return test, response, excitation, generator
 
 
 def test_likeness_of_unrelated_functions_is_one_half():
     generator = np.random.default_rng(1)
     a, b = generator.normal(size=(2, 20000)) + 1j * generator.normal(size=(2, 20000))
-    assert likeness(a, b).mean() == pytest.approx(CHANCE, abs=0.01)
-    assert likeness(a, a) == pytest.approx(np.ones(20000))
-    assert likeness(a, -a) == pytest.approx(np.zeros(20000))
-    assert likeness(a, 0 * a) == pytest.approx(np.full(20000, 0.5))
-    assert likeness([0.0], [0.0]) == pytest.approx([1.0])  # silence agrees with silence
+    assert quality.likeness(a, b).mean() == pytest.approx(quality.CHANCE, abs=0.01)
+    assert quality.likeness(a, a) == pytest.approx(np.ones(20000))
+    assert quality.likeness(a, -a) == pytest.approx(np.zeros(20000))
+    assert quality.likeness(a, 0 * a) == pytest.approx(np.full(20000, 0.5))
+    assert quality.likeness([0.0], [0.0]) == pytest.approx([1.0])  # silence agrees with silence
 
 
 @pytest.mark.parametrize("other", [np.exp(1j * np.pi / 3), 2 + np.sqrt(3), 2 - np.sqrt(3)])
 def test_halfway_means_sixty_degrees_or_a_factor_of_3_7(other):
-    assert likeness(1.0, other) == pytest.approx(0.75)
+    assert quality.likeness(1.0, other) == pytest.approx(0.75)
 
 
 def test_geometric_consistency_by_hand(hammer):
@@ -68,7 +54,7 @@ def test_geometric_consistency_by_hand(hammer):
     largest = max(np.abs(values.real).max(), np.abs(values.imag).max())
     by_hand = (np.abs(error.real) + np.abs(error.imag)).sum(axis=0) / (largest * 2 * 5)
     spectrum = Spectrum(np.arange(1.0, 6.0), values, response.channels, "m/s^2")
-    found = geometric_consistency(response, spectrum)
+    found = quality.geometric_consistency(response, spectrum)
     assert list(found) == list(response.channels)
     assert np.array(list(found.values())) == pytest.approx(by_hand, rel=1e-10)
     # as printed, without absolute values, errors of opposite sign cancel
@@ -82,7 +68,7 @@ def test_rigid_consistency_is_the_peers_where_the_peer_is_right(hammer):
     one_push = measured.select(inputs=measured.inputs[:1])
     u = one_push.values[:, :, 0]
     filtered = u @ (response.forward @ np.linalg.pinv(response.forward)).T
-    found = response_consistency(response, one_push)
+    found = quality.response_consistency(response, one_push)
     overall = np.linalg.norm(filtered, axis=1) / np.linalg.norm(u, axis=1)
     coherence = np.abs(u + filtered) ** 2 / (2 * (np.abs(u) ** 2 + np.abs(filtered) ** 2))
     assert found.overall == pytest.approx(overall, rel=1e-12)
@@ -90,7 +76,7 @@ def test_rigid_consistency_is_the_peers_where_the_peer_is_right(hammer):
     one_channel = measured.select(outputs=measured.outputs[:1])
     y = one_channel.values[:, 0, :]
     filtered = y @ (excitation.forward @ np.linalg.pinv(excitation.forward)).T
-    found = excitation_consistency(excitation, one_channel)
+    found = quality.excitation_consistency(excitation, one_channel)
     assert found.overall == pytest.approx(
         np.linalg.norm(filtered, axis=1) / np.linalg.norm(y, axis=1), rel=1e-12
     )
@@ -101,27 +87,27 @@ def test_geometric_consistency_flags_reversed_and_swapped_channels(kind, least):
     for seed in range(1, 9):
         generator = np.random.default_rng(seed)
         test = draw_hammer_test(generator)
-        point = virtual_point(sensor_geometry(test.sensors))
+        point = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
         fault = draw_fault(test, kind, generator)
         clean = measure(test, generator, errors=CAREFUL)
-        assert max(geometric_consistency(point, clean).values()) < 0.01
+        assert max(quality.geometric_consistency(point, clean).values()) < 0.01
         faulty = measure(test, generator, errors=CAREFUL, fault=fault)
-        assert max(geometric_consistency(point, faulty).values()) > least
+        assert max(quality.geometric_consistency(point, faulty).values()) > least
 
 
 def at_point(test, response, excitation, generator, **errors):
     measured = measure(test, generator, **errors)
-    return virtual_point_frf(measured, response=response, excitation=excitation)
+    return virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
 
 
 def test_reciprocity_falls_with_a_gyroscopic_pair_and_names_it(hammer):
     test, response, excitation, generator = hammer
     found = at_point(test, response, excitation, generator)
-    assert reciprocity(found).worst()[1] > 0.95
+    assert quality.reciprocity(found).worst()[1] > 0.95
     values = found.values.copy()
     values[:, 1, 3] *= -1.0
     turned = Frf(found.frequency, values, found.outputs, found.inputs, found.unit)
-    pair, value = reciprocity(turned).worst(smallest=0.0)
+    pair, value = quality.reciprocity(turned).worst(smallest=0.0)
     assert pair == "y–rx"
     assert value < 0.1
 
@@ -130,7 +116,7 @@ def test_power_of_every_force_is_what_the_margin_bounds(hammer):
     test, *_, generator = hammer
     names = ("x", "y", "z", "rx", "ry", "rz")
     frf = Frf(test.frequency, test.inertance, names, tuple("f" + n for n in names), "m/s^2/N")
-    found = passivity(frf, FrfForm.INERTANCE, 0.1)
+    found = quality.passivity(frf, FrfForm.INERTANCE, 0.1)
     mobility = convert(frf.values, frf.frequency, FrfForm.INERTANCE, FrfForm.MOBILITY)
     force = generator.normal(size=(2, 200, 6))
     force = (force[0] + 1j * force[1]) * [1, 1, 1, 0.1, 0.1, 0.1]
@@ -149,7 +135,7 @@ def test_power_of_every_force_is_what_the_margin_bounds(hammer):
         names,
         inverse.unit,
     )
-    assert passivity(loads, FrfForm.APPARENT_MASS, 0.1).margin.min() > 0
+    assert quality.passivity(loads, FrfForm.APPARENT_MASS, 0.1).margin.min() > 0
 
 
 def test_one_degree_of_freedom_has_the_phase_of_its_inertance():
@@ -158,13 +144,13 @@ def test_one_degree_of_freedom_has_the_phase_of_its_inertance():
     receptance = 1 / (1e5 * (1 + 0.1j) - 2.0 * omega**2)
     inertance = (-(omega**2) * receptance)[:, np.newaxis, np.newaxis]
     frf = Frf(frequency, inertance, ("x",), ("fx",), "m/s^2/N")
-    found = passivity(frf, FrfForm.INERTANCE, 1.0)
+    found = quality.passivity(frf, FrfForm.INERTANCE, 1.0)
     phase = np.angle(inertance[:, 0, 0])
     assert np.all((phase > 0) & (phase < np.pi))
     assert found.driving_point[:, 0] == pytest.approx(np.sin(phase), rel=1e-9)
     assert found.margin == pytest.approx(np.sin(phase), rel=1e-9)
     reversed_sensor = Frf(frequency, -inertance, ("x",), ("fx",), "m/s^2/N")
-    assert passivity(reversed_sensor, FrfForm.INERTANCE, 1.0).active_share == 1.0
+    assert quality.passivity(reversed_sensor, FrfForm.INERTANCE, 1.0).active_share == 1.0
 
 
 SEEDS = range(1, 6)
@@ -175,7 +161,7 @@ def diagnose(seed, kind, *, n_sensor=6, errors=EXACT, noise=0.01):
     test = draw_hammer_test(generator, n_sensor)
     fault = draw_fault(test, kind, generator) if kind else None
     measured = measure(test, generator, fault=fault, errors=errors, noise=noise)
-    point = virtual_point(sensor_geometry(test.sensors))
+    point = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
     return culprit_of_responses(point, measured, errors), fault
 
 
@@ -216,7 +202,7 @@ def test_what_tolerances_allow_is_nobodys_fault():
     generator = np.random.default_rng(3)
     test = draw_hammer_test(generator)
     measured = measure(test, generator, fault=draw_fault(test, Fault.OFFSET, generator))
-    point = virtual_point(sensor_geometry(test.sensors))
+    point = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
     rough = culprit_of_responses(point, measured, Tolerances(sensor_position=0.02))
     assert not rough.named
     assert rough.suspect.name == fault.sensor
@@ -278,10 +264,10 @@ def test_what_was_done_to_a_channel_is_named(seed, spoil, fault, name, words):
     measured = measure(test, generator)
     values = measured.values.copy()
     spoil(values, generator)
-    judge, geometry = culprit_of_responses, sensor_geometry(test.sensors)
+    judge, geometry = culprit_of_responses, virtual_point.sensor_geometry(test.sensors)
     if spoil is reversed_impact:
-        judge, geometry = culprit_of_excitation, impact_geometry(test.impacts)
-    point = virtual_point(geometry)
+        judge, geometry = culprit_of_excitation, virtual_point.impact_geometry(test.impacts)
+    point = virtual_point.virtual_point(geometry)
     assert not judge(point, measured, EXACT).named
     found = judge(point, replace(measured, values=values), EXACT)
     assert found.named
@@ -297,8 +283,8 @@ def test_switched_off_channels_do_not_confuse():
     measured = measure(test, generator, fault=fault)
     healthy = [s for s in test.sensors if s.name != fault.sensor]
     off = (healthy[0].channels[1], healthy[1].channels[2])
-    geometry = sensor_geometry(test.sensors, switched_off=off)
-    found = culprit_of_responses(virtual_point(geometry), measured, EXACT)
+    geometry = virtual_point.sensor_geometry(test.sensors, switched_off=off)
+    found = culprit_of_responses(virtual_point.virtual_point(geometry), measured, EXACT)
     assert found.named
     assert found.suspect.channels == fault.channels
 
@@ -308,7 +294,7 @@ def test_nothing_can_be_said_without_redundancy():
     test = draw_hammer_test(generator, n_sensor=3)
     names = [c for s in test.sensors for c in s.channels]
     for off in ((names[0], names[4], names[8]), (names[1], names[5], names[6])):
-        geometry = sensor_geometry(test.sensors, switched_off=off)
+        geometry = virtual_point.sensor_geometry(test.sensors, switched_off=off)
         found = find_culprit(geometry, generator.normal(size=(9, 6)), EXACT)
         assert not found.named
         assert found.suspect is None
@@ -357,7 +343,7 @@ def test_variance_is_that_of_the_draws(tolerances):
     test = draw_hammer_test(generator, n_sensor=3)
     motion = generator.normal(size=(6, 2)) * np.array([[1, 1, 1, 9, 9, 9]]).T
     drawn = drawn_errors(test.sensors, motion, tolerances, generator)
-    found = error_variance(sensor_geometry(test.sensors), motion, tolerances)
+    found = error_variance(virtual_point.sensor_geometry(test.sensors), motion, tolerances)
     truth = np.sum(np.mean(drawn**2, axis=0), axis=0)
     assert found == pytest.approx(truth, rel=0.12)
 
@@ -365,7 +351,7 @@ def test_variance_is_that_of_the_draws(tolerances):
 def test_disagreement_is_the_noise_per_degree_of_freedom():
     generator = np.random.default_rng(32)
     test = draw_hammer_test(generator)
-    geometry = sensor_geometry(test.sensors)
+    geometry = virtual_point.sensor_geometry(test.sensors)
     motion = generator.normal(size=(2000, 6)) * [1, 1, 1, 9, 9, 9]
     shown = motion @ geometry.forward.T
     size = np.sqrt(np.mean(shown**2, axis=1, keepdims=True))
@@ -409,7 +395,7 @@ def sensors():
 @pytest.fixture(scope="module")
 def first_point(sensors):
     position = 1e-3 * numbers(rows("virtual_point_1.csv")[0], "x_mm", "y_mm", "z_mm")
-    return sensor_geometry([sensors[name] for name in ("S3", "S4", "S5")], position)
+    return virtual_point.sensor_geometry([sensors[name] for name in ("S3", "S4", "S5")], position)
 
 
 def test_three_sensors_determine_the_published_virtual_point(first_point):

@@ -5,23 +5,9 @@ import pytest
 from scipy.optimize import lsq_linear
 
 from deboom.errors import InputError
+from deboom.measurement import quality, virtual_point
 from deboom.measurement.channels import Spectrum
-from deboom.measurement.quality import (
-    excitation_consistency,
-    geometric_consistency,
-    passivity,
-    reciprocity,
-    response_consistency,
-)
 from deboom.measurement.sensors import Sensor, SensorKind
-from deboom.measurement.virtual_point import (
-    conditioning,
-    impact_geometry,
-    motion_at_point,
-    sensor_geometry,
-    virtual_point,
-    virtual_point_frf,
-)
 from deboom.physics.frf import FrfForm
 from deboom.physics.rigid_body import shift_matrix
 from hammer_test import draw_hammer_test, measure
@@ -39,8 +25,8 @@ def perfect(request):
 
 def points(test, position=(0.0, 0.0, 0.0)):
     return (
-        virtual_point(sensor_geometry(test.sensors, position)),
-        virtual_point(impact_geometry(test.impacts, position)),
+        virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors, position)),
+        virtual_point.virtual_point(virtual_point.impact_geometry(test.impacts, position)),
     )
 
 
@@ -56,7 +42,7 @@ def relative_error(found, truth):
 def test_the_rigid_body_comes_back_from_both_sides(perfect):
     test, measured = perfect
     response, excitation = points(test)
-    found = virtual_point_frf(measured, response=response, excitation=excitation)
+    found = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
     assert relative_error(found.values, test.inertance) < 1e-12
     assert found.outputs == ("x", "y", "z", "rx", "ry", "rz")
     assert found.inputs == ("fx", "fy", "fz", "mx", "my", "mz")
@@ -66,7 +52,7 @@ def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
     test, measured = perfect
     position = np.array([0.3, -0.2, 0.15])
     response, excitation = points(test, position)
-    found = virtual_point_frf(measured, response=response, excitation=excitation)
+    found = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
     # motion of the point P: δ_P = χ(O − P) δ_O, loads with the transpose
     chi = shift_matrix(-position)
     assert relative_error(found.values, chi @ test.inertance @ chi.T) < 1e-11
@@ -75,16 +61,16 @@ def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
 def test_perfect_data_have_perfect_quality(perfect):
     test, measured = perfect
     response, excitation = points(test)
-    assert max(geometric_consistency(response, measured).values()) < 1e-14
+    assert max(quality.geometric_consistency(response, measured).values()) < 1e-14
     for found in (
-        response_consistency(response, measured),
-        excitation_consistency(excitation, measured),
+        quality.response_consistency(response, measured),
+        quality.excitation_consistency(excitation, measured),
     ):
         assert found.overall == pytest.approx(np.ones(measured.frequency.size), abs=1e-12)
         assert found.specific == pytest.approx(np.ones((measured.frequency.size, 18)), abs=1e-12)
-    at_point = virtual_point_frf(measured, response=response, excitation=excitation)
-    assert reciprocity(at_point).likeness == pytest.approx(np.ones((6, 6)), abs=1e-9)
-    power = passivity(at_point, FrfForm.INERTANCE, 0.1)
+    at_point = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
+    assert quality.reciprocity(at_point).likeness == pytest.approx(np.ones((6, 6)), abs=1e-9)
+    power = quality.passivity(at_point, FrfForm.INERTANCE, 0.1)
     assert power.active_share == 0.0
     assert power.margin.min() > 0  # 15 % loss in every mount
 
@@ -93,8 +79,8 @@ def test_least_squares_is_the_least_of_all_sums():
     generator = np.random.default_rng(4)
     test = draw_hammer_test(generator, n_sensor=4)
     values = generator.normal(size=(1, 12)) + 1j * generator.normal(size=(1, 12))
-    point = virtual_point(sensor_geometry(test.sensors))
-    found = motion_at_point(point, spectrum(test.sensors, values)).values[0]
+    point = virtual_point.virtual_point(virtual_point.sensor_geometry(test.sensors))
+    found = virtual_point.motion_at_point(point, spectrum(test.sensors, values)).values[0]
     for part in (np.real, np.imag):
         # an iterative solver of bounded problems, without any bounds
         best = lsq_linear(point.forward, part(values[0]), tol=1e-14)
@@ -114,30 +100,32 @@ def sensors(*names):
 
 
 def test_switched_off_channels_are_not_looked_at():
-    geometry = sensor_geometry(sensors(), switched_off=("A2 y", "A4 x"))
+    geometry = virtual_point.sensor_geometry(sensors(), switched_off=("A2 y", "A4 x"))
     assert len(geometry.channels) == 10
     assert {"A2 y", "A4 x"}.isdisjoint(geometry.channels)
     full = spectrum(sensors(), np.random.default_rng(1).normal(size=(4, 12)) + 1j)
-    point = virtual_point(geometry)
-    found = motion_at_point(point, full)
+    point = virtual_point.virtual_point(geometry)
+    found = virtual_point.motion_at_point(point, full)
     values = full.values.copy()
     values[:, list(full.channels).index("A2 y")] = 1e6
     spoiled = Spectrum(full.frequency, values, full.channels, full.unit)
-    assert np.array_equal(motion_at_point(point, spoiled).values, found.values)
+    assert np.array_equal(virtual_point.motion_at_point(point, spoiled).values, found.values)
     assert found.unit == "m/s^2"
     with pytest.raises(InputError, match="no channel named"):
-        motion_at_point(point, full.select(["A1 x", "A1 y"]))
+        virtual_point.motion_at_point(point, full.select(["A1 x", "A1 y"]))
 
 
 def test_too_many_channels_off_is_refused_by_the_direction_that_is_gone():
     off = tuple(f"{name} z" for name in PLACES)
-    state = conditioning(sensor_geometry(sensors(), switched_off=off))
+    state = virtual_point.conditioning(virtual_point.sensor_geometry(sensors(), switched_off=off))
     assert state.rank == 5
     assert state.worst_seen == "translation along (0, 0, 1)"
     assert not state.complete
     assert state.condition_number == np.inf
-    one = conditioning(
-        sensor_geometry(sensors("A1", "A2", "A3"), switched_off=("A1 x", "A2 x", "A3 x"))
+    one = virtual_point.conditioning(
+        virtual_point.sensor_geometry(
+            sensors("A1", "A2", "A3"), switched_off=("A1 x", "A2 x", "A3 x")
+        )
     )
     assert one.rank == 5
     assert one.worst_seen == "translation along (1, 0, 0)"
@@ -147,8 +135,8 @@ def test_redundancy_of_a_symmetric_sheet():
     """Six sensors at ±a on the axes: V'V is diagonal, 6 and 4 a²."""
     a = 0.2
     places = [s * a * np.eye(3)[k] for k in range(3) for s in (1, -1)]
-    geometry = sensor_geometry([sensor(f"A{k}", p) for k, p in enumerate(places)])
-    state = conditioning(geometry)
+    geometry = virtual_point.sensor_geometry([sensor(f"A{k}", p) for k, p in enumerate(places)])
+    state = virtual_point.conditioning(geometry)
     assert state.length == pytest.approx(a)
     assert state.condition_number == pytest.approx(np.sqrt(6 / 4))
     # trace of the residual projection: 18 channels minus 6 motions
@@ -159,5 +147,7 @@ def test_redundancy_of_a_symmetric_sheet():
 
 
 def test_a_channel_without_redundancy_is_seen():
-    geometry = sensor_geometry(sensors("A1", "A2", "A3"), switched_off=("A2 x", "A3 x", "A2 y"))
-    assert conditioning(geometry).redundancy == pytest.approx(np.zeros(6), abs=1e-12)
+    geometry = virtual_point.sensor_geometry(
+        sensors("A1", "A2", "A3"), switched_off=("A2 x", "A3 x", "A2 y")
+    )
+    assert virtual_point.conditioning(geometry).redundancy == pytest.approx(np.zeros(6), abs=1e-12)

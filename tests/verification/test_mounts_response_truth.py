@@ -10,15 +10,8 @@ from sklearn.preprocessing import PolynomialFeatures
 from deboom.bench.campaign import LOW_GEAR_RUNS, TRAINING_RUNS
 from deboom.bench.operating_run import PlannedRun, static_direction_forces, true_run
 from deboom.bench.powertrain import load_bench, operating_stiffness
+from deboom.mounts import response_surface
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.mounts.response_surface import (
-    BergModel,
-    DynamicStiffnessSurface,
-    KelvinVoigtModel,
-    StiffnessSamples,
-    berg_shape,
-    friction_stiffness,
-)
 from deboom.physics.dynamic_stiffness import kelvin_voigt
 
 
@@ -195,18 +188,18 @@ def test_the_closed_form_is_the_first_harmonic_of_the_force_over_time(amplitude)
     # x = Im(X e^{jωt}) with X real, so F e^{jωt} has the harmonic 2j <F e^{-jωt}>
     harmonic = 2j * np.mean(force * np.exp(-1j * last)) / amplitude
     # stiffness at rest is F_max/x_2, here 1
-    np.testing.assert_allclose(friction_stiffness(amplitude), harmonic, atol=3e-4)
+    np.testing.assert_allclose(response_surface.friction_stiffness(amplitude), harmonic, atol=3e-4)
 
 
 def test_small_and_large_amplitudes():
-    assert friction_stiffness(0.0) == 1.0
-    around = friction_stiffness(np.array([0.99e-4, 1.01e-4]))
+    assert response_surface.friction_stiffness(0.0) == 1.0
+    around = response_surface.friction_stiffness(np.array([0.99e-4, 1.01e-4]))
     np.testing.assert_allclose(around[0].imag / 0.99, around[1].imag / 1.01, rtol=1e-3)
-    far = friction_stiffness(1e4)
+    far = response_surface.friction_stiffness(1e4)
     # a dry friction force of amplitude F_max: first harmonic 4/π, purely dissipative
     assert far.imag * 1e4 == pytest.approx(4 / np.pi, rel=2e-3)
     assert abs(far.real) < 0.05 * far.imag
-    everywhere = friction_stiffness(np.geomspace(1e-6, 1e4, 200))
+    everywhere = response_surface.friction_stiffness(np.geomspace(1e-6, 1e4, 200))
     assert np.all(np.diff(everywhere.real) < 0)
     assert np.all(everywhere.imag > 0)
 
@@ -220,7 +213,7 @@ def test_a_kelvin_voigt_element_is_given_back():
     z = points[:, 0] / 800
     spring, damper = 1e5 * (1 + z + 2 * z**3), 40 * (2 + z)
     truth = kelvin_voigt(points[:, 2], spring, damper)
-    model = KelvinVoigtModel().fit(points, truth)
+    model = response_surface.KelvinVoigtModel().fit(points, truth)
     np.testing.assert_allclose(model.predict(points), truth, rtol=1e-9)
 
 
@@ -228,8 +221,12 @@ def test_a_berg_element_is_given_back():
     points = lines()
     shape = (0.4, 1.5e-4, 0.6, 55.0)
     z = points[:, 0] / 800
-    truth = 1e5 * (1 + z - z**2 + 2 * z**3) * berg_shape(shape, points[:, 1], points[:, 2])
-    model = BergModel().fit(points, truth)
+    truth = (
+        1e5
+        * (1 + z - z**2 + 2 * z**3)
+        * response_surface.berg_shape(shape, points[:, 1], points[:, 2])
+    )
+    model = response_surface.BergModel().fit(points, truth)
     np.testing.assert_allclose(model.predict(points), truth, rtol=1e-5)
     assert model.shape_ == pytest.approx(np.array(shape), rel=1e-3)
 
@@ -257,7 +254,7 @@ def samples(plans, direction, preload="wheel torque"):
         parts = [RUNS[plan].engine_torque * BENCH.total_ratios[plan.gear - 1] for plan in plans]
     else:
         parts = [static_direction_forces(BENCH, RUNS[plan])[:, column] for plan in plans]
-    return StiffnessSamples(
+    return response_surface.StiffnessSamples(
         np.concatenate(parts),
         np.concatenate([RUNS[plan].displacement[:, column] for plan in plans]),
         np.tile(FREQUENCY, len(plans)),
@@ -267,7 +264,7 @@ def samples(plans, direction, preload="wheel torque"):
 
 
 def fitted_to(lines, **parameters):
-    surface = DynamicStiffnessSurface(PiecewiseCubicRegressor(**parameters))
+    surface = response_surface.DynamicStiffnessSurface(PiecewiseCubicRegressor(**parameters))
     return surface.fit(lines.points, lines.stiffness, groups=lines.run)
 
 

@@ -4,16 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from deboom.physics.dynamic_stiffness import (
-    displacement_from_acceleration,
-    dynamic_stiffness,
-    force_at_virtual_point,
-    kelvin_voigt,
-    loss_factor,
-    stiffness_h1,
-    stiffness_h2,
-    stiffness_hv,
-)
+from deboom.physics import dynamic_stiffness, rigid_body
 from deboom.physics.forced_response import (
     SMALLEST_AMPLITUDE,
     ConvergenceError,
@@ -23,26 +14,19 @@ from deboom.physics.forced_response import (
     modal_superposition,
 )
 from deboom.physics.frf import FrfForm, convert, scaled_condition_number
-from deboom.physics.rigid_body import (
-    characteristic_length,
-    forward_matrices,
-    mass_matrix,
-    mount_stiffness_matrix,
-    rotation_matrix,
-)
 
 EXACT = 1e-10
 
 POSITIONS = 1e-3 * np.array(
     [[-155.92, 3.750, 19.98], [-19.44, -67.495, 77.98], [-8.46, 73.576, 82.34]]
 )
-ORIENTATIONS = rotation_matrix(
+ORIENTATIONS = rigid_body.rotation_matrix(
     np.radians([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
 )
 STATIC = 1e3 * np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
 INERTIA = np.array([[158e-4, 2e-4, -1.5e-4], [2e-4, 291e-4, 1e-4], [-1.5e-4, 1e-4, 302e-4]])
-MASS = mass_matrix(7.2, INERTIA, [1.5e-3, -2e-3, 1e-3])
-STIFFNESS = mount_stiffness_matrix(POSITIONS, STATIC, ORIENTATIONS)
+MASS = rigid_body.mass_matrix(7.2, INERTIA, [1.5e-3, -2e-3, 1e-3])
+STIFFNESS = rigid_body.mount_stiffness_matrix(POSITIONS, STATIC, ORIENTATIONS)
 FREQUENCY = np.arange(10.0, 150.5, 0.5)
 
 
@@ -71,7 +55,7 @@ def test_eq_29_operating_forces_need_the_inverse(rng):
     true = complex_normal(rng, 50, 3)
     measured = np.einsum("oi,fi->fo", matrix, true)
     printed = np.einsum("oi,fi->fo", matrix, measured)
-    assert deviation(force_at_virtual_point(matrix, measured), true) < EXACT
+    assert deviation(dynamic_stiffness.force_at_virtual_point(matrix, measured), true) < EXACT
     assert deviation(measured, true) == pytest.approx(1 - 0.94, abs=0.01)
     assert deviation(printed, true) == pytest.approx(1 - 0.94**2, abs=0.01)
 
@@ -83,7 +67,7 @@ def test_eq_30_is_force_over_displacement(rng):
     printed = (force.real * motion.real + force.imag * motion.imag) / power + 1j * (
         force.imag * motion.real - force.real * motion.imag
     ) / power
-    assert deviation(dynamic_stiffness(force, motion), printed) < EXACT
+    assert deviation(dynamic_stiffness.dynamic_stiffness(force, motion), printed) < EXACT
     assert deviation(motion / force, printed) > 0.1
 
 
@@ -96,10 +80,12 @@ def test_eq_30_with_measured_acceleration_of_a_known_spring():
     acceleration = -amplitude * omega**2 * np.exp(1j * phase)
     cosine = spring * amplitude * np.exp(1j * phase)
     sine = -damper * amplitude * omega * np.exp(1j * (phase - np.pi / 2))
-    motion = displacement_from_acceleration(acceleration, frequency)
-    stiffness = dynamic_stiffness(cosine + sine, motion)
-    np.testing.assert_allclose(stiffness, kelvin_voigt(frequency, spring, damper), rtol=1e-12)
-    np.testing.assert_allclose(loss_factor(stiffness), omega * damper / spring)
+    motion = dynamic_stiffness.displacement_from_acceleration(acceleration, frequency)
+    stiffness = dynamic_stiffness.dynamic_stiffness(cosine + sine, motion)
+    np.testing.assert_allclose(
+        stiffness, dynamic_stiffness.kelvin_voigt(frequency, spring, damper), rtol=1e-12
+    )
+    np.testing.assert_allclose(dynamic_stiffness.loss_factor(stiffness), omega * damper / spring)
 
 
 @pytest.mark.parametrize("noise_in_force", [0.0, 0.1, 0.3])
@@ -111,11 +97,11 @@ def test_repeats_recover_the_stiffness_where_their_noise_model_holds(rng, noise_
     force = true * motion + noise_in_force * abs(true * motion) * complex_normal(rng, n) / 2**0.5
     measured = motion + noise_in_motion * abs(motion) * complex_normal(rng, n) / 2**0.5
     ratio = max(noise_in_force, 1e-6) * abs(true) / noise_in_motion
-    assert stiffness_hv(force, measured, ratio) == pytest.approx(true, rel=0.01)
+    assert dynamic_stiffness.stiffness_hv(force, measured, ratio) == pytest.approx(true, rel=0.01)
     low = true / (1 + noise_in_motion**2)
-    assert stiffness_h1(force, measured) == pytest.approx(low, rel=0.01)
+    assert dynamic_stiffness.stiffness_h1(force, measured) == pytest.approx(low, rel=0.01)
     high = true * (1 + noise_in_force**2)
-    assert stiffness_h2(force, measured) == pytest.approx(high, rel=0.01)
+    assert dynamic_stiffness.stiffness_h2(force, measured) == pytest.approx(high, rel=0.01)
 
 
 def test_hv_is_the_smallest_singular_vector_of_the_whitened_records(rng):
@@ -125,7 +111,7 @@ def test_hv_is_the_smallest_singular_vector_of_the_whitened_records(rng):
     records = np.stack([force / ratio, motion], axis=1)
     normal = np.linalg.svd(records)[2][-1]  # records @ conj(normal) is smallest
     by_svd = -ratio * normal[1].conj() / normal[0].conj()
-    assert stiffness_hv(force, motion, ratio) == pytest.approx(by_svd, rel=1e-9)
+    assert dynamic_stiffness.stiffness_hv(force, motion, ratio) == pytest.approx(by_svd, rel=1e-9)
 
 
 def test_table_9_of_an_oscillator():
@@ -161,7 +147,9 @@ def test_eq_48_to_51_apparent_mass():
     """AM = M − (K + jωC)/ω², damping with a minus sign where eq. 48-50 print a plus."""
     damping = 3e-4 * STIFFNESS
     omega = (2 * np.pi * FREQUENCY)[:, np.newaxis, np.newaxis]
-    complex_stiffness = kelvin_voigt(FREQUENCY[:, np.newaxis, np.newaxis], STIFFNESS, damping)
+    complex_stiffness = dynamic_stiffness.kelvin_voigt(
+        FREQUENCY[:, np.newaxis, np.newaxis], STIFFNESS, damping
+    )
     apparent = convert(
         dynamic_stiffness_matrix(MASS, complex_stiffness, FREQUENCY),
         FREQUENCY,
@@ -180,13 +168,13 @@ def test_eq_48_to_51_apparent_mass():
 
 def test_condition_number_450_is_an_artefact_of_units():
     """Mass line of the compressor: mass over smallest inertia in SI, 2 with a length of √(J/m)."""
-    free = mass_matrix(7.2, INERTIA)
+    free = rigid_body.mass_matrix(7.2, INERTIA)
     assert np.linalg.cond(free) == pytest.approx(7.2 / np.linalg.eigvalsh(INERTIA)[0])
     assert np.linalg.cond(free) == pytest.approx(455, abs=5)
     units = np.repeat([1.0, 1e3], 3)
     in_millimetres = free * np.outer(units, units)
     assert np.linalg.cond(in_millimetres) > 4000
-    length = characteristic_length(7.2, INERTIA)
+    length = rigid_body.characteristic_length(7.2, INERTIA)
     assert length == pytest.approx(0.055, abs=0.005)
     scaled = scaled_condition_number(free, FrfForm.APPARENT_MASS, length)
     assert scaled == pytest.approx(2, abs=0.1)
@@ -235,7 +223,7 @@ def test_damped_oscillator_from_rest_settles_on_the_complex_solution(frequency):
 
     time, states = last_period(derivative, [0.0, 0.0], omega, 50)
     measured = harmonic(time, states[0], omega)
-    stiffness = kelvin_voigt([frequency], k, c).reshape(1, 1, 1)
+    stiffness = dynamic_stiffness.kelvin_voigt([frequency], k, c).reshape(1, 1, 1)
     solved = forced_response([[m]], stiffness, [[force]], [frequency])[0, 0]
     assert solved == pytest.approx(measured, rel=1e-7)
     assert stiffness[0, 0, 0].imag > 0
@@ -257,10 +245,12 @@ def test_powertrain_on_damped_mounts_stays_on_the_complex_solution():
     omega = 2 * np.pi * frequency
     torque = 460 * np.exp(-1.4j) * np.array([0.03, 1.0, -0.05])
 
-    stiffness = mount_stiffness_matrix(positions, kelvin_voigt(frequency, springs, dampers))
+    stiffness = rigid_body.mount_stiffness_matrix(
+        positions, dynamic_stiffness.kelvin_voigt(frequency, springs, dampers)
+    )
     load = np.concatenate([np.zeros(3), torque])
     motion = forced_response(
-        mass_matrix(mass, inertia), stiffness[np.newaxis], load[np.newaxis], [frequency]
+        rigid_body.mass_matrix(mass, inertia), stiffness[np.newaxis], load[np.newaxis], [frequency]
     )[0]
 
     inverse = np.linalg.inv(inertia)
@@ -331,11 +321,14 @@ def test_amplitudes_are_those_at_the_mounts_of_a_body():
     def solve(force, spoil=1.0):
         def springs(amplitude):
             asked.append(amplitude)
-            matrices = mount_stiffness_matrix(positions, law(amplitude))
+            matrices = rigid_body.mount_stiffness_matrix(positions, law(amplitude))
             matrices[3] *= spoil
             return matrices
 
-        mass, forward = mass_matrix(193.5, inertia), forward_matrices(positions)
+        mass, forward = (
+            rigid_body.mass_matrix(193.5, inertia),
+            rigid_body.forward_matrices(positions),
+        )
         return amplitude_dependent_response(mass, springs, force, frequency, forward)
 
     assert not solve(0 * force).displacement.any()

@@ -24,7 +24,7 @@ TIME_RUN = "g5_wot220_time"
 
 
 def measured(folder, runs=RUNS, errors=None):
-    over_time = TimeRunPlan(sample_rate=4096.0)
+    over_time = TimeRunPlan(sample_rate=2048.0)
     plan = CampaignPlan(("M1",), runs, 1, frequency=LINES, time_run=over_time)
     return write_campaign(folder, 1, plan, errors)
 

@@ -5,17 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from deboom.measurement import uncertainty
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.measurement.uncertainty import (
-    NextMeasurement,
-    VariancePart,
-    crossed_spread,
-    half_width,
-    half_width_after,
-    method_difference,
-    pivotal_interval,
-    probability_below,
-)
 from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.transfer_path import pressure as summed_pressure
@@ -164,24 +155,30 @@ def test_a_pivot_takes_a_bias_away_instead_of_twice():
     generator = np.random.default_rng(1)
     errors = generator.normal(0.3, 1.0, 20_000)
 
-    interval = pivotal_interval(10.0, 10.0 + errors)
+    interval = uncertainty.pivotal_interval(10.0, 10.0 + errors)
 
     assert interval.lower == pytest.approx(10 - 0.3 - 1.645, abs=0.05)
     assert interval.upper == pytest.approx(10 - 0.3 + 1.645, abs=0.05)
     assert interval.holds(9.7)
-    assert probability_below(10.0, 10.0 + errors, 9.7) == pytest.approx(0.5, abs=0.02)
+    assert uncertainty.probability_below(10.0, 10.0 + errors, 9.7) == pytest.approx(0.5, abs=0.02)
     assert interval.about(5.0).upper == pytest.approx(float(interval.upper) - 5.0)
 
 
 def test_student_t_counts_few_vehicles():
     # GUM, table G.2: t for 95.45 % and 4 degrees of freedom is 2.87
-    assert half_width([VariancePart("a", 4.0, 4)], 0.9545) == pytest.approx(2 * 2.87, rel=2e-3)
+    assert uncertainty.half_width([uncertainty.VariancePart("a", 4.0, 4)], 0.9545) == pytest.approx(
+        2 * 2.87, rel=2e-3
+    )
     # GUM, G.4.1: two parts of which one is known for certain
-    parts = [VariancePart("a", 1.0, 9), VariancePart("b", 1.0)]
-    assert half_width(parts, 0.95) == pytest.approx(np.sqrt(2) * 2.028, rel=2e-3)  # ν = 36
-    stated = [VariancePart("a", 9.0), VariancePart("b", 16.0)]
-    halved = NextMeasurement("b once more", {"b": 0.5}, {})
-    assert half_width_after(stated, halved) == pytest.approx(1.6449 * np.sqrt(17), rel=1e-4)
+    parts = [uncertainty.VariancePart("a", 1.0, 9), uncertainty.VariancePart("b", 1.0)]
+    assert uncertainty.half_width(parts, 0.95) == pytest.approx(
+        np.sqrt(2) * 2.028, rel=2e-3
+    )  # ν = 36
+    stated = [uncertainty.VariancePart("a", 9.0), uncertainty.VariancePart("b", 16.0)]
+    halved = uncertainty.NextMeasurement("b once more", {"b": 0.5}, {})
+    assert uncertainty.half_width_after(stated, halved) == pytest.approx(
+        1.6449 * np.sqrt(17), rel=1e-4
+    )
 
 
 def test_the_spread_of_a_table_splits_into_rows_columns_and_rest():
@@ -192,11 +189,11 @@ def test_the_spread_of_a_table_splits_into_rows_columns_and_rest():
         + generator.normal(0, columns, (1, 6, 3000))
         + generator.normal(0, rest, (7, 6, 3000))
     )
-    found = crossed_spread(table)
+    found = uncertainty.crossed_spread(table)
     assert found.rows.mean() == pytest.approx(rows**2, rel=0.05)
     assert found.columns.mean() == pytest.approx(columns**2, rel=0.05)
     assert found.rest.mean() == pytest.approx(rest**2, rel=0.05)
-    alone = crossed_spread([[1.0], [3.0]])
+    alone = uncertainty.crossed_spread([[1.0], [3.0]])
     assert (alone.rows, alone.columns) == (2.0, 0.0)
 
 
@@ -221,7 +218,7 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
             lines, values[:, np.newaxis], ("ear",), tuple(f"M{k} x" for k in range(10)), "Pa/N"
         )
 
-    found = method_difference([(measured(), measured()) for _ in range(60)])
+    found = uncertainty.method_difference([(measured(), measured()) for _ in range(60)])
 
     # of the mean of both methods
     assert found.calibration_db == pytest.approx(calibration / np.sqrt(2), rel=0.25)

@@ -1,9 +1,12 @@
 """The front study.
 
 `studies/u06_robust_front.py` with its default budget (100 × 50 designs for each motion, 128 draws)
-on the shipped platform, several seeds, and what a second run with the same seed gives. The
+on the shipped platform, several seeds; that one seed gives the same bytes is held by a test. The
 platform's fleet was chosen by rejection sampling so that it shows the phenomena of the thesis; see
 the bench's section for how often a fleet drawn from the prior shows them.
+
+The 128 draws of a search know σ to a few percent, of one seed in five to more than 3 %; every
+number of a page is verified with independent ones, and moves by what the rows on picks say.
 """
 
 import time
@@ -13,17 +16,15 @@ import numpy as np
 from claims import Claim, at_least, at_most, between, draws
 from deboom.study.runner import load_study
 
-SEEDS = range(1, 1 + draws(2))
+SEEDS = range(1, 1 + draws(5))
 
 
 def claims() -> list[Claim]:
-    """Run the study with several seeds, and with the first one again."""
+    """Run the study with several seeds."""
     study = load_study("u06_robust_front")
     begin = time.perf_counter()
     reports = [study.report({"seed": seed}) for seed in SEEDS]
     seconds = (time.perf_counter() - begin) / len(SEEDS)
-    again = study.report({"seed": SEEDS[0]}).tables["front"].to_csv()
-    same = again == reports[0].tables["front"].to_csv()
     summaries = [report.summary for report in reports]
     picks = [report.tables["picks"].set_index("design") for report in reports]
     first = summaries[0]
@@ -57,8 +58,5 @@ def claims() -> list[Claim]:
             f"σ of the search against independent draws, {len(SEEDS)} seeds [%]", (-3, 3), biases
         ),
         *moved,
-        Claim(
-            "two runs with one seed: front.csv", "same bytes", "same" if same else "differ", same
-        ),
         at_most("both searches of a run; a run with its report [s]", 60, [searched, seconds], 1),
     ]

@@ -109,12 +109,11 @@ def test_other_variables_are_refused():
 
 
 def coded(plan, n_variables, *arguments):
-    """Return a plan as coded levels; the bounds lie at -1 and 1."""
+    """Return a plan as coded levels; the bounds lie at 1 and 5, so 3 is the middle."""
     names = tuple("abcdefghijklmnopqrst"[:n_variables])
     ends = np.ones(n_variables)
-    return plan(
-        DesignSpace(names, ("1",) * len(names), 0 * ends, -ends, ends, 0 * ends), *arguments
-    )
+    space = DesignSpace(names, ("1",) * len(names), 3 * ends, ends, 5 * ends, 0 * ends)
+    return (plan(space, *arguments) - 3.0) / 2.0
 
 
 def test_plans_of_fixed_levels_are_those_of_the_textbooks():

@@ -53,6 +53,12 @@ def test_linear_mounts_are_a_linear_system():
     assert linear.force(deflection) == pytest.approx(expected * stiffness.ravel(), abs=1e-6)
 
 
+def test_a_curve_goes_on_with_its_last_secants():
+    ends = MonotoneCurve(StaticCurve("E", "x", "M1", [-1e-3, 0, 2e-3], [-200.0, 0, 100.0], 0.0))
+    np.testing.assert_allclose(ends.force(np.array([-2e-3, 4e-3])), [-400.0, 200.0])
+    np.testing.assert_allclose(ends.slope(np.array([-2e-3, 4e-3])), [2e5, 5e4])
+
+
 def test_equilibrium_is_the_least_energy(model):
     torque = 748.0
     springs = [MonotoneCurve(curve) for curve in model.curves.values()]

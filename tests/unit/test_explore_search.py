@@ -309,6 +309,11 @@ def test_limits_out_of_reach_say_which_and_by_how_much(response, words):
         nsga2(response, 20, 2, seed=1)
 
 
+def test_a_limit_that_some_design_keeps_is_not_named():
+    words = limited().limits.closest(np.array([[1.0, 0.1, -1.0], [2.0, -0.1, -1.0]]))
+    assert words == "the closest one misses 'sum at most 4.1 kg' by 1 kg (it has 5.1 kg)"
+
+
 def test_a_number_that_cannot_be_computed_keeps_no_limit():
     def half(designs):
         return np.where(designs[:, :1] > 1.0, np.nan, total(designs))

@@ -47,7 +47,7 @@ def test_peaks_are_paired_by_frequency_and_not_line_by_line():
 
 
 def test_a_peak_that_is_gone_shows_the_highest_level_near_it():
-    after = _curve((20, 50), (45, 75), (60, 55))
+    after = _curve((20, 70), (28, 50), (45, 75), (60, 55))
     gone, stays = compare_peaks(BEFORE, after, LINES, 1.5)
     assert gone.after is None
     assert gone.level_after == after[LINES == 31.0][0]

@@ -11,7 +11,7 @@ from deboom.files.platform import read_platform
 from deboom.mounts.piecewise_cubic import TrainingRegion
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.surface_forces import identified_surfaces
-from deboom.vehicles.design_factor import backed_range
+from deboom.vehicles.design_factor import StaticPosition, backed_range
 
 RNG = np.random.default_rng(1)
 TORQUE, AMPLITUDE, FREQUENCY = (
@@ -55,3 +55,9 @@ def test_surfaces_of_the_library_are_those_that_were_identified():
     parts = truth.platform_parts(read_platform(truth.PLATFORM))
     names = {"EnM x", "EnM z", "GeM x", "GeM z", "TSM x", "TSM z", "Du x"}
     assert set(identified_surfaces(parts)) == names
+
+
+def test_a_deflection_that_turns_back_does_not_rise():
+    deflections = np.array([[0.0, 0.0, 0.0], [1.0, -1.0, 1.0], [2.0, -2.0, 0.5]])
+    position = StaticPosition(None, np.ones(1), np.ones((1, 1)), np.arange(3.0), deflections)
+    assert position.rises.tolist() == [True, True, False]

@@ -10,6 +10,7 @@ import pytest
 import kernels as bench
 import resolved_truth as truth
 from deboom.files.platform import read_platform
+from deboom.mounts.response_surface import operating_points
 from deboom.mounts.surface_forces import identified_surfaces
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.vehicles.amplitude_motion import (
@@ -169,6 +170,20 @@ def test_nominal_design_moves_as_measured_and_bounds_hold_the_shipped_mounts(pla
     lines = np.arange(motion.frequency.size)
     at_bound = motion.relative_stiffness(np.minimum(beyond, motion.highest), lines)
     np.testing.assert_array_equal(motion.relative_stiffness(beyond, lines), at_bound)
+    # and between the bounds it changes as the surface says
+    at = (1.0 + np.where(motion.follows, motion.highest, 1.0)) / 2.0
+    found = motion.relative_stiffness(at, lines)
+    case, nominal = platform.load_case("g6_wot160"), motion.amplitude
+    run = case.wheel_torque[np.isin(case.displacement.frequency, motion.frequency)]
+    surfaces = identified_surfaces(parts)
+    for column in np.flatnonzero(motion.follows):
+        top, bottom = (
+            surfaces[names[column]].predict(
+                operating_points(run, a[:, column], motion.frequency), extrapolate=True
+            )
+            for a in (at * nominal, nominal)
+        )
+        np.testing.assert_allclose(found[:, column], top / bottom, rtol=1e-9)
 
 
 def test_shipped_mounts_have_one_solution_from_a_micrometre_to_five_millimetres(platform, parts):

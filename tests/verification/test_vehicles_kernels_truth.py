@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -140,3 +141,20 @@ def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
         resonant = motion.with_stiffness(stiffness)
         found = level_sum(resonant, compiled=True)(designs)
         np.testing.assert_allclose(found, bench.at_once(resonant, designs), rtol=0, atol=WITHIN)
+
+
+@COMPILED
+def test_amplitudes_of_a_body_off_its_reference_point_agree_with_numpy():
+    """Complex cubics, and a centre of gravity beside the reference point."""
+    shape = bench.Shape("small", 2, 3, 21, 3, 2, 4)
+    motion, designs = bench.amplitude_problem(shape), bench.designs(shape)
+    powertrain, *wheel_ends = motion.bodies
+    x, y, z = 0.11, -0.07, 0.05
+    turn = np.array([[0, z, -y], [-z, 0, x], [y, -x, 0]])
+    mass = powertrain.mass_matrix + 0.0
+    mass[3:, 3:] += mass[0, 0] * turn.T @ turn
+    mass[:3, 3:], mass[3:, :3] = mass[0, 0] * turn, mass[0, 0] * turn.T
+    bodies = replace(powertrain, mass_matrix=mass), *wheel_ends
+    motion = replace(motion, bodies=bodies, tolerance=1e-11)
+    found, expected = (level_sum(motion, compiled=compiled)(designs) for compiled in (True, False))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-8)

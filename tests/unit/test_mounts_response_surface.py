@@ -104,6 +104,15 @@ def test_a_variable_that_only_rounding_moves_is_constant_in_its_piece():
     assert not model.supported(between[5:25]).any()
 
 
+def test_a_piece_has_at_least_two_rows_for_each_of_its_terms():
+    """The best cut of a step behind four rows would leave four rows to four terms."""
+    rows = np.linspace(0.0, 1.0, 60)[:, np.newaxis]
+    step = np.where(np.arange(60) < 4, 5.0, 0.0)
+    for observed in (step, step[::-1]):
+        (split,) = PiecewiseCubicRegressor(pieces=2).fit(rows, observed).split_points_
+        assert min((rows < split).sum(), (rows > split).sum()) == 8
+
+
 def test_region_knows_its_reach():
     corners = np.array([[0.0, 0.0], [10.0, 2.0]])
     region = TrainingRegion(corners, corners[0], corners[1], 0.25)

@@ -16,7 +16,7 @@ from deboom.explore.sensitivity import (
     sobol_indices,
     tolerance_inputs,
 )
-from deboom.explore.space import stiffness_factor_space
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 from known_indices import SobolG
 
 G = SobolG((0.0, 1.0, 9.0))
@@ -134,6 +134,8 @@ def test_named_analyses_say_what_varies():
     scatter = tolerance_inputs(space)
     assert scatter.description == "gaussian, cut at ±3 σ, from 0.88 to 1.12"
     assert scatter.sigma == pytest.approx([0.04, 0.04])
+    below = DesignSpace(("z",), ("m",), *np.array([[-2.0], [-3.0], [-1.0], [0.05]]))
+    assert tolerance_inputs(below).lower == pytest.approx([-2.1])
 
 
 def test_an_index_within_its_interval_is_zero():

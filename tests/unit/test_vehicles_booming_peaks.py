@@ -55,11 +55,11 @@ def test_a_peak_that_is_gone_shows_the_highest_level_near_it():
 
 
 def test_a_new_peak_is_listed_at_its_own_frequency():
-    before = _curve((20, 50), (45, 75), (60, 55))
+    before = _curve((20, 78), (60, 55))  # louder below
     new, _ = compare_peaks(before, BEFORE, LINES, 1.5)
     assert new.before is None
     assert (new.frequency, new.level_after) == (30.0, 70.0)
-    assert new.level_before == before[LINES == 31.0][0]
+    assert new.level_before == before[LINES == 29.0][0]
 
 
 def test_each_peak_is_paired_once_the_closest_first():

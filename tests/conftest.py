@@ -1,36 +1,64 @@
 """What tests of every kind share: a finished run of the front study, and pictures drawn once."""
 
 import gc
+import os
 from contextlib import contextmanager
+from copy import deepcopy
 from functools import cache
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
+from deboom.explore import workers
 from deboom.files import platform
+from deboom.mounts import characterise
 from deboom.plot import style
 from deboom.report import Report
+from deboom.study import runner
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles import booming_model
 
 STUDIES = Path(__file__).parents[1] / "studies"
-
-
-def pytest_collection_finish():
-    """Collect no garbage among the modules and tests that stay: every round would pass them."""
-    gc.collect()
-    gc.freeze()
+# thousands of tests stay in memory, and every round of the garbage collector passes all of them
+gc.set_threshold(50_000, 20, 50)
 
 
 @pytest.fixture(scope="session", autouse=True)
 def shipped_files_once():
-    """Read each universal file of the shipped platform once; studies read them again and again."""
+    # studies read the shipped platform, and describe their environment, again and again
     read = platform.read_uff
     kept = cache(read)
     with pytest.MonkeyPatch.context() as patch:
         shipped = STUDIES / "data"
         patch.setattr(
             platform, "read_uff", lambda path: (kept if shipped in path.parents else read)(path)
+        )
+        record = cache(runner.environment_record)
+        patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def forked_workers():
+    # each process starts from imports made once; a whole command line spawns its own as ever
+    with pytest.MonkeyPatch.context() as patch:
+        if os.name == "posix":
+            context = get_context("forkserver")
+            context.set_forkserver_preload(
+                ["deboom.mounts.response_surface", "deboom.explore.robust"]
+            )
+            patch.setattr(workers, "get_context", lambda _: context)
+        yield
+
+
+@pytest.fixture(scope="module")
+def few_chains():
+    """Draw fewer measuring chains for the error budgets of mounts, which nobody looks at."""
+    budget = characterise.error_budget
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            characterise, "error_budget", lambda *a, **k: budget(*a, **k | {"n_draws": 20})
         )
         yield
 
@@ -70,7 +98,7 @@ def pictures_once(drawn_pictures):
         figure(self, stem, drawn_pictures[key] or drawing, caption, **options)
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "DPI", 100)
+        patch.setattr(style, "DPI", 60)
         patch.setattr(Report, "figure", shown)
         yield
 

@@ -51,7 +51,7 @@ from deboom.vehicles.booming_peaks import PressureComparison
 DRAWS = draws(20)
 FIRST = 2001
 SHIPPED = 1
-FLEETS = range(1001, 1001 + draws(100))
+FLEETS = range(1001, 1001 + draws(20))
 GEAR, TORQUE_LIMIT = 5, 220.0
 HALF_WIDTH = 0.15
 N_DESIGNS, N_SOBOL = 300, 256

@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from claims import Claim, at_least, at_most
+from claims import Claim, at_least, at_most, draws
 from deboom.bench.fleet import NO_SPREAD, ear_transfer, load_fleet, noise_transfer
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.operating_run import PlannedRun, true_run
@@ -27,7 +27,7 @@ from deboom.measurement.uncertainty import level_spread
 from deboom.physics.sound_level import spl
 
 VEHICLES = tuple(f"U06-{k}" for k in range(1, 6))
-SEEDS = range(1, 5)
+SEEDS = range(1, 1 + draws(20))
 
 
 def claims() -> list[Claim]:

@@ -1,12 +1,20 @@
 """Synthesised against measured sound.
 
-The study `studies/synthesis_validation.py` on benches with a fleet each: five vehicles of one
-drawing, five mount sets each, 5th gear with full load, 20 to 55 Hz at the driver's ear. Bench
-forces times reciprocal noise transfer functions against the microphone of the coupled car, whose
-body gives way, whose mounts are 3 % softer and which hears other paths; noise, sensor, hammer and
-loudspeaker errors throughout. Response surfaces are fitted without the run that they predict. Of
-the five mount sets in one vehicle the errors of its transfer functions and of its other paths are
-the same, so 25 cars are not 25 independent ones.
+The study `studies/synthesis_validation.py` on benches with a fleet each, 5th gear with full load,
+20 to 55 Hz at the driver's ear: five vehicles of one drawing with five mount sets each on the first
+bench; with `DRAWS=20` one vehicle with two mount sets on each of 19 others. Bench forces times
+reciprocal noise transfer functions against the microphone of the coupled car, whose body gives way,
+whose mounts are 3 % softer and which hears other paths; noise, sensor, hammer and loudspeaker
+errors throughout. Response surfaces are fitted without the run that they predict. Of mount sets in
+one vehicle the errors of its transfer functions and of its other paths are the same, so that cars
+are not independent. Ranges are of 10 to 90 %.
+
+Twenty drawings take 7 minutes of processor time instead of one. On 2026-11-23 they gave, over 63
+cars, corr_f 3.5 % (0.3 to 9.0), corr_s 17.4 % (4.0 to 26.5), the largest peak deviation of a car
+1.3 dB (0.4 to 3.1, worst 6.5), interface forces by inversion 8.5 % (7.5 to 10.8: more than the 10 %
+asked in some), natural frequencies within 0.3 % (0.1 to 0.6), damping 4.8 % (3.5 to 8.7, beyond 15
+in some), least MAC 0.998 (0.991 to 1.000, below 0.95 in some) and in some a mode that was missed:
+the first drawing is no worst case.
 
 corr_s is relative to the measured pressure (equation 34 leaves it open). Relative to the synthesis,
 as it stood here before, the same curves gave 15.2 % (0.9 to 29.7) for 17.4 % (0.7 to 32.1): a
@@ -20,11 +28,13 @@ between two days, not of 1 % noise.
 
 from __future__ import annotations
 
-import math
+from unittest.mock import patch
 
+import matplotlib.pyplot as plt
 import pandas as pd
 
 from claims import Claim, at_most, draws, in_processes, reported
+from deboom.report import Report
 from deboom.study.runner import load_study
 from deboom.vehicles.synthesis import (
     BLOCKED,
@@ -57,19 +67,24 @@ def claims() -> list[Claim]:
 
 
 def _tables(seed: int) -> dict[str, pd.DataFrame]:
-    report = load_study("synthesis_validation").report({"seed": seed})
-
+    few = {} if seed == SEEDS[0] else {"vehicles": 1, "mount_sets": 2}
+    with patch.object(Report, "figure", lambda *_: plt.close("all")):
+        report = load_study("synthesis_validation").report({"seed": seed, **few})
     return {name: table.assign(seed=seed) for name, table in report.tables.items()}
 
 
 def _words(values: pd.Series[float], digits: int = 1) -> str:
-    return f"{values.median():.{digits}f} ({values.min():.{digits}f} to {values.max():.{digits}f})"
+    if len(values) == 1:
+        return f"{values.iloc[0]:.{digits}f}"
+    low, middle, high = (f"{values.quantile(share):.{digits}f}" for share in (0.1, 0.5, 0.9))
+    return f"{middle} ({low} to {high})"
 
 
 def _road(comparisons: pd.DataFrame) -> list[Claim]:
     road = comparisons[comparisons["comparison"] == ON_ROAD]
     corr_f, corr_s, peaks = road[CORR_F], road[CORR_S], road[PEAK].dropna()
     alone, paired = road["unpaired peaks"].sum(), road["paired peaks"].sum()
+    first = road[road["seed"] == SEEDS[0]]
     return [
         at_most(
             f"corr_f of the complex pressure and corr_s of the magnitude, median of {len(road)} "
@@ -78,7 +93,11 @@ def _road(comparisons: pd.DataFrame) -> list[Claim]:
             [corr_f.median(), corr_s.median()],
             1,
         ),
-        reported("the same, median (range) [%]", f"{_words(corr_f)}; {_words(corr_s)}"),
+        reported(
+            "the same, median (10 to 90 %); medians of the first bench [%]",
+            f"{_words(corr_f)}; {_words(corr_s)}; {first[CORR_F].median():.1f}, "
+            f"{first[CORR_S].median():.1f}",
+        ),
         at_most(
             f"booming peaks, {paired} pairs, {alone} of one curve alone, largest deviation (thesis "
             "3) [dB]",
@@ -86,7 +105,10 @@ def _road(comparisons: pd.DataFrame) -> list[Claim]:
             peaks.max(),
             1,
         ),
-        reported("largest deviation of each car, median (range) [dB]", _words(peaks)),
+        reported(
+            "largest deviation of each car, median (10 to 90 %); largest of the first bench [dB]",
+            f"{_words(peaks)}; {first[PEAK].max():.1f}",
+        ),
     ]
 
 
@@ -107,15 +129,15 @@ def _steps(comparisons: pd.DataFrame) -> list[Claim]:
         ),
         *(
             at_most(
-                f"{way}, EnM1-GeM2-TSM3-Du4 in five vehicles, at peaks, largest [dB] (figure 40)",
+                f"{way}, of a mix in every vehicle, at peaks, largest [dB] (figure 40)",
                 0.5,
                 peaks.max(),
             )
             for way, peaks in ways.items()
         ),
         reported(
-            "hammer against reciprocal functions at peaks, median (range) [dB] (figure 41; thesis "
-            "1 to 2)",
+            "hammer against reciprocal functions at peaks, median (10 to 90 %) [dB] (figure 41; "
+            "thesis 1 to 2)",
             _words(hammer),
         ),
     ]
@@ -144,7 +166,7 @@ def _causes(causes: pd.DataFrame, forces: pd.DataFrame) -> list[Claim]:
     rows.append(
         Claim(
             "interface forces by inversion on the road, rms error over all directions, median "
-            "(range) [%]; bench forces; largest condition number",
+            "(10 to 90 %) [%]; bench forces; largest condition number",
             "≤ 10 where the condition number is below 100",
             f"{_words(inversion)}; {_words(blocked)}; {condition:.0f}",
             bool(inversion.max() <= 10 and condition < 100),
@@ -162,14 +184,10 @@ def _rest(criteria: pd.DataFrame) -> list[Claim]:
         thesis = own["thesis"].iloc[0]
         rows.append(
             Claim(
-                f"{name}, each fleet",
+                f"{name}; drawings: {len(own)}",
                 target or f"no claim; thesis {thesis}",
-                _list(own["measured"], 3 if "MAC" in str(name) else 1),
+                _words(own["measured"], 3 if "MAC" in str(name) else 1),
                 not target or bool((own["holds"] == "yes").all()),
             )
         )
     return rows
-
-
-def _list(values: pd.Series[float], digits: int = 1) -> str:
-    return ", ".join(f"{v:.{digits}f}" if math.isfinite(v) else "not known" for v in values)

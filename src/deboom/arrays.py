@@ -177,14 +177,14 @@ def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
         def __post_init__(self: Any) -> None:
             sizes: dict[str, int] = {}
             for field in fields(self):
-                value = getattr(self, field.name)
-                annotation = str(field.type)
-                if value is None:
+                value, annotation = getattr(self, field.name), str(field.type)
+                shape, conditions = declared.get(field.name, every)
+                is_tuple = annotation.startswith("tuple")
+                if value is None or not (is_tuple or shape or conditions):
                     continue
                 name = getattr(self, "name", None)
                 item = f"{name if isinstance(name, str) else owner}: {field.name}"
-                shape, conditions = declared.get(field.name, every)
-                if annotation.startswith("tuple"):
+                if is_tuple:
                     value = tuple(value)
                     length = sizes.setdefault(shape, len(value)) if shape else len(value)
                     if length != len(value):
@@ -192,7 +192,8 @@ def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
                 elif shape:
                     kind = next((t for k, t in _DTYPES.items() if k in annotation), float)
                     value = checked_array(value, shape, item, sizes, kind)
-                check_conditions(value, conditions, item)
+                if conditions:
+                    check_conditions(value, conditions, item)
                 object.__setattr__(self, field.name, value)
             if own_check is not None:
                 own_check(self)

@@ -1,24 +1,20 @@
 """Writes `model_numbers.json`: what the models say of fixed designs and fixed measurements.
 
 Everything goes through the command line, so that no inner name is pinned, and nothing is searched:
-a search forks where a last bit differs. Run it only when a change of these numbers is meant, and
-say in the changelog why.
+a search forks where a last bit differs. Run `python -m golden.write_model_numbers` in `tests` only
+when a change of these numbers is meant, and say in the changelog why.
 """
 
-from __future__ import annotations
-
 import json
-import os
 import tempfile
-from collections.abc import Mapping
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
+
+from command_line import call
 
 PATH = Path(__file__).with_name("model_numbers.json")
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -26,7 +22,7 @@ VEHICLES = [f"U06-{number} [dB(A)]" for number in range(1, 6)]
 DESIGNS = 0.85 + 0.3 * np.random.default_rng(7).random((12, 12)).round(3)
 
 
-def levels(motion: str) -> dict[str, Any]:
+def levels(motion):
     """Levels of five vehicles for twelve designs, and surfaces against spectra."""
     names = [f"{mount} {axis} [1]" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
     pd.DataFrame(DESIGNS, columns=names).to_csv("designs.csv", index=False)
@@ -36,13 +32,13 @@ def levels(motion: str) -> dict[str, Any]:
     return _columns(run / "doe.csv", VEHICLES) | (check if motion == "prescribed" else {})
 
 
-def sobol_indices() -> dict[str, Any]:
+def sobol_indices():
     """First order and total indices of a fixed sample, all variables of all vehicles."""
     run = _study("u06_sensitivity", "--n", "32", "--resamples", "100", "--motion", "prescribed")
     return _columns(run / "sobol.csv", ["first order [1]", "total [1]"])
 
 
-def characterised_stiffness() -> dict[str, Any]:
+def characterised_stiffness():
     """Quality and operating stiffness of every direction of one mount set."""
     _command("bench", "campaign", "campaign", "--mount-set", "M1", "--seed", "3")
     _command("characterise", "campaign", "--library", "mounts.db", "--gear", "5", "--gear", "6")
@@ -61,7 +57,7 @@ def characterised_stiffness() -> dict[str, Any]:
     return found
 
 
-def compressor() -> dict[str, Any]:
+def compressor():
     """Unbalance and cabin noise of the bench's compressor; tests/studies holds its own runs."""
     unbalance = _study("compressor_unbalance")
     noise = _study("compressor_noise", "--draws", "20")
@@ -83,44 +79,31 @@ NUMBERS = {
 }
 
 
-def compute(name: str) -> Mapping[str, Any]:
+def compute(name):
     """Return the numbers of one part, computed in a folder that is left behind empty."""
-    with tempfile.TemporaryDirectory() as folder, _inside(Path(folder)), _no_pictures():
+    with tempfile.TemporaryDirectory() as folder, chdir(folder), _no_pictures():
         return NUMBERS[name]()
 
 
-def _columns(path: Path, names: list[str], step: int = 1) -> dict[str, list[float]]:
+def _columns(path, names, step=1):
     table = pd.read_csv(path)
     return {
         f"{path.stem}: {name}": table[name].iloc[::step].astype(float).tolist() for name in names
     }
 
 
-def _study(name: str, *words: str) -> Path:
+def _study(name, *words):
     return _command("run", str(STUDIES / f"{name}.py"), *words)
 
 
-def _command(*words: str) -> Path:
+def _command(*words):
     """Run a command line; return the folder that its last line names."""
-    from deboom.cli import app
-
-    result = CliRunner().invoke(app, list(words), catch_exceptions=False)
-    assert result.exit_code == 0, result.stderr
+    result = call(*words)
     return Path((result.stdout.strip().splitlines() or ["."])[-1])
 
 
 @contextmanager
-def _inside(folder: Path) -> Any:
-    before = Path.cwd()
-    os.chdir(folder)
-    try:
-        yield
-    finally:
-        os.chdir(before)
-
-
-@contextmanager
-def _no_pictures() -> Any:
+def _no_pictures():
     """Draw nothing: pictures are most of a small study's time, and no number comes from them."""
     from deboom.report import Report
 
@@ -129,7 +112,7 @@ def _no_pictures() -> Any:
         yield
 
 
-def main() -> None:
+def main():
     numbers = {name: compute(name) for name in NUMBERS}
     PATH.write_text(json.dumps(numbers, indent=0, ensure_ascii=False) + "\n", encoding="utf-8")
 

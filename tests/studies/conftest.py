@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 from summary_keys import described, undefined
 
-from deboom.study.runner import Study, load_study
+from deboom.study.runner import Study, load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
@@ -45,6 +45,18 @@ def defined_summaries():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Study, "report", report)
         yield
+
+
+@pytest.fixture(scope="module")
+def finished(request, tmp_path_factory):
+    """One run of a module's study, with its budget, that several tests look at."""
+    module, out = request.module, tmp_path_factory.mktemp("results")
+    return run_study(module.STUDY, out, module.BUDGET)
+
+
+@pytest.fixture(scope="module")
+def summary(finished):
+    return json.loads((finished / "summary.json").read_text(encoding="utf-8"))
 
 
 @pytest.fixture

@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from functools import cache
 
 import numpy as np
 
@@ -14,7 +15,13 @@ from deboom.report.report import Picture
 N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
 LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])
 PANEL = CurvePanel("", np.arange(1, 4), {"hypervolume": np.array([0.1, 0.2, 0.25])})
-PNG = as_png(curve_panels([PANEL], x_label="generation [1]", y_label="hypervolume [1]", columns=1))
+
+
+@cache
+def curve():
+    return as_png(
+        curve_panels([PANEL], x_label="generation [1]", y_label="hypervolume [1]", columns=1)
+    )
 
 
 def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
@@ -49,7 +56,7 @@ def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
         frequency=lines,
         speed=30.0 * lines,
         levels=rng.uniform(20.0, 70.0, (n + 1, len(vehicles), len(lines))),
-        pictures=(Picture(PNG, "A curve.", "The front."),),
+        pictures=(Picture(curve(), "A curve.", "The front."),),
     )
     return replace(whole, **changes)
 

@@ -7,9 +7,8 @@ import numpy as np
 import pandas as pd
 import pytest
 from acceptance_samples import acceptance_box, variable
-from typer.testing import CliRunner
 
-from deboom.cli import app
+from command_line import call, refused
 from deboom.errors import InputError
 from deboom.files.acceptance import BoxResponse, read_delivered_parts, write_solution_box
 from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
@@ -96,9 +95,8 @@ def run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("delivery")
     write_solution_box(folder / "acceptance_box.json", box_of())
     parts = table_of(folder, 0.9 + np.linspace(-0.03, 0.03, 20))
-    options = ["--out", str(folder / "out"), "--platform", str(PLATFORM), "--uncertainty", "0.01"]
-    result = CliRunner().invoke(app, ["accept", str(folder), str(parts), *options])
-    assert result.exit_code == 0, result.output
+    options = ["--out", folder / "out", "--platform", PLATFORM, "--uncertainty", "0.01"]
+    result = call("accept", folder, parts, *options)
     return Path(result.stdout.strip().splitlines()[-1])
 
 
@@ -171,9 +169,5 @@ def test_bad_calls_leave_nothing(tmp_path):
         (tmp_path, [], "holds no acceptance_box.json"),
         (tmp_path / "box.json", ["--uncertainty", "0.7"], "from 0 to below 0.5"),
     ):
-        result = CliRunner().invoke(
-            app, ["accept", str(box), str(parts), "--out", str(out), *options]
-        )
-        assert result.exit_code == 2
-        assert sentence in result.stderr
+        refused(("accept", box, parts, "--out", out, *options), sentence)
         assert not list(out.rglob("summary.json"))

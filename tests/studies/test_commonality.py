@@ -1,8 +1,5 @@
 """Mounts that vehicles share, at a tiny budget."""
 
-import json
-from pathlib import Path
-
 import numpy as np
 import pandas as pd
 import pytest
@@ -11,18 +8,11 @@ from deboom.errors import InputError
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "commonality.py"
+STUDY = load_study("commonality")
 BUDGET = {"motion": Motion.prescribed, "group": "U06", "starts": 3, "allowed": 0.3}
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """One run that several tests look at."""
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), BUDGET)
-
-
-def test_part_numbers_of_one_group(finished):
-    summary = json.loads((finished / "summary.json").read_text())
+def test_part_numbers_of_one_group(summary):
     assert summary["part_numbers_own"] == 20
     # U06-5 has another engine mount and another gearbox mount than its sisters
     assert summary["part_numbers_min"] == 6
@@ -57,7 +47,7 @@ def test_tables_agree_with_each_other(finished):
 )
 def test_bad_options_are_one_sentence_and_leave_nothing(tmp_path, options, sentence):
     with pytest.raises(InputError, match=sentence):
-        run_study(load_study(STUDY), tmp_path, {**BUDGET, "starts": 1, **options})
+        run_study(STUDY, tmp_path, {**BUDGET, "starts": 1, **options})
     assert not list(tmp_path.rglob("summary.json"))
 
 
@@ -66,7 +56,7 @@ def test_a_limit_out_of_reach_names_the_vehicle(tmp_path):
     rows = [f"U06-{n},{50 if n < 5 else 40}" for n in range(1, 6)]
     table.write_text("vehicle,limit [dB(A)]\n" + "\n".join(rows) + "\n")
     with pytest.raises(InputError, match=r"limits\.csv: U06-3 .* limit of 50 dB\(A\)"):
-        run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
+        run_study(STUDY, tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
     table.write_text("vehicle,limit [dB(A)]\nU06-1,50\n")
     with pytest.raises(InputError, match=r"no row for \['U06-2'"):
-        run_study(load_study(STUDY), tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})
+        run_study(STUDY, tmp_path / "out", {**BUDGET, "starts": 1, "limits": table})

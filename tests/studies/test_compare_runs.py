@@ -6,9 +6,8 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from deboom.cli import app
+from command_line import call
 from deboom.errors import InputError
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import compare, configuration_names
@@ -20,10 +19,8 @@ FRONT = """'''Which of five springs are best?'''
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 import pandas as pd
-from typer import Option
 
 from deboom.explore.front import verify
 from known_truth import quad2
@@ -36,11 +33,11 @@ from deboom.study.search import SearchOptions
 
 @dataclass(frozen=True)
 class Options:
-    seed: Annotated[int, Option()] = 1
+    seed: int = 1
     search: SearchOptions = SearchOptions(generations=12, population=16)
-    springs: Annotated[int, Option()] = 5
-    tolerance: Annotated[float, Option()] = 0.15
-    platform: Annotated[Path, Option()] = Path(__file__).parent / "here"
+    springs: int = 5
+    tolerance: float = 0.15
+    platform: Path = Path(__file__).parent / "here"
 
 
 @dataclass(frozen=True)
@@ -281,9 +278,7 @@ def test_a_script_of_another_model_is_refused(pair, studies, judged, tmp_path, o
 
 
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
-    call = CliRunner().invoke
-    listed = call(app, ["list", str(results), "--html"])
-    assert listed.exit_code == 0, listed.output
+    listed = call("list", results, "--html")
     for words in (
         "five springs",
         "seed 2",
@@ -296,19 +291,17 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     page = (results / "index.html").read_text(encoding="utf-8")
     for run in (*pair, compared[0]):
         assert f'href="{run.parent.name}/{run.name}/report.html"' in page
-    shown = call(app, ["show", str(pair[0])]).output
+    shown = call("show", pair[0]).output
     for words in ("generations", "designs found", "Versions"):
         assert words in shown
     assert "All files are as the run wrote them." in shown
     edited = copied(pair[0], tmp_path)
     (edited / "front.csv").write_text("")
-    assert "front.csv has been edited" in call(app, ["show", str(edited)]).output
+    assert "front.csv has been edited" in call("show", edited).output
     (edited.parent / "broken").mkdir()
     (edited.parent / "broken" / "run.json").write_text("{")
-    again = call(app, ["list", str(tmp_path), "--html"])
-    assert again.exit_code == 0
+    again = call("list", tmp_path, "--html")
     assert "damaged" in again.output
     assert "damaged" in (tmp_path / "index.html").read_text(encoding="utf-8")
-    refused = call(app, ["compare", str(pair[0])])
-    assert refused.exit_code == 2
+    refused = call("compare", pair[0], code=2)
     assert len(refused.stderr.strip().splitlines()) == 1

@@ -7,16 +7,15 @@ import numpy as np
 import pandas as pd
 import pytest
 from openpyxl import load_workbook
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
-from deboom.cli import app
 from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile
 from deboom.files.schema import dump_toml, load_toml
 from deboom.study.runner import load_study, run_study
 
-STUDY = Path(__file__).parents[2] / "studies" / "compressor_unbalance.py"
+STUDY = load_study("compressor_unbalance")
 LIMITS = """
 format = 1
 [static_unbalance]
@@ -34,7 +33,7 @@ at_most_n_per_mm = 300.0
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
     """One run that several tests look at."""
-    return run_study(load_study(STUDY), tmp_path_factory.mktemp("results"), {})
+    return run_study(STUDY, tmp_path_factory.mktemp("results"), {})
 
 
 @pytest.fixture(scope="module")
@@ -49,23 +48,18 @@ def part(tmp_path_factory):
     return folder
 
 
-def summary_of(folder):
-    return json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-
-
-def test_a_compressor_as_struck_is_found_by_the_measured_route(finished, numbers_stay):
+def test_a_compressor_as_struck_is_found_by_the_measured_route(finished, numbers_stay, summary):
     numbers_stay(finished, sources=1, unbalance=15)
-    summary = summary_of(finished)
     assert summary["u_stat_first_error_percent"] < 1.5
     assert summary["u_dyn_first_error_percent"] < 3.0
     assert summary["mounts_changed"] == "no"
     assert summary["route"] == "d"
 
 
-def test_tables_and_page_agree(finished):
+def test_tables_and_page_agree(finished, summary):
     sources = pd.read_csv(finished / "sources.csv").set_index("source")
     found = sources.loc["static unbalance"]
-    assert found["amplitude"] == pytest.approx(summary_of(finished)["u_stat_g_mm"], rel=1e-12)
+    assert found["amplitude"] == pytest.approx(summary["u_stat_g_mm"], rel=1e-12)
     assert found["from"] < found["amplitude"] < found["to"]
     page = (finished / "report.html").read_text(encoding="utf-8")
     assert "Routes compared" in page
@@ -74,9 +68,7 @@ def test_tables_and_page_agree(finished):
 
 
 def test_a_model_of_another_hammer_test_is_refused(finished, part, tmp_path):
-    call = ["unbalance", part, "--identified", finished, "--out", tmp_path / "results"]
-    done = CliRunner().invoke(app, [str(argument) for argument in call])
-    assert done.exit_code == 2
+    done = call("unbalance", part, "--identified", finished, "--out", tmp_path / "results", code=2)
     assert "identified from another hammer test" in done.stderr
     assert not list((tmp_path / "results").glob("unbalance/*"))
 
@@ -85,15 +77,23 @@ def test_a_part_is_judged(part, tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
     limits = tmp_path / "limits.toml"
     limits.write_text(LIMITS, encoding="utf-8")
-    call = ["unbalance", part, "--limits", limits, "--out", tmp_path]
-    call += ["--band", "18-150", "--sense", "positive"]
-    done = CliRunner().invoke(app, [str(argument) for argument in call])
-    assert done.exit_code == 0, done.output
+    done = call(
+        "unbalance",
+        part,
+        "--limits",
+        limits,
+        "--out",
+        tmp_path,
+        "--band",
+        "18-150",
+        "--sense",
+        "positive",
+    )
     *_, decision, place = done.stdout.splitlines()
     assert decision == "fail"
     run = Path(place)
     assert run.parent == tmp_path / "unbalance"
-    summary = summary_of(run)
+    summary = json.loads((run / "summary.json").read_text(encoding="utf-8"))
     assert (summary["route"], summary["mounts_changed"]) == ("e", "yes")
     verdicts = pd.read_csv(run / "verdicts.csv")
     assert verdicts["verdict"].tolist() == ["pass", "fail", "undecided"]
@@ -109,7 +109,7 @@ def test_a_part_is_judged(part, tmp_path):
     assert any("limits.toml" in name for name in record["inputs_sha256"])
 
 
-IDENTIFICATION = load_study(Path(__file__).parents[2] / "studies" / "compressor_identification.py")
+IDENTIFICATION = load_study("compressor_identification")
 
 
 @pytest.fixture(scope="module")

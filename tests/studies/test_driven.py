@@ -9,12 +9,11 @@ import pandas as pd
 import pytest
 from scipy.io import wavfile
 from scipy.signal import hilbert
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
-from deboom.cli import app
 from deboom.study.rebuilt import compared_run
 from deboom.study.supplier_study import supplier_study
 from resolved_truth import scaled_bench
@@ -60,15 +59,13 @@ def drive(folder, cars, states, drives=DRIVES):
     return folder
 
 
-def driven(front_run, folder, out):
-    words = ["driven", front_run, folder, "--out", out, "--studies", STUDIES]
-    return CliRunner().invoke(app, [str(word) for word in words])
+def driven(front_run, folder, out, **code):
+    return call("driven", front_run, folder, "--out", out, "--studies", STUDIES, **code)
 
 
 def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"})
     answer = driven(front_run, folder, tmp_path / "results")
-    assert answer.exit_code == 0, answer.output
     run = Path(answer.output.split()[-1])
     assert "<span>--design</span> <span>best-mean</span>" in (run / "report.html").read_text()
     table = pd.read_csv(run / "driven.csv")
@@ -111,8 +108,7 @@ def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tm
 def test_what_is_missing_is_named(front_run, cars, tmp_path, change, words):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
     change(folder)
-    answer = driven(front_run, folder, tmp_path / "results")
-    assert answer.exit_code == 2
+    answer = driven(front_run, folder, tmp_path / "results", code=2)
     assert words in answer.output
     assert not list((tmp_path / "results").rglob("driven.csv"))
 
@@ -132,13 +128,12 @@ def folder(front_run, tmp_path_factory):
     return shutil.copytree(front_run, copy)
 
 
-def listen(*words):
-    return CliRunner().invoke(app, ["listen", *map(str, words), "--studies", str(STUDIES)])
+def listen(*words, **code):
+    return call("listen", *words, "--studies", STUDIES, **code)
 
 
 def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
     result = listen(folder, "--seconds", 8)
-    assert result.exit_code == 0, result.output
     *sounds, facts = map(Path, result.stdout.split("\n")[:-1])
     stated = json.loads(facts.read_text())
     model = compared_run(folder, STUDIES).model
@@ -155,15 +150,13 @@ def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
 
 
 def test_what_cannot_be_heard_is_refused(folder, tmp_path):
-    short = listen(folder, "--seconds", "0.1")
-    assert short.exit_code == 2
+    short = listen(folder, "--seconds", "0.1", code=2)
     assert "--seconds from 1 to 120" in short.stderr
     front = pd.read_csv(folder / "front.csv")
     names = {name for cell in front["pick"].dropna() for name in cell.split(" = ")}
     for pick in Pick:
         name = pick.value.replace("-", " ")
-        result = listen(folder, "--design", pick.value, "--seconds", 1)
-        assert result.exit_code == (0 if name in names else 2), result.output
+        listen(folder, "--design", pick.value, "--seconds", 1, code=0 if name in names else 2)
     (tmp_path / "file").write_text("")
-    taken = listen(folder, "--out", tmp_path / "file")
+    taken = listen(folder, "--out", tmp_path / "file", code=2)
     assert "choose another --out" in taken.stderr

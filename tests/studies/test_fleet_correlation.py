@@ -1,7 +1,6 @@
 """The correlation studies at a tiny budget, through the same door as a user."""
 
 import json
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -12,15 +11,13 @@ from deboom.study.correlation import DoeRequest, Plan
 from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
 
-STUDIES = Path(__file__).parents[2] / "studies"
-PLATFORM = STUDIES / "data" / "u06_f39_f45"
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
 GROUP = {"group": "U06"}
 
 
 def run(out, **changes):
-    return run_study(load_study(STUDIES / "fleet_correlation.py"), out, {**BUDGET, **changes})
+    return run_study(load_study("fleet_correlation"), out, {**BUDGET, **changes})
 
 
 def summary_of(folder):

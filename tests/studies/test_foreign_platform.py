@@ -10,24 +10,15 @@ import shutil
 from functools import cache
 from pathlib import Path
 
+import foreign_platform_samples
 import pytest
-from foreign_platform_samples import (
-    GROUP,
-    LINES,
-    ORDER,
-    PLACES,
-    VEHICLES,
-    motion,
-    pieces,
-    write_foreign_platform,
-)
 
 from deboom.files.platform import read_platform
 from deboom.study.platform_model import Motion, MountSource, check_platform
 from deboom.study.runner import load_study, run_study, study_files
 
 STUDIES = Path(__file__).parents[2] / "studies"
-VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]
+VARIABLES = [f"{mount} {axis}" for mount in foreign_platform_samples.PLACES for axis in "xyz"]
 BUDGET = {
     "seed": 3,
     "band": (30.0, 33.0),
@@ -43,7 +34,7 @@ BUDGET = {
     "polish": False,
     "starts": 2,
     "every_set_up_to": 4,
-    "group": GROUP,
+    "group": foreign_platform_samples.GROUP,
 }
 EFFORT = {
     "u06_platform": {"VERIFIED": 64},
@@ -56,7 +47,9 @@ EFFORT = {
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    return write_foreign_platform(tmp_path_factory.mktemp("foreign") / "any", library=True)
+    return foreign_platform_samples.write_foreign_platform(
+        tmp_path_factory.mktemp("foreign") / "any", library=True
+    )
 
 
 def studies_of_a_platform():
@@ -96,17 +89,17 @@ def test_the_study_runs_on_a_foreign_platform(name, run_of):
     page = (run / "report.html").read_text(encoding="utf-8")
     for stranger in ("U06", "EnM", "TSM", "F39"):
         assert stranger not in said
-    assert all(vehicle in said + page for vehicle in VEHICLES)
+    assert all(vehicle in said + page for vehicle in foreign_platform_samples.VEHICLES)
     assert json.loads((run / "summary.json").read_text(encoding="utf-8"))
 
 
 def test_units_order_and_lines_are_those_of_the_files(folder):
     platform = read_platform(folder)
-    displacement, force = motion(130.0)
+    displacement, force = foreign_platform_samples.motion(130.0)
     case = platform.load_case("high")
-    assert case.order == ORDER
-    assert case.force.frequency == pytest.approx(LINES)
-    for k, piece in enumerate(pieces()):
+    assert case.order == foreign_platform_samples.ORDER
+    assert case.force.frequency == pytest.approx(foreign_platform_samples.LINES)
+    for k, piece in enumerate(foreign_platform_samples.pieces()):
         for a, axis in enumerate("xyz"):
             column = case.force.channels.index(piece.channel(axis))
             assert case.force.values[:, column] == pytest.approx(force[:, k, a])
@@ -135,6 +128,7 @@ def test_a_library_that_does_not_fit_is_found(folder, tmp_path):
     assert "Other" in fault
 
 
+@pytest.mark.usefixtures("plain_loops")
 def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correlate(
     folder, tmp_path, monkeypatch
 ):
@@ -142,7 +136,7 @@ def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correla
     toml = alone / "platform.toml"
     first, second, rest = re.split(r"(?=\[\[vehicles\]\])", toml.read_text(encoding="utf-8"))
     toml.write_text(first + second + rest[rest.index("[[load_cases]]") :], encoding="utf-8")
-    study = load_study(STUDIES / "u06_platform.py")
+    study = load_study("u06_platform")
     asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
     monkeypatch.setattr(study.module, "VERIFIED", 64)
     source = {"platform": alone, "mounts": MountSource.spectra}

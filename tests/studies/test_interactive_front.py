@@ -10,10 +10,9 @@ import pandas as pd
 import pytest
 from foreign_platform_samples import GROUP, LINES, ORDER, PLACES, VEHICLES, write_foreign_platform
 from interactive_front_samples import data_of
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.choices import Pick
-from deboom.cli import app
 from deboom.errors import InputError
 from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
@@ -42,7 +41,7 @@ def folder(tmp_path_factory):
         "loss_factors": True,
         "load_case": ["high=2", "low=1"],
     }
-    study = load_study(STUDIES / "u06_robust_front.py")
+    study = load_study("u06_robust_front")
     figure = Report.figure
 
     def shown(self, stem, *words):
@@ -57,9 +56,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def page(folder):
-    asked = ["report", str(folder), "--interactive", "--studies", str(STUDIES)]
-    answer = CliRunner().invoke(app, asked)
-    assert answer.exit_code == 0, answer.output
+    answer = call("report", folder, "--interactive", "--studies", STUDIES)
     assert answer.output.strip() == (folder / "interactive.html").as_posix()
     return folder / "interactive.html"
 
@@ -124,7 +121,7 @@ def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, t
 
 
 def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path):
-    platform = load_study(STUDIES / "fleet_correlation.py")
+    platform = load_study("fleet_correlation")
     options = {"platform": folder.parents[2] / "any", "mounts": MountSource.spectra, "designs": 20}
     asked = {**options, "motion": Motion.prescribed, "resamples": 100, "draws": 2}
     run = run_study(platform, tmp_path, asked)
@@ -150,6 +147,5 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
     ],
 )
 def test_what_cannot_be_written_is_said_in_one_sentence(folder, options, words):
-    answer = CliRunner().invoke(app, ["report", *map(str, (folder, *options))])
-    assert answer.exit_code == 2
+    answer = call("report", folder, *options, code=2)
     assert words in answer.output

@@ -1,6 +1,5 @@
 """The study of measured uncertainty: what it says of a tiny search, and of a run."""
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -19,38 +18,32 @@ from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays
 
 STUDIES = Path(__file__).parents[2] / "studies"
-STUDY = load_study(STUDIES / "measured_uncertainty.py")
+STUDY = load_study("measured_uncertainty")
 PLATFORM = STUDIES / "data" / "u06_f39_f45"
-QUICK = {"draws": 40, "generations": 2, "population": 8, "samples": 8}
+BUDGET = {"draws": 40, "generations": 2, "population": 8, "samples": 8}
 
 
-@pytest.fixture(scope="module")
-def run(tmp_path_factory):
-    return run_study(STUDY, tmp_path_factory.mktemp("results"), QUICK)
-
-
-def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(run):
-    summary = json.loads((run / "summary.json").read_text())
+def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(finished, summary):
     assert 0.2 < summary["level_half_width_db"] < 1.0
     assert summary["change_half_width_db"] < 0.3 * summary["level_half_width_db"]
     for name in ("picks", "vehicles"):
-        table = pd.read_csv(run / f"{name}.csv")
+        table = pd.read_csv(finished / f"{name}.csv")
         ends = [column for column in table if ", from [" in column]
         assert ends
         for low in ends:
             assert np.all(table[low] <= table[low.replace(", from", ", to")])
-    quieter = pd.read_csv(run / "picks.csv")["quieter than today's [%]"]
+    quieter = pd.read_csv(finished / "picks.csv")["quieter than today's [%]"]
     assert (quieter[0], quieter[1] > 90.0) == (50.0, True)
 
 
-def test_every_source_says_where_its_size_comes_from(run):
-    sources = pd.read_csv(run / "sources.csv")
+def test_every_source_says_where_its_size_comes_from(finished):
+    sources = pd.read_csv(finished / "sources.csv")
     origin = dict(zip(sources["source"], sources["from"], strict=True))
     assert origin["calibration of the transfer functions"] == "stated prior"
     assert origin["stiffness: rest of the error budget"] == "error budget in the mount library"
     assert origin["motion in the runs"] == "tolerances of campaign virtual_bench_1"
     assert sources["share of its variance [%]"].sum() == pytest.approx(100)
-    following = pd.read_csv(run / "next.csv")
+    following = pd.read_csv(finished / "next.csv")
     assert following["measurement"].iloc[0] == "none: as it is"
     columns = [column for column in following if column.endswith("± [dB]")]
     assert len(columns) == 3
@@ -68,7 +61,7 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
         picks={"best mean": 0},
     )
     monkeypatch.setattr(STUDY.module, "compared_run", lambda *_: front)
-    asked = {**QUICK, "front": tmp_path, "motion": Motion.prescribed}
+    asked = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}
     result = run_study(STUDY, tmp_path, asked)
 
     picks = pd.read_csv(result / "picks.csv")

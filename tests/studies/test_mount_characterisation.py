@@ -3,7 +3,6 @@
 import json
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -21,7 +20,7 @@ from deboom.study.mount_characterisation import characterise_given, direction_nu
 from deboom.study.runner import load_study, run_study
 
 DRAWN = Report.figure
-STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
+STUDY = load_study("mount_characterisation")
 RUNS = tuple(
     PlannedRun(gear, torque, full_load)
     for gear, torque, full_load in (
@@ -50,9 +49,8 @@ def finished(campaign, tmp_path_factory):
     return run_study(STUDY, tmp_path_factory.mktemp("results"), {"campaign": campaign})
 
 
-def test_mounts_are_found_within_a_few_percent_of_the_truth(finished):
+def test_mounts_are_found_within_a_few_percent_of_the_truth(finished, summary):
     """One bench: 90 % bounds; medians over many benches stand in the validation page."""
-    summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
     numbers = pd.read_csv(finished / "directions.csv").set_index("direction")
     for name in numbers.index.difference(["EnM y", "GeM y", "TSM y"]):
         assert 0 < numbers.loc[name, "error [1]"] < (0.03 if name[-1] == "x" else 0.10), name

@@ -16,7 +16,7 @@ from deboom.study.platform_model import CATALOGUE_FILE, Motion, MountSource
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
-STUDY = load_study(STUDIES / "mount_selection.py")
+STUDY = load_study("mount_selection")
 PLATFORM = STUDIES / "data" / "u06_f39_f45"
 BUDGET = {
     "seed": 1,
@@ -40,8 +40,7 @@ def test_a_front_of_parts_has_no_interactive_page(finished):
         write_interactive_page(finished, studies=STUDIES)
 
 
-def test_the_search_finds_the_front_of_all_sets(finished):
-    summary = json.loads((finished / "summary.json").read_text())
+def test_the_search_finds_the_front_of_all_sets(summary):
     assert summary["n_sets"] == 36
     assert summary["n_front"] == summary["n_set_front"]
     as_they_are = summary["change_parts_as_they_are_db_per_line"]
@@ -64,13 +63,7 @@ def test_re_tuned_parts_in_coupled_motion_do_no_worse(tmp_path, finished):
     run = run_study(
         STUDY,
         tmp_path,
-        {
-            **BUDGET,
-            "retuning": 0.05,
-            "motion": Motion.coupled,
-            "mount": ["TSM"],
-            "generations": 6,
-        },
+        {**BUDGET, "retuning": 0.05, "motion": Motion.coupled, "mount": ["TSM"], "generations": 6},
     )
     summary = json.loads((run / "summary.json").read_text())
     assert summary["change_db_per_line"] < summary["change_parts_as_they_are_db_per_line"]

@@ -7,20 +7,13 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
-from deboom.cli import app
+from command_line import call
 from deboom.study import supplier_numbers
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
 MOUNTS = ("Front", "Left", "Right", "Roll")
 VEHICLES = ("wagon-1", "wagon-2", "wagon-3")
-
-
-def deboom(*words):
-    result = CliRunner().invoke(app, [str(word) for word in words], catch_exceptions=False)
-    assert result.exit_code == 0, result.output
-    return result.stdout.strip().splitlines()
 
 
 @pytest.fixture(scope="module")
@@ -29,7 +22,7 @@ def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("home") / "nordic"
     names = [word for mount in MOUNTS for word in ("--mount", mount)]
     names += [word for vehicle in VEHICLES for word in ("--vehicle", vehicle)]
-    deboom("new", "platform", folder, *names, "--group", "family", "--files", "xlsx")
+    call("new", "platform", folder, *names, "--group", "family", "--files", "xlsx")
     toml = folder / "platform.toml"
     text = re.sub("^# cylinders = 3", "# cylinders = 4", toml.read_text(), flags=re.M)
     toml.write_text(re.sub("^# dominant_order = 1.5", "# dominant_order = 2.0", text, flags=re.M))
@@ -42,23 +35,24 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     folder, quick_front, monkeypatch, tmp_path
 ):
     monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
-    summary = "\n".join(deboom("check", folder))
+    summary = call("check", folder).stdout
     assert "4, 12 variables" in summary
     assert "3 in group family" in summary
     assert "161 lines in 40 to 120 Hz: 1200 to 3600 rpm of order 2" in summary
     budget = ("--generations", "2", "--population", "8", "--samples", "8", "--no-polish")
+    budget += ("--band", "60", "70")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
-    run = Path(deboom("run", quick_front.name, *options, *budget)[-1])
+    run = Path(call("run", quick_front.name, *options, *budget).stdout.splitlines()[-1])
     assert '"group": ""' in (run / "run.json").read_text()
     front = pd.read_csv(run / "front.csv")
     assert len(front) >= 1
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))
     assert not re.search("U06|TSM", said)
     words = ("--supplier", "--anonymous", "--mount", "Roll", "--out", tmp_path / "supplier")
-    pages = deboom("report", run, *words)
+    pages = call("report", run, *words).stdout.splitlines()
     for path in map(Path, pages):
         if path.suffix == ".html":
             text = re.sub(r"<style.*?</style>", "", path.read_text(encoding="utf-8"), flags=re.S)
             assert not re.search(r"\b(wagon|family|nordic)", text)
-    assert deboom("report", run, "--interactive")[-1].endswith("interactive.html")
-    assert deboom("listen", run, "--seconds", "2")[-1].endswith("listen.json")
+    assert call("report", run, "--interactive").stdout.strip().endswith("interactive.html")
+    assert call("listen", run, "--seconds", "2").stdout.strip().endswith("listen.json")

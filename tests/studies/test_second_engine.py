@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -18,7 +17,7 @@ from deboom.study import second_engine
 from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
 
-STUDY = load_study(Path(__file__).parents[2] / "studies" / "mount_characterisation.py")
+STUDY = load_study("mount_characterisation")
 OPTIONS = CharacteriseOptions()
 FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
 SECOND = replace(
@@ -33,10 +32,7 @@ SECOND = replace(
 def second(tmp_path_factory):
     """Three runs of the second engine."""
     return write_campaign(
-        tmp_path_factory.mktemp("measured") / "second",
-        501,
-        SECOND,
-        bench=load_second_engine(),
+        tmp_path_factory.mktemp("measured") / "second", 501, SECOND, bench=load_second_engine()
     )
 
 
@@ -57,8 +53,7 @@ def finished(second, library, tmp_path_factory):
     return run_study(STUDY, tmp_path_factory.mktemp("results"), options)
 
 
-def test_forces_of_the_second_engine_are_predicted(finished):
-    summary = json.loads((finished / "summary.json").read_text(encoding="utf-8"))
+def test_forces_of_the_second_engine_are_predicted(summary):
     assert 0.0 < summary["second_rms_force_percent_TSM_x"] < 4.0
     assert summary["second_r2_force_imag_TSM_x"] > 99.0
     assert 0.0 < summary["second_truth_error_percent_TSM_x"] < 5.0

@@ -1,6 +1,5 @@
 """The acceptance box of the shipped platform, found with few parts."""
 
-import json
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,8 +16,8 @@ from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
 
 STUDIES = Path(__file__).parents[2] / "studies"
-STUDY = load_study(STUDIES / "solution_box.py")
-ASKED = {"seed": 1, "motion": Motion.prescribed}
+STUDY = load_study("solution_box")
+BUDGET = {"seed": 1, "motion": Motion.prescribed}
 QUICK = BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
 )
@@ -33,18 +32,11 @@ def few_parts():
         yield
 
 
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    """One run that several tests look at."""
-    return run_study(STUDY, tmp_path_factory.mktemp("results"), ASKED)
-
-
 def run(tmp_path, **options):
-    return run_study(STUDY, tmp_path, {**ASKED, **options})
+    return run_study(STUDY, tmp_path, {**BUDGET, **options})
 
 
-def test_the_box_keeps_its_share_and_is_larger_than_the_others(finished):
-    summary = json.loads((finished / "summary.json").read_text())
+def test_the_box_keeps_its_share_and_is_larger_than_the_others(summary):
     assert summary["share_stated"] == 0.95
     assert summary["share_verified"] >= summary["share_bound"] > 0.945
     assert summary["width_ratio_pm15"] > 1.25
@@ -79,12 +71,9 @@ def test_the_box_file_says_what_a_supplier_needs(finished):
     assert not box.variable("Du y").required
     assert box.variable("Du y").reference_stiffness_n_per_m is None
     assert [response.name for response in box.responses] == [f"U06-{n}" for n in range(1, 6)]
-    parts = Box(tuple(v.name for v in box.variables), *_ends(box))
+    ends = (np.array([getattr(v, end) for v in box.variables]) for end in ("lower", "upper"))
+    parts = Box(tuple(v.name for v in box.variables), *ends)
     assert parts.contains(parts.centre[np.newaxis]).all()
-
-
-def _ends(box):
-    return (np.array([getattr(v, end) for v in box.variables]) for end in ("lower", "upper"))
 
 
 def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):

@@ -3,7 +3,6 @@
 import json
 import shutil
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -19,10 +18,11 @@ from deboom.study.campaigns import virtual_vehicles
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles import synthesis
 
-STUDY = load_study(Path(__file__).parents[2] / "studies" / "synthesis_validation.py")
+STUDY = load_study("synthesis_validation")
 MIX = "EnM1-GeM2-TSM1-Du2"
 PLAN = CampaignPlan(("M1", "M2", MIX), TRAINING_RUNS[:9:2], shaker_repeats=1)
 CASE = LOAD_CASES[1]
+pytestmark = pytest.mark.usefixtures("few_chains")
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 
 

@@ -33,7 +33,7 @@ def runs():
 
 def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
     pytest.importorskip("numba")
-    options = {"motion": Motion.amplitude, "factor": Factor.part, "band": (24.0, 32.0)}
+    options = {"motion": Motion.amplitude, "factor": Factor.part, "band": (24.0, 28.0)}
     run = run_study(quick_front, tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
     record = json.loads((run / "run.json").read_text())

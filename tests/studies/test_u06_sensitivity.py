@@ -47,8 +47,7 @@ def test_the_ranking_is_that_of_the_thesis(finished):
     assert (inert["zero"] == "first order, total, interaction").all()
 
 
-def test_summary_and_tables_say_the_same(finished):
-    summary = json.loads((finished / "summary.json").read_text())
+def test_summary_and_tables_say_the_same(finished, summary):
     table = pd.read_csv(finished / "sobol.csv").set_index(["vehicle", "variable"])
     assert summary["st_TSM_x_U06-1"] == table.loc[("U06-1", "TSM x"), "total [1]"]
     assert sum(key.startswith("st_") and "mount" not in key for key in summary) == 60

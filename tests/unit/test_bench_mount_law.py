@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.bench import sensors
-from deboom.bench.fleet import draw_fleet, load_fleet, modified_body
+from deboom.bench.fleet import load_fleet, modified_body
 from deboom.bench.operating_run import PlannedRun, operate, true_run
 from deboom.bench.powertrain import load_bench, play_operator, static_deflection
 from deboom.errors import InputError
@@ -168,22 +168,6 @@ def test_data_sheet_stays_within_its_tolerances_and_never_states_the_truth():
 
 BODY = load_fleet(1).bodies["U06-1"]
 NOTHING = np.zeros(8)
-
-
-def same(body, other):
-    return all(map(np.array_equal, vars(body).values(), vars(other).values()))
-
-
-def test_three_groups_of_five_in_every_fleet():
-    names = [f"{group}-{number}" for group in ("U06", "F39", "F45") for number in range(1, 6)]
-    assert list(load_fleet(1).bodies) == names
-    assert list(load_fleet(7).bodies) == names
-
-
-def test_one_seed_one_fleet():
-    first, again, other = draw_fleet(7), draw_fleet(7), draw_fleet(8)
-    assert all(same(first[name], again[name]) for name in first)
-    assert not any(same(first[name], other[name]) for name in first)
 
 
 def test_factors_on_local_shape_and_damping():

@@ -8,10 +8,9 @@ from pathlib import Path
 
 import pytest
 from broken_files import content, edited, functions
-from typer.testing import CliRunner
 
 import deboom
-from deboom.cli import app
+from command_line import call, refused
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -19,15 +18,9 @@ PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 TINY = ["--generations", "1", "--population", "8", "--samples", "16"]
 
 
-@pytest.fixture
-def cli(monkeypatch):
-    """Call the command line in this process; returns exit code, standard output and error."""
+@pytest.fixture(autouse=True)
+def at_home(monkeypatch):
     monkeypatch.chdir(ROOT)
-
-    def call(*arguments):
-        return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-    return call
 
 
 def test_help_starts_without_heavy_imports():
@@ -51,16 +44,8 @@ def test_help_starts_without_heavy_imports():
         (("studies",), ["studies/u06_robust_front.py", "Which mount stiffnesses"]),
     ],
 )
-def test_help_teaches(cli, arguments, words):
-    assert all(word in cli(*arguments).output for word in words)
-
-
-def refused(result, *words):
-    """One sentence on standard error, exit code 2, no traceback."""
-    assert result.exit_code == 2, result.output
-    assert len(result.stderr.strip().splitlines()) == 1, result.stderr
-    for word in words:
-        assert word in result.stderr
+def test_help_teaches(arguments, words):
+    assert all(word in call(*arguments).output for word in words)
 
 
 @pytest.mark.parametrize(
@@ -75,9 +60,9 @@ def refused(result, *words):
         (["--population", "1"], ["population"]),
     ],
 )
-def test_bad_options_end_with_one_sentence_and_write_nothing(cli, tmp_path, options, words):
+def test_bad_options_end_with_one_sentence_and_write_nothing(tmp_path, options, words):
     out = tmp_path / "results"
-    refused(cli("run", STUDY, *TINY, "--out", out, *options), *words)
+    refused(("run", STUDY, *TINY, "--out", out, *options), *words)
     assert not out.exists()
 
 
@@ -91,46 +76,38 @@ def test_bad_options_end_with_one_sentence_and_write_nothing(cli, tmp_path, opti
     ],
 )
 def test_options_of_late_steps_are_refused_before_any_work(
-    cli, tmp_path, monkeypatch, study, options, words
+    tmp_path, monkeypatch, study, options, words
 ):
     monkeypatch.setattr("deboom.study.runner.run_study", lambda *_: pytest.fail("work began"))
-    refused(cli("run", study, "--out", tmp_path, *options), *words)
+    refused(("run", study, "--out", tmp_path, *options), *words)
 
 
-def test_missing_study_and_file_that_is_no_study(cli, tmp_path):
-    refused(cli("run", "studies/nothing.py"), "studies/nothing.py", "deboom studies")
+def test_missing_study_and_file_that_is_no_study(tmp_path):
+    refused(("run", "studies/nothing.py"), "studies/nothing.py", "deboom studies")
     script = tmp_path / "script.py"
     script.write_text("print('no study')\n")
-    refused(cli("run", script), "docstring")
+    refused(("run", script), "docstring")
     script.write_text('"""A question?"""\n')
-    refused(cli("run", script), "Options", "prepare(options)")
-    refused(cli("run", "u06_robust_fron"), "did you mean u06_robust_front?")
+    refused(("run", script), "Options", "prepare(options)")
+    refused(("run", "u06_robust_fron"), "did you mean u06_robust_front?")
     script.write_text("def main(:\n")
-    refused(cli("run", script), "line 1")
+    refused(("run", script), "line 1")
 
 
-def test_output_folder_that_cannot_be_written(cli, tmp_path):
-    blocked = tmp_path / "file"
-    blocked.write_text("")
-    refused(cli("run", STUDY, *TINY, "--out", blocked / "results"), "file", "--out")
-
-
-def test_bench_refuses_seed_0_and_a_folder_in_use(cli, tmp_path):
-    refused(cli("bench", "write", tmp_path / "new", "--seed", 0), "seed")
-    assert not (tmp_path / "new").exists()
+def test_a_file_in_the_way_of_a_folder_is_named_and_kept(tmp_path):
     (tmp_path / "mine.txt").write_text("keep")
-    refused(cli("bench", "write", tmp_path), "not empty")
-    assert (tmp_path / "mine.txt").read_text() == "keep"
+    refused(("run", STUDY, *TINY, "--out", tmp_path / "mine.txt" / "results"), "mine.txt", "--out")
+    refused(("bench", "write", tmp_path), "not empty")
+    refused(("bench", "write", tmp_path / "new", "--seed", 0), "seed")
+    assert [path.read_text() for path in tmp_path.iterdir()] == ["keep"]
 
 
-def test_bench_writes_a_platform_that_passes_its_check(cli, tmp_path):
+def test_bench_writes_a_platform_that_passes_its_check(tmp_path):
     folder = tmp_path / "platform"
-    written = cli("bench", "write", folder, "--seed", "2")
-    assert written.exit_code == 0
+    written = call("bench", "write", folder, "--seed", "2")
     assert "--mounts spectra" in written.stderr
     assert Path(written.stdout.splitlines()[-1]) == folder
-    checked = cli("check", folder)
-    assert checked.exit_code == 0, checked.stderr
+    checked = call("check", folder)
     assert "5 in group U06" in checked.stdout
 
 
@@ -162,13 +139,11 @@ def turned(there):
         ),
     ],
 )
-def test_a_fault_of_a_platform_is_named_and_nothing_is_written(cli, fault, words, tmp_path):
-    """The sentences are tested in the files room; here it is the whole way that counts."""
+def test_a_fault_of_a_platform_is_named_and_nothing_is_written(fault, words, tmp_path):
     platform, out = tmp_path / "platform", tmp_path / "results"
     shutil.copytree(PLATFORM, platform, ignore=shutil.ignore_patterns("truth"))
     fault(platform)
-    result = cli("run", STUDY, "--platform", platform, "--out", out)
-    assert result.exit_code == 2, result.output
+    result = call("run", STUDY, "--platform", platform, "--out", out, code=2)
     assert 1 <= len(result.stderr.strip().splitlines()) <= 11, result.stderr
     assert all(word in result.stderr for word in words)
     assert not out.exists()

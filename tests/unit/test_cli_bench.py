@@ -1,44 +1,41 @@
 """The bench's commands: options reach the bench, refusals are one sentence, readers take files."""
 
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.bench import campaign, compressor_writer, electric_car_writer, vehicle_writer
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
-from deboom.cli import app
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.study import campaigns as platform_library
 from deboom.study.platform_model import LIBRARY_FILE
 
 RUNS = campaign.TRAINING_RUNS[:1]
+pytestmark = pytest.mark.usefixtures("few_chains")
 
 
-@pytest.fixture
-def cli(monkeypatch):
-    """Call the command line in this process, with one run per campaign."""
+@pytest.fixture(autouse=True)
+def one_run(monkeypatch):
+    """Measure one run per campaign."""
     short = campaign.CampaignPlan.__init__
 
     def plan(self, mount_sets, runs=RUNS, shaker_repeats=1, **rest):
         short(self, mount_sets, runs, shaker_repeats, **rest)
 
+    slow = partial(campaign.TimeRunPlan, sample_rate=2048.0)
+    monkeypatch.setattr(campaign, "TimeRunPlan", slow)
     monkeypatch.setattr(campaign.CampaignPlan, "__init__", plan)
 
-    def call(*arguments):
-        return CliRunner().invoke(app, [str(argument) for argument in arguments])
 
-    return call
-
-
-def test_campaign_with_chosen_mount_sets(cli, tmp_path):
+def test_campaign_with_chosen_mount_sets(tmp_path):
     folder = tmp_path / "campaign"
-    done = cli("bench", "campaign", folder, "--seed", 2, "--mount-set", "M3", "--mount-set", "M0")
-    assert done.exit_code == 0, done.stderr
+    done = call("bench", "campaign", folder, "--seed", 2, "--mount-set", "M3", "--mount-set", "M0")
     assert Path(done.stdout.splitlines()[-1]) == folder
     written = read_campaign(folder)
     assert written.name == "virtual_bench_2"
@@ -46,11 +43,10 @@ def test_campaign_with_chosen_mount_sets(cli, tmp_path):
     assert written.tolerances.sensor_gain > 0
 
 
-def test_campaign_without_errors_with_time_data(cli, tmp_path):
+def test_campaign_without_errors_with_time_data(tmp_path):
     folder = tmp_path / "campaign"
     options = ("--mount-set", "M1", "--noise-free", "--time-run")
-    done = cli("bench", "campaign", folder, *options)
-    assert done.exit_code == 0, done.stderr
+    call("bench", "campaign", folder, *options)
     written = read_campaign(folder)
     assert written.tolerances.sensor_gain == 0
     assert [path.name for path in (folder / "time").iterdir()] == ["g5_wot220_time.uff"]
@@ -65,8 +61,7 @@ def test_platform_with_library(tmp_path, monkeypatch):
 
     monkeypatch.setattr(platform_library, "training_plan", plan)
     folder = tmp_path / "platform"
-    done = CliRunner().invoke(app, ["bench", "write", str(folder), "--seed", "2", "--library"])
-    assert done.exit_code == 0, done.stderr
+    call("bench", "write", folder, "--seed", 2, "--library")
     _, mounts = read_library_json(folder / LIBRARY_FILE)
     assert [mount.mount.name for mount in mounts] == ["EnM", "GeM", "TSM", "Du"]
     assert all(one.surface is not None for one in mounts[2].directions)
@@ -125,7 +120,7 @@ GIVEN = {
 
 
 @pytest.mark.parametrize("command", GIVEN)
-def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
+def test_options_reach_the_bench(command, tmp_path, monkeypatch):
     writer, options, wanted = GIVEN[command]
     asked = []
 
@@ -133,8 +128,7 @@ def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
         asked.append((*given, *(each for each in (noise_free, truth_seed) if each is not None)))
 
     monkeypatch.setattr(*writer, write)
-    done = cli("bench", command, tmp_path, *options.split())
-    assert done.exit_code == 0, done.stderr
+    done = call("bench", command, tmp_path, *options.split())
     assert done.stdout.strip() == tmp_path.as_posix()
     assert asked == [(tmp_path, *wanted)]
 
@@ -161,9 +155,8 @@ def test_options_reach_the_bench(command, cli, tmp_path, monkeypatch):
         ("electric-car", ("--mount-storage", 0), "mount_storage is 0.0: give"),
     ],
 )
-def test_refusals_are_one_sentence_and_leave_nothing(command, options, words, cli, tmp_path):
-    done = cli("bench", command, tmp_path / "new", *options)
-    assert done.exit_code == 2
+def test_refusals_are_one_sentence_and_leave_nothing(command, options, words, tmp_path):
+    done = call("bench", command, tmp_path / "new", *options, code=2)
     assert words in done.stderr
     assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
     assert not (tmp_path / "new").exists()

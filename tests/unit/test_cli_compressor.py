@@ -5,12 +5,11 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
-from deboom.cli import app
 from deboom.files.compressor_model import read_fitted_bands
 from deboom.files.run_folder import hash_files
 from deboom.report import Report
@@ -22,14 +21,8 @@ def no_pictures(monkeypatch):
     monkeypatch.setattr(Report, "figure", lambda *_, **__: None)
 
 
-def call(*arguments):
-    return CliRunner().invoke(app, [str(argument) for argument in arguments])
-
-
 def finished(*arguments):
-    done = call(*arguments)
-    assert done.exit_code == 0, done.output
-    return Path(done.output.splitlines()[-1])
+    return Path(call(*arguments).output.splitlines()[-1])
 
 
 @pytest.fixture(scope="module")
@@ -103,12 +96,7 @@ LIMITS = "format = 1\n[static_unbalance]\nat_most_gmm = 20.0\n"
         ),
         ("unbalance", "nowhere", (), "there is no such folder; `deboom bench operation"),
         ("unbalance", "nowhere", ("--band", "17"), "write it as LOW-HIGH"),
-        (
-            "unbalance",
-            "nowhere",
-            ("--confidence", 1.5),
-            "confidence is 1.5: give a number",
-        ),
+        ("unbalance", "nowhere", ("--confidence", 1.5), "confidence is 1.5: give a number"),
         ("unbalance", "nowhere", ("--limits", "none.toml"), "none.toml cannot be read"),
         ("unbalance", "", ("--limits", "limits.toml"), "did you mean 'at_most_g_mm'?"),
     ],
@@ -119,8 +107,7 @@ def test_bad_input_is_one_sentence_and_leaves_nothing(
     monkeypatch.chdir(tmp_path)
     Path("limits.toml").write_text(LIMITS, encoding="utf-8")
     place = measured if folder is None else tmp_path / folder
-    done = call(command, place, "--out", tmp_path / "results", *options)
-    assert done.exit_code == 2
+    done = call(command, place, "--out", tmp_path / "results", *options, code=2)
     assert words in done.stderr
     assert len([line for line in done.stderr.splitlines() if line.startswith("deboom:")]) == 1
     assert not (tmp_path / "results").exists()

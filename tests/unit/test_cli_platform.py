@@ -6,10 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pandas as pd
 import pytest
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.choices import FolderKind, FunctionFiles
-from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.folders import FILES, Names, new_folder
 from deboom.files.platform import Engine, LoadCaseEntry, read_platform
@@ -20,12 +19,6 @@ from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.study.platform_model import check_platform
 
 LINES = 20.0 + 2.0 * np.arange(21)
-
-
-def deboom(*arguments):
-    result = CliRunner().invoke(app, [str(one) for one in arguments])
-    assert result.exception is None or isinstance(result.exception, SystemExit)
-    return result
 
 
 def made(folder, **changes):
@@ -76,7 +69,7 @@ def function(row, ear=None):
 
 def test_the_check_of_a_new_folder_asks_for_what_is_empty_and_nothing_else(tmp_path):
     folder = tmp_path / "mine"
-    assert deboom("new", "platform", folder, "--mount", "EnM").stdout.strip().endswith("mine")
+    assert call("new", "platform", folder, "--mount", "EnM").stdout.strip().endswith("mine")
     found = check_platform(folder)
     keys = re.findall(r"key '(\w+)'", " ".join(found.faults))
     needed = {
@@ -115,14 +108,13 @@ def models_of(model):
 @pytest.mark.parametrize("kind", list(FolderKind))
 def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(tmp_path, kind):
     folder = tmp_path / "mine"
-    assert deboom("new", kind.value, folder, "--mount", "EnM", "--mount", "Du=l,r").exit_code == 0
+    call("new", kind.value, folder, "--mount", "EnM", "--mount", "Du=l,r")
     file, model = FILES[kind]
     text = (folder / file).read_text(encoding="utf-8")
     for part in models_of(model):
         for name in part.model_fields:
             assert re.search(rf"^(# )?(\[\[?)?{name}\b", text, flags=re.M), name
-    result = deboom("check", folder)
-    assert result.exit_code == 2
+    result = call("check", folder, code=2)
     asked = set(re.findall(r"key '(\w+)'[^:]* is missing", result.stderr))
     asked |= set(re.findall(r"needs the key '(\w+)'", result.stderr))
     marked = set(re.findall(r"^# (\w+) = .*# FILL IN", text, flags=re.M))
@@ -130,7 +122,7 @@ def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(t
     put = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", text, flags=re.M)
     (folder / file).write_text(put, encoding="utf-8")
     load_toml(folder / file, model)
-    told = deboom("check", folder).stderr
+    told = call("check", folder, code=2).stderr
     assert f"{file}:" not in told
     assert re.search(
         r"  1  .*(mounts|sensors|impacts)\.(xlsx|csv).*|compressor_test.toml: key", told
@@ -145,8 +137,7 @@ def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(t
 
 def test_a_filled_folder_is_read_and_summed_up(tmp_path):
     folder = filled(made(tmp_path / "mine"))
-    result = deboom("check", folder)
-    assert result.exit_code == 0, result.stderr
+    result = call("check", folder)
     assert "2, 6 variables: EnM xyz, Du (left, right) xyz" in result.stdout
     assert "2 in group family: wagon, cabrio" in result.stdout
     assert "21, 20 to 60 Hz, every 2 Hz" in result.stdout
@@ -176,8 +167,7 @@ def test_all_faults_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
     functions = read_uff(folder / "noise_transfer/cabrio.uff")
     write_uff(folder / "noise_transfer/cabrio.uff", functions[2:])
     (folder / "operating/fast.uff").write_bytes(b"no UFF")
-    result = deboom("check", folder)
-    assert result.exit_code == 2
+    result = call("check", folder, code=2)
     for sentence in (
         "platform.toml: unknown key 'cilinders' in [engine]; did you mean 'cylinders'?",
         "platform.toml: key 'mass_kg' in [powertrain] is -1: input should be greater than 0",
@@ -275,8 +265,7 @@ def scaled(factor, kind, files="*.uff"):
 def test_a_wrong_unit_shows_in_the_summary(tmp_path, fault, warned):
     folder = filled(made(tmp_path / "mine"))
     fault(folder)
-    result = deboom("check", folder)
-    assert result.exit_code == 0, result.stderr
+    result = call("check", folder)
     lines = [line for line in result.stdout.splitlines() if " (usual " in line]
     assert len(lines) == 6
     told = [line for line in lines if "WARNING, unusual: is a unit wrong?" in line]
@@ -310,8 +299,7 @@ def torque(folder):
 def test_what_no_car_has_is_refused(tmp_path, fault, sentence):
     folder = filled(made(tmp_path / "mine"))
     fault(folder)
-    result = deboom("check", folder)
-    assert result.exit_code == 2
+    result = call("check", folder, code=2)
     assert sentence in result.stderr
 
 
@@ -336,8 +324,7 @@ PLATFORM = ("new", "platform", "mine")
 )
 def test_bad_calls_are_refused_and_nothing_is_written(tmp_path, monkeypatch, words, sentence):
     monkeypatch.chdir(tmp_path)
-    result = deboom(*words)
-    assert result.exit_code == 2
+    result = call(*words, code=2)
     assert sentence in result.stderr
     assert list(tmp_path.iterdir()) == []
 

@@ -105,10 +105,7 @@ def frf(inputs=("I1",), step=1.0):
         (without_partner(frequency=np.arange(20.5, 60)), "common lines"),
         (lambda: hose_matrices([], LINES), "no drawing of a hose"),
         (lambda: hose_matrices([SUCTION], [0.0]), "above 0 Hz"),
-        (
-            lambda: motion_at_virtual_point(MOVED, found()),
-            "sensors must stay where they",
-        ),
+        (lambda: motion_at_virtual_point(MOVED, found()), "sensors must stay where they"),
         (lambda: evidence(frf(inputs=("I2",))), "strike the same points"),
         (lambda: evidence(frf(step=2.0)), "have other lines"),
         (lambda: evidence(frf(), band=(200, 250)), "no line between 200 and 250 Hz"),

@@ -433,14 +433,7 @@ VERDICTS = tuple(
         (DYNAMIC, 1.2e-6, 8e-9, 0.0, Bounds(at_most=1.207e-6), {"is_radius": True}),
         ("dynamic stiffness x, 10–30 Hz", 8e4, 100.0, 30.0, Bounds(at_least=6e4, at_most=7e4), {}),
         ("dynamic stiffness rz, 20 Hz", 685.0, 6.0, 20.0, Bounds(at_most=684.9), {}),
-        (
-            "dynamic stiffness y, 20 Hz",
-            8e4,
-            50.0,
-            20.0,
-            Bounds(at_most=9e4),
-            {"doubt": "on."},
-        ),
+        ("dynamic stiffness y, 20 Hz", 8e4, 50.0, 20.0, Bounds(at_most=9e4), {"doubt": "on."}),
     )
 )
 
@@ -483,8 +476,7 @@ def test_mounts_are_updated_only_where_nothing_else_can_look_like_them(state, le
 
 
 @pytest.mark.parametrize(
-    ("state", "changed"),
-    [({}, "yes"), ({"changed": False}, "no"), ({"share": 0.08}, "unknown")],
+    ("state", "changed"), [({}, "yes"), ({"changed": False}, "no"), ({"share": 0.08}, "unknown")]
 )
 def test_mounts_are_not_judged_with_hoses_in_the_data(state, changed):
     measured = MeasuredUnbalance(

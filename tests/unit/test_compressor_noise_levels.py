@@ -1,7 +1,5 @@
 """Levels of a running compressor: what is compared with what, and what is refused."""
 
-from pathlib import Path
-
 import numpy as np
 import pytest
 
@@ -19,7 +17,7 @@ from deboom.study.compressor_noise import (
 )
 from deboom.study.runner import load_study
 
-STUDY = load_study(Path(__file__).parents[2] / "studies" / "compressor_noise.py").module
+STUDY = load_study("compressor_noise").module
 LINES = np.arange(20.0, 141.0)
 PATHS = ("left x", "left y", "hose x")
 

@@ -25,8 +25,7 @@ def sweep(name="soft", hoses=HoseState.SOFT, lines=LINES):
 def operating_test(*sweeps):
     """Make a test as far as the choice of sweeps sees it."""
     return SimpleNamespace(
-        name="test",
-        with_hoses=lambda state: tuple(one for one in sweeps if one.hoses is state),
+        name="test", with_hoses=lambda state: tuple(one for one in sweeps if one.hoses is state)
     )
 
 

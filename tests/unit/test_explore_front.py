@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
+from deboom.explore import selection
 from deboom.explore.front import (
     ParetoFront,
     common_box,
@@ -20,13 +21,6 @@ from deboom.explore.moments import Estimator
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
-from deboom.explore.selection import (
-    at_nominal,
-    improved,
-    indifference_intervals,
-    pick,
-    variables_without_effect,
-)
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
 from known_truth import exp1, quad2
 
@@ -237,7 +231,9 @@ def rows(*objectives):
     ],
 )
 def test_picks_by_hand(objectives, expected):
-    assert pick(rows(*objectives)) == dict(zip(("best mean", "best sigma"), expected, strict=True))
+    assert selection.pick(rows(*objectives)) == dict(
+        zip(("best mean", "best sigma"), expected, strict=True)
+    )
 
 
 def vehicles(*each):
@@ -253,18 +249,18 @@ def vehicles(*each):
 def test_picks_that_keep_what_today_has():
     today = vehicles((10, 10, 4))
     found = vehicles((2, 11, 5), (6, 9, 5), (7, 9, 4), (9, 9.5, 3), (12, 12, 1))
-    assert pick(found, today) == {
+    assert selection.pick(found, today) == {
         "best mean": 0,
         "none louder": 1,
         "sigma kept": 2,
         "best sigma": 4,
     }
-    assert "none louder" not in pick(vehicles((2, 11, 5), (10, 10, 4)), today)
+    assert "none louder" not in selection.pick(vehicles((2, 11, 5), (10, 10, 4)), today)
 
 
 def test_nothing_to_pick_is_said():
     with pytest.raises(InputError, match="nothing to pick"):
-        pick(rows(None, None))
+        selection.pick(rows(None, None))
 
 
 FOUR = stiffness_factor_space(("a", "b", "c", "d"))
@@ -290,17 +286,17 @@ HELD = {"lower": np.array([0.8, 1.0, 0.8, 0.8]), "upper": np.array([1.2, 1.0, 1.
 )
 def test_variables_without_effect(function, changes, expected):
     space = replace(FOUR, **changes)
-    assert variables_without_effect(model(function), space) == tuple(expected)
+    assert selection.variables_without_effect(model(function), space) == tuple(expected)
 
 
 def test_back_to_nominal():
     designs = np.array([[0.9, 0.9, 0.9, 0.9], [1.1, 1.1, 1.1, 1.1]])
     np.testing.assert_array_equal(
-        at_nominal(designs, FOUR, ("b", "d")), [[0.9, 1, 0.9, 1], [1.1, 1, 1.1, 1]]
+        selection.at_nominal(designs, FOUR, ("b", "d")), [[0.9, 1, 0.9, 1], [1.1, 1, 1.1, 1]]
     )
     assert designs[0, 1] == 0.9
     with pytest.raises(InputError, match="no design variable 'e'"):
-        at_nominal(designs, FOUR, ("e",))
+        selection.at_nominal(designs, FOUR, ("e",))
 
 
 def exact(function, n_responses=2):
@@ -315,7 +311,7 @@ def steep_flat_none_oneway(designs):
 
 
 def test_indifference_intervals_in_closed_form():
-    lower, upper = indifference_intervals(
+    lower, upper = selection.indifference_intervals(
         exact(steep_flat_none_oneway), np.ones(4), change=0.5, n_points=17
     )
     np.testing.assert_allclose(lower, [0.95, 0.8, 0.8, 0.8], atol=1e-12)
@@ -326,13 +322,13 @@ def test_the_change_is_counted_per_response():
     one = exact(lambda designs: 10.0 * designs[:, :1], n_responses=1)
     three = exact(lambda designs: np.repeat(10.0 * designs[:, :1], 3, axis=1), n_responses=3)
     for response in (one, three):
-        lower, upper = indifference_intervals(response, np.full(4, 1.013), change=0.7)
+        lower, upper = selection.indifference_intervals(response, np.full(4, 1.013), change=0.7)
         np.testing.assert_allclose([lower[0], upper[0]], [0.943, 1.083], atol=1e-12)
 
 
 def test_only_the_interval_around_the_design_counts():
     wave = exact(lambda designs: np.repeat(np.sin(40.0 * designs[:, :1]), 2, axis=1))
-    lower, upper = indifference_intervals(wave, np.ones(4), change=0.3, n_points=401)
+    lower, upper = selection.indifference_intervals(wave, np.ones(4), change=0.3, n_points=401)
     crossings = np.linspace(0.8, 1.2, 100_001)
     within = np.abs(np.sin(40.0 * crossings) - np.sin(40.0)) < 0.3
     centre = 50_000
@@ -346,7 +342,7 @@ def test_a_failed_design_ends_the_interval():
     def narrow(designs):
         return np.where(designs[:, :1] > 1.1, np.nan, np.ones((len(designs), 2)))
 
-    lower, upper = indifference_intervals(exact(narrow), np.ones(4), 1.0, n_points=9)
+    lower, upper = selection.indifference_intervals(exact(narrow), np.ones(4), 1.0, n_points=9)
     np.testing.assert_allclose([lower[0], upper[0]], [0.8, 1.1])
 
 
@@ -360,13 +356,13 @@ def test_a_failed_design_ends_the_interval():
 )
 def test_bad_questions_are_refused(design, change, n_points, words):
     with pytest.raises(InputError, match=words):
-        indifference_intervals(exact(steep_flat_none_oneway), design, change, n_points)
+        selection.indifference_intervals(exact(steep_flat_none_oneway), design, change, n_points)
 
 
 def test_a_design_that_fails_has_no_intervals():
     broken = exact(lambda designs: np.full((len(designs), 2), np.nan))
     with pytest.raises(InputError, match="fails itself"):
-        indifference_intervals(broken, np.ones(4), 0.1)
+        selection.indifference_intervals(broken, np.ones(4), 0.1)
 
 
 BOTH = pytest.mark.parametrize("make", [quad2, exp1])
@@ -384,12 +380,12 @@ def test_improved_picks_reach_the_optimum_and_keep_what_they_must(make):
     exact = robust_of(make, estimator=Estimator(2))
     search = nsga2(exact, 40, 10, seed=1)
     today = exact(exact.space.nominal[None, :])
-    before = pick(search.evaluated, today)
-    better = improved(exact, search.evaluated, today)
-    after = pick(better, today)
+    before = selection.pick(search.evaluated, today)
+    better = selection.improved(exact, search.evaluated, today)
+    after = selection.pick(better, today)
     assert after.keys() >= before.keys()
     drawn = exact(0.8 + 0.4 * np.random.default_rng(2).random((3000, 6)))
-    best = pick(drawn, today)
+    best = selection.pick(drawn, today)
     for name, row in after.items():
         column = 1 if name == "best sigma" else 0
         reached = better.objectives[row, column]
@@ -407,6 +403,6 @@ def test_a_fixed_variable_stays_where_it_is():
     lower[0] = upper[0] = 1.0
     exact = replace(exact, space=replace(exact.space, lower=lower, upper=upper))
     search, today = nsga2(exact, 8, 3, seed=1), exact(exact.space.nominal[None, :])
-    better = improved(exact, search.evaluated, today)
+    better = selection.improved(exact, search.evaluated, today)
     assert (better.designs[:, 0] == 1.0).all()
     assert better.mean_sum.min() < search.front.mean_sum.min()

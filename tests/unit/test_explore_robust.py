@@ -127,8 +127,7 @@ def overflows(designs):
 
 
 @pytest.mark.parametrize(
-    "function",
-    [not_a_number, infinite_in_one_response, divides_by_zero, singular, overflows],
+    "function", [not_a_number, infinite_in_one_response, divides_by_zero, singular, overflows]
 )
 @pytest.mark.parametrize("nominal_mean", [False, True])
 def test_a_design_that_cannot_be_computed_is_flagged_and_spoils_no_other(function, nominal_mean):
@@ -332,19 +331,13 @@ def total(designs):
 
 def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
     response = ResponseFunction(function, SPACE_3.names, ("sum", "first"), "kg")
-    limits = Limits(
-        (Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)),
-    )
+    limits = Limits((Limit("sum", "kg", at_most=sum_at_most), Limit("first", "kg", *first)))
     return LimitedResponse(ROBUST, response, limits, **changes)
 
 
 def test_excess_is_signed_and_one_column_per_bound():
     limits = limited().limits
-    assert limits.names == (
-        "sum at most 4.1 kg",
-        "first at least 0.95 kg",
-        "first at most 1.05 kg",
-    )
+    assert limits.names == ("sum at most 4.1 kg", "first at least 0.95 kg", "first at most 1.05 kg")
     excess = limits.excess(np.array([[4.3, 1.0], [4.0, 0.9], [np.nan, 1.1]]))
     expected = [[0.2, -0.05, -0.05], [-0.1, 0.05, -0.15], [np.inf, -0.15, 0.05]]
     np.testing.assert_allclose(excess, expected, atol=1e-12)

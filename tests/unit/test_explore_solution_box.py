@@ -6,21 +6,13 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
+from deboom.explore import largest_box
 from deboom.explore.box import Box, BoxQuestion, lower_bound, smooth_share, verified_share
-from deboom.explore.largest_box import (
-    BoxEffort,
-    UnreachableLimit,
-    kept_offset,
-    largest_box,
-    reachable_designs,
-    resized,
-    tolerance_box,
-)
 from deboom.explore.space import ResponseFunction, sobol_points
 from known_boxes import LinearProblem, QuadraticProblem
 from known_truth import quad2
 
-QUICK = BoxEffort(
+QUICK = largest_box.BoxEffort(
     starts=1, coarse=((0.5, 256),), fine=((0.15, 512),), calibration=8192, verification=8192
 )
 
@@ -65,19 +57,21 @@ def test_a_hard_step_is_the_limit_of_the_smooth_share():
 
 
 def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
-    found = largest_box(linear(), seed=1, effort=QUICK)
+    found = largest_box.largest_box(linear(), seed=1, effort=QUICK)
     assert found.box.lower[2] == 0.0
     assert found.box.upper[2] == pytest.approx(2.0)
     assert found.box.lower[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
     held = linear(lower=np.array([0.0, 0.3, 0.0]), upper=np.array([2.0, 0.3, 2.0]))
-    box = largest_box(held, seed=1, effort=QUICK).box
+    box = largest_box.largest_box(held, seed=1, effort=QUICK).box
     assert (box.lower[1], box.upper[1]) == (0.3, 0.3)
     assert box.width[0] > 0.1
 
 
 def test_a_dear_interval_is_wider():
     even, dear = (
-        largest_box(linear(weight=np.array([w, 1.0, 1.0])), seed=1, effort=QUICK).box.width[0]
+        largest_box.largest_box(
+            linear(weight=np.array([w, 1.0, 1.0])), seed=1, effort=QUICK
+        ).box.width[0]
         for w in (1.0, 4.0)
     )
     assert dear > 1.2 * even
@@ -85,7 +79,7 @@ def test_a_dear_interval_is_wider():
 
 def test_together_is_stricter():
     each, together = (
-        question.log_volume(largest_box(question, seed=1, effort=QUICK).box)
+        question.log_volume(largest_box.largest_box(question, seed=1, effort=QUICK).box)
         for question in (bowls(), bowls(together=True))
     )
     assert together < each
@@ -93,12 +87,13 @@ def test_together_is_stricter():
 
 def test_the_same_seed_gives_the_same_box_whoever_computes():
     alone, shared = (
-        largest_box(bowls(), seed=3, effort=QUICK, workers=workers) for workers in (1, 2)
+        largest_box.largest_box(bowls(), seed=3, effort=QUICK, workers=workers)
+        for workers in (1, 2)
     )
     assert shared.box.lower.tobytes() == alone.box.lower.tobytes()
     assert shared.box.upper.tobytes() == alone.box.upper.tobytes()
     assert shared.verified.share == alone.verified.share
-    assert largest_box(bowls(), seed=4, effort=QUICK).box.lower[0] != alone.box.lower[0]
+    assert largest_box.largest_box(bowls(), seed=4, effort=QUICK).box.lower[0] != alone.box.lower[0]
 
 
 def test_the_bound_counts_parts_and_not_responses():
@@ -133,8 +128,8 @@ def test_a_bound_from_parts_that_all_keep_the_limit_stays_below_one():
 
 
 def test_an_unreachable_limit_says_by_how_much_and_who_binds():
-    with pytest.raises(UnreachableLimit, match="misses it by") as caught:
-        largest_box(bowls(together=True).lowered(0.149), seed=1, effort=QUICK)
+    with pytest.raises(largest_box.UnreachableLimit, match="misses it by") as caught:
+        largest_box.largest_box(bowls(together=True).lowered(0.149), seed=1, effort=QUICK)
     error = caught.value
     assert error.binding in ("y1", "y2")
     assert f"'{error.binding}', which binds" in str(error)
@@ -143,7 +138,7 @@ def test_an_unreachable_limit_says_by_how_much_and_who_binds():
 
 def test_a_share_that_one_response_can_miss_needs_only_the_other():
     question = replace(bowls().lowered(0.14), share=0.45)
-    design = reachable_designs(question, seed=1, count=2)[0]
+    design = largest_box.reachable_designs(question, seed=1, count=2)[0]
     assert question.excess(design[np.newaxis]).min() < 0.0
     assert question.least_kept == 1
 
@@ -151,7 +146,7 @@ def test_a_share_that_one_response_can_miss_needs_only_the_other():
 def test_a_box_with_no_interior_names_the_variable():
     question = linear(limit=1e-4, lower=np.zeros(3))
     with pytest.raises(InputError, match="no interior: 'x1'"):
-        largest_box(question, seed=1, effort=QUICK)
+        largest_box.largest_box(question, seed=1, effort=QUICK)
 
 
 @pytest.mark.parametrize(
@@ -178,11 +173,11 @@ def test_boxes_and_points_that_are_none_are_refused():
     with pytest.raises(InputError, match="lower: a number is not finite"):
         Box(("a",), np.array([np.inf]), np.ones(1))
     with pytest.raises(InputError, match="outside the bounds"):
-        largest_box(linear(), seed=1, points=[[3.0, 0.0, 0.0]], effort=QUICK)
+        largest_box.largest_box(linear(), seed=1, points=[[3.0, 0.0, 0.0]], effort=QUICK)
     with pytest.raises(InputError, match="seed 0"):
-        largest_box(linear(), seed=0)
+        largest_box.largest_box(linear(), seed=0)
     with pytest.raises(InputError, match="workers"):
-        largest_box(linear(), seed=1, effort=QUICK, workers=0)
+        largest_box.largest_box(linear(), seed=1, effort=QUICK, workers=0)
 
 
 def test_a_part_that_cannot_be_computed_keeps_no_limit():
@@ -191,24 +186,26 @@ def test_a_part_that_cannot_be_computed_keeps_no_limit():
             return np.where(designs[:, :1] > 0.5, np.nan, super().__call__(designs))
 
     question = replace(linear(9.0), response=Broken(linear().response.slopes))
-    found = largest_box(question, seed=1, effort=QUICK)
+    found = largest_box.largest_box(question, seed=1, effort=QUICK)
     assert found.verified.share >= 0.9
     assert found.box.upper[0] < 0.65
 
 
 def test_peers_keep_the_share_at_their_limit():
     question = bowls()
-    about = tolerance_box(question.names, np.ones(2), 0.15)
-    raised = question.lowered(-kept_offset(question, about, seed=1))
+    about = largest_box.tolerance_box(question.names, np.ones(2), 0.15)
+    raised = question.lowered(-largest_box.kept_offset(question, about, seed=1))
     unit = sobol_points(2, 65536, seed=1, purpose="kept limit")
     assert raised.share_of(about, unit) == pytest.approx(0.9, abs=2e-4)
-    found = largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
+    found = largest_box.largest_box(raised, seed=1, points=[np.ones(2)], effort=QUICK)
     assert found.box.width.prod() > 1.1 * about.width.prod()
 
 
 def test_boxes_grow_with_the_limit():
     question = bowls(together=True)
-    asked, mild = (largest_box(question.lowered(s), seed=1, effort=QUICK) for s in (0.0, -0.1))
+    asked, mild = (
+        largest_box.largest_box(question.lowered(s), seed=1, effort=QUICK) for s in (0.0, -0.1)
+    )
     assert question.log_volume(mild.box) > question.log_volume(asked.box)
     assert 0.0 < asked.room < 0.149
 
@@ -216,6 +213,6 @@ def test_boxes_grow_with_the_limit():
 def test_resizing_moves_no_end_that_is_a_bound():
     question = linear()
     box = Box(question.names, np.array([0.0, 0.5, 0.0]), np.array([1.0, 2.0, 2.0]))
-    grown = resized(question, box, 0.2)
+    grown = largest_box.resized(question, box, 0.2)
     assert grown.lower.tolist() == pytest.approx([0.0, 0.35, 0.0])
     assert grown.upper.tolist() == pytest.approx([1.1, 2.0, 2.0])

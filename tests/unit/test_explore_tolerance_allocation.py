@@ -326,10 +326,7 @@ def test_structures_that_do_not_fit_are_refused():
 
 SIX = tuple(f"{mount} {axis}" for mount in ("EnM", "GeM", "Du") for axis in "xz")
 H, B = 0.6, 0.3
-PARTS = (
-    PartNumber("bush", ("EnM", "GeM"), 1, H, B),
-    PartNumber("wishbone bush", ("Du",), 2, H, B),
-)
+PARTS = (PartNumber("bush", ("EnM", "GeM"), 1, H, B), PartNumber("wishbone bush", ("Du",), 2, H, B))
 
 
 def covariance(structure):

@@ -21,7 +21,6 @@ from known_truth import quad2
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
-FRESH = replace(ROBUST, sample=FreshGaussianSampler(4, seed=1))
 
 
 def same(one, other):

@@ -1,7 +1,5 @@
 """The face: what `import deboom` offers, and what a notebook does with it."""
 
-from __future__ import annotations
-
 import doctest
 import inspect
 import re

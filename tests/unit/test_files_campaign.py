@@ -26,10 +26,7 @@ from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.campaign_run import add_operating_run
 from deboom.measurement.sensors import SensorKind
 
-RUNS = (
-    PlannedRun(5, 220.0, full_load=True),
-    PlannedRun(5, 100.0, full_load=False, rising=False),
-)
+RUNS = (PlannedRun(5, 220.0, full_load=True), PlannedRun(5, 100.0, full_load=False, rising=False))
 PLAN = CampaignPlan(
     ("M1", "M2"),
     RUNS,
@@ -169,7 +166,7 @@ campaign.toml | switched_off = [] | switched_off = ["A9 q"] | switched_off names
 campaign.toml | switched_off = [] | switched_off = ["C1 x"] | switched_off names 'C1 x', a force cel
 mounts.csv | TSM, | CTSM, | mounts.csv: mount 'CTSM', piece '' is not in
 static_curves/M1/TSM_x.csv | -15.0 | a | TSM_x.csv line 2, column 'deflection': 'a' is no finite num
-""",
+"""
     ),
     (without_sections(TOML, "[[runs]]"), "no [[runs]]: add"),
     (

@@ -14,26 +14,26 @@ from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.electric_car import ElectricCar, PointKind
+from deboom.measurement.electric_car import PointKind
 
 
 @pytest.fixture(scope="module")
-def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def written(tmp_path_factory):
     return write_electric_car(tmp_path_factory.mktemp("car") / "EV-1", 1)
 
 
 @pytest.fixture(scope="module")
-def car(written: Path) -> ElectricCar:
+def car(written):
     return read_electric_car(written)
 
 
 @pytest.fixture
-def folder(written: Path, tmp_path: Path) -> Path:
+def folder(written, tmp_path):
     """Give a folder whose files may be replaced; replacing breaks the link, the original stays."""
     return Path(shutil.copytree(written, tmp_path / "car", copy_function=_link))
 
 
-def _link(source: str, target: str) -> None:
+def _link(source, target):
     Path(target).hardlink_to(source)
 
 
@@ -52,12 +52,12 @@ node = 901 | node = 902 | pressure 'driver ear' per M1 I1x ... is not in it: exp
         (edited("car.toml", '"M1 I1x", ', ""), "impact 'M1 I1x' belongs to no point of car.toml:"),
     ],
 )
-def test_facts_that_do_not_fit(folder: Path, fault, sentence: str) -> None:
+def test_facts_that_do_not_fit(folder, fault, sentence):
     fault(folder)
     refused(read_electric_car, folder, sentence)
 
 
-def test_ear_that_no_sweep_has(folder: Path) -> None:
+def test_ear_that_no_sweep_has(folder):
     edited("car.toml", 'name = "driver ear"', 'name = "passenger ear"')(folder)
     words = "sweep standard 7.5 bar has no pressure at 'passenger ear' ... record that"
     refused(read_electric_car, folder, words)
@@ -73,7 +73,7 @@ def test_ear_that_no_sweep_has(folder: Path) -> None:
         (None, "coherence: function 'driver ear' per M1 I1x ... 501 +x) is not in it"),
     ],
 )
-def test_functions_of_another_unit_or_without_coherence(folder: Path, change, sentence) -> None:
+def test_functions_of_another_unit_or_without_coherence(folder, change, sentence):
     def changed(there):
         if change is None:
             return [there[0], *there[2:]]
@@ -83,7 +83,7 @@ def test_functions_of_another_unit_or_without_coherence(folder: Path, change, se
     refused(read_electric_car, folder, sentence)
 
 
-def test_noise_transfer_for_two_of_three_mounts(car: ElectricCar) -> None:
+def test_noise_transfer_for_two_of_three_mounts(car):
     with pytest.raises(
         InputError,
         match="functions for mount 1, mount 3, but the compressor stands on mount 1, mount 2, "
@@ -92,7 +92,7 @@ def test_noise_transfer_for_two_of_three_mounts(car: ElectricCar) -> None:
         _with_points(car, tuple(point for point in car.points if point.name != "mount 2"))
 
 
-def test_mount_without_its_holder(car: ElectricCar) -> None:
+def test_mount_without_its_holder(car):
     sweeps = tuple(
         replace(
             sweep,
@@ -107,13 +107,13 @@ def test_mount_without_its_holder(car: ElectricCar) -> None:
         replace(car, operation=replace(car.operation, sweeps=none))
 
 
-def test_hoses_may_be_left_out(car: ElectricCar) -> None:
+def test_hoses_may_be_left_out(car):
     without = _with_points(car, car.mounts)
     assert without.hoses == ()
     assert [point.kind for point in without.points] == 3 * [PointKind.MOUNT]
 
 
-def test_values_that_do_not_fit(car: ElectricCar) -> None:
+def test_values_that_do_not_fit(car):
     frf = car.pressure
     with pytest.raises(InputError, match="coherence lies between 0 and 1"):
         replace(car, coherence=2 * np.ones_like(car.coherence))
@@ -130,7 +130,7 @@ def test_values_that_do_not_fit(car: ElectricCar) -> None:
         replace(car, operation=replace(car.operation, sweeps=(silent,)))
 
 
-def test_points_need_enough_sensors_and_impacts(car: ElectricCar) -> None:
+def test_points_need_enough_sensors_and_impacts(car):
     point = car.points[0]
     with pytest.raises(InputError, match=r"2 triaxial .* motions of mount 1"):
         _with_points(car, (replace(point, sensors=point.sensors[:2]), *car.points[1:]))
@@ -138,7 +138,7 @@ def test_points_need_enough_sensors_and_impacts(car: ElectricCar) -> None:
         _with_points(car, (replace(point, impacts=point.impacts[:5]), *car.points[1:]))
 
 
-def test_plans_that_a_car_cannot_have(tmp_path: Path) -> None:
+def test_plans_that_a_car_cannot_have(tmp_path):
     carried = OperationPlan(CompressorPlan(flexible_receiver=True))
     for plan in (OperationPlan(softening=True), OperationPlan(time_record=True), carried):
         with pytest.raises(InputError, match="leave softening, receiver and time record out"):
@@ -146,7 +146,7 @@ def test_plans_that_a_car_cannot_have(tmp_path: Path) -> None:
     assert not any(tmp_path.iterdir())
 
 
-def _with_points(car: ElectricCar, points: tuple) -> ElectricCar:
+def _with_points(car, points):
     impacts = [name for point in points for name in point.impact_names]
     channels = [name for point in points for name in point.channels]
     columns = [car.pressure.inputs.index(name) for name in impacts]

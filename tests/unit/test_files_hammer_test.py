@@ -113,7 +113,7 @@ channels.csv | Pa,20.0 | N,20.0 | no unit of it: use Pa
 channels.csv | Pa,20.0 | kPa,20.0 | the channel table says 'kPa': correct
 channels.csv | ear,pressure,901 | ear,pressure,902 | node 901 scalar is not in the tables; add it th
 sensors.csv | A1, | A2, | sensors ['A2'] have a position and no channel
-""",
+"""
     ),
 )
 def test_what_is_wrong_is_named(folder, fault, words):

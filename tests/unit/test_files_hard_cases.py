@@ -95,12 +95,7 @@ CASES = [
     (record, "s/r/run.json", '{"study": "s", "arguments": 3}', "key 'arguments' in the top level"),
     (record, "s/r/run.json", '{"study": "s", "seed": "x"}', "key 'seed' in the top level is \"x\""),
     (record, "s/r/run.json", '{"study": "s", "files_sha256": {"a": 1}}', "key 'files_sha256' in"),
-    (
-        study,
-        "a.py",
-        b'"""\xff?"""',
-        "is not UTF-8 text: save it",
-    ),
+    (study, "a.py", b'"""\xff?"""', "is not UTF-8 text: save it"),
     (study, "a.py", '"""q?"""\na = 1\0', "is not Python (source code"),
     (study, "a.py", '"""q?"""\n1 / 0', "a.py line 2 cannot be imported"),
     (study, "a.py", '"""q?"""\n', "there is no Options"),

@@ -34,7 +34,7 @@ SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_limits.toml"
 SAG = '[[sag]]\nmount = "EnM"\nat_most_mm = 6.0\n'
 
 
-def written(folder: Path, text: str) -> Path:
+def written(folder, text):
     path = folder / "limits.toml"
     path.write_text(text, encoding="utf-8")
     return path

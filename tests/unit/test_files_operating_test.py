@@ -177,7 +177,6 @@ def test_a_record_that_does_not_fit_is_named(whole_folder, fault, words):
 
 
 A1_X = (101, "+x")
-DEAD = {"values": lambda f: 0 * f.values}
 BROKEN = [
     (
         functions(SOFT, without_tacho),

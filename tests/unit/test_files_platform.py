@@ -252,7 +252,7 @@ platform.toml | ear_node = 901 | ear_node = 902 | vehicle A-1 ... (node 902 scal
 channels.csv | TSM z,force | channels.csv: there is no force channel 'TSM z': add its row
 channels.csv | Du x,noise | there is no noise transfer function channel 'Du x'
 channels.csv | Du x, | CTSM x,force,CTSM,,x,41,+x,N\\nDu x, | force channel 'CTSM x' fits no mount
-""",
+"""
     ),
     (function(NTF, 0, response_name="MIC 2"), "vehicle B-1: noise transfer functions of different"),
     (functions(G5, every(abscissa_quantity="time")), "g5.uff: load case g5: the abscissa of"),

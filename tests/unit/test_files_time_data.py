@@ -13,12 +13,11 @@ import numpy as np
 import pytest
 from broken_files import edited
 from scipy.io import savemat, wavfile
-from typer.testing import CliRunner
 
+from command_line import call
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
-from deboom.cli import app
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.function_table import read_function_table
@@ -329,10 +328,7 @@ def recorded_as(folder):
     """Exchange the UFF file of the run over time for an MDF file in other units."""
     run = read_time_run(folder, NAME)
     time = np.arange(run.tacho.size) / run.sample_rate
-    signals = {
-        "tacho": ("V", 4.0 * run.tacho),
-        "engine torque": ("N m", run.engine_torque),
-    }
+    signals = {"tacho": ("V", 4.0 * run.tacho), "engine torque": ("N m", run.engine_torque)}
     for names, values, quantity, unit, factor in (
         (run.acceleration_channels, run.acceleration, "acceleration", "g", 1 / 9.80665),
         (run.cell_force_channels, run.cell_force, "cell force", "N", 1.0),
@@ -345,9 +341,7 @@ def recorded_as(folder):
 
 
 def orders(folder, name):
-    how = ("--name", name, "--rpm-step", "50")
-    done = CliRunner().invoke(app, ["orders", str(folder), NAME, *how])
-    assert done.exit_code == 0, done.output
+    call("orders", folder, NAME, "--name", name, "--rpm-step", 50)
 
 
 def test_time_data_of_a_measuring_system_go_through_orders(written, tmp_path):

@@ -15,7 +15,6 @@ from deboom.files.vehicle import read_vehicle
 from deboom.measurement.modal import ModalModel, PoleCluster, panel_contributions
 from deboom.physics.frf import FrfForm
 
-MOTION = "noise_transfer/panel_motion.uff"
 DIRECT, RECIPROCAL = "noise_transfer/direct.uff", "noise_transfer/reciprocal.uff"
 RUN = "operating/g5_wot120.uff"
 
@@ -106,7 +105,7 @@ vehicle.toml | node = 902 | node = 901 | two [[ears]] have the node '901'
 panels.csv | trunk floor,601,0.0,0.0,1.0 | trunk floor,601,0.0,0.0,2.0 | no unit vector
 panels.csv | rear bench,602 | rear bench,601 | node 601 already stands
 panels.csv | ,0.22\\n | ,-0.22\\n | area of 'roof' is not positive
-""",
+"""
     ),
 )
 def test_tables_that_do_not_fit_are_refused(folder, fault, sentence):

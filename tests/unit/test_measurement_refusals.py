@@ -185,10 +185,7 @@ REFUSED = [
     ),
     ("g5", lambda: run(np.zeros(2))),
     ("g5", lambda: run(NOT_FINITE)),
-    (
-        "TSM x of M1: deflection: numbers must",
-        lambda: curve([1e-3, 1e-3], [-75.0, 75.0]),
-    ),
+    ("TSM x of M1: deflection: numbers must", lambda: curve([1e-3, 1e-3], [-75.0, 75.0])),
     ("static curve TSM x of M1: force: shape", lambda: curve([0.0, 1e-3], [0.0, 0.0, 0.0])),
     ("g5: its engine torque was not recorded: add its table", lambda: case().wheel_torque),
     (r"shape \(2,\), expected one value for each of 3", lambda: case(engine_torque=np.ones(2))),
@@ -345,14 +342,6 @@ def test_what_fits_is_taken_and_stays_as_it_is():
             array[...] = 0.0
     drawing = compressor_test.Drawing(6.8, np.zeros(3), np.eye(3), (MOUNT,))
     assert replace(TEST, drawing=drawing).drawing.mounts[0].name == "mount 1"
-
-
-def test_default_tolerances_are_those_of_a_good_bench():
-    stated = Tolerances()
-    assert stated.sensor_position == 0.002
-    assert np.rad2deg([stated.sensor_angle, stated.shaker_angle]) == pytest.approx(0.5)
-    assert (stated.sensor_gain, stated.sensor_cross_axis, stated.shaker_gain) == (0.01, 0.01, 0.005)
-    assert (stated.torque, stated.static_force) == (1.0, 5.0)
 
 
 def test_a_calibration_seen_on_two_vehicles_keeps_its_prior():

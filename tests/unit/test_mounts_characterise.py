@@ -21,16 +21,10 @@ from threadpoolctl import threadpool_limits
 from deboom.errors import InputError
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry
+from deboom.mounts import measuring_chain
 from deboom.mounts.characterise import CharacteriseOptions, characterise, training_runs
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.error_budget import IDENTIFIED, error_budget
-from deboom.mounts.measuring_chain import (
-    ErrorSource,
-    alignment,
-    body_record,
-    instrumented_bodies,
-    stated_alignment,
-)
 from deboom.mounts.operating_map import Preload
 from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
 from deboom.physics.rigid_body import rotation_matrix
@@ -196,9 +190,9 @@ def one_thread():
 
 def chain_of(rig):
     campaign = campaign_of(rig)
-    body = instrumented_bodies(campaign)[0]
-    stated = alignment(body, campaign.tolerances)
-    return stated, [body_record(body, campaign.runs, campaign.tolerances)]
+    body = measuring_chain.instrumented_bodies(campaign)[0]
+    stated = measuring_chain.alignment(body, campaign.tolerances)
+    return stated, [measuring_chain.body_record(body, campaign.runs, campaign.tolerances)]
 
 
 @pytest.fixture(scope="module")
@@ -248,7 +242,7 @@ def test_a_tilted_shaker_changes_the_force_as_its_definition_says(stated):
 
 
 def test_draws_have_the_stated_tolerances(stated):
-    draws = stated_alignment(stated).draw(4000, np.random.default_rng(2))
+    draws = measuring_chain.stated_alignment(stated).draw(4000, np.random.default_rng(2))
     assert draws.std(axis=0) == pytest.approx(stated.tolerance, rel=0.06, abs=1e-12)
     assert draws.mean(axis=0) == pytest.approx(0.0, abs=5e-4)
 
@@ -331,13 +325,15 @@ def test_impossible_channel_is_refused_by_name():
 
 def test_single_sensor_has_nothing_to_contradict_it():
     campaign = campaign_of(Rig(tolerances=GOOD_2))
-    side = instrumented_bodies(campaign)[1]
-    stated = alignment(side, GOOD_2)
-    found = self_calibrated(stated, [body_record(side, campaign.runs, GOOD_2)], FREE)
+    side = measuring_chain.instrumented_bodies(campaign)[1]
+    stated = measuring_chain.alignment(side, GOOD_2)
+    found = self_calibrated(
+        stated, [measuring_chain.body_record(side, campaign.runs, GOOD_2)], FREE
+    )
     assert found.mean.tolist() == [0.0] * len(stated.names)
     assert np.diag(found.covariance) == pytest.approx(stated.tolerance**2)
-    assert ErrorSource.SENSOR_POSITION not in stated.sources
-    assert ErrorSource.CELL_GAIN in stated.sources
+    assert measuring_chain.ErrorSource.SENSOR_POSITION not in stated.sources
+    assert measuring_chain.ErrorSource.CELL_GAIN in stated.sources
 
 
 TWO_SIDED = 1.96
@@ -364,19 +360,19 @@ def test_a_wishbone_mount_has_the_gains_of_two_sensors_and_two_cells(gains):
     expected = TWO_SIDED * np.sqrt((0.01**2 + 0.02**2) / 2)
     assert gains["W x"].half_width_95 == pytest.approx(expected, rel=0.06)
     assert set(gains["W x"].sources) == {
-        ErrorSource.SENSOR_GAIN,
-        ErrorSource.SENSOR_CROSS_AXIS,
-        ErrorSource.SENSOR_ANGLE,
-        ErrorSource.CELL_GAIN,
+        measuring_chain.ErrorSource.SENSOR_GAIN,
+        measuring_chain.ErrorSource.SENSOR_CROSS_AXIS,
+        measuring_chain.ErrorSource.SENSOR_ANGLE,
+        measuring_chain.ErrorSource.CELL_GAIN,
     }
-    assert gains["W x"].sources[ErrorSource.CELL_GAIN] == pytest.approx(
+    assert gains["W x"].sources[measuring_chain.ErrorSource.CELL_GAIN] == pytest.approx(
         TWO_SIDED * 0.02 / np.sqrt(2), rel=0.08
     )
 
 
 def test_shaker_gain_alone_is_the_gain_of_the_force(gains):
     for axis in "xyz":
-        alone = gains[f"E {axis}"].sources[ErrorSource.SHAKER_GAIN]
+        alone = gains[f"E {axis}"].sources[measuring_chain.ErrorSource.SHAKER_GAIN]
         assert alone == pytest.approx(TWO_SIDED * 0.005, rel=0.08)
 
 

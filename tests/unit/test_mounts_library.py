@@ -213,8 +213,6 @@ def test_a_library_that_another_program_writes_to_is_locked(path, library):
 
 
 _PROCESSES = multiprocessing.get_context("forkserver" if os.name == "posix" else "spawn")
-if os.name == "posix":  # the imports are made once, each process starts from them
-    _PROCESSES.set_forkserver_preload(["deboom.mounts.library", "deboom.mounts.response_surface"])
 
 
 def _postgres(program):

@@ -22,12 +22,7 @@ from mounts_campaign_samples import (
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.sensors import Tolerances
-from deboom.mounts.measuring_chain import (
-    alignment,
-    body_record,
-    instrumented_bodies,
-    stated_alignment,
-)
+from deboom.mounts import measuring_chain
 from deboom.mounts.mount import (
     Mount,
     mean_operating_stiffness,
@@ -44,8 +39,8 @@ RAMP = Ramp(120.0, full_load=True)
 def records_of(**changes):
     campaign = campaign_of(Rig(ramps=(RAMP,), **changes))
     return [
-        body_record(body, campaign.runs, campaign.tolerances)
-        for body in instrumented_bodies(campaign)
+        measuring_chain.body_record(body, campaign.runs, campaign.tolerances)
+        for body in measuring_chain.instrumented_bodies(campaign)
     ]
 
 
@@ -88,9 +83,11 @@ def test_the_same_reading_is_dead_where_the_bench_states_its_errors(monkeypatch)
 
 def maps_of(campaign, tolerances=None):
     known = campaign.tolerances if tolerances is None else tolerances
-    bodies = instrumented_bodies(campaign)
-    records = [body_record(body, campaign.runs, known) for body in bodies]
-    chains = [stated_alignment(alignment(body, known)) for body in bodies]
+    bodies = measuring_chain.instrumented_bodies(campaign)
+    records = [measuring_chain.body_record(body, campaign.runs, known) for body in bodies]
+    chains = [
+        measuring_chain.stated_alignment(measuring_chain.alignment(body, known)) for body in bodies
+    ]
     return operating_maps(chains, records)
 
 
@@ -232,10 +229,7 @@ def test_direction_that_was_never_loaded():
             "three triaxial sensors",
         ),
         (Rig(switched_off=("C1 x",)), r"mount E: the cell channels \['C1 x'\] are switched off"),
-        (
-            Rig(switched_off=("A8 y",)),
-            r"W left carries a body .* switched off are \['A8 y'\]",
-        ),
+        (Rig(switched_off=("A8 y",)), r"W left carries a body .* switched off are \['A8 y'\]"),
         (
             Rig(sensors=tuple(sensor for sensor in Rig().sensors if sensor.name != "C2")),
             "mount G has no force cell",
@@ -244,19 +238,19 @@ def test_direction_that_was_never_loaded():
 )
 def test_sensors_that_do_not_suffice(rig, words):
     with pytest.raises(InputError, match=words):
-        instrumented_bodies(campaign_of(rig))
+        measuring_chain.instrumented_bodies(campaign_of(rig))
 
 
 def test_run_without_a_channel():
     campaign = campaign_of(Rig(ramps=(RAMP,)))
-    body = instrumented_bodies(campaign)[0]
+    body = measuring_chain.instrumented_bodies(campaign)[0]
     run = campaign.runs[0]
     fewer = run.acceleration.select(run.acceleration.channels[3:])
     short = replace(run, acceleration=fewer)
     with pytest.raises(InputError, match=r"run g5_wot120_1 lacks the channels \['A1 x'"):
-        body_record(body, [short], EXACT)
+        measuring_chain.body_record(body, [short], EXACT)
     with pytest.raises(InputError, match="no operating run for the powertrain"):
-        body_record(body, [], EXACT)
+        measuring_chain.body_record(body, [], EXACT)
 
 
 FREQUENCY_3 = np.arange(20.0, 41.0)

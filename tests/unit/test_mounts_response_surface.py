@@ -34,10 +34,7 @@ Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 
 @pytest.mark.filterwarnings("ignore:.* distinct rows do not determine a cubic:UserWarning")
 @parametrize_with_checks(
-    [
-        PiecewiseCubicRegressor(),
-        PiecewiseCubicRegressor(pieces="cv", max_pieces=3),
-    ]
+    [PiecewiseCubicRegressor(), PiecewiseCubicRegressor(pieces="cv", max_pieces=3)]
 )
 def test_scikit_learn_estimator_rules(estimator, check):
     check(estimator)
@@ -323,11 +320,7 @@ def test_lines_that_cannot_be_fitted_are_refused(X, y, options, words):
 
 @pytest.mark.parametrize(
     "model",
-    [
-        KelvinVoigtModel(),
-        BergModel(),
-        DynamicStiffnessSurface(gaussian_process(), max_lines=80),
-    ],
+    [KelvinVoigtModel(), BergModel(), DynamicStiffnessSurface(gaussian_process(), max_lines=80)],
 )
 def test_other_models_share_the_interface(model):
     fitted = clone(model).fit(LINES[::9], STIFFNESS[::9])

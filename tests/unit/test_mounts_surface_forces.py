@@ -8,6 +8,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
+from deboom.mounts import part_scatter, surface_forces
 from deboom.mounts.characterised_mount import (
     CharacterisedDirection,
     CharacterisedMount,
@@ -16,21 +17,7 @@ from deboom.mounts.characterised_mount import (
     MountIdentity,
 )
 from deboom.mounts.mount import Mount
-from deboom.mounts.part_scatter import (
-    ScatterPrior,
-    batch_share,
-    direction_scatter,
-    hardness_share,
-    library_scatter,
-)
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.mounts.surface_forces import (
-    Outside,
-    main_axis,
-    smooth_static_force,
-    surface_forces,
-    surface_over_main_force,
-)
 
 FREQUENCY = np.arange(20.0, 60.5, 0.5)
 TORQUES = (200.0, 400.0, 600.0, 700.0, 800.0)
@@ -67,11 +54,11 @@ def mount(**new):
 
 
 def test_the_main_axis_is_that_of_the_widest_static_force():
-    assert main_axis(mount()) == "x"
+    assert surface_forces.main_axis(mount()) == "x"
 
 
 def test_a_surface_over_the_force_along_the_main_axis():
-    surface = surface_over_main_force(mount(), "z")
+    surface = surface_forces.surface_over_main_force(mount(), "z")
     assert surface.preload_unit == "N"
     assert surface.n_lines_ == len(TORQUES) * (FREQUENCY.size - 2)
     found = surface.predict([1000.0, 1.6e-4, 40.0], extrapolate=True)
@@ -83,30 +70,32 @@ def test_noise_of_the_static_force_is_smoothed_run_by_run():
     frequency = np.tile(FREQUENCY, 2)
     true = np.where(run == "a", 0.05 * frequency**2, 500.0)
     noise = np.random.default_rng(1).normal(0, 5.0, true.size)
-    assert smooth_static_force(true, frequency, run) == pytest.approx(true)
-    error = smooth_static_force(true + noise, frequency, run) - true
+    assert surface_forces.smooth_static_force(true, frequency, run) == pytest.approx(true)
+    error = surface_forces.smooth_static_force(true + noise, frequency, run) - true
     assert 1.0 < np.std(error) < 3.2
     coarse = slice(None, None, 5)
-    kept = smooth_static_force((true + noise)[coarse], frequency[coarse], run[coarse])
+    kept = surface_forces.smooth_static_force(
+        (true + noise)[coarse], frequency[coarse], run[coarse]
+    )
     assert np.array_equal(kept, (true + noise)[coarse])
     five = slice(None, None, 2)  # lines within the width: a parabola, not a mean of them
-    smoothed = smooth_static_force((true + noise)[five], frequency[five], run[five])
+    smoothed = surface_forces.smooth_static_force((true + noise)[five], frequency[five], run[five])
     assert 0.5 < np.std(smoothed - true[five]) / 5.0 < 0.9
     uneven = np.sort(np.random.default_rng(2).uniform(20, 60, 50))
     names = np.full(50, "a")
-    assert np.array_equal(smooth_static_force(noise[:50], uneven, names), noise[:50])
+    assert np.array_equal(surface_forces.smooth_static_force(noise[:50], uneven, names), noise[:50])
 
 
 def test_what_cannot_be_fitted_is_refused_in_words():
     masked = replace(points("z", 0.1), confidence=np.zeros(len(points("z", 0.1))))
     with pytest.raises(InputError, match="direction z: none of its 405 lines is above the noise"):
-        surface_over_main_force(mount(z=masked), "z")
+        surface_forces.surface_over_main_force(mount(z=masked), "z")
     other = replace(points("z", 0.1), run=["other"] * 405)
     with pytest.raises(InputError, match="the lines of z and x are not those of the same runs"):
-        surface_over_main_force(mount(z=other), "z")
+        surface_forces.surface_over_main_force(mount(z=other), "z")
     none = MapPoints.none()
     with pytest.raises(InputError, match="it has no measured line"):
-        main_axis(mount(x=none, z=none))
+        surface_forces.main_axis(mount(x=none, z=none))
 
 
 LINES = np.linspace(20.0, 60.0, 41)
@@ -172,7 +161,7 @@ def truth(case):
 
 def test_force_is_stiffness_at_the_point_of_operation_times_motion():
     case = load_case()
-    result = surface_forces(case, [TSM, DU])
+    result = surface_forces.surface_forces(case, [TSM, DU])
     modelled = result.load_case
     assert (modelled.name, modelled.force.unit) == ("g5", "N")
     assert modelled.displacement is case.displacement
@@ -185,7 +174,7 @@ def test_force_is_stiffness_at_the_point_of_operation_times_motion():
 
 def test_directions_that_cannot_be_believed_keep_the_measured_force_and_say_so():
     case = load_case()
-    result = surface_forces(case, [TSM, DU])
+    result = surface_forces.surface_forces(case, [TSM, DU])
     for channel in ("TSM y", "TSM z"):
         column = CHANNELS.index(channel)
         np.testing.assert_array_equal(
@@ -197,7 +186,7 @@ def test_directions_that_cannot_be_believed_keep_the_measured_force_and_say_so()
 
 def test_a_direction_without_a_surface_says_so():
     bare = characterised("TSM", ("",), [(axis, UNKNOWN, None) for axis in "xyz"])
-    reasons = surface_forces(load_case(), [bare, DU]).measured
+    reasons = surface_forces.surface_forces(load_case(), [bare, DU]).measured
     assert reasons == dict.fromkeys(CHANNELS[:3], "no surface")
 
 
@@ -206,14 +195,14 @@ def test_lines_outside_of_the_measured_region_are_refused_by_name():
     tsm = characterised("TSM", ("",), [("x", KNOWN, low)])
     case = load_case()
     with pytest.raises(InputError) as refusal:
-        surface_forces(case, [tsm, DU])
+        surface_forces.surface_forces(case, [tsm, DU])
     sentence = str(refusal.value)
     outside = np.flatnonzero(1.02 * low.ranges["preload"][1] < RATIO * TORQUE)
     assert f"{outside.size} of 41 lines, from {LINES[outside[0]]:g} to 60 Hz" in sentence
     for word in ("load case g5", "'TSM x'", "TSM M0 of campaign spring", "keep the measured force"):
         assert word in sentence
 
-    kept = surface_forces(case, [tsm, DU], Outside.KEEP_MEASURED)
+    kept = surface_forces.surface_forces(case, [tsm, DU], surface_forces.Outside.KEEP_MEASURED)
     assert kept.measured["TSM x"] == f"{outside.size} of 41 lines are outside"
     np.testing.assert_array_equal(
         kept.load_case.force.values[outside, 0], case.force.values[outside, 0]
@@ -242,12 +231,12 @@ STATIC = characterised("TSM", ("",), [("x", KNOWN, fitted("N"))])
 )
 def test_mounts_that_do_not_fit_the_run_are_refused(mounts, words):
     with pytest.raises(InputError, match=words):
-        surface_forces(load_case(), mounts)
+        surface_forces.surface_forces(load_case(), mounts)
 
 
 def test_a_run_without_engine_torque_has_no_preload():
     with pytest.raises(InputError, match="g5: its engine torque was not recorded"):
-        surface_forces(replace(load_case(), engine_torque=None), [TSM, DU])
+        surface_forces.surface_forces(replace(load_case(), engine_torque=None), [TSM, DU])
 
 
 RNG = np.random.default_rng(5)
@@ -256,7 +245,7 @@ THIRTY = 0.04 * RNG.standard_normal(30)
 
 def test_thirty_parts_have_the_textbooks_interval():
     """Chi-square with 29 degrees of freedom: 16.047 and 45.722 (any table of quantiles)."""
-    found = direction_scatter("TSM x", THIRTY)
+    found = part_scatter.direction_scatter("TSM x", THIRTY)
     variance = THIRTY.var(ddof=1)
     assert found.sigma == pytest.approx(np.sqrt(variance), rel=1e-12)
     assert found.lower == pytest.approx(np.sqrt(29.0 * variance / 45.722), rel=1e-4)
@@ -266,8 +255,8 @@ def test_thirty_parts_have_the_textbooks_interval():
 
 def test_few_parts_are_combined_with_the_prior():
     """Scaled inverse chi-square: degrees of freedom add up, and so do sums of squares."""
-    values, prior = THIRTY[:6], ScatterPrior(0.08, 10.0)
-    found = direction_scatter("TSM x", values, prior=prior)
+    values, prior = THIRTY[:6], part_scatter.ScatterPrior(0.08, 10.0)
+    found = part_scatter.direction_scatter("TSM x", values, prior=prior)
     combined = (10.0 * 0.08**2 + 5.0 * values.var(ddof=1)) / 15.0
     assert found.sigma == pytest.approx(np.sqrt(combined), rel=1e-12)
     assert found.prior_share == pytest.approx(10.0 / 15.0)
@@ -278,7 +267,9 @@ def test_few_parts_are_combined_with_the_prior():
 
 
 def test_without_parts_the_prior_stands_alone():
-    found = direction_scatter("TSM x", np.empty(0), prior=ScatterPrior(0.05, 4.0))
+    found = part_scatter.direction_scatter(
+        "TSM x", np.empty(0), prior=part_scatter.ScatterPrior(0.05, 4.0)
+    )
     assert found.sigma == pytest.approx(0.05)
     assert found.note == "assumed: not identified in every part, or fewer than two parts"
     assert np.isnan(found.observed)
@@ -287,13 +278,13 @@ def test_without_parts_the_prior_stands_alone():
 
 def test_measuring_is_taken_off_and_said_when_it_dominates():
     error = np.full(30, 0.02)
-    found = direction_scatter("TSM x", THIRTY, error)
+    found = part_scatter.direction_scatter("TSM x", THIRTY, error)
     assert found.sigma**2 == pytest.approx(THIRTY.var(ddof=1) - 0.02**2)
-    bare = direction_scatter("TSM x", THIRTY)
+    bare = part_scatter.direction_scatter("TSM x", THIRTY)
     assert found.upper**2 == pytest.approx(bare.upper**2 - 0.02**2)
-    common = direction_scatter("TSM x", THIRTY, error, has_common=True)
+    common = part_scatter.direction_scatter("TSM x", THIRTY, error, has_common=True)
     assert (common.sigma, common.lower, common.upper) == (found.sigma, found.lower, bare.upper)
-    lost = direction_scatter("TSM x", 0.02 * THIRTY / THIRTY.std(ddof=1), error)
+    lost = part_scatter.direction_scatter("TSM x", 0.02 * THIRTY / THIRTY.std(ddof=1), error)
     assert (lost.sigma, lost.lower) == (0.0, 0.0)
     assert lost.upper > 0.0
     assert "measuring dominates" in lost.note
@@ -304,18 +295,18 @@ def test_batches_add_their_scatter():
     of_batch = np.repeat([0.03, -0.03, 0.01, -0.01, 0.0], 6)
     own = np.tile([0.01, -0.01, 0.02, -0.02, 0.005, -0.005], 5)
     labels = np.repeat(list("abcde"), 6)
-    found = direction_scatter("TSM x", of_batch + own, batches=labels)
+    found = part_scatter.direction_scatter("TSM x", of_batch + own, batches=labels)
     between = 6.0 * np.var([0.03, -0.03, 0.01, -0.01, 0.0], ddof=1)
     within = (own**2).sum() / 25.0
     total = between / 6.0 + (1.0 - 1.0 / 6.0) * within
     assert found.sigma == pytest.approx(np.sqrt(total))
     assert found.n_batches == 5
     # few batches count little: the interval is wider than that of 30 parts of no batch
-    bare = direction_scatter("TSM x", of_batch + own)
+    bare = part_scatter.direction_scatter("TSM x", of_batch + own)
     assert found.upper / found.sigma > 1.3 * bare.upper / bare.sigma
-    one = direction_scatter("TSM x", THIRTY, batches=["a"] * 30)
+    one = part_scatter.direction_scatter("TSM x", THIRTY, batches=["a"] * 30)
     assert one.note == "one batch: what batches differ by is not in it"
-    share = batch_share((of_batch + own)[:, None], labels)
+    share = part_scatter.batch_share((of_batch + own)[:, None], labels)
     exact = (between - within) / (between + 5.0 * within)
     assert share.value == pytest.approx(exact)
     assert share.lower < exact < share.upper
@@ -323,24 +314,26 @@ def test_batches_add_their_scatter():
 
 def test_parts_that_differ_no_more_between_batches_are_one_population():
     values = np.tile([0.01, -0.01], 15)
-    found = direction_scatter("TSM x", values, batches=np.repeat(list("abc"), 10))
+    found = part_scatter.direction_scatter("TSM x", values, batches=np.repeat(list("abc"), 10))
     assert found.sigma == pytest.approx(np.sqrt((values**2).sum() / 27.0))
-    assert batch_share(values[:, None], np.repeat(list("abc"), 10)).value == 0.0
+    assert part_scatter.batch_share(values[:, None], np.repeat(list("abc"), 10)).value == 0.0
 
 
 def test_the_share_of_hardness_is_recovered():
     rng = np.random.default_rng(3)
     common = rng.standard_normal((400, 1))
     values = 0.05 * (np.sqrt(0.7) * common + np.sqrt(0.3) * rng.standard_normal((400, 3)))
-    found = hardness_share([values[:200] + 1.0, values[200:, :2]])
+    found = part_scatter.hardness_share([values[:200] + 1.0, values[200:, :2]])
     assert found.value == pytest.approx(0.7, abs=0.05)
     assert found.lower < 0.7 < found.upper
     noisy = values + 0.05 * rng.standard_normal((400, 3))
-    assert hardness_share([noisy]).value == pytest.approx(0.35, abs=0.06)
-    stiffer_axes = hardness_share([noisy * [1.0, 30.0, 0.02]])
-    assert stiffer_axes.value == pytest.approx(hardness_share([noisy]).value)
-    assert hardness_share([noisy], reliability=0.5).value == pytest.approx(0.7, abs=0.1)
-    assert hardness_share([values[:1], values[:, :1], np.ones((5, 2))]) is None
+    assert part_scatter.hardness_share([noisy]).value == pytest.approx(0.35, abs=0.06)
+    stiffer_axes = part_scatter.hardness_share([noisy * [1.0, 30.0, 0.02]])
+    assert stiffer_axes.value == pytest.approx(part_scatter.hardness_share([noisy]).value)
+    assert part_scatter.hardness_share([noisy], reliability=0.5).value == pytest.approx(
+        0.7, abs=0.1
+    )
+    assert part_scatter.hardness_share([values[:1], values[:, :1], np.ones((5, 2))]) is None
 
 
 @cache
@@ -383,11 +376,11 @@ def library(n_batches=4, n_parts=6):
 
 def test_parts_of_a_library_are_compared_under_equal_conditions():
     parts, factors = library()
-    scatter = library_scatter(parts)
+    scatter = part_scatter.library_scatter(parts)
     assert [direction.name for direction in scatter.directions] == ["TSM x", "TSM y", "TSM z"]
     batches = np.repeat(["B0", "B1", "B2", "B3"], 6)
     for axis, column in zip("xz", factors.T, strict=True):
-        wanted = direction_scatter(
+        wanted = part_scatter.direction_scatter(
             f"TSM {axis}", column, np.full(24, 0.004 / 1.959964), batches, has_common=True
         )
         direction = scatter.direction(f"TSM {axis}")
@@ -402,7 +395,7 @@ def test_parts_of_a_library_are_compared_under_equal_conditions():
 
 def test_a_part_measured_twice_is_one_part():
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
-    scatter = library_scatter([*parts, part((1.02, 1.0), "1", campaign="autumn")])
+    scatter = part_scatter.library_scatter([*parts, part((1.02, 1.0), "1", campaign="autumn")])
     direction = scatter.direction("TSM x")
     assert (direction.n_parts, direction.n_batches, scatter.batches) == (2, 0, {})
     difference = np.log(1.1) - 0.5 * np.log(1.02)
@@ -413,17 +406,17 @@ def test_an_axis_that_is_not_identified_everywhere_is_left_to_the_prior():
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
     unknown = replace(parts[0].directions[1], quality=DirectionQuality(False))
     parts[0] = replace(parts[0], directions=(parts[0].directions[0], unknown))
-    scatter = library_scatter(parts)
+    scatter = part_scatter.library_scatter(parts)
     assert scatter.direction("TSM x").n_parts == 2
     assert scatter.direction("TSM z").prior_share == 1.0
 
 
 def test_parts_that_cannot_be_compared_are_refused():
     with pytest.raises(InputError, match="no part to learn"):
-        library_scatter([])
+        part_scatter.library_scatter([])
     both = [part((1.0, 1.0), "1", part_number="A"), part((1.1, 1.0), "2", part_number="B")]
     with pytest.raises(InputError, match=r"numbers \['A', 'B'\].*choose one number"):
-        library_scatter(both)
+        part_scatter.library_scatter(both)
     parts = [part((1.0, 1.0), "1"), part((1.1, 1.0), "2")]
     far = surface()
     points = far.region_.points
@@ -431,10 +424,10 @@ def test_parts_that_cannot_be_compared_are_refused():
     other = replace(parts[1].directions[0], surface=over_torque)
     mixed = [parts[0], replace(parts[1], directions=(other, parts[1].directions[1]))]
     with pytest.raises(InputError, match="TSM x: its parts are characterised over different"):
-        library_scatter(mixed)
+        part_scatter.library_scatter(mixed)
     moved_away = points + np.array([1e5, 0, 0])
     shifted = DynamicStiffnessSurface().fit(moved_away, far.predict(points, True))
     moved = replace(parts[1].directions[0], surface=shifted)
     parts[1] = replace(parts[1], directions=(moved, parts[1].directions[1]))
     with pytest.raises(InputError, match="TSM x: its 2 parts were measured at only 0 common"):
-        library_scatter(parts)
+        part_scatter.library_scatter(parts)

@@ -159,10 +159,7 @@ REFUSED = [
     ("start 1 to 4 apart", lambda: frf.overlapping_blocks(BLOCKS[0], 4, 0)),
     ("start 1 to 4 apart", lambda: frf.overlapping_blocks(BLOCKS[0], 4, 5)),
     ("average nothing", lambda: frf.effective_averages(np.ones(8), 4, 0)),
-    (
-        "n_averages is 0: give",
-        lambda: CrossSpectra(np.arange(2), ONE, ONE, ONE, 0),
-    ),
+    ("n_averages is 0: give", lambda: CrossSpectra(np.arange(2), ONE, ONE, ONE, 0)),
     ("output_input: shape", lambda: CrossSpectra(np.arange(2), np.ones((2, 2, 2)), ONE, ONE, 3)),
     ("1 average.*whatever was measured", lambda: frf.coherence(spectra(n_block=1))),
     ("1 average.*whatever was measured", lambda: frf.multiple_coherence(spectra(n_block=1))),

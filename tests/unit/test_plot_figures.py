@@ -13,12 +13,7 @@ from PIL import Image
 from deboom import plot as figures
 from deboom.errors import InputError
 from deboom.plot import style
-from deboom.plot.style import (
-    as_png,
-    mount_of,
-    signed,
-    vehicle_colours,
-)
+from deboom.plot.style import as_png, mount_of, signed, vehicle_colours
 
 VARIABLES = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis in "xyz"]
 
@@ -94,27 +89,21 @@ def texts_of(figure):
 
 
 @pytest.mark.parametrize("name", FIGURES)
-def test_figure_is_a_png_of_column_width_that_is_not_blank_and_repeats(name, monkeypatch):
+def test_figure_repeats_whatever_is_set_globally_is_of_column_width_and_not_blank(
+    name, monkeypatch
+):
     monkeypatch.setattr(style, "DPI", 60)
     function, arguments = FIGURES[name]
-    first, second = arguments(), arguments()
-    png = as_png(function(*first[0], **first[1]))
-    assert as_png(function(*second[0], **second[1])) == png
+    positional, named = arguments()
+    png = as_png(function(*positional, **named))
+    with matplotlib.rc_context({"font.size": 30.0, "axes.facecolor": "red"}):
+        before = dict(matplotlib.rcParams)
+        assert as_png(function(*positional, **named)) == png
+        assert dict(matplotlib.rcParams) == before
     with Image.open(io.BytesIO(png)) as image:
-        assert image.format == "PNG"
         assert image.width == round(style.FULL_WIDTH * style.DPI)
         assert "Software" not in image.info
         assert len(image.convert("RGB").getcolors(1 << 16)) > 50
-
-
-def test_global_settings_neither_change_nor_matter(monkeypatch):
-    monkeypatch.setattr(style, "DPI", 60)
-    positional, named = front_arguments()
-    expected = as_png(figures.pareto_front(*positional, **named))
-    with matplotlib.rc_context({"font.size": 30.0, "axes.facecolor": "red"}):
-        before = dict(matplotlib.rcParams)
-        assert as_png(figures.pareto_front(*positional, **named)) == expected
-        assert dict(matplotlib.rcParams) == before
 
 
 @pytest.mark.parametrize("name", FIGURES)

@@ -1,7 +1,5 @@
 """Objectives from options, several searches into one front, the last steps by gradient."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -342,8 +342,7 @@ def test_coupled_sets_have_their_stiffness_and_todays_load():
 
 
 @pytest.mark.parametrize(
-    ("parts", "sentence"),
-    [([0, 2, 0], "no set of parts"), ([0.5, 0, 0], "part numbers are whole")],
+    ("parts", "sentence"), [([0, 2, 0], "no set of parts"), ([0.5, 0, 0], "part numbers are whole")]
 )
 def test_numbers_of_no_part_are_refused(parts, sentence):
     with pytest.raises(InputError, match=sentence):

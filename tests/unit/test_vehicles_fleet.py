@@ -119,10 +119,7 @@ def contributed(vehicle=None, mounts=MOUNTS, case=None, band=(20.0, 60.0)):
             {"vehicle": _vehicle(frequency=LINES + 0.5), "band": (40.0, 40.0)},
             r"vehicle A-1: no line between 40 and 40 Hz",
         ),
-        (
-            {"mounts": (STRUT, STRUT)},
-            r"duplicated design variable \['TSM x', 'TSM y', 'TSM z'\]",
-        ),
+        ({"mounts": (STRUT, STRUT)}, r"duplicated design variable \['TSM x', 'TSM y', 'TSM z'\]"),
         (
             {"mounts": (Mount("TSM", "strut", ("",), ((0.0, 0.0, 0.0),), ()),)},
             "no mount transmits anything",

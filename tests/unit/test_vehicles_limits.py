@@ -178,10 +178,7 @@ def test_stiffness_of_a_variable_and_of_a_sum():
             "modes 1 to 6",
         ),
         (lambda: OperatingStiffness({"E z": 1.0}, {"a": ["G z"]}), "no measured stiffness of G z"),
-        (
-            lambda: of(WeightSag(model(), POWERTRAIN, ("E",)))(np.zeros((1, 9))),
-            "carries nothing",
-        ),
+        (lambda: of(WeightSag(model(), POWERTRAIN, ("E",)))(np.zeros((1, 9))), "carries nothing"),
     ],
 )
 def test_what_does_not_exist_is_refused(make, sentence):

@@ -7,21 +7,12 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
-from deboom.mounts.characterised_mount import (
-    CharacterisedDirection,
-    CharacterisedMount,
-    DirectionQuality,
-    MapPoints,
-    MountIdentity,
-)
+from deboom.mounts import characterised_mount
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mass_properties
 from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, Powertrain, library_model
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
-SHEET = Powertrain(
-    193.5, INERTIA, mass_tolerance=1.0, inertia_tolerance=0.02, centre_tolerance=0.002
-)
 
 
 def test_mass_matrix_off_the_centre_of_gravity():
@@ -126,15 +117,17 @@ def test_unknown_direction():
 
 def part(mount, curves=CURVES):
     none = np.empty(0)
-    points = MapPoints(none, none, none, none, none, none, np.empty(0, dtype=np.str_))
-    return CharacterisedMount(
-        MountIdentity("rig", mount.name, "M1"),
+    points = characterised_mount.MapPoints(
+        none, none, none, none, none, none, np.empty(0, dtype=np.str_)
+    )
+    return characterised_mount.CharacterisedMount(
+        characterised_mount.MountIdentity("rig", mount.name, "M1"),
         mount,
         tuple(
-            CharacterisedDirection(
+            characterised_mount.CharacterisedDirection(
                 axis,
                 points,
-                DirectionQuality(identified=False),
+                characterised_mount.DirectionQuality(identified=False),
                 static_curve=curves.get(f"{mount.name} {axis}"),
             )
             for axis in AXES

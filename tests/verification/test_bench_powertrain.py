@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 from scipy.optimize import root
+from scipy.special import expit
 
 from deboom.bench import powertrain
 from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, true_run
@@ -14,10 +15,6 @@ POWERTRAIN = BENCH.powertrain
 GEARS = np.array([-300.0, 495.0, 748.0, 1364.0, 3564.0])  # wheel torque [N m]
 
 
-def logistic(x):
-    return 1 / (1 + np.exp(-x))
-
-
 @pytest.mark.parametrize("index", range(9))
 @pytest.mark.parametrize("deflection", [-9e-3, -2e-3, 1e-3, 6e-3])
 def test_static_force_is_the_integral_of_the_printed_tangent(index, deflection):
@@ -25,7 +22,7 @@ def test_static_force_is_the_integral_of_the_printed_tangent(index, deflection):
 
     def tangent(u):
         return law.stiffness + sum(
-            stage.stiffness * logistic((np.sign(stage.onset) * u - abs(stage.onset)) / stage.width)
+            stage.stiffness * expit((np.sign(stage.onset) * u - abs(stage.onset)) / stage.width)
             for stage in law.stages
         )
 

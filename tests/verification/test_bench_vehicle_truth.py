@@ -1,7 +1,6 @@
 """The written vehicle: exact files give the truth back, and the car obeys its parts."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -29,7 +28,7 @@ CASES = tuple(case for case in LOAD_CASES if case.name == "g5_wot220")
 ON_M1 = with_mount_set(BENCH, "M1")
 
 
-def truth(folder: Path, name: str):
+def truth(folder, name):
     with np.load(folder / "truth" / f"{name}.npz") as file:
         return {key: file[key] for key in file.files}
 
@@ -40,15 +39,7 @@ def test_exact_files_give_all_six_loads_of_every_point_back(exact_vehicle, metho
     found = point_noise_transfer(vehicle, method)
     true = truth(folder, "vehicle")["noise_transfer"].reshape(FREQUENCY.size, 2, -1)
     assert found.outputs == ("driver ear", "passenger ear")
-    assert found.inputs[:7] == (
-        "EnM x",
-        "EnM y",
-        "EnM z",
-        "EnM mx",
-        "EnM my",
-        "EnM mz",
-        "GeM x",
-    )
+    assert found.inputs[:7] == ("EnM x", "EnM y", "EnM z", "EnM mx", "EnM my", "EnM mz", "GeM x")
     assert np.abs(found.values - true).max() < 1e-12 * np.abs(true).max()
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eigh
 from scipy.optimize import brentq
+from thesis_samples import complex_normal, deviation
 
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.choices import CompressorCase
@@ -49,17 +50,9 @@ MODEL = model.CompressorModel(7.2, CENTRE, INERTIA, model.mounts_at_virtual_poin
 SCALE = np.repeat([1.0, 0.055], 3)  # rotations as motions at the radius of gyration
 
 
-def deviation(value, reference):
-    return np.linalg.norm(value - reference) / np.linalg.norm(reference)
-
-
 @pytest.fixture
 def rng():
     return np.random.default_rng(41)
-
-
-def complex_normal(rng, *shape):
-    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
 
 
 # ------------------------------------------------------------------ 36-38: the rotor

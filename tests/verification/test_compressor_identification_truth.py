@@ -32,7 +32,7 @@ from deboom.measurement.channels import Frf
 from deboom.study.compressor_identification import TRUTH_FILE, read_compressor_truth
 
 
-def test_deviation_from_the_coherence_of_five_hits() -> None:
+def test_deviation_from_the_coherence_of_five_hits():
     rng = np.random.default_rng(7)
     shape, hits, noise = (200, 18, 6), 5, 0.05
     true = np.full(shape, 1.0 + 0.5j)

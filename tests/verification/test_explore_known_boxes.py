@@ -3,17 +3,10 @@
 import numpy as np
 import pytest
 
+import known_boxes
 from deboom.explore.box import Box, BoxQuestion, face_shares
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.explore.space import sobol_points
-from known_boxes import (
-    LinearProblem,
-    exact_largest_box,
-    largest_linear_box,
-    linear_share,
-    quadratic_share,
-    ratio_of,
-)
 
 EFFORT = BoxEffort(calibration=2**18, verification=2**18)
 SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
@@ -21,37 +14,42 @@ SLOPE = np.array([0.7, 1.1, 1.6, 0.9])
 
 def test_the_share_below_a_plane_is_exact_where_it_is_plain():
     zeros, ones = np.zeros(2), np.ones(2)
-    assert linear_share(ones, 0.5, zeros, ones) == pytest.approx(0.125, abs=1e-14)
-    assert linear_share(ones, 1.5, zeros, ones) == pytest.approx(0.875, abs=1e-14)
-    assert linear_share(ones, 2.0, zeros, ones) == 1.0
-    assert linear_share(ones, 0.6, zeros, np.array([0.0, 1.0])) == pytest.approx(0.6)
+    assert known_boxes.linear_share(ones, 0.5, zeros, ones) == pytest.approx(0.125, abs=1e-14)
+    assert known_boxes.linear_share(ones, 1.5, zeros, ones) == pytest.approx(0.875, abs=1e-14)
+    assert known_boxes.linear_share(ones, 2.0, zeros, ones) == 1.0
+    assert known_boxes.linear_share(ones, 0.6, zeros, np.array([0.0, 1.0])) == pytest.approx(0.6)
 
 
 def test_a_disc_in_its_square_has_the_share_of_pi():
     ones = np.ones(2)
-    assert quadratic_share(ones, ones, 0.25, 0.5 * ones, 1.5 * ones) == pytest.approx(
+    assert known_boxes.quadratic_share(ones, ones, 0.25, 0.5 * ones, 1.5 * ones) == pytest.approx(
         np.pi / 4.0, abs=1e-4
     )
 
 
 def test_the_closed_form_is_the_optimum_of_the_exact_share():
     bounds = Box(("x1", "x2", "x3", "x4"), np.zeros(4), np.full(4, 3.0))
-    closed = largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
-    found = exact_largest_box(
-        LinearProblem(SLOPE[np.newaxis]), np.ones(1), 0.95, bounds, np.full(4, 0.1)
+    closed = known_boxes.largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
+    found = known_boxes.exact_largest_box(
+        known_boxes.LinearProblem(SLOPE[np.newaxis]), np.ones(1), 0.95, bounds, np.full(4, 0.1)
     )
     assert found.upper == pytest.approx(closed.upper, rel=1e-3)
 
 
 def linear_case():
-    problem = LinearProblem(SLOPE[np.newaxis])
+    problem = known_boxes.LinearProblem(SLOPE[np.newaxis])
     bounds = Box(problem.variable_names, np.zeros(4), np.full(4, 3.0))
-    return problem, np.ones(1), bounds, largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower)
+    return (
+        problem,
+        np.ones(1),
+        bounds,
+        known_boxes.largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower),
+    )
 
 
 @pytest.mark.parametrize("instance", [("plane", 4, 1), ("bowl", 2, 1), ("QUAD2", 2, 1)])
 def test_the_search_finds_the_exact_box(instance):
-    ratio, kept, confirmed, off = ratio_of(*instance, EFFORT)
+    ratio, kept, confirmed, off = known_boxes.ratio_of(*instance, EFFORT)
     assert ratio == pytest.approx(1.0, abs=0.02)
     assert kept
     assert confirmed

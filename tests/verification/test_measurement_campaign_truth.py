@@ -183,8 +183,7 @@ def campaigns(tmp_path_factory):
 # without errors the bench's own mode remains, 5 % at 248 Hz, averaged over 20-80 Hz; with them half
 # a degree of shaker tilt brings 1 % of the other axis, most where that one is larger
 @pytest.mark.parametrize(
-    ("name", "tolerances"),
-    [("perfect", {"x": 2e-3, "z": 2e-3}), ("real", {"x": 0.02, "z": 0.08})],
+    ("name", "tolerances"), [("perfect", {"x": 2e-3, "z": 2e-3}), ("real", {"x": 0.02, "z": 0.08})]
 )
 def test_forces_of_the_bench(campaigns, name, tolerances):
     campaign, truth = campaigns[name]

@@ -21,7 +21,6 @@ from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
-    ModalModel,
     mac_matrix,
     modal_model,
     pole_clusters,
@@ -178,9 +177,7 @@ def test_panels_of_each_mode_add_up_and_are_the_true_ones(vehicle):
     assert np.array_equal(found.argmax(axis=1), true.argmax(axis=1))
 
 
-def pressure_of_modes(
-    reciprocal: ModalModel, direct: ModalModel, accelerance: ModalModel, ear: str
-) -> np.ndarray:
+def pressure_of_modes(reciprocal, direct, accelerance, ear):
     """Find what the modes bring to the ear without asking any panel, shape (n_mode,).
 
     With ``φ`` of the body, the ear's share G in a mode and ``m = 2jω_d``: ``a/Q̇ ∝ −φ_c G/m``,

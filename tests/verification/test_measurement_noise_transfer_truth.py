@@ -1,10 +1,10 @@
 """Noise transfer functions of vehicles and electric cars of known truth."""
 
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
+from thesis_samples import deviation
 
 from deboom.bench.compressor_rig import operation
 from deboom.bench.electric_car import mount_stiffnesses
@@ -15,7 +15,7 @@ from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement import measured_vehicle, path_forces
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.electric_car import ElectricCar, wrench_accelerance, wrench_noise_transfer
+from deboom.measurement.electric_car import wrench_accelerance, wrench_noise_transfer
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     reciprocal_noise_transfer,
@@ -107,10 +107,6 @@ def spectrum(truth, quantity, channels, unit):
     return Spectrum(truth["frequency"], truth[quantity], names, unit).select(channels)
 
 
-def deviation(ours, true):
-    return np.linalg.norm(ours - true) / np.linalg.norm(true)
-
-
 def test_forces_validation_sensors_and_pressure(vehicle, truth):
     """Third sensor of every point kept out; the ear by the transfer functions of the hammer."""
     accelerance = measured_vehicle.path_accelerance(vehicle)
@@ -179,20 +175,20 @@ SEED = 3
 
 
 @pytest.fixture(scope="module")
-def exact(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ElectricCar]:
+def exact(tmp_path_factory):
     folder = tmp_path_factory.mktemp("car") / "exact"
     write_electric_car(folder, SEED, "EV-2", noise_free=True)
     return folder, read_electric_car(folder)
 
 
 @pytest.fixture(scope="module")
-def measured(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, ElectricCar]:
+def measured(tmp_path_factory):
     folder = tmp_path_factory.mktemp("car") / "measured"
     write_electric_car(folder, SEED, "EV-2", fleet=4)
     return folder, read_electric_car(folder)
 
 
-def test_exact_files_give_the_noise_transfer_back(exact: tuple[Path, ElectricCar]) -> None:
+def test_exact_files_give_the_noise_transfer_back(exact):
     folder, car = exact
     found = wrench_noise_transfer(car)
     with np.load(folder / "truth/body.npz") as truth:
@@ -202,7 +198,7 @@ def test_exact_files_give_the_noise_transfer_back(exact: tuple[Path, ElectricCar
     assert np.all(off < 1e-6 * np.abs(true).max(axis=0))
 
 
-def test_exact_files_give_the_body_back(exact: tuple[Path, ElectricCar]) -> None:
+def test_exact_files_give_the_body_back(exact):
     folder, car = exact
     found = wrench_accelerance(car, ("mount 3", car.hoses[0].name))
     assert found.outputs[3:7] == tuple(
@@ -223,7 +219,7 @@ def test_exact_files_give_the_body_back(exact: tuple[Path, ElectricCar]) -> None
     )
 
 
-def test_exact_sweeps_are_the_coupled_car(exact: tuple[Path, ElectricCar]) -> None:
+def test_exact_sweeps_are_the_coupled_car(exact):
     folder, car = exact
     transfer = wrench_noise_transfer(car)
     there = operation(SEED, CalibrationLevel.C2, CAR_PLAN, noise_free=True).laboratory
@@ -255,7 +251,7 @@ def test_exact_sweeps_are_the_coupled_car(exact: tuple[Path, ElectricCar]) -> No
         np.testing.assert_allclose(summed, pressure, rtol=1e-6, atol=1e-9 * np.abs(pressure).max())
 
 
-def test_errors_are_as_large_as_stated(measured: tuple[Path, ElectricCar]) -> None:
+def test_errors_are_as_large_as_stated(measured):
     folder, car = measured
     found = wrench_noise_transfer(car)
     with np.load(folder / "truth/body.npz") as truth:
@@ -266,7 +262,7 @@ def test_errors_are_as_large_as_stated(measured: tuple[Path, ElectricCar]) -> No
     assert ratio.max() < 2.5
 
 
-def test_noise_falls_with_the_root_of_the_averages(measured: tuple[Path, ElectricCar]) -> None:
+def test_noise_falls_with_the_root_of_the_averages(measured):
     _, car = measured
     exact_sheet = PlacementTolerances(*[1e-12] * 6)
     once, four_times = (
@@ -278,7 +274,7 @@ def test_noise_falls_with_the_root_of_the_averages(measured: tuple[Path, Electri
     np.testing.assert_allclose(four_times, once / 2, rtol=1e-6)
 
 
-def test_sweeps_scatter_as_stated(measured: tuple[Path, ElectricCar]) -> None:
+def test_sweeps_scatter_as_stated(measured):
     folder, car = measured
     with np.load(folder / "truth/2.npz") as truth:
         pressure = truth["pressure"]
@@ -291,7 +287,7 @@ def test_sweeps_scatter_as_stated(measured: tuple[Path, ElectricCar]) -> None:
     assert np.sqrt(np.mean(np.abs(rest / expected) ** 2)) == pytest.approx(1.0, abs=0.2)
 
 
-def test_lines_are_chosen_and_never_made(exact: tuple[Path, ElectricCar]) -> None:
+def test_lines_are_chosen_and_never_made(exact):
     found = wrench_noise_transfer(exact[1], ("mount 2",))
     assert found.transfer.inputs == tuple(
         f"mount 2 {load}" for load in ("x", "y", "z", "mx", "my", "mz")

@@ -7,10 +7,7 @@ from deboom.bench import campaign
 from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.errors import InputError
 from deboom.measurement.channels import TimeRecord
-from deboom.measurement.order_tracking import (
-    quasi_static,
-    vold_kalman_spectra,
-)
+from deboom.measurement.order_tracking import quasi_static, vold_kalman_spectra
 from deboom.measurement.tacho import pulse_times, repair_pulses, shaft_angle
 
 ORDERS = (0.5, 1.5, 3.0, 6.0)

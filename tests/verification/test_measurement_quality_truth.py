@@ -129,11 +129,7 @@ def test_power_of_every_force_is_what_the_margin_bounds(hammer):
     # the apparent mass takes the same power
     inverse = Frf(frf.frequency, np.linalg.inv(frf.values), frf.inputs, names, "N s^2/m")
     loads = Frf(
-        inverse.frequency,
-        inverse.values,
-        ("fx", "fy", "fz", "mx", "my", "mz"),
-        names,
-        inverse.unit,
+        inverse.frequency, inverse.values, ("fx", "fy", "fz", "mx", "my", "mz"), names, inverse.unit
     )
     assert quality.passivity(loads, FrfForm.APPARENT_MASS, 0.1).margin.min() > 0
 

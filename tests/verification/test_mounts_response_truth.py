@@ -1,6 +1,7 @@
 """Response surfaces against known truths."""
 
 import itertools
+from functools import cache
 
 import numpy as np
 import pytest
@@ -241,24 +242,25 @@ CHECK = [
 UNTRAINED = [
     PlannedRun(gear, limit, full_load=True) for gear in (5, 6, 7) for limit in (140.0, 190.0)
 ]
-RUNS = {
-    plan: true_run(BENCH, plan, FREQUENCY)
-    for plan in dict.fromkeys([*TRAINING_RUNS, *LOW_GEAR_RUNS, *CHECK, *UNTRAINED])
-}
+
+
+@cache
+def run_of(plan):
+    return true_run(BENCH, plan, FREQUENCY)
 
 
 def samples(plans, direction, preload="wheel torque"):
     """Lines of true runs, over wheel torque or over the static force of the direction."""
-    column = RUNS[plans[0]].channels.index(direction)
+    column = run_of(plans[0]).channels.index(direction)
     if preload == "wheel torque":
-        parts = [RUNS[plan].engine_torque * BENCH.total_ratios[plan.gear - 1] for plan in plans]
+        parts = [run_of(plan).engine_torque * BENCH.total_ratios[plan.gear - 1] for plan in plans]
     else:
-        parts = [static_direction_forces(BENCH, RUNS[plan])[:, column] for plan in plans]
+        parts = [static_direction_forces(BENCH, run_of(plan))[:, column] for plan in plans]
     return response_surface.StiffnessSamples(
         np.concatenate(parts),
-        np.concatenate([RUNS[plan].displacement[:, column] for plan in plans]),
+        np.concatenate([run_of(plan).displacement[:, column] for plan in plans]),
         np.tile(FREQUENCY, len(plans)),
-        np.concatenate([RUNS[plan].stiffness[:, column] for plan in plans]),
+        np.concatenate([run_of(plan).stiffness[:, column] for plan in plans]),
         run=np.repeat([plan.name for plan in plans], FREQUENCY.size),
     )
 
@@ -324,11 +326,11 @@ def test_the_guard_separates_known_from_unknown(direction):
 def _true_stiffness(training, rows, direction):
     """Ask the true law at wheel torque, own amplitude and frequency, on the rising branch."""
     column = DIRECTIONS.index(direction)
-    run = RUNS[TRAINING_RUNS[0]]
+    run = run_of(TRAINING_RUNS[0])
     wheel = np.concatenate(
-        [RUNS[plan].engine_torque * BENCH.total_ratios[plan.gear - 1] for plan in TRAINING_RUNS]
+        [run_of(plan).engine_torque * BENCH.total_ratios[plan.gear - 1] for plan in TRAINING_RUNS]
     )
-    static = np.concatenate([RUNS[plan].powertrain.static_deflection for plan in TRAINING_RUNS])
+    static = np.concatenate([run_of(plan).powertrain.static_deflection for plan in TRAINING_RUNS])
     order = np.argsort(wheel)
     deflection = np.stack(
         [
@@ -339,7 +341,9 @@ def _true_stiffness(training, rows, direction):
     )
     play = BENCH.powertrain.play
     remembered = np.sign(deflection) * np.maximum(np.abs(deflection) - play, 0)
-    others = np.concatenate([np.abs(RUNS[plan].powertrain.displacement) for plan in TRAINING_RUNS])
+    others = np.concatenate(
+        [np.abs(run_of(plan).powertrain.displacement) for plan in TRAINING_RUNS]
+    )
     scaled = (training.points - rows.min(axis=0)) / np.ptp(rows, axis=0)
     asked = (rows - rows.min(axis=0)) / np.ptp(rows, axis=0)
     nearest = np.array([np.argmin(np.sum((scaled - row) ** 2, axis=1)) for row in asked])

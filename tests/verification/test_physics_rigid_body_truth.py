@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.linalg import eig
 from scipy.spatial.transform import Rotation
+from thesis_samples import ORIENTATIONS, POSITIONS, STIFFNESS, deviation
 
 from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.errors import InputError
@@ -33,19 +34,6 @@ from deboom.physics.rigid_body import (
 )
 
 EXACT = 1e-10
-
-# thesis, table 11 (optimised mounts of the compressor), in m, rad and N/m; axial = local x
-POSITIONS = 1e-3 * np.array(
-    [[-155.92, 3.750, 19.98], [-19.44, -67.495, 77.98], [-8.46, 73.576, 82.34]]
-)
-ORIENTATIONS = rotation_matrix(
-    np.radians([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
-)
-STIFFNESS = 1e3 * np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
-
-
-def deviation(value, reference):
-    return np.linalg.norm(value - reference) / np.linalg.norm(reference)
 
 
 def spring_energy(motion):

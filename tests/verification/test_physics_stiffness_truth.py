@@ -3,6 +3,8 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from thesis_samples import ORIENTATIONS, POSITIONS, complex_normal, deviation
+from thesis_samples import STIFFNESS as STATIC
 
 from deboom.physics import dynamic_stiffness, rigid_body
 from deboom.physics.forced_response import (
@@ -17,13 +19,6 @@ from deboom.physics.frf import FrfForm, convert, scaled_condition_number
 
 EXACT = 1e-10
 
-POSITIONS = 1e-3 * np.array(
-    [[-155.92, 3.750, 19.98], [-19.44, -67.495, 77.98], [-8.46, 73.576, 82.34]]
-)
-ORIENTATIONS = rigid_body.rotation_matrix(
-    np.radians([[-4.9, -4.9, 185.0], [2.5, 43.3, 87.5], [2.2, 131.5, 89.4]])
-)
-STATIC = 1e3 * np.array([[29.9, 10.8, 12.2], [29.7, 12.9, 11.8], [29.2, 10.6, 10.3]])
 INERTIA = np.array([[158e-4, 2e-4, -1.5e-4], [2e-4, 291e-4, 1e-4], [-1.5e-4, 1e-4, 302e-4]])
 MASS = rigid_body.mass_matrix(7.2, INERTIA, [1.5e-3, -2e-3, 1e-3])
 STIFFNESS = rigid_body.mount_stiffness_matrix(POSITIONS, STATIC, ORIENTATIONS)
@@ -36,17 +31,9 @@ def gain(frequency):
     return real + 1j * (0.42 - 1 / (0.15 * frequency + 2.5))
 
 
-def deviation(value, reference):
-    return np.linalg.norm(value - reference) / np.linalg.norm(reference)
-
-
 @pytest.fixture
 def rng():
     return np.random.default_rng(31)
-
-
-def complex_normal(rng, *shape):
-    return rng.normal(size=shape) + 1j * rng.normal(size=shape)
 
 
 def test_eq_29_operating_forces_need_the_inverse(rng):

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from thesis_samples import deviation
 
 from deboom.physics.force_inversion import (
     LAMBDAS,
@@ -95,10 +96,6 @@ def bodies():
 
 def agree(ours, truth, tolerance=EXACT):
     np.testing.assert_allclose(ours, truth, rtol=0, atol=tolerance * np.abs(truth).max())
-
-
-def deviation(ours, truth):
-    return np.linalg.norm(ours - truth) / np.linalg.norm(truth)
 
 
 def test_eq_8_and_13_interface_forces_go_with_the_uncoupled_body(truth, bodies):

@@ -1,7 +1,5 @@
 """Errors that are drawn, against closed forms: one path, linear levels, known variances."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 
@@ -10,22 +8,9 @@ from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.transfer_path import pressure as summed_pressure
+from deboom.vehicles import uncertain_data
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
-from deboom.vehicles.uncertain_data import (
-    BUDGET,
-    UncertainData,
-    force_cells,
-    motion_error,
-    own_generator,
-    run_noise,
-    smooth_basis,
-    stiffness_error,
-    transfer_body,
-    transfer_calibration,
-    transfer_floor,
-    transfer_paths,
-)
 
 LINES = np.linspace(20.0, 60.0, 81)
 BAND = (20.0, 60.0)
@@ -49,7 +34,7 @@ def one_path(*sources, axes=("x",)):
         Spectrum(LINES, 1e-4 * values[2], paths, "m"),
         Spectrum(LINES, 30.0 * values[3], paths, "N"),
     )
-    return UncertainData(Fleet(tuple(vehicles)), (case,), sources, BAND), mount
+    return uncertain_data.UncertainData(Fleet(tuple(vehicles)), (case,), sources, BAND), mount
 
 
 def levels(data, mount, draw=None, seed=1, only=None):
@@ -61,13 +46,16 @@ def levels(data, mount, draw=None, seed=1, only=None):
 
 
 def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
-    source = transfer_calibration("test", 0.5)
+    source = uncertain_data.transfer_calibration("test", 0.5)
     data, mount = one_path(source)
     measured = levels(data, mount)
 
     moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
 
-    drawn = [own_generator(source, 1, n).standard_normal((2, 1, 1))[:, 0, 0] for n in range(300)]
+    drawn = [
+        uncertain_data.own_generator(source, 1, n).standard_normal((2, 1, 1))[:, 0, 0]
+        for n in range(300)
+    ]
     assert np.allclose(moved[:, 0], 0.5 * np.array(drawn), atol=1e-10)
     assert np.allclose(moved[:, 1], moved[:, 0], atol=1e-10)
     # variance of 300 draws: within 3.3 standard errors of the stated one
@@ -75,19 +63,21 @@ def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
 
 
 def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():
-    source = stiffness_error(BUDGET, "test", {"M x": 0.03}, {"M x": ("M x",)})
+    source = uncertain_data.stiffness_error(
+        uncertain_data.BUDGET, "test", {"M x": 0.03}, {"M x": ("M x",)}
+    )
     data, mount = one_path(source)
     measured = levels(data, mount)
 
     for draw in range(5):
-        along, _ = own_generator(source, 1, draw).standard_normal(2)
+        along, _ = uncertain_data.own_generator(source, 1, draw).standard_normal(2)
         moved = levels(data, mount, draw) - measured
         assert np.allclose(moved, DB * 0.03 * along, atol=1e-10)
 
 
 def test_line_by_line_noise_averages_over_the_lines():
     relative = 0.02
-    data, mount = one_path(run_noise("test", relative))
+    data, mount = one_path(uncertain_data.run_noise("test", relative))
     measured = levels(data, mount)
     moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
 
@@ -99,17 +89,17 @@ def test_line_by_line_noise_averages_over_the_lines():
 
 def test_a_smooth_error_has_its_correlation_and_its_variance_in_a_mean():
     length, relative = 8.0, 0.01
-    basis = smooth_basis(LINES, length)
+    basis = uncertain_data.smooth_basis(LINES, length)
     correlation = np.exp(-(((LINES[:, None] - LINES) / length) ** 2) / 2)
     assert np.allclose(basis @ basis.T, correlation, atol=1e-5)
 
-    data, mount = one_path(transfer_paths("test", relative, length))
+    data, mount = one_path(uncertain_data.transfer_paths("test", relative, length))
     flat = np.ones((LINES.size, 1, 1)) * 1e-2
     vehicles = [
         Vehicle(v.name, v.group, Frf(LINES, flat, ("ear",), ("M x",), "Pa/N"))
         for v in data.fleet.vehicles
     ]
-    data = UncertainData(Fleet(tuple(vehicles)), data.load_cases, data.sources, BAND)
+    data = uncertain_data.UncertainData(Fleet(tuple(vehicles)), data.load_cases, data.sources, BAND)
     measured = levels(data, mount)
     moved = np.array([levels(data, mount, draw) - measured for draw in range(400)])[:, 0]
 
@@ -118,7 +108,7 @@ def test_a_smooth_error_has_its_correlation_and_its_variance_in_a_mean():
 
 
 def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
-    source = force_cells("test", {"M": 0.0}, {"M": 0.01}, ("M x",))
+    source = uncertain_data.force_cells("test", {"M": 0.0}, {"M": 0.01}, ("M x",))
     data, _ = one_path(source, axes=("x", "y", "z"))
     (measured,), (again,) = data.measured[1], data.drawn(0, 1)[1]
 
@@ -131,7 +121,7 @@ def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
 
 
 def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
-    source = motion_error("test", {"M": 0.02}, {"M": 0.02}, ("M x",))
+    source = uncertain_data.motion_error("test", {"M": 0.02}, {"M": 0.02}, ("M x",))
     data, _ = one_path(source, axes=("x", "y", "z"))
     (measured,), (again,) = data.measured[1], data.drawn(3, 1)[1]
 
@@ -142,7 +132,10 @@ def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
 
 
 def test_a_source_draws_the_same_alone_and_among_others():
-    calibration, floor = transfer_calibration("", 0.5), transfer_floor("", 1e-4)
+    calibration, floor = (
+        uncertain_data.transfer_calibration("", 0.5),
+        uncertain_data.transfer_floor("", 1e-4),
+    )
     both, mount = one_path(calibration, floor)
     alone, _ = one_path(calibration)
 
@@ -201,7 +194,10 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
     generator = np.random.default_rng(3)
     calibration, path, length, body, body_length, floor = 0.6, 0.05, 6.0, 0.04, 4.0, 3e-5
     lines = np.linspace(20.0, 60.0, 161)
-    basis, of_body = smooth_basis(lines, length), smooth_basis(lines, body_length)
+    basis, of_body = (
+        uncertain_data.smooth_basis(lines, length),
+        uncertain_data.smooth_basis(lines, body_length),
+    )
     ramp = np.linspace(1.0, 2.0, lines.size)[:, np.newaxis]
     smooth = 1e-2 * ramp * np.exp(0.1j * lines[:, np.newaxis] * np.arange(10))
 
@@ -232,7 +228,7 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
 
 
 def test_what_all_paths_share_moves_no_change_of_all_mounts():
-    data, mount = one_path(transfer_body("test", 0.05, 3.0))
+    data, mount = one_path(uncertain_data.transfer_body("test", 0.05, 3.0))
     measured = levels(data, mount)
     moved = levels(data, mount, 0) - measured
     assert np.all(np.abs(moved) > 1e-3)

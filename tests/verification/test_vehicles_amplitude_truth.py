@@ -1,7 +1,5 @@
 """Stiffnesses that follow the amplitude: linear limit, closed form, another solver, the bench."""
 
-from __future__ import annotations
-
 from dataclasses import fields, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Coupled motion against an independent assembly, differences, and the bench's truth re-solved."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 

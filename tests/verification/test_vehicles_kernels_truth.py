@@ -1,7 +1,5 @@
 """Sums of levels against plain loops, long double, LAPACK, and data that break a plain product."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

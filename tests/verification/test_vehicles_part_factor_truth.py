@@ -1,7 +1,5 @@
 """Scaled parts at their own static position: closed forms and direct solutions."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -27,7 +27,6 @@ BEAM = ViscoelasticBeam(
     torsion_radius=0.0077,
 )
 LOSSLESS = replace(BEAM, loss_factor=1e-9)
-LINES = np.array([17.0, 60.0, 110.0, 150.0])
 BENDING = (1, 5, 7, 11)
 
 

@@ -396,11 +396,14 @@ class _Problem:
         return self._white(jacobian)
 
     def _white(self, deviation: ComplexArray) -> ComplexArray:
-        """Divide by the noise, shape (..., n_frequency, n_channel, n_impact)."""
-        scaled = deviation / self.raw.deviation
-        along = np.einsum("fci,...fci->...fi", self.common.conj(), scaled)
-        scaled -= self.shrink * self.common * along[..., np.newaxis, :]
-        return np.asarray(scaled)
+        """Divide by the noise, in place, shape (..., n_frequency, n_channel, n_impact)."""
+        scaled = np.ascontiguousarray(deviation)
+        conjugate, shrunk = self.common.conj(), self.shrink * self.common
+        for block in scaled.reshape(-1, *shrunk.shape):  # one after the other fits into the cache
+            block /= self.raw.deviation
+            along = np.einsum("fci,fci->fi", conjugate, block)
+            block -= shrunk * along[:, np.newaxis]
+        return scaled
 
     def priors(self, unknowns: RealArray) -> list[tuple[RealArray, RealArray]]:
         """Deviations from what was known, and their derivatives, both in units of 1 σ."""

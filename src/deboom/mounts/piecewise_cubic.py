@@ -512,13 +512,21 @@ def named_arrays(
 
 def _cubic_terms(scaled: RealArray) -> RealArray:
     """Every term of the complete cubic polynomial, shape (n, n_terms)."""
-    return np.asarray(PolynomialFeatures(3).fit_transform(scaled))
+    return np.asarray(_polynomials(scaled.shape[1]).transform(scaled))
+
+
+@cache
+def _polynomials(n_features: int) -> PolynomialFeatures:
+    """Complete cubic polynomials of this many variables, checked once."""
+    polynomials = PolynomialFeatures(3)
+    polynomials.fit(np.zeros((1, n_features)))
+    return polynomials
 
 
 @cache
 def _derivatives(n_features: int) -> RealArray:
     """Matrices from coefficients to those of the derivative by each variable, (k, terms, terms)."""
-    powers = PolynomialFeatures(3).fit(np.zeros((1, n_features))).powers_
+    powers = _polynomials(n_features).powers_
     lowered = powers - np.eye(n_features, dtype=int)[:, np.newaxis]
     same_term = np.all(powers[:, np.newaxis] == lowered[:, np.newaxis], axis=-1)
     return np.asarray(same_term * powers.T[:, np.newaxis], dtype=float)

@@ -16,6 +16,8 @@ newer, $(PYTHON) is ' + sys.version.split()[0] + ': name another one, such as PY
 study: $(STUDY)
 	$(BIN)/deboom run studies/u06_platform.py
 
+# Processes that the tests start find compiled modules, also where a shell asks Python to write none.
+test: export PYTHONDONTWRITEBYTECODE :=
 test: export OPENBLAS_NUM_THREADS := 1
 test: $(READY)
 	$(BIN)/python -m pytest -n auto --dist worksteal

@@ -81,7 +81,7 @@ def _tables(seed: int) -> dict[str, pd.DataFrame]:
 
 def _words(values: pd.Series[float], digits: int = 1) -> str:
     low, middle, high = (f"{values.quantile(share):.{digits}f}" for share in (0.1, 0.5, 0.9))
-    return f"{middle} ({low} to {high})"
+    return middle if low == high else f"{middle} ({low} to {high})"
 
 
 def _road(comparisons: pd.DataFrame) -> list[Claim]:
@@ -188,7 +188,7 @@ def _rest(criteria: pd.DataFrame) -> list[Claim]:
         thesis = own["thesis"].iloc[0]
         rows.append(
             Claim(
-                f"{name}; drawings: {len(own)}",
+                f"{name}; held by {own['holds'].ne('no').sum()} of {len(own)} drawings",
                 target or f"no claim; thesis {thesis}",
                 _words(own["measured"], 3 if "MAC" in str(name) else 1),
                 not target or bool((own["holds"] == "yes").all()),

@@ -30,11 +30,11 @@ def _readable(line: str) -> str:
 
 @contextmanager
 def naming(item: object) -> Iterator[None]:
-    """Begin a refusal of the block with the item that it is about, such as its file."""
+    """Begin each sentence of a refusal with the item that it is about, such as its file."""
     try:
         yield
     except InputError as error:
-        raise InputError(f"{item}: {error}") from None
+        raise InputError("\n".join(f"{item}: {line}" for line in str(error).split("\n"))) from None
 
 
 class IncompleteReport(Exception):

@@ -128,7 +128,7 @@ def test_a_wrong_table_is_refused(tmp_path, header, row, sentence):
     [
         ("a real [N]", "1|2", "no column 'a imag [unit]'"),
         ("a real [N],a imag [kN]", "1,2|3,4", "need one unit in brackets, the same"),
-        ("a real [N],a imag [N]", "1,2|3,1e999", "line 3, column 'a imag [N]': '1e999'"),
+        ("a real [N],a imag [N]", "x,2|3,1e999", "or)\nline 3, column 'a imag [N]': '1e999'"),
         ("a real [parsec],a imag [parsec]", "1,2|3,4", "unknown unit 'parsec'"),
         ("b real [N],b imag [N]", "1,2|3,4", "no function 'a': add it, with real and imag"),
     ],

@@ -22,7 +22,7 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import InputError, naming
 from deboom.files.disk import library, read_bytes
-from deboom.files.schema import noting, telling
+from deboom.files.schema import noting, refuse_all, telling
 from deboom.files.tables import (
     RANGES,
     Unit,
@@ -419,10 +419,9 @@ def read_function_table(path: Path) -> FunctionTable:
     """
     table = _from_matlab(path) if path.suffix.lower() == ".mat" else _from_columns(path)
     lines = table.frequency
-    bad = np.flatnonzero(~np.isfinite(lines))
-    falling = np.flatnonzero(np.diff(lines) <= 0)
-    if lines.size < 2 or bad.size or falling.size:
-        k = int(bad[0]) if bad.size else int(falling[0]) + 1 if falling.size else 0
+    wrong = [*np.flatnonzero(~np.isfinite(lines)), *(np.flatnonzero(np.diff(lines) <= 0) + 1)]
+    if lines.size < 2 or wrong:
+        k = int(wrong[0]) if wrong else 0
         found = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
         raise InputError(
             f"{path}: frequency needs two lines or more that increase: {found}; export it again"
@@ -443,7 +442,7 @@ def _from_columns(path: Path) -> FunctionTable:
         separated = ", columns separated by commas" if path.suffix.lower() == ".csv" else ""
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     with naming(path):
-        frequency = _numbers(header, columns[header])
+        (frequency,) = _numbers(columns, header)
     split = (name.rpartition(" ") for name in by_name)
     stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
@@ -460,17 +459,17 @@ def _complex(
     label = name_and_unit(real)[1]
     if label is None or label != name_and_unit(imag)[1]:
         raise InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
-    return label, _numbers(real, columns[real]) + 1j * _numbers(imag, columns[imag])
+    values = _numbers(columns, real, imag)
+    return label, values[0] + 1j * values[1]
 
 
-def _numbers(header: str, texts: tuple[str, ...]) -> RealArray:
-    numbers = np.array([number_in(text) for text in texts])
-    bad = np.flatnonzero(~np.isfinite(numbers))
-    if bad.size:
-        raise InputError(
-            f"line {bad[0] + 2}, column '{header}': '{texts[bad[0]]}' is no finite number (decimal "
-            "point, no thousands separator)"
-        )
+def _numbers(columns: Mapping[str, tuple[str, ...]], *headers: str) -> RealArray:
+    numbers = np.array([[number_in(text) for text in columns[header]] for header in headers])
+    refuse_all(
+        f"line {k + 2}, column '{headers[n]}': '{columns[headers[n]][k]}' is no finite number "
+        "(decimal point, no thousands separator)"
+        for n, k in np.argwhere(~np.isfinite(numbers))
+    )
     return numbers
 
 

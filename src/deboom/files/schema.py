@@ -26,11 +26,12 @@ MOST_FAULTS = 10
 
 @contextmanager
 def noting(note: Note) -> Iterator[None]:
-    """Tell a fault of the block to `note`; the block ends there."""
+    """Tell the faults of the block to `note`, sentence by sentence; the block ends there."""
     try:
         yield
     except InputError as error:
-        note(error)
+        for sentence in str(error).split("\n"):
+            note(InputError(sentence))
 
 
 @contextmanager

@@ -22,7 +22,7 @@ FREQUENCY = np.arange(20.0, 80.5, 0.5)
 
 def fill(folder: Path, frequency: np.ndarray = FREQUENCY) -> None:
     """Write lines [Hz] into the tables and take the # off the keys marked FILL IN."""
-    if not any((folder / "operating").iterdir()):
+    if not any((folder / "operating").glob("*")):
         raise SystemExit(f"{folder} has no tables to fill: make it with --files csv or xlsx")
     toml = folder / "platform.toml"
     text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(encoding="utf-8"), flags=re.M)

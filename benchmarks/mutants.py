@@ -14,6 +14,7 @@ import importlib
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import sys
@@ -23,6 +24,7 @@ from collections import defaultdict
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -36,7 +38,7 @@ from deboom.files.run_folder import hash_sources
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
-TEST_S, TESTS_S = 15.0, 12.0
+TEST_S, TESTS_S = 20.0, 30.0
 """Time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
 PATIENCE_S = 60.0
 """Time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
@@ -121,6 +123,37 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
             yield Mutant(path, begin, f"{' '.join(old.split())} → {new}", boundary, text)
 
 
+@cache
+def _definitions(path: Path) -> list[tuple[str, bool]]:
+    """Name that the code of each line defines, and whether it runs in a function."""
+    text = path.read_text(encoding="utf-8")
+    lines = [("", False)] * (text.count("\n") + 2)
+    for node in ast.walk(ast.parse(text)):  # outer nodes come first
+        match node:
+            case ast.FunctionDef(name=name):
+                begin = node.body[0].lineno
+                lines[node.lineno : begin] = [(name, False)] * (begin - node.lineno)
+                lines[begin : node.end_lineno + 1] = [(name, True)] * (node.end_lineno + 1 - begin)
+            case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
+                for line in range(node.lineno, node.end_lineno + 1):
+                    lines[line] = lines[line] if lines[line][1] else (name, False)
+    return lines
+
+
+@cache
+def _places_of(name: str, module: str) -> list[tuple[Path, int]]:
+    """Lines that name something of a module, in it or where it is imported."""
+    word, home = re.compile(rf"\b{name}\b"), re.compile(rf"\b{module}\b")
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(SOURCES.rglob("*.py"))}
+    return [
+        (path, number)
+        for path, text in texts.items()
+        if path.stem == module or home.search(text)
+        for number, line in enumerate(text.splitlines(), 1)
+        if word.search(line)
+    ]
+
+
 class _Times(dict[str, dict[str, float]]):
     """Time of each phase of each test [s], as pytest reports them."""
 
@@ -166,12 +199,9 @@ class Reach:
     def tests(self, mutant: Mutant) -> list[str]:
         """Return the tests of a line, those of a file together; its room's and quick ones first.
 
-        What a fixture reaches is seen by all tests of its file. What no test reaches by itself (a
-        constant of the module, a compiled loop) is seen by the tests that reach the module.
+        What a fixture reaches is seen by all tests of its file.
         """
-        module = self.data.contexts_by_lineno(str(mutant.path))
-        contexts = {c for c in module.get(mutant.line, ()) if c}
-        contexts = contexts or {c for line in module.values() for c in line if c}
+        contexts = self._contexts(mutant.path, mutant.line)
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
         fixtures = {c.split("::")[0] for c in contexts if c.endswith("|setup")}
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
@@ -186,6 +216,23 @@ class Reach:
             chosen.append(test)
         files = list(dict.fromkeys(test.split("::")[0] for test in chosen))
         return sorted(chosen, key=lambda test: files.index(test.split("::")[0]))
+
+    def _contexts(self, path: Path, line: int) -> set[str]:
+        """Contexts that reach a line, or name what it defines: a constant, a compiled loop."""
+        waiting, seen, contexts = [(path, line)], set(), set()
+        while waiting:
+            place, number = waiting.pop()
+            name, in_function = _definitions(place)[number]
+            reached = {c for c in self._reached(place).get(number, ()) if c and in_function}
+            contexts |= reached
+            if name and name not in seen and not reached and place == path:
+                seen.add(name)
+                waiting += _places_of(name, path.stem)
+        return contexts
+
+    @cache  # noqa: B019 - one instance, for the life of the command
+    def _reached(self, path: Path) -> dict[int, list[str]]:
+        return self.data.contexts_by_lineno(str(path))
 
     def _cost(self, test: str) -> float:
         return self.times[test].get("call", 0.0) + self.setups[test.split("::")[0]]

@@ -5,7 +5,7 @@ here stands what takes many draws, and what the shipped studies find.
 """
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from functools import partial
@@ -36,6 +36,10 @@ def draws(few: int) -> int:
     return max(1, round(few * float(os.environ.get("DRAWS", "1"))))
 
 
+CASES = range(1, 2 + draws(20))
+"""Seeds: the shipped case, which is no draw, and twenty draws."""
+
+
 def in_processes(function: Callable[..., Any], *inputs: Iterable[object]) -> list[Any]:
     """Return what a function makes of each input; two processes, linear algebra in one thread."""
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
@@ -62,6 +66,41 @@ def between(topic: str, limits: tuple[float, float], values: ArrayLike, digits: 
     low, high = limits
     holds = np.all((low <= np.array(values)) & (np.array(values) <= high))
     return Claim(topic, f"{low:g} to {high:g}", listed(values, digits), bool(holds))
+
+
+def over_draws(
+    topic: str,
+    cases: ArrayLike,
+    limits: Mapping[float, ArrayLike] | None = None,
+    digits: int = 2,
+    *,
+    least: bool = False,
+) -> Claim:
+    """Claim quantiles of figures over draws; nan is left out.
+
+    - `cases` (1 + n_draw,) or (1 + n_draw, n_figure): the shipped case, which is no draw and may be
+      nan, then the draws.
+    - `limits`: of quantiles, one for all figures or one each; without them nothing is claimed.
+    - `least`: whether the limits are lower ones.
+    """
+    shipped, *drawn = np.asarray(cases, dtype=float).reshape(len(np.asarray(cases)), -1)
+    end = 0.0 if least else 1.0
+    asked, holds = [], True
+    for share, limit in (limits or {}).items():
+        found = np.nanquantile(drawn, share, axis=0)
+        holds &= bool(np.all(found >= limit if least else found <= limit))
+        what = {0.5: "median", end: "all"}.get(share, f"{100 * share:g} %")
+        bounds = ", ".join(f"{bound:g}" for bound in np.atleast_1d(limit))
+        asked.append(f"{what} at {'least' if least else 'most'} {bounds}")
+    measured = []
+    for one, known in zip(np.transpose(drawn), shipped, strict=True):
+        low, middle, high, worst = (
+            f"{value:.{digits}f}" for value in np.nanquantile(one, (0.1, 0.5, 0.9, end))
+        )
+        last = f", worst {worst}" if limits and end in limits else ""
+        beside = "" if np.isnan(known) else f"; shipped {known:.{digits}f}"
+        measured.append(f"{middle} ({low} to {high}{last}{beside})")
+    return Claim(topic, "; ".join(asked) or "no claim", ", ".join(measured), holds)
 
 
 def reported(topic: str, measured: str) -> Claim:

@@ -1,22 +1,21 @@
 """The compressor: identification in situ, unbalance and internal forces, verdicts.
 
 Random virtual compressors, mounts, gain, mass and inertia drawn around the thesis's table 10, 6
-triaxial accelerometers and 18 impacts of 5 hits each (bench seeds from 2 upwards), run from 1020 to
-9000 1/min at 7.5 and 13.5 bar with soft hoses. Levels are those of the bench: C2, which holds where
-none is named, has gains of 2 %, places of 1.5 mm, angles of 1.5°, a hammer of 1 %; C0.5 has 0.5 %,
-0.5 mm, 0.5°, 0.5 %. Files are written and read as a laboratory's; the truth is read for these rows
-only.
+triaxial accelerometers and 18 impacts of 5 hits each (bench seeds from 2 upwards; seed 1 is that
+which is shipped), run from 1020 to 9000 1/min at 7.5 and 13.5 bar with soft hoses. Levels are those
+of the bench: C2, which holds where none is named, has gains of 2 %, places of 1.5 mm, angles of
+1.5°, a hammer of 1 %; C0.5 has 0.5 %, 0.5 mm, 0.5°, 0.5 %.
 
-Errors of an identification are 90 % quantiles: inertia, the worst moment; K_VP, Frobenius norm with
-rotations scaled by the radius of gyration, at 20 Hz; gain, the largest in 10-30 Hz with a real part
-of 1 at 20 Hz. Its "cover" is the share of the 35 parameters, pooled, that lie within their stated
-standard deviation of the truth.
+The unbalance is the shipped one, 20 g mm and 1200 g mm², so that errors may be stated in percent;
+"Figures over unselected draws" draw it. Errors of an identification: inertia, the worst moment;
+K_VP, Frobenius norm with rotations scaled by the radius of gyration, at 20 Hz; gain, the largest in
+10-30 Hz with a real part of 1 at 20 Hz. Its "cover" is the share of the 35 parameters, pooled, that
+lie within their stated standard deviation of the truth.
 
 Routes to the unbalance: a, measured apparent mass by the position sheet (thesis); d, the same by
 self-calibrated sensors and impacts (default); e, self-calibrated model with the mounts updated by
-the sweep. Errors are medians over the compressors, line by line rms over lines, directions and
-pressures; the rotating gas force, which passes as unbalance, is part of the truth there. "Changed"
-mounts have 0.9 times the real and 1.1 times the imaginary part of the dynamic stiffness that they
+the sweep. Errors are rms over lines, directions and pressures of a compressor; the rotating gas
+force, which passes as unbalance, is part of the truth there. "Changed" mounts have 0.9 times the real and 1.1 times the imaginary part of the dynamic stiffness that they
 had under the hammer. Cover is the share of lines, 20 to 150 Hz, whose true amplitude lies in the
 stated 95 % band. Lines of one compressor share their calibration, both unbalances the gain of the
 hammer: the errors of a compressor are hardly more than one draw.
@@ -43,7 +42,7 @@ import numpy as np
 import pandas as pd
 from scipy.stats import binom
 
-from claims import Claim, at_least, at_most, between, draws, in_processes
+from claims import CASES, Claim, at_least, at_most, between, draws, in_processes, over_draws
 from deboom.arrays import AXES
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
@@ -68,7 +67,6 @@ from deboom.measurement.compressor_test import InertanceTest
 from deboom.study.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
 from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
-SEEDS = range(2, 2 + draws(20))
 N_PARTS = draws(4000)
 STATES = {
     "struck": OperationPlan(),
@@ -86,15 +84,24 @@ Figures = dict[str, Any]
 
 def claims() -> list[Claim]:
     """Measure everything afresh; two processes."""
-    coarse = pd.DataFrame(in_processes(_compressor, SEEDS))
-    fine = pd.DataFrame(in_processes(_finely, SEEDS))
+    coarse = pd.DataFrame(in_processes(_compressor, CASES))
+    fine = pd.DataFrame(in_processes(_finely, CASES))
+    drawn = coarse.iloc[1:]
     return [
         *_identification("C2", coarse, (1.2, 1.5, 1.5)),
         *_identification("C0.5", fine, (0.4, 0.6, 0.6)),
         *(_at_most(coarse, *row) for row in ROWS),
-        *_unbalance(coarse),
+        over_draws(
+            "mounts changed, route a: static unbalance in 20-50 Hz, about 25 in the thesis's "
+            "picture [%]",
+            coarse["changed a static low"],
+            {0.5: 15},
+            0,
+            least=True,
+        ),
+        *_unbalance(drawn),
         *_rule(),
-        *_verdicts(coarse),
+        *_verdicts(drawn),
     ]
 
 
@@ -150,7 +157,7 @@ ROWS = (
 def _at_most(
     table: pd.DataFrame, what: str, asked: Sequence[float], quantile: float, names: Sequence[str]
 ) -> Claim:
-    return at_most(what, asked, [table[name].quantile(quantile) for name in names])
+    return over_draws(what, table[list(names)], {quantile: asked})
 
 
 def _finely(seed: int) -> Figures:
@@ -202,8 +209,8 @@ def _identified(test: InertanceTest, truth: CompressorTruth) -> tuple[Identifica
 
 
 def _identification(level: str, table: pd.DataFrame, asked: Sequence[float]) -> list[Claim]:
-    scores = np.concatenate(list(table["scores"]))
-    share, chi = 100 * float(np.mean(np.abs(scores) < 1)), table["chi"]
+    scores, chi = np.concatenate(list(table["scores"].iloc[1:])), table["chi"].iloc[1:]
+    share = 100 * float(np.mean(np.abs(scores) < 1))
     body = f"{level}, mass weighed to 0.1 %: centre of gravity [mm], inertia [%], K_VP [%]"
     gain = f"{level}: real and imaginary part of the gain in 10-30 Hz [%]"
     return [
@@ -254,7 +261,6 @@ def _route(result: RouteResult, truth: UnbalanceTruth) -> dict[str, float]:
 
 
 def _unbalance(table: pd.DataFrame) -> list[Claim]:
-    by_sheet = float(table["changed a static low"].median())
     cover = [
         float(table[f"{route} cover {name}"].mean())
         for route in ("struck d", "changed e")
@@ -267,13 +273,6 @@ def _unbalance(table: pd.DataFrame) -> list[Claim]:
     seen, false = int(table["changed"].sum()), int(table["struck"].sum())
     worst = 100 * float((table["changed storage"] + 0.1).abs().max())
     return [
-        between(
-            "mounts changed, route a: static unbalance in 20-50 Hz, about 25 in the thesis's "
-            "picture [%]",
-            (15, 40),
-            by_sheet,
-            0,
-        ),
         at_least(
             "cover of 95 % bands, static and dynamic: d with mounts as struck, e with changed ones "
             "[%]",

@@ -15,10 +15,11 @@ lie within their stated standard deviation of the truth.
 Routes to the unbalance: a, measured apparent mass by the position sheet (thesis); d, the same by
 self-calibrated sensors and impacts (default); e, self-calibrated model with the mounts updated by
 the sweep. Errors are rms over lines, directions and pressures of a compressor; the rotating gas
-force, which passes as unbalance, is part of the truth there. "Changed" mounts have 0.9 times the real and 1.1 times the imaginary part of the dynamic stiffness that they
-had under the hammer. Cover is the share of lines, 20 to 150 Hz, whose true amplitude lies in the
-stated 95 % band. Lines of one compressor share their calibration, both unbalances the gain of the
-hammer: the errors of a compressor are hardly more than one draw.
+force, which passes as unbalance, is part of the truth there. "Changed" mounts have 0.9 times the
+real and 1.1 times the imaginary part of the dynamic stiffness that they had under the hammer. Cover
+is the share of lines, 20 to 150 Hz, whose true amplitude lies in the stated 95 % band. Lines of one
+compressor share their calibration, both unbalances the gain of the hammer: the errors of a
+compressor are hardly more than one draw.
 
 Between y and z no calibration helps: five of these compressors with every sensor and impact exactly
 as stated leave 0.50 % by route d and 0.26 % by route e. It is noise, of the sweeps and by route d

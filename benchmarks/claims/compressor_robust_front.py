@@ -53,7 +53,6 @@ def _laboratories() -> list[Claim]:
 
 
 def _laboratory(seed: int) -> tuple[RealArray, RealArray, float]:
-    """Errors at peaks without and with hoses; rms error of a change [dB]."""
     study = STUDY.module
     options = study.Options(parts=study.Parts.own, place_tolerance=0.0)
     fleet = virtual_fleet(seed, LEVEL, None if seed == CASES[0] else seed)

@@ -76,7 +76,6 @@ def _tables(seed: int) -> dict[str, pd.DataFrame]:
 
 
 def _by_bench(table: pd.DataFrame, names: str | list[str], share: float) -> pd.DataFrame:
-    """Quantile of a bench's cars, a row per bench."""
     return table.groupby("seed")[names].quantile(share).reindex(CASES)
 
 

@@ -77,7 +77,6 @@ def _assemblies_with_noise() -> list[Claim]:
 
 
 def _laboratory() -> Claim:
-    """Everything a laboratory does wrong: places, angles, gains, other days, noise."""
     return over_draws(
         "bench, all errors of a laboratory: interface forces of a drawn vehicle on a drawn "
         "powertrain, rms [%]",

@@ -198,4 +198,5 @@ def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, 
 
 def test_a_mix_names_the_set_of_every_part():
     assert synthesis.parts_of(MIX) == {"EnM": "M1", "GeM": "M2", "TSM": "M1", "Du": "M2"}
+    assert synthesis.parts_of("Du1-EnM2") == {"Du": "M1", "EnM": "M2"}
     assert synthesis.parts_of("M1") == {}

@@ -73,6 +73,7 @@ def test_splv_is_the_weighted_sum_of_the_levels_of_the_lines(motion):
     levels = [model.levels(DESIGNS, case).sum(axis=-1) for case in ("g5", "drawn 2")]
     expected = 0.25 * levels[0] + 0.75 * levels[1]
     np.testing.assert_allclose(model(DESIGNS), expected, rtol=0, atol=1e-9)
+    np.testing.assert_allclose(model.design_space().upper, 1.2)
     np.testing.assert_array_equal(model.levels(DESIGNS), model.levels(DESIGNS, "g5"))
     heard = spl(model.pressure(DESIGNS), model.frequency, axis=-1)
     np.testing.assert_array_equal(heard, model.levels(DESIGNS))

@@ -10,7 +10,13 @@ from deboom.measurement.campaign import StaticCurve
 from deboom.mounts import characterised_mount
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mass_properties
-from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, Powertrain, library_model
+from deboom.vehicles.powertrain import (
+    KinematicModel,
+    MonotoneCurve,
+    Powertrain,
+    balanced_deflection,
+    library_model,
+)
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
 
@@ -93,6 +99,16 @@ def test_torque_beyond_the_curves_names_the_direction():
         InputError, match=r"wheel torque of 9000 N m E x deflects by .* from -10.0 to 10.0 mm"
     ):
         KinematicModel(MOUNTS, CURVES).equilibrium([10.0, 9000.0])
+
+
+def test_a_load_is_balanced_alone_as_among_others():
+    forward = np.random.default_rng(1).normal(size=(9, 6))
+    springs = lambda u: 1e5 * u + 1e12 * u**3, lambda u: 1e5 + 3e12 * u**2
+    loads = np.array([[1.0, 0, 0, 0, 0, 0], [1e5, 0, 0, 0, 2e4, 0], [10.0, 3, 3, 0, 0, 0]])
+    together = balanced_deflection(loads, forward, *springs)
+    alone = [balanced_deflection(load[np.newaxis], forward, *springs)[0] for load in loads]
+    np.testing.assert_array_equal(together, alone)
+    np.testing.assert_allclose(springs[0](together) @ forward, loads, rtol=0, atol=1e-3)
 
 
 def test_missing_curve():

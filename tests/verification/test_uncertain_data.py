@@ -60,6 +60,10 @@ def test_a_calibration_moves_every_level_by_its_decibels_and_no_change():
     assert np.allclose(moved[:, 1], moved[:, 0], atol=1e-10)
     # variance of 300 draws: within 3.3 standard errors of the stated one
     assert moved[:, 0].var(axis=0) == pytest.approx(0.25, rel=3.3 * np.sqrt(2 / 300))
+    # of a deviation from few data it is that of Student's t
+    data, mount = one_path(uncertain_data.transfer_calibration("test", 0.5, 6.0))
+    moved = np.array([levels(data, mount, draw) - measured for draw in range(300)])
+    assert moved[:, 0].var(axis=0) == pytest.approx(0.25 * 6 / 4, rel=0.2)
 
 
 def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():

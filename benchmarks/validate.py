@@ -127,22 +127,24 @@ def marked(page: str) -> str:
     for name in section_names():
         if name not in kept:
             continue
-        text = kept[name].replace(f"{OLDER}\n\n", "")
-        foot = FOOT.search(text)
-        if foot is None or foot[2] != fingerprint(name):
-            title, _, rest = text.partition("\n\n")
-            text = f"{title}\n\n{OLDER}\n\n{rest}"
-        texts.append(text)
+        title, about = _about(name)
+        foot = FOOT.search(kept[name])
+        older = "" if foot and foot[2] == fingerprint(name) else f"{OLDER}\n\n"
+        texts.append(f"## {title}\n\n{older}{about}{kept[name][kept[name].index('| claim |') :]}")
     return "\n".join([HEAD, *texts])
 
 
-def section_text(name: str, doc: str, rows: list[Claim], seconds: float) -> str:
+def _about(name: str) -> tuple[str, str]:
+    """Title and text of a section: the docstring of its module."""
+    module = ast.parse((CLAIMS / f"{name}.py").read_text(encoding="utf-8"))
+    title, _, text = (ast.get_docstring(module) or "").partition("\n")
+    return title.rstrip("."), f"{text.strip()}\n\n" if text.strip() else ""
+
+
+def section_text(name: str, rows: list[Claim], seconds: float) -> str:
     """Write one section: title, text, table, and where it comes from."""
-    title, _, text = doc.partition("\n")
-    lines = [f"## {title.rstrip('.')}", ""]
-    if text.strip():
-        lines += [text.strip(), ""]
-    lines += ["| claim | asked | measured | holds |", "|---|---|---|---|"]
+    title, about = _about(name)
+    lines = [f"## {title}\n\n{about}| claim | asked | measured | holds |", "|---|---|---|---|"]
     lines += [
         f"| {_cell(row.topic)} | {_cell(row.asked)} | {_cell(row.measured)} | "
         f"{'yes' if row.holds else '**no**'} |"
@@ -192,7 +194,7 @@ def main() -> int:
             traceback.print_exc()
             failed.append(name)
             continue
-        text = section_text(name, module.__doc__ or name, rows, _cpu() - before)
+        text = section_text(name, rows, _cpu() - before)
         page = marked("\n".join([page, text]))
         PAGE.write_text(page, encoding="utf-8", newline="\n")
         print(text if asked.wanted else f"{_cpu() - before:.0f} s of processor", flush=True)

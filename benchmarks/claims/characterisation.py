@@ -6,8 +6,8 @@ torque, amplitude and frequency, two pieces, fitted to 27 rising runs in gears 5
 is the rms error of |K| over all lines; "held out" leaves out the thesis's six full-load runs.
 
 R² of K says how far a mount is moved, not how well it is known: four cylinders move the mounts
-along z a third as far as the thesis's three, and R² of Im K falls while |K| is known as well. GeM z,
-which they move least, misses 10 % on one bench in ten and is not identified on four.
+along z a third as far as the thesis's three, and R² of Im K falls while |K| is known as well.
+GeM z, which they move least, misses 10 % on one bench in ten and is not identified on four.
 
 Forces of the surfaces, driven by measured torque and motion, are compared with measured ones at
 the booming peaks of 15 drawn vehicles: in runs of the same campaign, whose errors stand in both and

@@ -28,7 +28,6 @@ SETS = ("M1", "M2", "M3", "M4", "M5")
 
 
 def claims() -> list[Claim]:
-    """Measure everything afresh; two processes."""
     numbers = pd.concat(in_processes(_bench, CASES))
     r2 = 100 * numbers[["r2_real", "r2_imag"]].min(axis=1)
     truth = "predicted |K| against the truth under the second engine"

@@ -10,13 +10,8 @@ from deboom.measurement.campaign import StaticCurve
 from deboom.mounts import characterised_mount
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mass_properties
-from deboom.vehicles.powertrain import (
-    KinematicModel,
-    MonotoneCurve,
-    Powertrain,
-    balanced_deflection,
-    library_model,
-)
+from deboom.vehicles import powertrain
+from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, Powertrain, library_model
 
 INERTIA = np.array([[11.0, -0.06, -0.26], [-0.06, 6.8, 0.53], [-0.26, 0.53, 9.6]])
 
@@ -105,9 +100,10 @@ def test_a_load_is_balanced_alone_as_among_others():
     forward = np.random.default_rng(1).normal(size=(9, 6))
     springs = lambda u: 1e5 * u + 1e12 * u**3, lambda u: 1e5 + 3e12 * u**2
     loads = np.array([[1.0, 0, 0, 0, 0, 0], [1e5, 0, 0, 0, 2e4, 0], [10.0, 3, 3, 0, 0, 0]])
-    together = balanced_deflection(loads, forward, *springs)
-    alone = [balanced_deflection(load[np.newaxis], forward, *springs)[0] for load in loads]
-    np.testing.assert_array_equal(together, alone)
+    together = powertrain.balanced_deflection(loads, forward, *springs)
+    for load, deflection in zip(loads, together, strict=True):
+        alone = powertrain.balanced_deflection(load[np.newaxis], forward, *springs)
+        np.testing.assert_array_equal(deflection, alone[0])
     np.testing.assert_allclose(springs[0](together) @ forward, loads, rtol=0, atol=1e-3)
 
 

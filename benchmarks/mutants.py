@@ -124,20 +124,20 @@ def mutants_of(path: Path) -> Iterator[Mutant]:
 
 
 @cache
-def _definitions(path: Path) -> list[tuple[str, bool]]:
-    """Name that the code of each line defines, and whether it runs in a function."""
+def _definitions(path: Path) -> list[tuple[str, range]]:
+    """Name that each line defines, and the lines that run with it: none of a constant."""
     text = path.read_text(encoding="utf-8")
-    lines = [("", False)] * (text.count("\n") + 2)
+    found = [("", range(0))] * (text.count("\n") + 2)
     for node in ast.walk(ast.parse(text)):  # outer nodes come first
         match node:
             case ast.FunctionDef(name=name):
-                begin = node.body[0].lineno
-                lines[node.lineno : begin] = [(name, False)] * (begin - node.lineno)
-                lines[begin : node.end_lineno + 1] = [(name, True)] * (node.end_lineno + 1 - begin)
+                body = range(node.body[0].lineno, node.end_lineno + 1)
+                for line in range(node.lineno, body.stop):
+                    found[line] = name, range(line, line + 1) if line in body else body
             case ast.Assign(targets=[ast.Name(id=name)]) | ast.AnnAssign(target=ast.Name(id=name)):
                 for line in range(node.lineno, node.end_lineno + 1):
-                    lines[line] = lines[line] if lines[line][1] else (name, False)
-    return lines
+                    found[line] = found[line] if found[line][1] else (name, range(0))
+    return found
 
 
 @cache
@@ -222,8 +222,8 @@ class Reach:
         waiting, seen, contexts = [(path, line)], set(), set()
         while waiting:
             place, number = waiting.pop()
-            name, in_function = _definitions(place)[number]
-            reached = {c for c in self._reached(place).get(number, ()) if c and in_function}
+            name, lines = _definitions(place)[number]
+            reached = {c for line in lines for c in self._reached(place).get(line, ()) if c}
             contexts |= reached
             if name and name not in seen and not reached and place == path:
                 seen.add(name)

@@ -3,6 +3,7 @@
 import json
 import shutil
 from dataclasses import replace
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -194,6 +195,15 @@ def test_bad_requests_are_refused_in_words(small_campaign, vehicle, tmp_path, ch
 def test_impossible_virtual_measurements_are_refused(seed, vehicles, sets, run, message):
     with pytest.raises(InputError, match=message):
         virtual_vehicles(seed, vehicles, sets, run, lambda *_: None)
+
+
+def test_a_spread_is_that_of_the_first_mount_set():
+    def car(mount_set, level):
+        heard = {synthesis.ON_ROAD: Mock(levels=[[level]])}
+        return Mock(comparisons=heard, **{"driven.mount_set": mount_set})
+
+    cars = Mock(syntheses=[car("M1", 60.0), car("M2", 90.0), car("M1", 71.0)])
+    assert synthesis.Validation.spread.func(cars).range == pytest.approx(11.0)
 
 
 def test_a_mix_names_the_set_of_every_part():

@@ -11,6 +11,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import kernels as bench
+from deboom.vehicles import kernels
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import ROWS, PathContributions
 from deboom.vehicles.kernels import LevelSum, level_sum, numba_installed
@@ -78,6 +79,8 @@ def test_tiers_agree(motion, monkeypatch):
     monkeypatch.setattr(LevelSum, "_plain", None)  # no design falls back on numpy
     compiled = level_sum(CASES[motion], compiled=True)(DESIGNS)
     np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
+    notch = kernels._line_exponents(np.array([[[8.0, -8.0, 1e-9]]]))
+    assert 2.0 ** notch.item() == pytest.approx(8e-3, rel=1)
 
 
 @COMPILED

@@ -339,21 +339,6 @@ def test_symmetric_body_on_four_mounts_in_its_plane_of_gravity():
     np.testing.assert_allclose(shapes[moving, np.arange(6)], modal_mass**-0.5, rtol=1e-12)
 
 
-def test_bounce_and_pitch_on_two_unequal_springs():
-    """The closed form of vehicle dynamics for a beam on springs at distances a and b."""
-    m, j, a, b, k_a, k_b = 200.0, 30.0, 0.6, 0.4, 8e4, 1.5e5
-    frequency, _ = rigid_body_modes(
-        mass_matrix(m, np.diag([5.0, j, 40.0])),
-        mount_stiffness_matrix([[-a, 0, 0], [b, 0, 0]], [[0, 0, k_a], [0, 0, k_b]]),
-    )
-    bounce, pitch = (k_a + k_b) / m, (k_a * a**2 + k_b * b**2) / j
-    coupling = (k_b * b - k_a * a) ** 2 / (m * j)
-    half = np.sqrt((bounce - pitch) ** 2 / 4 + coupling)
-    pair = np.sqrt((bounce + pitch) / 2 + np.array([-half, half])) / TAU
-    np.testing.assert_allclose(frequency[4:], pair, rtol=1e-12)
-    np.testing.assert_allclose(frequency[:4], 0.0, atol=1e-6)  # four free directions
-
-
 def test_modes_do_not_depend_on_point_axes_or_solver():
     """Shifted reference point, turned axes, and scipy's unsymmetric eigenvalue solver."""
     positions = np.array([[0.05, 0.43, 0.20], [-0.034, -0.45, 0.19], [0.20, -0.06, -0.27]])

@@ -124,6 +124,19 @@ def test_a_shaker_that_points_elsewhere_leaks_the_other_axes():
     assert np.all(np.abs(fitted.real) < 0.05)
 
 
+def test_the_phase_of_a_stiffness_errs_by_its_losses():
+    names = {"M x": ("M x",), "M y": ("M y",)}
+    source = uncertain_data.stiffness_error("K", "test", {"M x": 0.02, "M y": 0.05}, names)
+    assert source.size == "2 to 5 %"
+    data, _ = one_path(source, axes=("x", "y"))
+    force = np.array([data.drawn(n, 1)[1][0].force.values[0] for n in range(300)])
+    gain = np.log(force / data.measured[1][0].force.values[0])
+    assert gain.real.std(axis=0) == pytest.approx([0.02, 0.05], rel=0.1)
+    assert gain.imag.std(axis=0) == pytest.approx(
+        0.2 * np.sqrt(2) * np.array([0.02, 0.05]), rel=0.2
+    )
+
+
 def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():
     source = uncertain_data.motion_error("test", {"M": 0.02}, {"M": 0.02}, ("M x",))
     data, _ = one_path(source, axes=("x", "y", "z"))

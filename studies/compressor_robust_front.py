@@ -35,7 +35,7 @@ from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
-from deboom.explore.front import verify
+from deboom.explore.front import replicates, verify
 from deboom.explore.robust import Limit, Limits, RobustResponse, sigma_shares
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals
@@ -237,11 +237,13 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
     limits = MountLimits(model.statics, Limits((limit,)))
     search = options.search.front(robust, seed, context, model.fleet.inputs, limits=limits)
-    check = verify(search.front, robust, n_samples=options.checks, seed=seed)
+    judge = replicates(robust, options.checks, seed=seed)
     front = MountFront(
         robust,
         search,
-        check,
+        search.front,
+        judge,
+        verify(search.front, judge),
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
@@ -355,7 +357,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*front.model.alarms)
     _tell(report, front)
-    report.facts["verification_draws"] = front.verification.n_samples
+    report.facts["verification_draws"] = front.n_verified
     report.facts["mounts"] = front.model.running.shares.statement
     report.facts["mount_state"] = front.model.running.source.state.statement
     report.inputs += front.model.fleet.inputs
@@ -368,7 +370,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
         "How the search went",
         f"NSGA-II, {front.search.hypervolume.size} generations, {front.search.seconds:.1f} s. "
         f"{front.text} Every design was made {front.robust.sample.n_samples} times within its "
-        f"tolerance; the front was verified with {front.verification.n_samples} draws that the "
+        f"tolerance; the front was verified with {front.n_verified} draws that the "
         "search never saw.",
     )
     report.table("front", front.table)
@@ -418,8 +420,8 @@ def _tell(report: Report, front: MountFront) -> None:
         "leading_total_index": float(front.sobol.total.mean(axis=1).max()),
         "travel_ratio": travel,
         "at_bound": ", ".join(front.at_bound),
-        "sigma_bias_percent": front.verification.sigma_bias_percent,
-        "mean_bias_db": front.verification.mean_bias * front.per_line,
+        "sigma_bias_percent": front.sigma_bias_percent,
+        "mean_bias_db": front.mean_bias * front.per_line,
         **front.counts,
     }
 

@@ -30,7 +30,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import verify
+from deboom.explore.front import replicates, verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
@@ -263,8 +263,8 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
     else:
         search = options.search.front(robust, options.seed, context, model.inputs)
         designs = np.asarray(search.front.designs)
-        verified = verify(search.front, robust, n_samples=VERIFICATION, seed=options.seed)
-        picks = pick(verified.values)
+        judge = replicates(robust, VERIFICATION, seed=options.seed)
+        picks = pick(verify(search.front, judge))
     named = {name: designs[row] for name, row in picks.items()}
     return {TODAY: np.asarray(robust.space.nominal), **named}
 

@@ -31,7 +31,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front, verify
+from deboom.explore.front import pareto_front, replicates, verify
 from deboom.explore.robust import RobustResponse, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, stiffness_factor_space
@@ -119,8 +119,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         sets = every_set(model, options)
     files = (*runs.platform.input_files, *catalogue.inputs)
     search = options.search.front(robust, options.seed, context, files, title="mount selection")
-    check = verify(search.front, robust, n_samples=VERIFIED, seed=options.seed)
-    front = Front(robust, search, check)
+    judge = replicates(robust, VERIFIED, seed=options.seed)
+    front = Front(robust, search, search.front, judge, verify(search.front, judge))
     n_mounts = len(catalogue.parts)
 
     named = {"today's parts": (front.baseline, 0)}
@@ -171,7 +171,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "n_sets": catalogue.n_sets,
         "n_front": len(search.front),
         "n_evaluated": search.n_evaluated,
-        "sigma_bias_percent": check.sigma_bias_percent,
+        "sigma_bias_percent": front.sigma_bias_percent,
         "seconds_search": round(search.seconds, 3),
     }
     report.facts["kernel"] = level.kernel
@@ -189,7 +189,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "picks",
         picks,
         "Today's and the named designs, per vehicle and line, evaluated with "
-        f"{check.n_samples} independent draws.",
+        f"{front.n_verified} independent draws.",
         {"mean level [dB(A)]": 2, "change [dB]": 2, "sigma of the level [dB]": 3},
     )
     vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}

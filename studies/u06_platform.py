@@ -129,7 +129,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         model.robust, options.seed, context, platform.input_files, draws=VERIFIED
     )
     front = RobustFront(
-        *(found.robust, found.search, found.verification),
+        *(found.robust, found.search, found.searched, found.judge, found.values),
         note=found.note,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),

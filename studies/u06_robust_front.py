@@ -111,7 +111,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         begin = np.unique(np.stack(list(prescribed.pick_designs.values())), axis=0)
     found = options.search.verified(model.robust, *asked, begin=begin)
     front = RobustFront(
-        *(found.robust, found.search, found.verification, found.note),
+        *(found.robust, found.search, found.searched, found.judge, found.values, found.note),
         runs=model.runs,
         every=in_all_load_cases(
             options.platform, model.runs, options.motion, loss_factors=options.loss_factors

@@ -23,7 +23,7 @@ from deboom.explore.correlation import Correlations, correlations
 from deboom.explore.doe import Doe, latin_hypercube, run_doe
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import SearchResult, nsga2
 from deboom.explore.sensitivity import (
     MorrisEffects,
     SobolIndices,
@@ -290,11 +290,10 @@ def search(
     """
     with workers_for(robust, workers) as evaluation:
         searched = nsga2(evaluation, population, generations, seed=seed)
-    verified = fronts.verify(searched.front, robust, verified_with, seed=seed)
-    return Front(robust, searched, verified)
+    return _verified(robust, searched, verified_with, seed)
 
 
-def verify(front: Front, *, draws: int = 1024, seed: int) -> fronts.Verification:
+def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     """Evaluate the designs of a front again, with draws that its search never saw.
 
     Parameters
@@ -308,8 +307,9 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> fronts.Verification
 
     Returns
     -------
-    Verification
-        ``values``, ``nondominated``, and how optimistic the search was [unit of the responses].
+    Front
+        The same designs under the new draws: ``table``, ``nondominated``, and by how much the
+        search misjudged them, ``mean_bias`` and ``sigma_bias_percent``.
 
     Raises
     ------
@@ -325,7 +325,13 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> fronts.Verification
     >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
     True
     """
-    return fronts.verify(front.search.front, front.robust, draws, seed=seed)
+    return _verified(front.robust, front.search, draws, seed)
+
+
+def _verified(robust: RobustResponse, search: SearchResult, draws: int, seed: int) -> Front:
+    """Front of a search under draws that it never saw."""
+    judge = fronts.replicates(robust, draws, seed=seed)
+    return Front(robust, search, search.front, judge, fronts.verify(search.front, judge))
 
 
 def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> fronts.Difference:

@@ -1,12 +1,12 @@
 """Objectives from options, several searches into one front, the last steps by gradient."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front, verification_response, verify
+from deboom.explore.front import pareto_front, replicates, verify
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
@@ -121,14 +121,13 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
     response = ResponseFunction(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
     robust = RobustResponse(response, SPACE_2, SAMPLE)
     search = nsga2(robust, 12, 5, seed=3)
-    quiet = verification_response(robust, 1024, seed=1).made(search.front.designs[0])[:, 0]
-    edge = np.sort(quiet)[-6]
-    check = verify(search.front, robust, 1024, seed=1)
-    front = Front(robust, search, check)
-    failed = check.values.failed
+    judge = replicates(robust, 1024, seed=1)
+    edge = np.sort(judge.sets[0].made(search.front.designs[0])[:, 0])[-6]
+    front = Front(robust, search, search.front, judge, verify(search.front, judge))
+    failed = front.values.failed
     assert failed[0]
     assert not failed.all()
-    assert not check.nondominated[failed].any()
+    assert not front.nondominated[failed].any()
     assert not failed[list(front.picks.values())].any()
     table = front.table
     assert len(table) == len(search.front)
@@ -139,11 +138,12 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
     assert "no picks and not on the verified front" in front.text
     front.picture()
     edge = 0.9
-    assert "Today's design could not be computed in 97" in Front(robust, search, check).text
+    assert "Today's design could not be computed in 97" in replace(front).text
 
 
 def test_a_front_without_failing_draws_has_no_column_for_them():
     search = nsga2(ROBUST, 12, 5, seed=3)
-    front = Front(ROBUST, search, verify(search.front, ROBUST, 64, seed=1))
+    judge = replicates(ROBUST, 64, seed=1)
+    front = Front(ROBUST, search, search.front, judge, verify(search.front, judge))
     assert not any("draws" in column for column in front.table.columns)
     assert "could not be computed" not in front.text

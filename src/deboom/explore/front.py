@@ -32,29 +32,8 @@ VERIFICATION = ("verification sample", *(f"verification sample, set {n}" for n i
 _MARGIN = 0.1  # of the common box, by which the reference point lies beyond its worst corner
 
 
-@dataclass(frozen=True, eq=False)
-class ParetoFront(RobustValues):
-    """Feasible designs of which none beats another in all objectives, made by `pareto_front`.
-
-    Sorted by the first objective; of two, the second then falls from row to row. Other rows are
-    refused.
-    """
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        steps = np.diff(self.objectives, axis=0)
-        if self.objectives.shape[1] == 2:
-            ordered = np.all(steps[:, 0] > 0.0) and np.all(steps[:, 1] < 0.0)
-        else:
-            ordered = np.all(steps[:, 0] >= 0.0) and nondominated(self.objectives).all()
-        if not (self.feasible.all() and ordered):
-            raise InputError(
-                "these rows are not a sorted Pareto front: make one with pareto_front(values)"
-            )
-
-
-def pareto_front(*values: RobustValues) -> ParetoFront:
-    """Return the Pareto front of all feasible rows of all arguments.
+def pareto_front(*values: RobustValues) -> RobustValues:
+    """Return the Pareto front of all feasible rows of all arguments, by the first objective.
 
     Of designs with equal objectives the one with the smallest first variable (then second, ...)
     stays, so that the order of rows and arguments does not matter.
@@ -64,7 +43,7 @@ def pareto_front(*values: RobustValues) -> ParetoFront:
     order = np.lexsort(keys.T[::-1])
     order = order[merged.feasible[order]]
     order = order[nondominated(merged.objectives[order])]
-    return ParetoFront(**vars(chosen(merged, order)))
+    return chosen(merged, order)
 
 
 def nondominated(objectives: RealArray) -> BoolArray:
@@ -147,72 +126,46 @@ def verification_response(
     return replicates(robust, n_samples, seed=seed, purposes=VERIFICATION[:1]).sets[0]
 
 
-@checked(nondominated="n")
-class Verification(Tabled):
-    """Designs evaluated again, with draws that the search never saw.
-
-    - `searched`, `values`: the designs as the search saw them, and as means over the scrambles.
-    - `nondominated` (n,): rows that no other row beats under the new draws.
-    - `n_samples`, `seed`: draws of each scramble of `VERIFICATION`, and their seed.
-    - `mean_bias`, `sigma_bias_percent`: mean over the rows of search minus verified `mean_sum`
-      [response unit], and of the relative difference of `sigma_sum` [%]; negative means that the
-      search was optimistic.
-    """
-
-    searched: RobustValues
-    values: RobustValues
-    nondominated: BoolArray
-    n_samples: int
-    seed: int
-    mean_bias: float
-    sigma_bias_percent: float
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """One row per design of the front, in the unit of the responses."""
-        return pd.DataFrame(
-            {
-                "mean sum [response unit]": self.values.mean_sum,
-                "sigma sum [response unit]": self.values.sigma_sum,
-                "non-dominated": self.nondominated,
-            }
-        )
-
-
-def verify(
-    front: RobustValues, robust: RobustResponse, n_samples: int = 1024, *, seed: int
-) -> Verification:
-    """Evaluate designs of a search again with the independent draws of `replicates`.
+def verify(front: RobustValues, judge: Replicates) -> RobustValues:
+    """Evaluate designs of a search again, with draws that the search never saw.
 
     Raises
     ------
     InputError
         Designs that fail altogether under the new draws.
     """
-    values = replicates(robust, n_samples, seed=seed)(front.designs)
-    ok = np.flatnonzero(~values.failed)
-    if ok.size == 0:
+    values = judge(front.designs)
+    if values.failed.all():
         raise InputError(
             f"none of the {len(front)} designs of the front could be computed with the "
             "verification sample: check the model near the bounds of the design space"
         )
-    survivors = np.zeros(len(front), dtype=bool)
-    survivors[ok[nondominated(values.objectives[ok])]] = True
-    verified = values.sigma_sum[ok]
-    excess = front.sigma_sum[ok] - verified
-    relative = np.divide(excess, verified, out=np.zeros_like(excess), where=verified > 0.0)
-    return Verification(
-        searched=front,
-        values=values,
-        nondominated=survivors,
-        n_samples=n_samples,
-        seed=seed,
-        mean_bias=float(np.mean(front.mean_sum[ok] - values.mean_sum[ok])),
-        sigma_bias_percent=float(100.0 * np.mean(relative)),
-    )
+    return values
 
 
-def thinned(front: ParetoFront, n: int) -> RobustValues:
+def unbeaten(values: RobustValues) -> BoolArray:
+    """Return which rows could be computed and are dominated by no other such row, shape (n,)."""
+    ok = np.flatnonzero(~values.failed)
+    rows = np.zeros(len(values), dtype=bool)
+    rows[ok[nondominated(values.objectives[ok])]] = True
+    return rows
+
+
+def search_bias(searched: RobustValues, verified: RobustValues) -> tuple[float, float]:
+    """Return by how much a search misjudged its designs; negative if it was optimistic.
+
+    Mean over the rows of searched minus verified `mean_sum` [response unit], and of the relative
+    difference of `sigma_sum` [%]; rows that fail when verified are left out.
+    """
+    ok = ~verified.failed
+    sigma = verified.sigma_sum[ok]
+    excess = searched.sigma_sum[ok] - sigma
+    relative = np.divide(excess, sigma, out=np.zeros_like(excess), where=sigma > 0.0)
+    bias = float(np.mean(searched.mean_sum[ok] - verified.mean_sum[ok]))
+    return bias, float(100.0 * np.mean(relative))
+
+
+def thinned(front: RobustValues, n: int) -> RobustValues:
     """Return at most `n` rows of a front, evenly spaced along it, with both ends."""
     if len(front) <= n:
         return front

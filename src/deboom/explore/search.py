@@ -20,7 +20,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.explore.doe import checked_within
-from deboom.explore.front import ParetoFront, hypervolume, pareto_front
+from deboom.explore.front import hypervolume, pareto_front
 from deboom.explore.robust import Around, Robust, RobustValues, joined
 from deboom.explore.space import DesignSpace, Progress, checked_seed
 
@@ -41,7 +41,7 @@ class SearchResult:
       generation, up to the worst objectives in the first one.
     """
 
-    front: ParetoFront
+    front: RobustValues
     evaluated: RobustValues
     hypervolume: RealArray
     reference_point: RealArray
@@ -257,7 +257,7 @@ class _Archive(Around):
     def __init__(self, robust: Robust, store: Store | None) -> None:
         self.robust = robust
         self.store = store
-        self.front: ParetoFront | None = None
+        self.front: RobustValues | None = None
         self.reference_point = np.empty(0)
         self.generations: list[RobustValues] = []
         self.hypervolume: list[float] = []

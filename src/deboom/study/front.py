@@ -11,9 +11,9 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
-from deboom.arrays import RealArray
+from deboom.arrays import BoolArray, RealArray
 from deboom.explore.doe import sobol_designs
-from deboom.explore.front import Verification, replicates, verification_response
+from deboom.explore.front import Replicates, search_bias, unbeaten
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
@@ -52,15 +52,21 @@ class Front(Tabled):
         Model, design space and draws of the search.
     search : SearchResult
         What was found.
-    verification : Verification
-        The found front, evaluated again.
+    searched : RobustValues
+        Designs of the front as the search saw them.
+    judge : Replicates
+        The model with draws that the search never saw.
+    values : RobustValues
+        The designs again, under the draws of the judge.
     note : str
         What else there is to say about the search.
     """
 
     robust: RobustResponse
     search: SearchResult
-    verification: Verification
+    searched: RobustValues
+    judge: Replicates
+    values: RobustValues
     note: str = ""
 
     speed_label: ClassVar[str] = "engine speed [rpm]"
@@ -97,11 +103,6 @@ class Front(Tabled):
         return self.robust.space.names
 
     @property
-    def values(self) -> RobustValues:
-        """Verified values of the front, (n,) designs."""
-        return self.verification.values
-
-    @property
     def per_line(self) -> float:
         """Factor from a sum over vehicles and lines to the mean over both [1]."""
         return float(1.0 / (getattr(self.index, "n_lines", 1) * len(self.vehicles)))
@@ -127,21 +128,35 @@ class Front(Tabled):
         """Today's design and the picks, each of shape (k,) [1]."""
         return {"today's": self.robust.space.nominal, **self.pick_designs}
 
-    @cached_property
+    @property
     def verifying(self) -> RobustResponse:
         """The model with the first scramble of the verification."""
-        check = self.verification
-        return verification_response(self.robust, check.n_samples, seed=check.seed)
+        return self.judge.sets[0]
+
+    @property
+    def n_verified(self) -> int:
+        """Draws of each scramble of the verification."""
+        return self.verifying.sample.n_samples
 
     @cached_property
     def baseline(self) -> RobustValues:
         """Today's design under the verification's draws; one row."""
-        return self.verified(self.robust.space.nominal[np.newaxis, :])
+        return self.judge(self.robust.space.nominal[np.newaxis, :])
 
-    def verified(self, designs: RealArray) -> RobustValues:
-        """Return the values of designs (n, k) under the draws of the verification."""
-        check = self.verification
-        return replicates(self.robust, check.n_samples, seed=check.seed)(designs)
+    @cached_property
+    def nondominated(self) -> BoolArray:
+        """Designs that no other one beats when verified, shape (n,)."""
+        return unbeaten(self.values)
+
+    @property
+    def mean_bias(self) -> float:
+        """Mean sum in the search minus verified, mean over the designs [response unit]."""
+        return search_bias(self.searched, self.values)[0]
+
+    @property
+    def sigma_bias_percent(self) -> float:
+        """The same of the sigma sum, relative [%]; negative if the search was optimistic."""
+        return search_bias(self.searched, self.values)[1]
 
     @cached_property
     def survivors(self) -> RealArray:
@@ -161,7 +176,7 @@ class Front(Tabled):
         names: dict[int, list[str]] = {}
         for name, row in self.picks.items():
             names.setdefault(row, []).append(name)
-        n, unit, searched = len(self.values), self.index.response_unit, self.verification.searched
+        n, unit, searched = len(self.values), self.index.response_unit, self.searched
         sums, scatter = ("SPLV ", "dB") if unit == "dB(A)" else ("", unit)
         share, mean = self.survivors.T
         failing = {
@@ -178,7 +193,7 @@ class Front(Tabled):
                 f"standard error of sigma sum [{scatter}]": self.values.standard_error_sigma_sum,
                 f"{sums}mean sum in search [{unit}]": searched.mean_sum,
                 f"{sums}sigma sum in search [{scatter}]": searched.sigma_sum,
-                "non-dominated when verified": self.verification.nondominated,
+                "non-dominated when verified": self.nondominated,
                 f"mean per line and vehicle [{unit}]": self.per_line * self.values.mean_sum,
                 f"sigma per line and vehicle [{scatter}]": self.per_line * self.values.sigma_sum,
                 **(failing if share.any() else {}),
@@ -307,7 +322,7 @@ class Front(Tabled):
             Of the figure [inch].
         """
         values, scale = self.values, self.per_line
-        shown = self.verification.nondominated
+        shown = self.nondominated
         return plot.pareto_front(
             values.mean_sum[shown] * scale,
             values.sigma_sum[shown] * scale,

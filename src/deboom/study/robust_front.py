@@ -231,7 +231,7 @@ class RobustFront(Front):
         """The front of prescribed motion as this model judges it, by its label."""
         if self.prescribed is None:
             return {}
-        values = self.verified(self.prescribed.values.designs)
+        values = self.judge(self.prescribed.values.designs)
         rows = np.flatnonzero(~values.failed)
         rows = rows[nondominated(values.objectives[rows])]
         rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
@@ -247,7 +247,7 @@ def front_report(front: RobustFront) -> Report:
         f"Which stiffnesses make {listed(front.vehicles)} quiet between {first:g} and {last:g} "
         f"Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
     )
-    motion, check = front.motion_report, front.verification
+    motion = front.motion_report
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
     report.warn(*motion.warnings, front.robust.sample.warning)
     picks, best = _picks(front), front.pick_designs[BEST_MEAN]
@@ -261,8 +261,8 @@ def front_report(front: RobustFront) -> Report:
         key = name.replace(" ", "_")
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
-    report.summary["sigma_bias_percent"] = check.sigma_bias_percent
-    report.summary["mean_bias_db_per_line"] = check.mean_bias * front.per_line
+    report.summary["sigma_bias_percent"] = front.sigma_bias_percent
+    report.summary["mean_bias_db_per_line"] = front.mean_bias * front.per_line
     report.summary |= motion.summary | front.counts
     report.facts |= {
         "motion": motion_name(front.index),
@@ -272,7 +272,7 @@ def front_report(front: RobustFront) -> Report:
         "estimator": front.robust.estimator.kind,
         "tolerance_sample": front.robust.sample.kind,
         "tolerance_draws": front.robust.sample.n_samples,
-        "verification_draws": check.n_samples,
+        "verification_draws": front.n_verified,
         "verification_scrambles": len(VERIFICATION),
     }
     report.inputs += front.platform.input_files
@@ -412,7 +412,7 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "picks",
         picks,
         f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
-        f"{front.verification.n_samples} draws that the search never saw.",
+        f"{front.n_verified} draws that the search never saw.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
     )
     if front.prescribed is not None:
@@ -455,7 +455,7 @@ def _motions(report: Report, front: RobustFront, prescribed: Front) -> None:
         designs = np.stack(list(searched.pick_designs.values()))
         table: dict[str, object] = {"pick": list(searched.picks), "found with": found}
         for judge, other in motions.items():
-            values, today = other.verified(designs), other.baseline
+            values, today = other.judge(designs), other.baseline
             change = (values.mean_sum - today.mean_sum[0]) * front.per_line
             table[f"{judge} [dB]"] = change
             table[f"σ, {judge} [%]"] = PERCENT * (values.sigma_sum / today.sigma_sum[0] - 1.0)
@@ -563,7 +563,7 @@ def _supplier(report: Report, front: RobustFront) -> None:
 def _search(report: Report, front: RobustFront) -> None:
     """Say what was asked, with which data, and how the search went."""
     space, sampler, case = front.robust.space, front.robust.sample, front.load_case
-    motion, search, check = front.motion_report, front.search, front.verification
+    motion, search = front.motion_report, front.search
     cases = ", ".join(
         f"{front.platform.load_case(part.load_case).title} (weight {weight:.3g})"
         for part, weight in zip(front.index.cases, front.index.weights, strict=True)
@@ -586,8 +586,8 @@ def _search(report: Report, front: RobustFront) -> None:
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
         f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. {front.text} "
-        f"The search had its σ wrong by {signed(check.sigma_bias_percent, 2)} % and its mean by "
-        f"{signed(check.mean_bias * front.per_line, 3)} dB on average.\n\n"
+        f"The search had its σ wrong by {signed(front.sigma_bias_percent, 2)} % and its mean by "
+        f"{signed(front.mean_bias * front.per_line, 3)} dB on average.\n\n"
         "\n\n".join((motion.text, aim_note(front.robust))).strip(),
         folded=True,
     )

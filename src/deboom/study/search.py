@@ -14,7 +14,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.doe import latin_hypercube
-from deboom.explore.front import pareto_front, thinned, verify
+from deboom.explore.front import pareto_front, replicates, thinned, verify
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import (
     Limit,
@@ -420,8 +420,10 @@ class ThoroughSearchOptions(SearchOptions):
         rows = joined([thinned(front, SHOWN), picked])
         order = np.lexsort([*rows.designs.T, rows.objectives[:, 0]])
         new = np.r_[True, np.any(np.diff(rows.designs[order], axis=0) != 0.0, axis=1)]
-        check = verify(chosen(rows, order[new]), robust, draws, seed=seed)
+        searched, judge = chosen(rows, order[new]), replicates(robust, draws, seed=seed)
+        values = verify(searched, judge)
         note = "Its picks then went on by gradient." if polished else ""
         if self.searches > 1:
             note = f"The front is that of {self.searches} searches with different seeds. {note}"
-        return Front(robust, replace(search, front=front), check, note.strip())
+        search = replace(search, front=front)
+        return Front(robust, search, searched, judge, values, note.strip())

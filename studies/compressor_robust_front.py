@@ -239,11 +239,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     search = options.search.front(robust, seed, context, model.fleet.inputs, limits=limits)
     judge = replicates(robust, options.checks, seed=seed)
     front = MountFront(
-        robust,
-        search,
-        search.front,
-        judge,
-        verify(search.front, judge),
+        *(robust, search, search.front, judge, verify(search.front, judge)),
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
@@ -357,7 +353,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*front.model.alarms)
     _tell(report, front)
-    report.facts["verification_draws"] = front.n_verified
+    report.facts["verification_draws"] = front.judge.n_samples
     report.facts["mounts"] = front.model.running.shares.statement
     report.facts["mount_state"] = front.model.running.source.state.statement
     report.inputs += front.model.fleet.inputs
@@ -370,7 +366,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
         "How the search went",
         f"NSGA-II, {front.search.hypervolume.size} generations, {front.search.seconds:.1f} s. "
         f"{front.text} Every design was made {front.robust.sample.n_samples} times within its "
-        f"tolerance; the front was verified with {front.n_verified} draws that the "
+        f"tolerance; the front was verified with {front.judge.n_samples} draws that the "
         "search never saw.",
     )
     report.table("front", front.table)
@@ -554,7 +550,7 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
 def _requirements(front: MountFront, options: Options) -> pd.DataFrame:
     """One row per chosen stiffness, and the places: what is wanted, and what tolerances cost."""
     today, wanted = front.stiffness(front.robust.space.nominal), front.stiffness(front.best)
-    shares = sigma_shares(front.verifying, front.best).of_sum
+    shares = sigma_shares(front.judge.sets[0], front.best).of_sum
     table = pd.DataFrame(
         {
             "requirement": list(front.names),

@@ -128,7 +128,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if sets is not None:
         set_front = pareto_front(sets)
         best_set = set_front.designs[0]
-        named["quietest parts as they are"] = (front.verifying(set_front.designs[:1]), 0)
+        named["quietest parts as they are"] = (front.judge.sets[0](set_front.designs[:1]), 0)
     named |= {name: (front.values, row) for name, row in front.picks.items()}
     picks = front.compared(named)
     designs = np.stack([values.designs[row] for values, row in named.values()])
@@ -189,7 +189,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "picks",
         picks,
         "Today's and the named designs, per vehicle and line, evaluated with "
-        f"{front.n_verified} independent draws.",
+        f"{front.judge.n_samples} independent draws.",
         {"mean level [dB(A)]": 2, "change [dB]": 2, "sigma of the level [dB]": 3},
     )
     vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}

@@ -23,7 +23,7 @@ from deboom.explore.correlation import Correlations, correlations
 from deboom.explore.doe import Doe, latin_hypercube, run_doe
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import SearchResult, nsga2
+from deboom.explore.search import nsga2
 from deboom.explore.sensitivity import (
     MorrisEffects,
     SobolIndices,
@@ -290,7 +290,8 @@ def search(
     """
     with workers_for(robust, workers) as evaluation:
         searched = nsga2(evaluation, population, generations, seed=seed)
-    return _verified(robust, searched, verified_with, seed)
+    judge = fronts.replicates(robust, verified_with, seed=seed)
+    return Front(robust, searched, searched.front, judge, fronts.verify(searched.front, judge))
 
 
 def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
@@ -308,8 +309,7 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     Returns
     -------
     Front
-        The same designs under the new draws: ``table``, ``nondominated``, and by how much the
-        search misjudged them, ``mean_bias`` and ``sigma_bias_percent``.
+        The same designs under the new draws, with ``mean_bias`` and ``sigma_bias_percent``.
 
     Raises
     ------
@@ -325,13 +325,8 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
     True
     """
-    return _verified(front.robust, front.search, draws, seed)
-
-
-def _verified(robust: RobustResponse, search: SearchResult, draws: int, seed: int) -> Front:
-    """Front of a search under draws that it never saw."""
-    judge = fronts.replicates(robust, draws, seed=seed)
-    return Front(robust, search, search.front, judge, fronts.verify(search.front, judge))
+    judge = fronts.replicates(front.robust, draws, seed=seed)
+    return replace(front, judge=judge, values=fronts.verify(front.searched, judge))
 
 
 def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> fronts.Difference:
@@ -368,9 +363,7 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     """
     names = [(one.variables, one.vehicles) for one in (first, second)]
     if names[0] != names[1]:
-        raise InputError(
-            f"fronts of {names[0]} and of {names[1]} do not compare: search both alike"
-        )
+        raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
     judges = common_judges(first.robust, draws, seed)
     by_set = [
         [values.objectives for values in judges.by_set(front.search.front.designs)]

@@ -80,6 +80,11 @@ class Replicates:
 
     sets: tuple[RobustResponse, ...]
 
+    @property
+    def n_samples(self) -> int:
+        """Number of draws of each scramble."""
+        return self.sets[0].sample.n_samples
+
     def by_set(self, designs: RealArray) -> list[RobustValues]:
         """Return the values of designs (n, k) under each scramble."""
         return [robust(designs) for robust in self.sets]

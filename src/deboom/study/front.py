@@ -52,12 +52,10 @@ class Front(Tabled):
         Model, design space and draws of the search.
     search : SearchResult
         What was found.
-    searched : RobustValues
-        Designs of the front as the search saw them.
+    searched, values : RobustValues
+        Designs of the front as the search saw them, and under the draws of the judge.
     judge : Replicates
         The model with draws that the search never saw.
-    values : RobustValues
-        The designs again, under the draws of the judge.
     note : str
         What else there is to say about the search.
     """
@@ -128,16 +126,6 @@ class Front(Tabled):
         """Today's design and the picks, each of shape (k,) [1]."""
         return {"today's": self.robust.space.nominal, **self.pick_designs}
 
-    @property
-    def verifying(self) -> RobustResponse:
-        """The model with the first scramble of the verification."""
-        return self.judge.sets[0]
-
-    @property
-    def n_verified(self) -> int:
-        """Draws of each scramble of the verification."""
-        return self.verifying.sample.n_samples
-
     @cached_property
     def baseline(self) -> RobustValues:
         """Today's design under the verification's draws; one row."""
@@ -167,7 +155,7 @@ class Front(Tabled):
         """
         rows = zip(self.values.designs, self.values.failed, strict=True)
         return np.array(
-            [self.verifying.survivors(x) if failed else (0.0, np.nan) for x, failed in rows]
+            [self.judge.sets[0].survivors(x) if failed else (0.0, np.nan) for x, failed in rows]
         )
 
     @property
@@ -215,10 +203,7 @@ class Front(Tabled):
     def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:
         """Tabulate both objectives of named rows of verified values, per vehicle and line.
 
-        Parameters
-        ----------
-        designs : mapping of str to (RobustValues, int)
-            Values and their row by name; changes are against the first one.
+        - `designs`: values and their row by name; changes are against the first one.
         """
         mean = np.array([values.mean_sum[row] for values, row in designs.values()])
         sigma = np.array([values.sigma_sum[row] for values, row in designs.values()])
@@ -321,8 +306,7 @@ class Front(Tabled):
         width : float
             Of the figure [inch].
         """
-        values, scale = self.values, self.per_line
-        shown = self.nondominated
+        values, scale, shown = self.values, self.per_line, self.nondominated
         return plot.pareto_front(
             values.mean_sum[shown] * scale,
             values.sigma_sum[shown] * scale,
@@ -369,7 +353,7 @@ class Front(Tabled):
                 "verified front."
             )
         if self.baseline.failed[0]:
-            failed, mean = self.verifying.survivors(self.robust.space.nominal)
+            failed, mean = self.judge.sets[0].survivors(self.robust.space.nominal)
             text += (
                 f" Today's design could not be computed in {PERCENT * failed:.1f} % of the draws, "
                 "so that changes against it have no number; the mean over the other draws, "

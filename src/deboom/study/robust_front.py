@@ -11,7 +11,7 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import VERIFICATION, nondominated
+from deboom.explore.front import VERIFICATION, unbeaten
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.selection import BEST_MEAN, indifference_intervals
 from deboom.files.platform import Platform
@@ -232,8 +232,7 @@ class RobustFront(Front):
         if self.prescribed is None:
             return {}
         values = self.judge(self.prescribed.values.designs)
-        rows = np.flatnonzero(~values.failed)
-        rows = rows[nondominated(values.objectives[rows])]
+        rows = np.flatnonzero(unbeaten(values))
         rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
         return {"found with prescribed motion": chosen(values, rows)}
 
@@ -272,7 +271,7 @@ def front_report(front: RobustFront) -> Report:
         "estimator": front.robust.estimator.kind,
         "tolerance_sample": front.robust.sample.kind,
         "tolerance_draws": front.robust.sample.n_samples,
-        "verification_draws": front.n_verified,
+        "verification_draws": front.judge.n_samples,
         "verification_scrambles": len(VERIFICATION),
     }
     report.inputs += front.platform.input_files
@@ -412,7 +411,7 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "picks",
         picks,
         f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
-        f"{front.n_verified} draws that the search never saw.",
+        f"{front.judge.n_samples} draws that the search never saw.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
     )
     if front.prescribed is not None:

@@ -421,9 +421,8 @@ class ThoroughSearchOptions(SearchOptions):
         order = np.lexsort([*rows.designs.T, rows.objectives[:, 0]])
         new = np.r_[True, np.any(np.diff(rows.designs[order], axis=0) != 0.0, axis=1)]
         searched, judge = chosen(rows, order[new]), replicates(robust, draws, seed=seed)
-        values = verify(searched, judge)
         note = "Its picks then went on by gradient." if polished else ""
         if self.searches > 1:
             note = f"The front is that of {self.searches} searches with different seeds. {note}"
-        search = replace(search, front=front)
-        return Front(robust, search, searched, judge, values, note.strip())
+        found = replace(search, front=front), searched, judge, verify(searched, judge)
+        return Front(robust, *found, note.strip())

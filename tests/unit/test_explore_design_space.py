@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.space import DesignSpace, stiffness_factor_space
+from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 
 
 def space() -> DesignSpace:
@@ -55,6 +55,7 @@ def test_a_space_without_variables_is_refused():
 
 
 def test_stiffness_factors():
+    assert ResponseFunction(np.square, ("a",), ("y",), "dB").design_space().lower == [0.8]
     factors = stiffness_factor_space(("a", "b", "c"))
     np.testing.assert_allclose(factors.lower, 0.8)
     np.testing.assert_allclose(factors.upper, 1.2)

@@ -8,6 +8,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.front import (
+    Contestant,
     common_box,
     coverage,
     level_gap,
@@ -149,13 +150,15 @@ def test_a_front_without_scatter_has_no_bias():
 
 def test_a_design_that_fails_under_the_new_draws_is_left_out_and_counted_as_beaten():
     def narrow(designs):
-        return np.where(designs[:, :1] > 1.2 * 1.14, np.nan, rising(designs))
+        return np.where(designs > [1.2 * 1.14, np.inf], np.nan, rising(designs))
 
     front = pareto_front(values([[1.0, 2.0], [2.0, 1.0]], [[0.9, 1.1], [1.2, 1.1]]))
-    verified = verify(front, replicates(robust(narrow), 1024, seed=1))
+    judge = replicates(robust(narrow), 1024, seed=1)
+    verified = verify(front, judge)
     np.testing.assert_array_equal(verified.failed, [False, True])
     np.testing.assert_array_equal(unbeaten(verified), [True, False])
     assert np.all(np.isfinite(search_bias(front, verified)))
+    assert 0.0 < judge.sets[0].survivors(front.designs[1])[0] < 1.0
 
 
 def test_a_front_that_fails_altogether_is_refused():
@@ -203,6 +206,13 @@ def test_level_gap_is_the_shift_in_the_first_objective():
     assert level_gap(quiet, STAIRS) == pytest.approx(-0.4)
     assert level_gap(STAIRS, quiet) == pytest.approx(0.4)
     assert np.isnan(level_gap(STAIRS, STAIRS + np.array([0.0, 5.0])))
+    # of 200 levels 100 lie on a step of height 2, 99 on one of 1
+    assert level_gap(STAIRS * [2.0, 1.0], STAIRS) == pytest.approx((200 + 99) / 200)
+
+
+def test_of_two_runs_the_last_gain_is_the_noise_of_the_search():
+    pair = Contestant("pair", np.ones((2, 2)), np.array([0.3, 0.4]))
+    assert pair.search_noise == (pytest.approx(np.sqrt((0.09 + 0.16) / 2 / 2)), np.inf)
 
 
 def rows(*objectives):

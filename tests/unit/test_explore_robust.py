@@ -252,6 +252,27 @@ def test_shares_leave_a_rest_and_know_shared_parts():
     np.testing.assert_allclose(shares.of_response[0], 1.0, atol=1e-3)
 
 
+def test_shares_are_those_of_a_straight_line_by_default():
+    squares = response(lambda x: x[:, :2] ** 2, sobol_sample(3, 64, seed=1), Estimator())
+    assert np.all(sigma_shares(squares, np.ones(3)).rest > 1e-5)
+    np.testing.assert_allclose(sigma_shares(squares, np.ones(3), degree=2).rest, 0.0, atol=1e-12)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_moments_have_exact_derivatives_by_every_response(degree):
+    random = np.random.default_rng(1)
+    normals, values, step = random.normal(size=(16, 3)), random.normal(size=(16, 2)), 1e-6
+    estimator = Estimator(degree)(normals)
+    mean, sigma = estimator.derivatives(values, estimator.moments(values).sigma)
+    for row, column in np.ndindex(values.shape):
+        change = np.zeros_like(values)
+        change[row, column] = step
+        up, down = (estimator.moments(values + sign * change) for sign in (1, -1))
+        slopes = [(getattr(up, n) - getattr(down, n))[column] for n in ("mean", "sigma")]
+        expected = [mean[row], sigma[row, column]]
+        np.testing.assert_allclose(np.array(slopes) / (2 * step), expected, atol=1e-8)
+
+
 def test_shares_of_nothing():
     constant = response(
         lambda designs: np.ones((len(designs), 2)), sobol_sample(3, 32, seed=1), Estimator()

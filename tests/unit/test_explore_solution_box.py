@@ -54,6 +54,7 @@ def test_a_hard_step_is_the_limit_of_the_smooth_share():
     box = Box(question.names, np.full(2, 0.7), np.full(2, 1.2))
     ends = np.array([box.lower, box.upper])
     assert smooth_share(question, ends, unit, 1e-9)[0] == question.share_of(box, unit)
+    assert question.log_volume(box) == pytest.approx(2 * np.log(0.5))
 
 
 def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
@@ -133,7 +134,10 @@ def test_an_unreachable_limit_says_by_how_much_and_who_binds():
     error = caught.value
     assert error.binding in ("y1", "y2")
     assert f"'{error.binding}', which binds" in str(error)
-    assert error.missed > 0.0
+    axis = np.linspace(0.4, 1.6, 1201)
+    every = np.stack(np.meshgrid(axis, axis), axis=-1).reshape(-1, 2)
+    closest = bowls(together=True).lowered(0.149).excess(every).max(axis=1).min()
+    assert error.missed == pytest.approx(closest, rel=1e-3)
 
 
 def test_a_share_that_one_response_can_miss_needs_only_the_other():

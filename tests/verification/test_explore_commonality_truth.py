@@ -83,6 +83,8 @@ def test_two_clusters_of_one_part_and_one_of_the_other():
     found = fewest_part_numbers(problem, own)
     assert found.fewest.sharing.counts == (2, 1)
     assert found.fewest.sharing.numbers.tolist() == [[0, 0, 1, 1], [0, 0, 0, 0]]
+    assert found.fewest.sharing.members(0, 1) == ("car 3", "car 4")
+    assert not found.fewest.sharing.numbers.flags.writeable
     assert found.lower_bound == 3
     # one number of each part lies in the middle: 1.05 away from the outermost
     assert found.by_count[0].worst == pytest.approx(1.1**2 - 0.06**2, rel=1e-4)
@@ -107,6 +109,10 @@ def test_limits_hold_and_the_rest_is_as_quiet_as_can_be():
     assert found.fewest.sharing.total == 1
     # the least sum of squared distances is at the mean
     assert found.fewest.designs == pytest.approx(np.zeros((3, 2)), abs=1e-3)
+    # where only car 2 needs more, the sum goes down until its limit holds
+    problem, own = problem_of([[-1.0, 0.0], [1.0, 0.0], [-1.0, 0.0]], 1.2)
+    found = fewest_part_numbers(problem, own)
+    assert found.fewest.designs == pytest.approx(np.tile([-0.2, 0.0], (3, 1)), abs=1e-3)
 
 
 def test_vehicles_that_belong_together_share():

@@ -21,6 +21,7 @@ from deboom.explore.space import (
 )
 
 _SAME_LEVEL = 0.02  # optima whose levels differ by less in all vehicles are one [unit]
+_OVERSHOOT = 1e-5  # room to a limit that SLSQP, which misses by up to 1e-6, is asked for [unit]
 
 
 @checked(numbers="m v")
@@ -286,7 +287,7 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
         jac=True,
         method="SLSQP",
         bounds=numbering.bounds,
-        constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
+        constraints=[NonlinearConstraint(room, _OVERSHOOT, np.inf, jac=room_gradient)],
         options={"maxiter": 40},
     )
     quiet = _finished(problem, start.sharing, numbering.designs(end.x))
@@ -364,7 +365,7 @@ def _descend(
         jac=True,
         method="SLSQP",
         bounds=[*numbering.bounds, (-np.inf, np.inf)],
-        constraints=[NonlinearConstraint(room, 0.0, np.inf, jac=room_gradient)],
+        constraints=[NonlinearConstraint(room, _OVERSHOOT, np.inf, jac=room_gradient)],
         options={"maxiter": steps, "ftol": 1e-5},
     )
     return np.asarray(end.x[:-1])

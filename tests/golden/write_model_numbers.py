@@ -6,8 +6,10 @@ when a change of these numbers is meant, and say in the changelog why.
 """
 
 import json
+import re
 import tempfile
 from contextlib import chdir, contextmanager
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +17,15 @@ import pandas as pd
 import pytest
 
 from command_line import call
+from deboom.files.uff import read_uff
 
+BENCHES = [
+    ("campaign", "--truth-seed", "2", "--mount-set", "EnM1-GeM2-TSM3-Du4", "--time-run"),
+    ("vehicle", "--truth-seed", "2", "--mount-set", "M2"),
+    ("compressor", "--softening", "--flexible-receiver", "--level", "C1"),
+    ("operation", "--truth-seed", "2", "--time-record", "--hammer-with-hoses"),
+    ("electric-car", "--fleet", "2"),
+]
 PATH = Path(__file__).with_name("model_numbers.json")
 STUDIES = Path(__file__).parents[2] / "studies"
 VEHICLES = [f"U06-{number} [dB(A)]" for number in range(1, 6)]
@@ -69,6 +79,33 @@ def compressor():
     }
 
 
+def bench_files(kind, *words):
+    """Two numbers for every file that the bench writes: how large its columns are, and where."""
+    folder = _command("bench", kind, "written", "--seed", "2", *words)
+    files = sorted(
+        path
+        for path in folder.rglob("*")
+        if path.suffix in (".uff", ".npz", ".csv", ".json", ".toml")
+    )
+    return {path.relative_to(folder).as_posix(): _fingerprint(path) for path in files}
+
+
+def _fingerprint(path):
+    if path.suffix == ".uff":
+        columns = [column for f in read_uff(path) for column in (f.abscissa, f.values)]
+    elif path.suffix == ".npz":
+        with np.load(path, allow_pickle=False) as kept:
+            columns = [kept[name] for name in kept.files if kept[name].dtype.kind in "fic"]
+    else:
+        words = re.findall(r"-?\d+\.?\d*(?:e[+-]?\d+)?", path.read_text(encoding="utf-8"))
+        columns = [np.array(words, dtype=float)]
+    columns = [np.ravel(column).astype(complex).view(float) for column in columns]
+    size = np.array([np.linalg.norm(column) for column in columns])
+    place = [column @ np.cos(np.arange(column.size)) for column in columns]
+    filled = size > 0.0
+    return [np.log(size[filled]).mean(), (np.array(place)[filled] / size[filled]).sum()]
+
+
 NUMBERS = {
     "levels, prescribed motion": lambda: levels("prescribed"),
     "levels, coupled motion": lambda: levels("coupled"),
@@ -76,6 +113,7 @@ NUMBERS = {
     "Sobol indices": sobol_indices,
     "characterised stiffness": characterised_stiffness,
     "compressor": compressor,
+    **{f"bench {words[0]}": partial(bench_files, *words) for words in BENCHES},
 }
 
 

@@ -127,32 +127,22 @@ def test_each_error_spoils_its_own_quantity_in_proportion(error, quantity):
 
 def test_noise_transfer_errors_have_the_stated_size():
     true = np.full((241, 10), 0.01 + 0.02j)
-    clean = sensors.measured_noise_transfer(
-        true,
-        sensors.TransferErrors(calibration_db=0.0, relative=0.0, floor=0.0),
-        np.random.default_rng(1),
-    )
-    assert np.array_equal(clean, true)
-    only_calibration = sensors.TransferErrors(relative=0.0, floor=0.0)
-    levels = [
-        20 * np.log10(np.abs(found[0, 0] / true[0, 0]))
-        for found in (
-            sensors.measured_noise_transfer(true, only_calibration, np.random.default_rng(seed))
-            for seed in range(1, 401)
-        )
-    ]
-    assert np.std(levels) == pytest.approx(0.5, rel=0.1)
-    only_smooth = sensors.TransferErrors(calibration_db=0.0, floor=0.0)
-    errors = np.concatenate(
-        [
-            sensors.measured_noise_transfer(true, only_smooth, np.random.default_rng(seed)) / true
-            - 1
-            for seed in range(1, 101)
+
+    def drawn(count, calibration_db=0.0, relative=0.0):
+        stated = sensors.TransferErrors(calibration_db, relative, floor=0.0)
+        made = [
+            sensors.measured_noise_transfer(true, stated, np.random.default_rng(seed))
+            for seed in range(1, 1 + count)
         ]
-    )
+        return np.array(made) / true
+
+    assert np.array_equal(drawn(1), np.ones((1, 241, 10)))
+    levels = 20 * np.log10(np.abs(drawn(400, calibration_db=0.5)[:, 0, 0]))
+    assert np.std(levels) == pytest.approx(0.5, rel=0.1)
     # cos² is 1 for the constant and 1/2 on average for the other five ripples
     expected = 0.05 * np.sqrt((1 + 5 / 2) / 6)
-    assert np.sqrt(np.mean(np.abs(errors) ** 2)) == pytest.approx(expected, rel=0.05)
+    found = drawn(100, relative=0.05) - 1
+    assert np.sqrt(np.mean(np.abs(found) ** 2)) == pytest.approx(expected, rel=0.05)
 
 
 def test_data_sheet_stays_within_its_tolerances_and_never_states_the_truth():

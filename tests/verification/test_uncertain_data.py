@@ -132,9 +132,8 @@ def test_the_phase_of_a_stiffness_errs_by_its_losses():
     force = np.array([data.drawn(n, 1)[1][0].force.values[0] for n in range(300)])
     gain = np.log(force / data.measured[1][0].force.values[0])
     assert gain.real.std(axis=0) == pytest.approx([0.02, 0.05], rel=0.1)
-    assert gain.imag.std(axis=0) == pytest.approx(
-        0.2 * np.sqrt(2) * np.array([0.02, 0.05]), rel=0.2
-    )
+    losses = 0.2 * np.sqrt(2) * np.array([0.02, 0.05])
+    assert gain.imag.std(axis=0) == pytest.approx(losses, rel=0.2)
 
 
 def test_a_wrong_motion_moves_the_force_of_a_surface_and_not_a_measured_one():

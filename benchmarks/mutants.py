@@ -205,19 +205,17 @@ class Reach:
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
         fixtures = {c.split("::")[0] for c in contexts if c.endswith("|setup")}
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
-        chosen, pinned = [], []
-        spent = 0.0
+        chosen: list[str] = []
         room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
         order = sorted(seen & self.times.keys(), key=lambda t: (room not in t, self._cost(t)))
-        for test in order:
-            if "/golden/" in test:  # the sharpest, and last
-                pinned.append(test)
-                continue
-            spent += self.times[test].get("call", 0.0)
-            if chosen and spent > TESTS_S:
-                break
-            chosen.append(test)
-        chosen += pinned
+        for pinned in (False, True):  # pinned numbers are the sharpest, and last
+            spent = 0.0
+            for test in order:
+                if ("/golden/" in test) == pinned:
+                    spent += self.times[test].get("call", 0.0)
+                    if chosen and spent > TESTS_S:
+                        break
+                    chosen.append(test)
         files = list(dict.fromkeys(test.split("::")[0] for test in chosen))
         return sorted(chosen, key=lambda test: files.index(test.split("::")[0]))
 

@@ -30,9 +30,7 @@ from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_
 from deboom.physics.rigid_body import rotation_matrix
 
 QUICK = CharacteriseOptions(self_calibration=False)
-GOOD = Tolerances(
-    **{**EXACT.__dict__, "sensor_gain": 0.01, "acceleration_own": 0.002, "force_own": 0.002}
-)
+GOOD = replace(EXACT, sensor_gain=0.01, acceleration_own=0.002, force_own=0.002)
 
 
 @pytest.fixture(scope="module")
@@ -126,7 +124,10 @@ def test_reversed_channel_is_named_and_can_be_switched_off():
     rig = Rig(tolerances=GOOD, channel_gain={"A2 x": -1.0})
     with pytest.raises(InputError, match=r"A2 x: .*reversed|A2 x: .*sign"):
         characterise(campaign_of(rig), "P1")
-    found = characterise(campaign_of(replace(rig, switched_off=("A2 x",))), "P1", QUICK)
+    steps = []
+    mended = campaign_of(replace(rig, switched_off=("A2 x",)))
+    found = characterise(mended, "P1", QUICK, lambda *step: steps.append(step))
+    assert [step[:2] for step in steps] == [(done, 4) for done in range(5)]
     true = true_stiffness(found.directions["E x"].measured.wheel_torque)[:, 0]
     assert found.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
 
@@ -161,21 +162,19 @@ def test_static_force_that_was_not_measured_is_asked_for():
         _ = result.mounts
 
 
-GOOD_2 = Tolerances(
-    **{
-        **EXACT.__dict__,
-        "sensor_position": 0.002,
-        "sensor_angle": 0.01,
-        "sensor_gain": 0.01,
-        "sensor_cross_axis": 0.006,
-        "shaker_angle": 0.01,
-        "shaker_gain": 0.005,
-        "cell_gain": 0.005,
-        "acceleration_own": 0.002,
-        "acceleration_norm": 1e-4,
-        "force_own": 0.002,
-        "force_norm": 1e-4,
-    }
+GOOD_2 = replace(
+    EXACT,
+    sensor_position=0.002,
+    sensor_angle=0.01,
+    sensor_gain=0.01,
+    sensor_cross_axis=0.006,
+    shaker_angle=0.01,
+    shaker_gain=0.005,
+    cell_gain=0.005,
+    acceleration_own=0.002,
+    acceleration_norm=1e-4,
+    force_own=0.002,
+    force_norm=1e-4,
 )
 NOISY = replace(GOOD, acceleration_own=0.02, force_own=0.02)
 FREE = FreeBody(MASS_MATRIX, 0.6, 0.01, 0.001, ("my",), 0.003)
@@ -340,7 +339,7 @@ TWO_SIDED = 1.96
 
 
 def characterised(draws=200, **tolerances):
-    rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, **tolerances}))
+    rig = Rig(tolerances=replace(EXACT, **tolerances))
     options = CharacteriseOptions(gears=None, self_calibration=False, draws=draws)
     return characterise(campaign_of(rig), "P1", options)
 
@@ -405,7 +404,7 @@ def test_shaker_angle_leaks_the_large_forces_into_the_small_ones():
 
 def test_noise_of_single_lines_shrinks_in_the_surface():
     rig = Rig(
-        tolerances=Tolerances(**{**EXACT.__dict__, "acceleration_own": 0.02, "force_own": 0.02}),
+        tolerances=replace(EXACT, acceleration_own=0.02, force_own=0.02),
         noise=0.02,
     )
     options = CharacteriseOptions(gears=None, self_calibration=False)

@@ -349,7 +349,8 @@ def test_other_models_share_the_interface(model):
     ],
 )
 def test_what_only_cubics_have_is_refused_by_name(ask, what):
-    other = DynamicStiffnessSurface(KNeighborsRegressor()).fit(LINES, STIFFNESS)
+    other = DynamicStiffnessSurface(KNeighborsRegressor(1), max_lines=2).fit(LINES, STIFFNESS)
+    assert np.array_equal(other.predict(LINES[[0, -1]], extrapolate=True), STIFFNESS[[0, -1]])
     with pytest.raises(InputError, match=f"surface of KNeighborsRegressor has no {what}"):
         ask(other)
     with pytest.raises(InputError, match="GaussianProcessRegressor fits all lines alike"):

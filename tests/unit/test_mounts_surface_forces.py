@@ -71,16 +71,17 @@ def test_noise_of_the_static_force_is_smoothed_run_by_run():
     true = np.where(run == "a", 0.05 * frequency**2, 500.0)
     noise = np.random.default_rng(1).normal(0, 5.0, true.size)
     assert surface_forces.smooth_static_force(true, frequency, run) == pytest.approx(true)
-    error = surface_forces.smooth_static_force(true + noise, frequency, run) - true
+    noisy = true + noise
+    error = surface_forces.smooth_static_force(noisy, frequency, run) - true
     assert 1.0 < np.std(error) < 3.2
     coarse = slice(None, None, 5)
-    kept = surface_forces.smooth_static_force(
-        (true + noise)[coarse], frequency[coarse], run[coarse]
-    )
-    assert np.array_equal(kept, (true + noise)[coarse])
+    kept = surface_forces.smooth_static_force(noisy[coarse], frequency[coarse], run[coarse])
+    assert np.array_equal(kept, noisy[coarse])
     five = slice(None, None, 2)  # lines within the width: a parabola, not a mean of them
-    smoothed = surface_forces.smooth_static_force((true + noise)[five], frequency[five], run[five])
+    smoothed = surface_forces.smooth_static_force(noisy[five], frequency[five], run[five])
     assert 0.5 < np.std(smoothed - true[five]) / 5.0 < 0.9
+    parabola = np.polyfit(range(5), noisy[five][:5], 2)
+    assert smoothed[:3] == pytest.approx(np.polyval(parabola, range(3)))
     uneven = np.sort(np.random.default_rng(2).uniform(20, 60, 50))
     names = np.full(50, "a")
     assert np.array_equal(surface_forces.smooth_static_force(noise[:50], uneven, names), noise[:50])
@@ -248,8 +249,8 @@ def test_thirty_parts_have_the_textbooks_interval():
     found = part_scatter.direction_scatter("TSM x", THIRTY)
     variance = THIRTY.var(ddof=1)
     assert found.sigma == pytest.approx(np.sqrt(variance), rel=1e-12)
-    assert found.lower == pytest.approx(np.sqrt(29.0 * variance / 45.722), rel=1e-4)
-    assert found.upper == pytest.approx(np.sqrt(29.0 * variance / 16.047), rel=1e-4)
+    expected = np.sqrt(29.0 * variance / [45.722, 16.047])
+    assert [found.lower, found.upper] == pytest.approx(expected, rel=1e-4)
     assert (found.prior_share, found.note, found.n_batches) == (0.0, "", 0)
 
 
@@ -262,14 +263,12 @@ def test_few_parts_are_combined_with_the_prior():
     assert found.prior_share == pytest.approx(10.0 / 15.0)
     assert found.note == "67 % assumed, 6 parts"
     # 15 degrees of freedom: 6.2621 and 27.488
-    assert found.lower == pytest.approx(np.sqrt(15.0 * combined / 27.488), rel=1e-4)
-    assert found.upper == pytest.approx(np.sqrt(15.0 * combined / 6.2621), rel=1e-4)
+    expected = np.sqrt(15.0 * combined / [27.488, 6.2621])
+    assert [found.lower, found.upper] == pytest.approx(expected, rel=1e-4)
 
 
 def test_without_parts_the_prior_stands_alone():
-    found = part_scatter.direction_scatter(
-        "TSM x", np.empty(0), prior=part_scatter.ScatterPrior(0.05, 4.0)
-    )
+    found = part_scatter.direction_scatter("TSM x", np.empty(0))
     assert found.sigma == pytest.approx(0.05)
     assert found.note == "assumed: not identified in every part, or fewer than two parts"
     assert np.isnan(found.observed)

@@ -20,7 +20,7 @@ def changed(place, value):
 @pytest.mark.parametrize(
     ("values", "options", "sentence"),
     [
-        (changed((slice(None), 1), 58.1), {}, "'tourer' is the same in all 30 designs"),
+        (changed((slice(None), 1), -58.1), {}, "'tourer' is the same in all 30 designs"),
         (changed((4, 2), np.nan), {}, "design 5 has no finite value of 'van'"),
         (VALUES[:9], {}, r"from 9 design\(s\) says nothing"),
         (VALUES[:, :2], {}, r"shape \(30, 2\) for 3 responses"),

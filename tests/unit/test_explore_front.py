@@ -11,6 +11,8 @@ from deboom.explore.front import (
     Contestant,
     common_box,
     coverage,
+    difference,
+    last_gain,
     level_gap,
     nondominated,
     pareto_front,
@@ -209,9 +211,15 @@ def test_level_gap_is_the_shift_in_the_first_objective():
     assert level_gap(STAIRS * [2.0, 1.0], STAIRS) == pytest.approx((200 + 99) / 200)
 
 
-def test_of_two_runs_the_last_gain_is_the_noise_of_the_search():
-    pair = Contestant("pair", np.ones((2, 2)), np.array([0.3, 0.4]))
+def test_the_noise_of_a_difference_by_hand():
+    pair = Contestant("pair", np.ones((2, 3)), np.array([0.3, 0.4]))
     assert pair.search_noise == (pytest.approx(np.sqrt((0.09 + 0.16) / 2 / 2)), np.inf)
+    assert last_gain(np.array([1.0, 3.0])) == 2.0
+    first = Contestant("first", np.array([[1.1, 1.3, 1.5]]), np.zeros(1))
+    row = difference(first, replace(pair, progress=np.zeros(2))).table.iloc[0]
+    # 0.1, 0.3 and 0.5 under three sets; Student's t of two degrees of freedom
+    noise = 9.92484 * 20.0 / np.sqrt(3)
+    assert row.tolist() == [pytest.approx(30.0), pytest.approx(noise, rel=1e-5), "within noise"]
 
 
 def rows(*objectives):

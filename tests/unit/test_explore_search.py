@@ -252,7 +252,9 @@ def test_every_design_is_kept_with_its_responses_and_more_generations_follow():
     sigma = np.concatenate([store.evaluations[n]["sigma"] for n in range(1, 8)])
     np.testing.assert_array_equal(sigma, FAILING(designs).sigma)
     whole = nsga2(FAILING, 20, 12, seed=3)
-    same(nsga2(FAILING, 20, 12, seed=3, checkpoint=store), whole)
+    resumed = nsga2(FAILING, 20, 12, seed=3, checkpoint=store)
+    same(resumed, whole)
+    assert resumed.seconds > search.seconds
     store.evaluations[1] = {"designs": np.ones((20, 4))}  # not those that are asked for
     same(nsga2(FAILING, 20, 12, seed=3, checkpoint=store), whole)
 

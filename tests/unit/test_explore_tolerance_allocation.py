@@ -99,6 +99,8 @@ def test_the_cheapest_tolerances_are_lagranges(bounds):
     uniform = allocator.uniform(target)
     np.testing.assert_allclose(uniform.tolerance, 0.15, rtol=1e-9)
     assert found.total_cost < uniform.total_cost
+    without_effect = linear_allocator(0.0 * SLOPE, WEIGHT, *bounds).uniform(target)
+    np.testing.assert_allclose(without_effect.tolerance, bounds[1])
 
 
 def test_axes_of_one_hardness_have_their_own_closed_form():

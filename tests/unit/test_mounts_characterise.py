@@ -19,7 +19,6 @@ from mounts_campaign_samples import (
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
-from deboom.measurement.sensors import Tolerances
 from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts import measuring_chain
 from deboom.mounts.characterise import CharacteriseOptions, characterise, training_runs
@@ -403,10 +402,7 @@ def test_shaker_angle_leaks_the_large_forces_into_the_small_ones():
 
 
 def test_noise_of_single_lines_shrinks_in_the_surface():
-    rig = Rig(
-        tolerances=replace(EXACT, acceleration_own=0.02, force_own=0.02),
-        noise=0.02,
-    )
+    rig = Rig(tolerances=replace(EXACT, acceleration_own=0.02, force_own=0.02), noise=0.02)
     options = CharacteriseOptions(gears=None, self_calibration=False)
     one = characterise(campaign_of(rig), "P1", options).directions["W x"].budget
     # magnitude of a quotient of two; 492 lines for 40 coefficients
@@ -417,7 +413,7 @@ def test_noise_of_single_lines_shrinks_in_the_surface():
 def test_noise_beyond_what_is_stated_is_misfit():
     """Stated is 0.01 of force and of motion, hence of the magnitude of their quotient."""
     stated = {"acceleration_own": 0.01, "force_own": 0.01}
-    rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, **stated}), noise=0.02)
+    rig = Rig(tolerances=replace(EXACT, **stated), noise=0.02)
     options = CharacteriseOptions(gears=None, self_calibration=False)
     direction = characterise(campaign_of(rig), "P1", options).directions["W x"]
     one, measured = direction.budget, direction.measured.stiffness
@@ -448,7 +444,7 @@ def test_the_band_is_about_the_surface_at_its_points(gains):
 
 
 def test_static_force_as_preload():
-    rig = Rig(tolerances=Tolerances(**{**EXACT.__dict__, "static_force": 20.0}))
+    rig = Rig(tolerances=replace(EXACT, static_force=20.0))
     options = CharacteriseOptions(gears=None, preload=Preload.STATIC_FORCE, self_calibration=False)
     budget = characterise(campaign_of(rig), "P1", options).directions["S x"].budget
     # 9e-4 per N m of wheel torque, 7 N per N m: 20 N are 0.26 %, less by the fit to many lines

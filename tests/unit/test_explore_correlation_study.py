@@ -5,7 +5,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.correlation import correlations, families, tolerance_scatter
-from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from deboom.explore.space import ResponseFunction, generator, stiffness_factor_space
 
 VALUES = np.random.default_rng(1).normal(size=(30, 3))
 NAMES = ("sedan", "tourer", "van")
@@ -34,12 +34,12 @@ def test_correlations_refuse_bad_input(values, options, sentence):
         correlations(values, **{"names": NAMES, "seed": 1, **options})
 
 
-def test_the_same_seed_gives_the_same_interval_about_the_coefficient():
-    one, again = (correlations(VALUES, NAMES, seed=1) for _ in range(2))
-    assert np.array_equal(one.pearson_low, again.pearson_low)
-    above = np.triu_indices(3, 1)
-    assert np.all(one.pearson_low[above] < one.pearson[above])
-    assert np.all(one.pearson[above] < one.pearson_high[above])
+def test_the_interval_is_that_of_resampled_designs():
+    one = correlations(VALUES, NAMES, seed=1, resamples=100)
+    times = generator(1, "correlation bootstrap").multinomial(30, np.full(30, 1 / 30), size=100)
+    each = [np.corrcoef(np.repeat(VALUES, n, axis=0), rowvar=False) for n in times]
+    low, high = np.quantile(each, [0.025, 0.975], axis=0)
+    np.testing.assert_allclose([one.pearson_low, one.pearson_high], [low, high], atol=1e-12)
 
 
 def test_a_design_that_cannot_be_made_in_all_draws_has_no_scatter():

@@ -103,6 +103,14 @@ def test_the_bound_counts_parts_and_not_responses():
     one, many = (verified_share(q, box, seed=1, n_parts=8192) for q in (bowls(), twins))
     assert many.share == pytest.approx(one.share, abs=1e-12)
     assert many.bound == pytest.approx(one.bound, abs=1e-12)
+    both = verified_share(bowls(together=True), box, seed=1, n_parts=64)
+    error = np.sqrt(both.share * (1.0 - both.share) / 63)
+    assert both.standard_error == pytest.approx(error)
+
+
+def test_a_start_box_is_the_bounds_shrunk_about_its_design():
+    half = largest_box._box_around(bowls(), np.array([0.6, 1.2]), 0.5)
+    assert np.concatenate([half.lower, half.upper]) == pytest.approx([0.5, 0.8, 1.1, 1.4])
 
 
 class _Twins:

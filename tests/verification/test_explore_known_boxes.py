@@ -36,17 +36,6 @@ def test_the_closed_form_is_the_optimum_of_the_exact_share():
     assert found.upper == pytest.approx(closed.upper, rel=1e-3)
 
 
-def linear_case():
-    problem = known_boxes.LinearProblem(SLOPE[np.newaxis])
-    bounds = Box(problem.variable_names, np.zeros(4), np.full(4, 3.0))
-    return (
-        problem,
-        np.ones(1),
-        bounds,
-        known_boxes.largest_linear_box(SLOPE, 1.0, 0.95, bounds.lower),
-    )
-
-
 @pytest.mark.parametrize("instance", [("plane", 4, 1), ("bowl", 2, 1), ("QUAD2", 2, 1)])
 def test_the_search_finds_the_exact_box(instance):
     ratio, kept, confirmed, off = known_boxes.ratio_of(*instance, EFFORT)
@@ -57,8 +46,8 @@ def test_the_search_finds_the_exact_box(instance):
 
 
 def test_at_the_optimum_all_free_faces_have_the_same_share():
-    problem, limit, bounds, _ = linear_case()
-    question = BoxQuestion(problem, limit, 0.95, bounds.lower, bounds.upper)
+    problem = known_boxes.LinearProblem(SLOPE[np.newaxis])
+    question = BoxQuestion(problem, np.ones(1), 0.95, np.zeros(4), np.full(4, 3.0))
     box = largest_box(question, seed=1, effort=EFFORT).box
     upper = face_shares(question, box, sobol_points(4, 2**15, seed=2, purpose="faces"))[1]
     assert np.ptp(upper) < 0.02

@@ -215,14 +215,15 @@ class _Goal:
             "fun": lambda place: kept[first:] - self.at(place)[0][1 + first :],
             "jac": lambda place: -self.at(place)[1][1 + first :],
         }
+        begin = (start - self.lower) / np.where(self.span > 0.0, self.span, 1.0)
         end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda place: self.at(place)[0][row],
-            (start - self.lower) / np.where(self.span > 0.0, self.span, 1.0),
+            begin,
             jac=lambda place: self.at(place)[1][row],
             method="SLSQP",
             bounds=[(0.0, 1.0)] * len(start),
             constraints=[keep] if first < len(kept) else [],
             options={"maxiter": 40, "ftol": SMALLEST_GAIN},
         )
-        place = end.x if np.isfinite(end.fun) else (start - self.lower) / self.span
+        place = end.x if np.isfinite(end.fun) else begin
         return np.asarray(self.lower + np.clip(place, 0.0, 1.0) * self.span)

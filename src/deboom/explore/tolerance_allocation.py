@@ -128,12 +128,12 @@ class ToleranceEffect:
         """Return the same design with the draws of another response of the same model."""
         return replace(self, robust=replace(self.robust, sample=robust.sample))
 
-    def at(self, tolerance: RealArray, *, slopes: bool = True) -> Scattered:
+    def at(self, tolerance: RealArray) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
 
         A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that
         ``∂y/∂t = ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule
-        through its estimator and are exact for these draws. Without `slopes` they are nan.
+        through its estimator and are exact for these draws.
         """
         space = replace(self.robust.space, tolerance=np.asarray(tolerance, float))
         robust = replace(self.robust, space=space)
@@ -141,13 +141,10 @@ class ToleranceEffect:
         made, values = robust.made_responses(self.design)
         estimator = self.robust.prepared(self.design)
         sigma = estimator.moments(values).sigma
-        by_tolerance = np.full((*values.shape, len(self.names)), np.nan)
-        slope = np.full((values.shape[1], len(self.names)), np.nan)
-        if slopes:
-            made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
-            by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
-            weights = estimator.derivatives(values, sigma)[1]
-            slope = np.einsum("tr,trk->rk", weights, by_tolerance)
+        made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
+        by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
+        weights = estimator.derivatives(values, sigma)[1]
+        slope = np.einsum("tr,trk->rk", weights, by_tolerance)
         return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
 
 
@@ -288,14 +285,12 @@ class Allocator:
         """Tolerances of the design space, shape (k,) [1]."""
         return self.effect.today[self._columns]
 
-    def at(self, tolerance: RealArray, *, slopes: bool = True) -> Allocation:
+    def at(self, tolerance: RealArray) -> Allocation:
         """Return what given tolerances, shape (k,), cost and do, see `ToleranceEffect.at`."""
         whole = self.effect.today.copy()
         whole[self._columns] = tolerance
         cost = self.price.each(tolerance)
-        return Allocation(
-            self.names, frozen_copy(tolerance), cost, self.effect.at(whole, slopes=slopes)
-        )
+        return Allocation(self.names, frozen_copy(tolerance), cost, self.effect.at(whole))
 
     def cheapest(self, target: Target) -> Allocation:
         """Return the cheapest tolerances that reach a target.
@@ -349,7 +344,7 @@ class Allocator:
             return self._within(np.full(len(self.names), np.exp(place)))
 
         def excess(place: float) -> float:
-            return target.excess(self.at(everywhere(place), slopes=False).scattered)[0]
+            return target.excess(self.at(everywhere(place)).scattered)[0]
 
         low, high = np.log(self.lower.min()), np.log(self.upper.max())
         if excess(high) <= 0.0:

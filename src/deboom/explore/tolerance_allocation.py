@@ -124,10 +124,6 @@ class ToleranceEffect:
         """Tolerances of the space, shape (k,) [1]."""
         return self.robust.space.tolerance
 
-    def with_draws(self, robust: RobustResponse) -> ToleranceEffect:
-        """Return the same design with the draws of another response of the same model."""
-        return replace(self, robust=replace(self.robust, sample=robust.sample))
-
     def at(self, tolerance: RealArray) -> Scattered:
         """Return the responses with their derivatives at tolerances, shape (k,).
 

@@ -386,10 +386,10 @@ class ToleranceTask:
     def verified(self, tolerance: RealArray, purpose: str) -> Verified:
         """Evaluate tolerances, shape (k,), with draws that nothing was chosen by."""
         robust = with_draws(self.robust, purpose, self.draws, self.seed)
-        effect = self.allocator.effect.with_draws(robust)
-        whole = effect.today.copy()
-        whole[[effect.names.index(name) for name in self.allocator.names]] = tolerance
-        values = effect.at(whole, slopes=False).values
+        whole = robust.space.tolerance.copy()
+        whole[[robust.space.names.index(name) for name in self.allocator.names]] = tolerance
+        robust = replace(robust, space=replace(robust.space, tolerance=whole))
+        values = robust.made_responses(self.allocator.effect.design)[1]
         sigma = float(values.std(axis=0, ddof=1).sum() * self.per_line)
         if self.limits is None:
             return Verified(sigma, np.nan, np.nan)

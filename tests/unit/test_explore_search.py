@@ -394,3 +394,13 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
     truth = pareto_front(robust(np.hstack([SETS, np.ones((len(SETS), 2))])))
     found = nsga2(robust, 20, 40, seed=1).front
     np.testing.assert_array_equal(found.designs, truth.designs)
+
+
+def test_every_pair_of_parents_exchanges_its_own_options():
+    parents = np.ones((2, 400, 5))
+    parents[0, :, :3] = 0.0
+    crossover = door._algorithm(MIXED_SPACE, 20, None).mating.crossover
+    random = np.random.default_rng(1)
+    children = crossover._do(RobustProblem(MIXED), parents, random_state=random)[:, :, :3]
+    assert np.all(children.sum(axis=0) == 1.0)
+    np.testing.assert_allclose(children[0].mean(axis=0), 0.5, atol=0.1)

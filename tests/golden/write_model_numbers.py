@@ -67,18 +67,6 @@ def characterised_stiffness():
     return found
 
 
-def compressor():
-    """Unbalance and cabin noise of the bench's compressor; tests/studies holds its own runs."""
-    unbalance = _study("compressor_unbalance")
-    noise = _study("compressor_noise", "--draws", "20")
-    heard = ["measured [dB(A)]", "synthesised [dB(A)]", "mounts alone [dB(A)]"]
-    return {
-        **_columns(unbalance / "sources.csv", ["amplitude", "from", "to"]),
-        **_columns(unbalance / "unbalance.csv", ["static mean [g mm]", "dynamic mean [g mm²]"], 15),
-        **_columns(noise / "levels.csv", heard, 15),
-    }
-
-
 def bench_files(kind, *words):
     """Two numbers for every file that the bench writes: how large its columns are, and where."""
     folder = _command("bench", kind, "written", "--seed", "2", *words)
@@ -112,7 +100,6 @@ NUMBERS = {
     "levels, amplitude-dependent motion": lambda: levels("amplitude"),
     "Sobol indices": sobol_indices,
     "characterised stiffness": characterised_stiffness,
-    "compressor": compressor,
     **{f"bench {words[0]}": partial(bench_files, *words) for words in BENCHES},
 }
 

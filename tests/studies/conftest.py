@@ -3,8 +3,6 @@
 import json
 from pathlib import Path
 
-import numpy as np
-import pandas as pd
 import pytest
 from summary_keys import described, undefined
 
@@ -57,24 +55,6 @@ def finished(request, tmp_path_factory):
 @pytest.fixture(scope="module")
 def summary(finished):
     return json.loads((finished / "summary.json").read_text(encoding="utf-8"))
-
-
-@pytest.fixture
-def numbers_stay():
-    """Hold a run of a compressor's study against what golden/write_model_numbers.py pinned."""
-    golden = STUDIES.parent / "tests" / "golden" / "model_numbers.json"
-    pinned = json.loads(golden.read_text(encoding="utf-8"))["compressor"]
-
-    def hold(run, **steps):
-        for name, expected in pinned.items():
-            table, column = name.split(": ")
-            if table in steps:
-                found = pd.read_csv(run / f"{table}.csv")[column].to_numpy()[:: steps[table]]
-                # an iteration ends elsewhere on another processor, within its tolerance
-                limit = 1e-6 * np.abs(expected).max()
-                np.testing.assert_allclose(found, expected, rtol=0, atol=limit, err_msg=name)
-
-    return hold
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.files.acceptance import BoxResponse, read_delivered_parts, write_solution_box
 from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
 from deboom.study.runner import command_of
+from pinned_pages import hold
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 MOUNTS = ("EnM", "GeM", "TSM", "Du")
@@ -101,6 +102,7 @@ def run(tmp_path_factory):
 
 
 def test_the_command_writes_a_run(run):
+    hold(run, "accept")
     summary = json.loads((run / "summary.json").read_text())
     assert (summary["n_parts"], summary["n_passed"], summary["n_batches_passed"]) == (20, 20, 1)
     levels = pd.read_csv(run / "levels.csv")

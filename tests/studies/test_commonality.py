@@ -7,6 +7,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDY = load_study("commonality")
 BUDGET = {"motion": Motion.prescribed, "group": "U06", "starts": 3, "allowed": 0.3}
@@ -23,6 +24,7 @@ def test_part_numbers_of_one_group(summary):
 
 
 def test_tables_agree_with_each_other(finished):
+    hold(finished, "commonality")
     parts, vehicles, counts = (
         pd.read_csv(finished / f"{name}.csv") for name in ("part_numbers", "vehicles", "counts")
     )

@@ -14,6 +14,7 @@ from deboom.study.compare import compare, configuration_names
 from deboom.study.platform_model import Motion
 from deboom.study.rebuilt import ComparedRun
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 FRONT = """'''Which of five springs are best?'''
 
@@ -128,6 +129,7 @@ def compared(pair, results, studies):
 
 def test_two_seeds_of_one_study(compared, pair):
     folder, verdicts = compared
+    hold(folder, "compare")
     assert folder.parent.name == "compare"
     summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
     assert summary["verdict"] == "within noise"

@@ -10,6 +10,7 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.study.correlation import DoeRequest, Plan
 from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
@@ -32,6 +33,7 @@ def vehicles(tmp_path_factory):
 
 def test_groups_go_together_and_all_vehicles_are_compared(tmp_path):
     folder = run(tmp_path)
+    hold(folder, "fleet_correlation")
     summary = summary_of(folder)
     assert summary["r_group_min"] > 0.9
     assert summary["r_group_min_from"] < summary["r_group_min"] < summary["r_group_min_to"]

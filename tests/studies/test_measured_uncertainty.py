@@ -16,6 +16,7 @@ from deboom.study.runner import load_study, run_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays
+from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("measured_uncertainty")
@@ -37,6 +38,7 @@ def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(f
 
 
 def test_every_source_says_where_its_size_comes_from(finished):
+    hold(finished, "measured_uncertainty")
     sources = pd.read_csv(finished / "sources.csv")
     origin = dict(zip(sources["source"], sources["from"], strict=True))
     assert origin["calibration of the transfer functions"] == "stated prior"

@@ -18,6 +18,7 @@ from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
 from deboom.study.mount_characterisation import characterise_given, direction_numbers
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 DRAWN = Report.figure
 STUDY = load_study("mount_characterisation")
@@ -60,6 +61,7 @@ def test_mounts_are_found_within_a_few_percent_of_the_truth(finished, summary):
 
 
 def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
+    hold(finished, "mount_characterisation")
     quality = pd.read_csv(finished / "quality.csv").set_index("check")
     assert quality.index[0].startswith("conditioning of sensors")
     assert quality.loc["geometric consistency (error)", "verdict"] == "kept"

@@ -14,6 +14,7 @@ from deboom.mounts.library import open_library
 from deboom.study.interactive_front import write_interactive_page
 from deboom.study.platform_model import CATALOGUE_FILE, Motion, MountSource
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("mount_selection")
@@ -49,6 +50,7 @@ def test_the_search_finds_the_front_of_all_sets(summary):
 
 
 def test_tables_name_the_parts_to_order(finished):
+    hold(finished, "mount_selection")
     front, sets = (pd.read_csv(finished / f"{name}.csv") for name in ("front", "part_sets"))
     assert list(front.columns[2:6]) == [f"{m} part" for m in ("EnM", "GeM", "TSM", "Du")]
     assert set(front["EnM part"]) == {"EnM M0 (today's)"}

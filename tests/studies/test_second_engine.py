@@ -16,6 +16,7 @@ from deboom.mounts.library import open_library
 from deboom.study import second_engine
 from deboom.study.campaigns import characterise_into_library
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDY = load_study("mount_characterisation")
 OPTIONS = CharacteriseOptions()
@@ -62,6 +63,7 @@ def test_forces_of_the_second_engine_are_predicted(summary):
 
 
 def test_stiffness_across_follows_the_force_along_the_main_axis(finished):
+    hold(finished, "second_engine")
     forces = pd.read_csv(finished / "second_forces.csv").set_index("direction")
     assert forces.loc["TSM z", "rms error of F [%]"] < 5.0
 

@@ -14,6 +14,7 @@ from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.acceptance import read_solution_box
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("solution_box")
@@ -47,6 +48,7 @@ def test_the_box_keeps_its_share_and_is_larger_than_the_others(summary):
 
 
 def test_tables_and_pictures_are_there(finished):
+    hold(finished, "solution_box")
     box = pd.read_csv(finished / "box.csv")
     assert box["requirement"].tolist().count("no requirement") == 2
     assert (box["from [1]"] < box["to [1]"]).all()

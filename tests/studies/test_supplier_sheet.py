@@ -31,6 +31,7 @@ from deboom.study.supplier_sheet import (
     measured_capability,
     proving_parts,
 )
+from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
 UNKNOWN = ("EnM y", "GeM y", "TSM y")
@@ -327,6 +328,8 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
     html, data = documents(content, "")
     path = tmp_path / "sheet.xlsx"
     path.write_bytes(data)
+    path.with_suffix(".html").write_text(html, encoding="utf-8")
+    hold(path.with_suffix(".html"), f"supplier_{language.value}")
     values, words = [], []
     tables = openpyxl.load_workbook(path).worksheets
     assert len(tables) > 9
@@ -362,6 +365,7 @@ def anonymous(front_run, box_run, tmp_path_factory, few_draws):
 
 def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, front_run, study):
     page, workbook = anonymous
+    hold(page, "supplier_anonymous")
     html = page.read_text(encoding="utf-8")
     fleet = study.platform.fleet.vehicles
     secrets = [

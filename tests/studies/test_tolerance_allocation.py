@@ -12,6 +12,7 @@ from deboom.errors import InputError
 from deboom.study.made_parts import target_limits, tolerance_cost
 from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("tolerance_allocation")
@@ -37,6 +38,7 @@ def test_the_same_sigma_costs_less(summary):
 
 
 def test_tables_hold_together(finished):
+    hold(finished, "tolerance_allocation")
     table = pd.read_csv(finished / "allocation.csv")
     tolerance = table["cheapest ± [%]"]
     assert tolerance.between(5.0 - 1e-9, 30.0 + 1e-9).all()

@@ -14,6 +14,7 @@ from deboom.study.options import Aim
 from deboom.study.platform_model import LIBRARY_FILE, Motion, MountSource
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
+from pinned_pages import hold
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
@@ -32,6 +33,7 @@ def test_best_mean_quietens_every_u06_vehicle_the_one_with_the_battery_least(fro
 
 
 def test_tables_have_units_and_belong_together(front_run):
+    hold(front_run, "u06_robust_front")
     front = pd.read_csv(front_run / "front.csv")
     designs = pd.read_csv(front_run / "designs.csv")
     per_vehicle = pd.read_csv(front_run / "per_vehicle.csv")

@@ -16,6 +16,7 @@ from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import Analysis, sensitivity_report
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet
+from pinned_pages import hold
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
@@ -60,6 +61,7 @@ def test_summary_and_tables_say_the_same(finished, summary):
 
 
 def test_lines(finished):
+    hold(finished, "u06_sensitivity")
     lines = pd.read_csv(finished / "sobol_lines.csv")
     assert len(lines) == 5 * 161
     low = lines[lines["frequency [Hz]"] < 22.0]

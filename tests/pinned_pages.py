@@ -5,6 +5,7 @@ A page is pinned as text in `tests/golden/pages`, so that a change of it is read
 changelog why.
 """
 
+import json
 import os
 import re
 from html import unescape
@@ -39,23 +40,31 @@ def hold(folder, name):
 
 
 def pinned_text(folder):
-    """Return the lines of a run's page, its summary and its tables."""
-    files = sorted(p for p in folder.rglob("*") if p.suffix in (".csv", ".html", ".json", ".md"))
-    lines = []
-    for path in [folder] if folder.is_file() else files:
-        if path.name == "run.json" or "evaluations" in path.parts:
-            continue
-        lines.append(f"== {path.relative_to(folder).as_posix()}")
-        if path.suffix == ".csv":
+    """Return the lines of a run: its files, what its record says, its tables, texts and page."""
+    files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
+    lines = [f"== {p.relative_to(folder).as_posix()}" for p in files if "." in p.name]
+    for path in files:
+        if path.suffix in (".csv", ".html", ".json") and "evaluations" not in path.parts:
+            lines.append(f"== {path.name}")
+        if path.name == "run.json":
+            record = json.loads(path.read_text(encoding="utf-8"))
+            lines += [f"{name}: {fact}" for name, fact in record["facts"].items()]
+            lines += [f"read {name}" for name in sorted({*map(_last, record["inputs_sha256"])})]
+        elif path.suffix == ".csv":
             lines += _columns(pd.read_csv(path))
-        else:
+        elif path.suffix in (".html", ".json") and "evaluations" not in path.parts:
             text = path.read_text(encoding="utf-8").partition('<h2 id="provenance">')[0]
             text = re.sub(r"(?s)<(script|style)\b.*?</\1>|<[^>]*>", "\n", text)
             lines += PASSING.sub("…", unescape(text)).split("\n")
     return [short for line in lines if (short := " ".join(line.split()))]
 
 
+def _last(path):
+    return path.rpartition("/")[2]
+
+
 def _columns(table):
+    """Yield a line for each column: how large its numbers are, and where the large ones stand."""
     for name, column in table.items():
         if "[s]" in name:
             continue
@@ -63,9 +72,9 @@ def _columns(table):
             said = PASSING.sub("…", " ".join(map(str, column)))
             yield f"{name}: {column.size} words, {crc32(said.encode()):x}"
             continue
-        values = np.nan_to_num(column.to_numpy(float))
+        values = np.nan_to_num(column.to_numpy(float)) + 0.0
         size = np.linalg.norm(values)
-        place = 1.0 + np.cos(np.arange(values.size)) @ values / (size or 1.0)
+        place = 1.0 + np.cos(np.arange(values.size)) @ values / max(size, 1e-12)
         yield f"{name}: {values.size} numbers, {size:.6g}, {place:.5f}"
 
 
@@ -74,6 +83,5 @@ def _equal(one, other):
     decimals = len(one.partition("e")[0].partition(".")[2])
     exponent = float(f"1e{one.partition('e')[2] or 0}")
     first, second = (float(text.replace("−", "-")) for text in (one, other))
-    return abs(first - second) <= 1.001 * exponent * 10.0**-decimals or (
-        abs(first - second) <= 1e-6 * abs(second)
-    )
+    step = 1.001 * exponent * 10.0**-decimals
+    return abs(first - second) <= max(step, 1e-6 * abs(second), 1e-12)

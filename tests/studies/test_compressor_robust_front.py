@@ -161,7 +161,6 @@ NOISE = load_study("compressor_noise")
 
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory):
-    """One run that several tests look at."""
     return run_study(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
 
 

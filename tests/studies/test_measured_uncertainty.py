@@ -46,12 +46,9 @@ def test_every_source_says_where_its_size_comes_from(finished):
     assert origin["motion in the runs"] == "tolerances of campaign virtual_bench_1"
     assert sources["share of its variance [%]"].sum() == pytest.approx(100)
     following = pd.read_csv(finished / "next.csv")
-    assert following["measurement"].iloc[0] == "none: as it is"
     columns = [column for column in following if column.endswith("± [dB]")]
-    assert len(columns) == 3
     # more knowledge never widens what it is about
     assert np.all(following[columns].iloc[1:] <= 1.005 * following[columns].iloc[0])
-    assert "one more vehicle" in set(following["measurement"])
 
 
 def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):

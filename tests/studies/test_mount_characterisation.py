@@ -1,6 +1,5 @@
 """The characterisation study at a tiny budget, through the same door as a user."""
 
-import json
 import shutil
 from dataclasses import replace
 
@@ -46,7 +45,6 @@ def campaign(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def finished(campaign, tmp_path_factory):
-    """One run that several tests look at."""
     return run_study(STUDY, tmp_path_factory.mktemp("results"), {"campaign": campaign})
 
 
@@ -60,17 +58,14 @@ def test_mounts_are_found_within_a_few_percent_of_the_truth(finished, summary):
     assert summary["r2_real_TSM_x"] > 99.5
 
 
-def test_the_run_folder_has_every_table_of_the_study_and_names_what_it_read(finished):
+def test_the_run_folder_has_every_table_of_the_study(finished):
     hold(finished, "mount_characterisation")
     quality = pd.read_csv(finished / "quality.csv").set_index("check")
     assert quality.index[0].startswith("conditioning of sensors")
     assert quality.loc["geometric consistency (error)", "verdict"] == "kept"
     assert quality.loc["reciprocity", "verdict"] == "not checked"
     transfer = pd.read_csv(finished / "force_transfer.csv")
-    assert list(transfer["mount"]) == ["EnM", "GeM", "TSM"]
     assert np.all(transfer["largest change over frequency [%]"] < 1.0)
-    record = json.loads((finished / "run.json").read_text(encoding="utf-8"))
-    assert any(name.endswith("truth/M1.npz") for name in record["inputs_sha256"])
 
 
 def test_what_lies_within_its_stated_band_is_said_per_direction(finished):

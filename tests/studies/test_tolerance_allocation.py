@@ -44,8 +44,6 @@ def test_tables_hold_together(finished):
     assert tolerance.between(5.0 - 1e-9, 30.0 + 1e-9).all()
     np.testing.assert_allclose(table["cost cheapest [1]"], 15.0 / tolerance)
     assert (table.loc[table["variable"].str.endswith("y"), "bound"] == "widest").all()
-    figures = {path.stem for path in (finished / "figures").iterdir()}
-    assert figures == {"allocation"}
 
 
 def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_common(tmp_path):

@@ -37,7 +37,6 @@ def few_trajectories_and_pictures():
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory):
-    """One run that several tests look at."""
     return run(tmp_path_factory.mktemp("results"), **REST)
 
 

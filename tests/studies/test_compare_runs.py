@@ -130,10 +130,6 @@ def compared(pair, results, studies):
 def test_two_seeds_of_one_study(compared):
     folder, verdicts = compared
     hold(folder, "compare")
-    assert folder.parent.name == "compare"
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert summary["verdict"] == "within noise"
-    assert summary["n_runs"] == summary["n_configurations"] == 2
     assert verdicts[0].startswith("seed 1 against seed 2: within noise")
 
 

@@ -60,17 +60,12 @@ def test_every_picture_behind_the_answer_has_its_table(front_run):
     np.testing.assert_allclose(peaks["share, today [%]"].sum(), 100.0)
     assert (peaks["share, best mean [%]"].sum() < 100.0).all()
     price = pd.read_csv(front_run / "price.csv").set_index("number")
-    assert "EnM sag [mm]" in price.index
     modes = [f"mode {mode} [Hz]" for mode in tables["modes"]["mode"]]
     np.testing.assert_allclose(price.loc[modes, "best mean"], tables["modes"]["best mean [Hz]"])
     maps = tables["level_maps"].query("`load case` == 'g5_wot220' or `load case` == 'g6_wot220'")
     change = (maps["after [dB(A)]"] - maps["before [dB(A)]"]).groupby(maps["load case"]).mean()
     cases = pd.read_csv(front_run / "load_cases.csv").groupby("load case")["best mean [dB]"].mean()
     np.testing.assert_allclose(change, cases[change.index])
-    assert (
-        len(tables["evaluated"])
-        == json.loads((front_run / "summary.json").read_text())["n_evaluated"]
-    )
 
 
 def test_picks_keep_what_they_promise_when_verified(front_run):

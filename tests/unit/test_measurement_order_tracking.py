@@ -120,6 +120,9 @@ def test_amplitude_phase_torque_and_static_force_are_found():
     assert run.wheel_torque == pytest.approx(3.4 * run.engine_torque)
     assert tracked.order.settled.all()
     assert tracked.force_beside < 1e-3
+    usual = tracked_run(time_run(), TrackingOptions(), "g5").run.acceleration.values
+    spelt = TrackingOptions(other_orders=(0.5, 3.0, 6.0))
+    assert np.array_equal(usual, tracked_run(time_run(), spelt, "g5").run.acceleration.values)
 
 
 def test_noise_is_seen_beside_the_order():

@@ -1,6 +1,7 @@
 """Measurements that do not fit together, and what makes no result, are refused in a sentence."""
 
-from dataclasses import replace
+import math
+from dataclasses import astuple, replace
 
 import numpy as np
 import pytest
@@ -479,3 +480,11 @@ def test_small_pairs_are_not_accused():
     small = quality.reciprocity(Frf([1.0, 2.0, 3.0], values, ("x", "y"), ("fx", "fy"), "m/N"))
     assert small.worst() == ("", 1.0)
     assert small.worst(smallest=0.0) == ("x–y", 0.0)
+
+
+def test_stated_tolerances_are_those_that_all_bounds_rest_on():
+    angle, noise = math.radians(0.5), (0.002, 0.00015)
+    sensor, cell = (0.002, angle, 0.01, 0.01, *noise, 0.005), (0.005, *noise, 0.01)
+    assert astuple(Tolerances()) == (*sensor, *cell, angle, 0.005, 1.0, 5.0)
+    place = (0.0015, math.radians(1.5))
+    assert astuple(PlacementTolerances()) == (0.02, *place, 0.01, *place)

@@ -21,6 +21,7 @@ from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
+    _parts,
     mac_matrix,
     modal_model,
     pole_clusters,
@@ -45,6 +46,12 @@ def chain():
     shapes = np.sin(np.outer(angle, np.arange(1, n + 1)))
     shapes /= np.sqrt(mass * np.sum(shapes**2, axis=1))[:, None]
     return omega, 0.01 + 1e-5 * omega, shapes
+
+
+def test_parts_of_a_wide_band_overlap_by_an_octave():
+    parts, edges = np.array(_parts((1.0, 1000.0), 0.0)), np.geomspace(1.0, 1000.0, 6)
+    np.testing.assert_allclose(parts[:, 0], [1.0, *(edges[1:-1] / np.sqrt(2))])
+    np.testing.assert_allclose(parts[:, 1], [*(edges[1:-1] * np.sqrt(2)), 1000.0])
 
 
 def chain_frf(form, frequency):

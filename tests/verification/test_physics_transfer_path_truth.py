@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from thesis_samples import deviation
 
+from deboom.physics import transfer_path
 from deboom.physics.force_inversion import (
     LAMBDAS,
     PLAIN,
@@ -18,20 +19,6 @@ from deboom.physics.force_inversion import (
     tikhonov_filters,
 )
 from deboom.physics.frf import corr_f, corr_s
-from deboom.physics.transfer_path import (
-    assembled_frf,
-    blocked_force,
-    blocked_force_on_rig,
-    contributions,
-    energy_share,
-    interface_force,
-    mount_force,
-    mounted_source,
-    partial_sums,
-    pressure,
-    pressure_with_airborne,
-    rms_contribution,
-)
 from transfer_path_assembly import (
     FREQUENCY,
     INDICATORS,
@@ -86,7 +73,7 @@ def bodies():
     at_interface = own[:, INTERFACE]
     return {
         "own": own,
-        "source": mounted_source(at_interface[:, :, INTERFACE], SOURCE.mounts),
+        "source": transfer_path.mounted_source(at_interface[:, :, INTERFACE], SOURCE.mounts),
         "excitation": at_interface[:, :, INSIDE],
         "receiver": alone[:, INTERFACE][:, :, INTERFACE],
         "ntf": EARS @ alone[:, :, INTERFACE],
@@ -99,13 +86,13 @@ def agree(ours, truth, tolerance=EXACT):
 
 
 def test_eq_8_and_13_interface_forces_go_with_the_uncoupled_body(truth, bodies):
-    mount_force, ears = truth
-    force = interface_force(bodies["source"], bodies["receiver"], bodies["free"])
-    agree(force, mount_force)
-    agree(pressure(bodies["ntf"], force), ears)
-    agree(pressure(bodies["ntf"][:, 0], force), ears[:, 0])
+    of_mounts, ears = truth
+    force = transfer_path.interface_force(bodies["source"], bodies["receiver"], bodies["free"])
+    agree(force, of_mounts)
+    agree(transfer_path.pressure(bodies["ntf"], force), ears)
+    agree(transfer_path.pressure(bodies["ntf"][:, 0], force), ears[:, 0])
     # eq. 8 needs its sum: as printed, each product alone would be the response
-    products = contributions(bodies["ntf"], mount_force)
+    products = transfer_path.contributions(bodies["ntf"], of_mounts)
     agree(products.sum(axis=-1), ears)
     for path in range(N_PATH):
         assert deviation(products[:, :, path], ears) > 0.1
@@ -113,32 +100,34 @@ def test_eq_8_and_13_interface_forces_go_with_the_uncoupled_body(truth, bodies):
 
 def test_eq_7_and_8_internal_forces_go_with_the_assembled_body(truth, bodies):
     _, ears = truth
-    assembled = assembled_frf(
+    assembled = transfer_path.assembled_frf(
         bodies["ntf"], bodies["receiver"], bodies["source"], bodies["excitation"]
     )
-    agree(pressure(assembled, DRIVE), ears)
+    agree(transfer_path.pressure(assembled, DRIVE), ears)
     agree(assembled, EARS @ np.linalg.inv(SOURCE.joined(RECEIVER))[:, N_SOURCE:, INSIDE])
 
 
 def test_eq_6_and_7_rows_are_responses(bodies):
     """Printed with the index order reversed: Σ_i Y_ij f_i of a matrix with responses as rows."""
-    two = assembled_frf(
+    two = transfer_path.assembled_frf(
         bodies["ntf"], bodies["receiver"], bodies["source"], bodies["excitation"][:, :, :2]
     )
     direct = EARS @ np.linalg.inv(SOURCE.joined(RECEIVER))[:, N_SOURCE:, INSIDE[:2]]
     heard = times(direct, DRIVE[:, :2])
-    agree(pressure(two, DRIVE[:, :2]), heard)
+    agree(transfer_path.pressure(two, DRIVE[:, :2]), heard)
     assert deviation(np.einsum("fij,fi->fj", two, DRIVE[:, :2]), heard) > 0.1
 
 
 def test_blocked_force_is_the_reaction_of_a_rigid_receiver(bodies):
-    agree(blocked_force(bodies["source"], bodies["free"]), SOURCE.blocked_force)
+    agree(transfer_path.blocked_force(bodies["source"], bodies["free"]), SOURCE.blocked_force)
 
 
 def test_blocked_forces_go_with_the_assembled_body(truth, bodies):
     _, ears = truth
-    assembled = assembled_frf(bodies["ntf"], bodies["receiver"], bodies["source"], bodies["source"])
-    agree(pressure(assembled, SOURCE.blocked_force), ears)
+    assembled = transfer_path.assembled_frf(
+        bodies["ntf"], bodies["receiver"], bodies["source"], bodies["source"]
+    )
+    agree(transfer_path.pressure(assembled, SOURCE.blocked_force), ears)
     # the assembled function is what an impact at the receiver's interface measures
     agree(assembled, EARS @ SOURCE.receptance_below(RECEIVER)[:, :, INTERFACE])
 
@@ -146,11 +135,17 @@ def test_blocked_forces_go_with_the_assembled_body(truth, bodies):
 def test_blocked_forces_with_the_uncoupled_body_are_an_approximation(truth, bodies):
     """The thesis multiplies blocked forces with trimmed-body functions; softer mounts forgive."""
     _, ears = truth
-    error = deviation(pressure(bodies["ntf"], SOURCE.blocked_force), ears)
+    error = deviation(transfer_path.pressure(bodies["ntf"], SOURCE.blocked_force), ears)
     assert error > 0.05
-    soft = mounted_source(bodies["own"][:, INTERFACE][:, :, INTERFACE], SOURCE.mounts / 100)
-    soft_truth = pressure(bodies["ntf"], interface_force(soft, bodies["receiver"], bodies["free"]))
-    soft_blocked = pressure(bodies["ntf"], blocked_force(soft, bodies["free"]))
+    soft = transfer_path.mounted_source(
+        bodies["own"][:, INTERFACE][:, :, INTERFACE], SOURCE.mounts / 100
+    )
+    soft_truth = transfer_path.pressure(
+        bodies["ntf"], transfer_path.interface_force(soft, bodies["receiver"], bodies["free"])
+    )
+    soft_blocked = transfer_path.pressure(
+        bodies["ntf"], transfer_path.blocked_force(soft, bodies["free"])
+    )
     assert deviation(soft_blocked, soft_truth) < error / 10
 
 
@@ -165,7 +160,7 @@ def test_eq_9_to_11_blocked_force_from_a_rig_that_gives_way(bodies):
     whole = np.linalg.inv(SOURCE.joined(RIG))[:, INSIDE][:, :, INSIDE]
     agree(times(inside, SOURCE.drive) - times(inside[:, :, INTERFACE], cell), times(whole, DRIVE))
     # eq. 11
-    blocked = blocked_force_on_rig(bodies["source"], cell, rig_motion)
+    blocked = transfer_path.blocked_force_on_rig(bodies["source"], cell, rig_motion)
     agree(blocked, SOURCE.blocked_force)
     # the cells alone are off by what the rig gives way
     assert deviation(cell, blocked) > 0.02
@@ -195,14 +190,14 @@ def test_eq_12_a_volume_source_in_the_cabin():
     ntf = (-air * area / with_air)[:, np.newaxis]
     acoustic = (air / (1j * omega) * panel / with_air)[:, np.newaxis]
     structure, airborne = force[:, np.newaxis], volume_velocity[:, np.newaxis]
-    agree(pressure_with_airborne(ntf, structure, acoustic, airborne), ear)
-    assert deviation(pressure(ntf, structure), ear) > 0.1
+    agree(transfer_path.pressure_with_airborne(ntf, structure, acoustic, airborne), ear)
+    assert deviation(transfer_path.pressure(ntf, structure), ear) > 0.1
 
 
 def test_eq_12_and_13_give_a_pressure_not_a_level(truth, bodies):
     """Printed "SPL_d": levels of contributions do not add up, in decibels or in energy."""
-    mount_force, ears = truth
-    products = contributions(bodies["ntf"][:, 0], mount_force)
+    of_mounts, ears = truth
+    products = transfer_path.contributions(bodies["ntf"][:, 0], of_mounts)
     level = 20 * np.log10(np.abs(products) / np.sqrt(2) / 20e-6)
     level_of_sum = 20 * np.log10(np.abs(ears[:, 0]) / np.sqrt(2) / 20e-6)
     assert np.abs(level.sum(axis=1) - level_of_sum).min() > 20
@@ -211,8 +206,8 @@ def test_eq_12_and_13_give_a_pressure_not_a_level(truth, bodies):
 
 
 def test_partial_sums_add_up_to_the_pressure(truth, bodies):
-    each = contributions(bodies["ntf"], truth[0])
-    mounts = partial_sums(each, [(0, 2, 4, 6, 7, 8), (5,), (3, 1)])
+    each = transfer_path.contributions(bodies["ntf"], truth[0])
+    mounts = transfer_path.partial_sums(each, [(0, 2, 4, 6, 7, 8), (5,), (3, 1)])
     assert mounts.shape == (FREQUENCY.size, 2, 3)
     agree(mounts.sum(axis=-1), truth[1])
     agree(mounts[..., 2], each[..., 1] + each[..., 3])
@@ -244,8 +239,8 @@ def test_mount_force_in_time():
 
     source = np.array([[[-1 / (20 * omega**2)]]])
     receiver = np.array([[[1 / (5e5 + 1500j * omega - 35 * omega**2)]]])
-    mounted = mounted_source(source, [[2e5 + 900j * omega]])
-    ours = interface_force(mounted, receiver, source[:, :, 0] * force)
+    mounted = transfer_path.mounted_source(source, [[2e5 + 900j * omega]])
+    ours = transfer_path.interface_force(mounted, receiver, source[:, :, 0] * force)
     assert ours[0, 0] == pytest.approx(measured, rel=1e-7)
 
 
@@ -270,23 +265,23 @@ def test_classical_inversion_finds_the_forces_in_the_mounts(operation, alone, ru
     assert np.all(found.residual < EXACT)
     # kept out of the inversion: other sensors, and the ear
     validation = accelerance(alone[:, VALIDATION][:, :, INTERFACE])
-    predicted = pressure(validation, found.force)
+    predicted = transfer_path.pressure(validation, found.force)
     measured = accelerance(motion)[:, VALIDATION]
     assert deviation(predicted, measured) < EXACT
     assert np.max(corr_f(predicted, measured)) < EXACT
     assert np.max(corr_s(predicted, measured)) < EXACT
-    ear = pressure((EAR @ alone)[:, INTERFACE], found.force)
+    ear = transfer_path.pressure((EAR @ alone)[:, INTERFACE], found.force)
     assert deviation(ear, motion @ EAR) < EXACT
 
 
 def test_forces_from_the_stiffness_of_the_mounts(operation):
     above, motion, truth = operation
     below = motion[:, INTERFACE]
-    assert deviation(mount_force(SOURCE.mounts, above, below), truth) < EXACT
+    assert deviation(transfer_path.mount_force(SOURCE.mounts, above, below), truth) < EXACT
     as_matrix = SOURCE.mounts[:, :, np.newaxis] * np.eye(N_PATH)
-    assert deviation(mount_force(as_matrix, above, below), truth) < EXACT
+    assert deviation(transfer_path.mount_force(as_matrix, above, below), truth) < EXACT
     # mounts may couple paths
-    coupled = mount_force([[[2.0, 1j], [1j, 3.0]]], [[2.0, 1.0]], [[1.0, 0.0]])
+    coupled = transfer_path.mount_force([[[2.0, 1j], [1j, 3.0]]], [[2.0, 1.0]], [[1.0, 0.0]])
     np.testing.assert_allclose(coupled, [[2 + 1j, 3 + 1j]])
 
 
@@ -295,7 +290,7 @@ def test_in_situ_inversion_finds_the_blocked_forces(operation, assembled):
     matrix = accelerance(assembled[:, INDICATORS][:, :, INTERFACE])
     found = invert_for_forces(matrix, accelerance(motion)[:, INDICATORS])
     assert deviation(found.force, SOURCE.blocked_force) < EXACT
-    ear = pressure((EAR @ assembled)[:, INTERFACE], found.force)
+    ear = transfer_path.pressure((EAR @ assembled)[:, INTERFACE], found.force)
     assert deviation(ear, motion @ EAR) < EXACT
     # blocked forces are another quantity than the interface forces of this vehicle
     assert deviation(interface, SOURCE.blocked_force) > 0.1
@@ -305,7 +300,7 @@ def test_blocked_forces_predict_another_vehicle():
     other, ears = receiver(2)
     _, motion, _ = SOURCE.run(other)
     ntf = (ears @ SOURCE.receptance_below(other))[:, INTERFACE]
-    assert deviation(pressure(ntf, SOURCE.blocked_force), motion @ ears) < EXACT
+    assert deviation(transfer_path.pressure(ntf, SOURCE.blocked_force), motion @ ears) < EXACT
 
 
 def test_noise_of_the_forces_is_the_stated_gain(operation, alone):
@@ -333,8 +328,8 @@ def test_energy_shares_are_the_slope_of_the_energy():
     rng = np.random.default_rng(8)
     ntf, force = rng.normal(size=(2, 6, 4)) + 1j * rng.normal(size=(2, 6, 4))
     weight = rng.uniform(0.2, 3, 6)
-    each = contributions(ntf, force)
-    share = energy_share(each, weight)
+    each = transfer_path.contributions(ntf, force)
+    share = transfer_path.energy_share(each, weight)
     assert share.sum() == pytest.approx(1.0, rel=EXACT)
 
     def energy(factor, path):
@@ -348,8 +343,8 @@ def test_energy_shares_are_the_slope_of_the_energy():
 
 def test_two_paths_that_cancel_have_large_magnitude_and_opposite_share():
     each = np.array([[5.0 + 0j, -4.0, 0.0]] * 3)
-    np.testing.assert_allclose(energy_share(each), [5.0, -4.0, 0.0])
-    np.testing.assert_allclose(rms_contribution(each), [5.0, 4.0, 0.0])
+    np.testing.assert_allclose(transfer_path.energy_share(each), [5.0, -4.0, 0.0])
+    np.testing.assert_allclose(transfer_path.rms_contribution(each), [5.0, 4.0, 0.0])
 
 
 N_LINE, N_INDICATOR, N_PATH_3 = 3, 12, 5

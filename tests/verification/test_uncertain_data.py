@@ -202,6 +202,8 @@ def test_the_spread_of_a_table_splits_into_rows_columns_and_rest():
     assert found.rows.mean() == pytest.approx(rows**2, rel=0.05)
     assert found.columns.mean() == pytest.approx(columns**2, rel=0.05)
     assert found.rest.mean() == pytest.approx(rest**2, rel=0.05)
+    exact = uncertainty.crossed_spread([[1.0, 2.0], [3.0, 5.0]])
+    assert (exact.rows, exact.columns, exact.rest) == (3.0, 1.0, 0.25)
     alone = uncertainty.crossed_spread([[1.0], [3.0]])
     assert (alone.rows, alone.columns) == (2.0, 0.0)
 
@@ -226,6 +228,7 @@ def test_two_methods_tell_their_calibration_body_paths_and_floor():
         values = values * (1 + body * of_body @ normal(of_body.shape[1], 1))
         values = values * 10 ** (generator.normal(0, calibration) / 20)
         values = values + np.sqrt(2) * floor * normal(lines.size, 10)
+        values[5, 3] = 0.0  # one silent line is no silent path
         return Frf(
             lines, values[:, np.newaxis], ("ear",), tuple(f"M{k} x" for k in range(10)), "Pa/N"
         )

@@ -1,4 +1,4 @@
-"""What tests of every kind share: a finished run of the front study, and pictures drawn once."""
+"""What tests of every kind share: a finished run of the front study, and pictures in words."""
 
 import gc
 import os
@@ -13,11 +13,11 @@ import pytest
 from deboom.explore import workers
 from deboom.files import platform
 from deboom.mounts import characterise
-from deboom.plot import style
-from deboom.report import Report
+from deboom.report import Report, report
 from deboom.study import runner
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles import booming_model
+from pinned_pages import described
 
 STUDIES = Path(__file__).parents[1] / "studies"
 # thousands of tests stay in memory, and every round of the garbage collector passes all of them
@@ -63,43 +63,21 @@ def few_chains():
         yield
 
 
-@pytest.fixture(scope="session")
-def drawn_pictures():
-    """Pictures of reports by title, name and the code that draws them."""
-    return {}
-
-
 @pytest.fixture(scope="module")
-def each_picture_once(drawn_pictures):
-    """Draw a picture when it is shown first, see `pictures_once`."""
-    with pictures_once(drawn_pictures):
+def described_pictures():
+    """See `pictures_described`."""
+    with pictures_described():
         yield
 
 
 @contextmanager
-def pictures_once(drawn_pictures):
-    """Draw a picture when it is shown first, in fewer dots, and show that one again later.
+def pictures_described():
+    """Build pictures and keep what they show as words and numbers; drawing takes far longer.
 
-    Pictures are two thirds of a small study's time. What they show, and that the same numbers give
-    the same bytes, is the business of the tests of `deboom.plot`.
+    That the same numbers give the same bytes is the business of the tests of `deboom.plot`.
     """
-    figure = Report.figure
-
-    def shown(self, stem, drawing, caption, **options):
-        code = getattr(getattr(drawing, "func", drawing), "__code__", None)
-        key = (self.title, stem, code)
-        if stem is None or key not in drawn_pictures:
-            figure(self, stem, drawing, caption, **options)
-            drawn_pictures[key] = self.figures.get(stem)
-            return
-        if not callable(drawing) and not isinstance(drawing, bytes):
-            style.close(drawing.get_figure(root=True))
-        # a picture that failed fails again
-        figure(self, stem, drawn_pictures[key] or drawing, caption, **options)
-
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(style, "DPI", 60)
-        patch.setattr(Report, "figure", shown)
+        patch.setattr(report, "as_png", described)
         yield
 
 
@@ -119,9 +97,9 @@ def plain_loops(monkeypatch):
 
 
 @pytest.fixture(scope="session")
-def front_run(tmp_path_factory, drawn_pictures):
+def front_run(tmp_path_factory):
     """Folder of a finished run of the front study on a tiny budget, which nobody changes."""
     budget = {"generations": 2, "population": 12, "samples": 16}
     study = load_study(STUDIES / "u06_robust_front.py")
-    with pictures_once(drawn_pictures):
+    with pictures_described():
         return run_study(study, tmp_path_factory.mktemp("results"), budget)

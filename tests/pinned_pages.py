@@ -15,7 +15,12 @@ from zlib import crc32
 
 import numpy as np
 import pandas as pd
+from matplotlib.colors import to_hex
 
+from deboom.plot import style
+
+PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
+"""Begin of a PNG of one dot, behind which stands what a picture shows."""
 PAGES = Path(__file__).parent / "golden" / "pages"
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 PASSING = re.compile(
@@ -50,6 +55,8 @@ def pinned_text(folder):
             record = json.loads(path.read_text(encoding="utf-8"))
             lines += [f"{name}: {fact}" for name, fact in record["facts"].items()]
             lines += [f"read {name}" for name in sorted({*map(_last, record["inputs_sha256"])})]
+        elif path.suffix == ".png" and (said := path.read_bytes()).startswith(PICTURE):
+            lines += [f"== {path.name}", *said.removeprefix(PICTURE).decode().split("\n")]
         elif path.suffix == ".csv":
             lines += _columns(pd.read_csv(path))
         elif path.suffix in (".html", ".json") and "evaluations" not in path.parts:
@@ -59,12 +66,55 @@ def pinned_text(folder):
     return [short for line in lines if (short := " ".join(line.split()))]
 
 
+def described(drawing):
+    """Return what a picture shows in place of its PNG: words, and two numbers for each kind."""
+    if isinstance(drawing, bytes):
+        return drawing
+    figure = drawing.get_figure(root=True) or drawing
+    lines = [" ".join(w.get_text() for legend in figure.legends for w in legend.texts)]
+    for axes in figure.axes:
+        title = " ".join(axes.get_title(place) for place in ("left", "center", "right"))
+        ends = " ".join(f"{end:.4g}" for end in (*axes.get_xlim(), *axes.get_ylim()))
+        lines.append(f"{title} | {axes.get_xlabel()} | {axes.get_ylabel()} | {ends}")
+        legend = axes.get_legend()
+        words = " ".join(w.get_text() for w in (*axes.texts, *(legend.texts if legend else ())))
+        many = words if len(words) > 300 else ""
+        lines.append(f"words: {crc32(NUMBER.sub('#', many).encode()):x}" if many else words)
+        to_data = axes.transData.inverted()
+        kinds = {
+            "lines": [line.get_xydata() for line in axes.lines],
+            "patches": [to_data.transform(p.get_extents().corners()) for p in axes.patches],
+            "colours": [kind.get_array() for kind in (*axes.collections, *axes.images)],
+            "offsets": [kind.get_offsets() for kind in axes.collections],
+            "paths": [path.vertices for kind in axes.collections for path in kind.get_paths()],
+            "numbers": [[float(n.replace("−", "-")) for n in NUMBER.findall(many)]],
+        }
+        for kind, arrays in kinds.items():
+            values = [np.ravel(np.ma.filled(a, 0.0)) for a in arrays if a is not None]
+            if any(map(np.any, values)):
+                lines.append(f"{kind}: {len(values)}, {_numbers(np.concatenate(values))}")
+        looks = [
+            f"{to_hex(li.get_color())} {li.get_linestyle()}{li.get_marker()}" for li in axes.lines
+        ]
+        looks += [to_hex(patch.get_facecolor(), keep_alpha=True) for patch in axes.patches]
+        lines.append(f"looks: {' '.join(sorted(set(looks)))}" if looks else "")
+    style.close(figure)
+    return PICTURE + "\n".join(lines).encode()
+
+
+def _numbers(values):
+    """Say how large numbers are, and where the large ones stand."""
+    values = np.nan_to_num(np.ravel(values).astype(float), posinf=0.0, neginf=0.0)
+    size = np.linalg.norm(values)
+    place = 1.0 + np.cos(np.arange(values.size)) @ values / max(size, 1e-12)
+    return f"{values.size} numbers, {size:.6g}, {place:.5f}"
+
+
 def _last(path):
     return path.rpartition("/")[2]
 
 
 def _columns(table):
-    """Yield a line for each column: how large its numbers are, and where the large ones stand."""
     for name, column in table.items():
         if "[s]" in name:
             continue
@@ -72,10 +122,7 @@ def _columns(table):
             said = PASSING.sub("…", " ".join(map(str, column)))
             yield f"{name}: {column.size} words, {crc32(said.encode()):x}"
             continue
-        values = np.nan_to_num(column.to_numpy(float)) + 0.0
-        size = np.linalg.norm(values)
-        place = 1.0 + np.cos(np.arange(values.size)) @ values / max(size, 1e-12)
-        yield f"{name}: {values.size} numbers, {size:.6g}, {place:.5f}"
+        yield f"{name}: {_numbers(column.to_numpy())}"
 
 
 def _equal(one, other):

@@ -20,12 +20,12 @@ WITHOUT_PICTURES = ("compressor_unbalance", "foreign_platform", "mount_character
 
 @pytest.fixture(scope="module", autouse=True)
 def few_pictures(request):
-    """Draw every picture of a study once, and none where the tests look at numbers alone."""
+    """Describe the pictures of a study, and make none where the tests look at numbers alone."""
     name = request.module.__name__.removeprefix("test_")
     if name in WITHOUT_PICTURES:
         request.getfixturevalue("no_pictures")
     elif name not in WHOLE_PICTURES:
-        request.getfixturevalue("each_picture_once")
+        request.getfixturevalue("described_pictures")
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -16,6 +16,7 @@ from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
 from deboom.study.rebuilt import compared_run
 from deboom.study.supplier_study import supplier_study
+from pinned_pages import hold
 from resolved_truth import scaled_bench
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -67,6 +68,7 @@ def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"})
     answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
+    hold(run, "driven")
     assert "<span>--design</span> <span>best-mean</span>" in (run / "report.html").read_text()
     table = pd.read_csv(run / "driven.csv")
     assert set(table["vehicle"]) == set(cars[0].vehicles)

@@ -9,12 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from browser_samples import Browser
-from interactive_front_samples import LINES, VEHICLES, N, data_of, front
+from interactive_front_samples import VEHICLES, N, data_of, front
 
 from deboom.errors import InputError
 from deboom.physics.sound_level import a_weighting
 from deboom.report import interactive
 from deboom.report.interactive import render_interactive
+from deboom.report.report import Picture
 
 
 @pytest.fixture(scope="module")
@@ -380,8 +381,30 @@ def test_doubled_axes_and_what_is_not_finite_are_refused():
         front(axes=(axes[0], *axes))
     with pytest.raises(InputError, match="'σ' has a value that is not finite"):
         front(axes=[replace(a, today=np.inf) if a.name == "σ" else a for a in axes])
-    with pytest.raises(InputError, match="a level of the front is not finite"):
-        front(levels=np.full((N + 1, 2, len(LINES)), np.nan))
+    with pytest.raises(InputError, match="'σ' has a value that is not finite"):
+        front(axes=[replace(a, values=a.values * [np.nan, *[1] * 8]) for a in axes[-3:]])
+    for level in (np.nan, 301.0, -301.0):
+        with pytest.raises(InputError, match="a level of the front is not finite or beyond ±300"):
+            front(levels=np.array([50.0, level, 60.0]))
+
+
+def test_a_page_shows_as_many_designs_as_there_is_room_for(monkeypatch):
+    whole = front(n=200, pictures=(Picture(bytes(300), "", ""),))
+    tried = [replace(axis, values=np.resize(axis.values, 210)) for axis in whole.axes]
+    whole = replace(whole, axes=tuple(tried))
+    # 13 axes, 2 vehicles, 7 lines, 10 designs without curves; 12 bytes per number, 8/3 per level
+    program_and_picture, once = 120_000 + 400, 12 * (2 * 7 + 10 * 13)
+    each = 8 / 3 * 14 + 12 * 13 + 4 * 12
+    room = int(np.ceil(program_and_picture + once + 51 * each))
+    for size, most in ((room, 50), (room - 1, 49)):
+        monkeypatch.setattr(interactive, "MAX_BYTES", size)
+        assert len(interactive._shown(whole)) == most - 2  # both picks are among the evenly chosen
+
+
+def test_an_axis_reaches_over_its_values_and_has_a_length():
+    alone = {(2.0, 5.0): (2.0, 5.0), (-4.0,): (-4.004, -3.996), (0.0,): (-1e-6, 1e-6)}
+    for values, ends in alone.items():
+        assert interactive._reach(np.array(values), values[0]) == pytest.approx(ends, rel=1e-12)
 
 
 def test_a_front_without_room_for_a_design_is_refused():

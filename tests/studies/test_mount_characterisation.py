@@ -60,10 +60,6 @@ def test_mounts_are_found_within_a_few_percent_of_the_truth(finished, summary):
 
 def test_the_run_folder_has_every_table_of_the_study(finished):
     hold(finished, "mount_characterisation")
-    quality = pd.read_csv(finished / "quality.csv").set_index("check")
-    assert quality.index[0].startswith("conditioning of sensors")
-    assert quality.loc["geometric consistency (error)", "verdict"] == "kept"
-    assert quality.loc["reciprocity", "verdict"] == "not checked"
     transfer = pd.read_csv(finished / "force_transfer.csv")
     assert np.all(transfer["largest change over frequency [%]"] < 1.0)
 

@@ -53,21 +53,6 @@ def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run)
     assert set(motions["found with"]) == {"prescribed", "coupled"}
 
 
-def test_every_picture_behind_the_answer_has_its_table(front_run):
-    names = ("level_maps", "path_contributions", "modes", "evaluated", "convergence")
-    tables = {name: pd.read_csv(front_run / f"{name}.csv") for name in names}
-    peaks = tables["path_contributions"].groupby(["vehicle", "frequency [Hz]"])
-    np.testing.assert_allclose(peaks["share, today [%]"].sum(), 100.0)
-    assert (peaks["share, best mean [%]"].sum() < 100.0).all()
-    price = pd.read_csv(front_run / "price.csv").set_index("number")
-    modes = [f"mode {mode} [Hz]" for mode in tables["modes"]["mode"]]
-    np.testing.assert_allclose(price.loc[modes, "best mean"], tables["modes"]["best mean [Hz]"])
-    maps = tables["level_maps"].query("`load case` == 'g5_wot220' or `load case` == 'g6_wot220'")
-    change = (maps["after [dB(A)]"] - maps["before [dB(A)]"]).groupby(maps["load case"]).mean()
-    cases = pd.read_csv(front_run / "load_cases.csv").groupby("load case")["best mean [dB]"].mean()
-    np.testing.assert_allclose(change, cases[change.index])
-
-
 def test_picks_keep_what_they_promise_when_verified(front_run):
     picks = pd.read_csv(front_run / "picks.csv").set_index("design")
     today = picks.iloc[0]
@@ -77,12 +62,6 @@ def test_picks_keep_what_they_promise_when_verified(front_run):
     sigma = picks["sigma of the level [dB]"] / today["sigma of the level [dB]"]
     np.testing.assert_allclose(picks["change of sigma [%]"], 100 * (sigma - 1), atol=1e-9)
     assert picks.loc["sigma kept", "change of sigma [%]"] <= 0
-    per_vehicle = pd.read_csv(front_run / "vehicles.csv")
-    assert (per_vehicle["change [dB]"] < 0).all()
-    cases = pd.read_csv(front_run / "load_cases.csv")
-    assert len(cases) == 30
-    summary = json.loads((front_run / "summary.json").read_text())
-    assert summary["worst_load_case_change_db"] == cases["best mean [dB]"].max()
 
 
 def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):

@@ -1,6 +1,8 @@
 """Tables: units, numbers and cells are read exactly or refused by line and column."""
 
 import io
+import re
+from pathlib import Path
 
 import numpy as np
 import openpyxl
@@ -10,7 +12,7 @@ from broken_files import content, edits, refused
 
 from deboom.errors import InputError
 from deboom.files.rows import ChannelRow, MountRow, read_table, write_table
-from deboom.files.tables import parse_unit, workbook_bytes
+from deboom.files.tables import RANGES, parse_unit, workbook_bytes
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]
@@ -170,27 +172,30 @@ def test_a_bad_channel_table_is_refused_with_its_row(channels, fault, sentence):
     refused(lambda _: read_table(channels, ChannelRow), channels.parent, str(channels), sentence)
 
 
-@pytest.mark.parametrize(
-    ("label", "si", "factor"),
-    [
-        ("mm", "m", 1e-3),
-        ("µm", "m", 1e-6),
-        ("μm", "m", 1e-6),
-        ("kN", "N", 1e3),
-        ("m/s²", "m/s^2", 1.0),
-        ("m/s2", "m/s^2", 1.0),
-        ("g", "m/s^2", 9.80665),
-        ("N·m", "N m", 1.0),
-        ("Pa/N", "Pa/N", 1.0),
-        ("Pa/kN", "Pa/N", 1e-3),
-        ("mm/N", "m/N", 1e-3),
-        ("N/mm", "N/m", 1e3),
-    ],
-)
-def test_labels_of_files_reach_si(label, si, factor):
-    unit = parse_unit(label)
-    assert (unit.label, unit.si) == (label, si)
-    assert unit.factor == pytest.approx(factor, rel=1e-15)
+CONVENTIONS = (Path(__file__).parents[2] / "docs" / "conventions.md").read_text(encoding="utf-8")
+
+
+def test_labels_of_files_reach_si_as_the_conventions_say():
+    rows = re.findall(r"^\| [\w, -]+ \| (`.*`.*) \|$", CONVENTIONS, re.M)
+    assert len(rows) == 17
+    for row in rows:
+        (si, _), *others = re.findall(r"`(.*?)` ?([\d.e-]*)", row)
+        for label, factor in ((si, "1"), *others):
+            unit = parse_unit(label)
+            assert (unit.label, unit.si) == (label, si.replace("²", "^2"))
+            assert unit.factor == pytest.approx(float(factor), rel=1e-15)
+    ratio = parse_unit("mm/kN")
+    assert (ratio.si, ratio.factor) == ("m/N", pytest.approx(1e-6, rel=1e-15))
+
+
+def test_ranges_are_those_of_the_conventions():
+    rows = re.findall(r"^\| (.+?) \[(.+?)\] \| (\S+) \| (\S+) \| (\S+) \|$", CONVENTIONS, re.M)
+    assert [name for name, *_ in rows] == list(RANGES)
+    for name, shown, *limits in rows:
+        known = RANGES[name]
+        assert known.shown == shown
+        values = known.factor * np.array([*known.usual, known.largest])
+        np.testing.assert_allclose(values, np.array(limits, float), rtol=1e-12)
 
 
 @pytest.mark.parametrize("label", ["furlong", "Pa/furlong", "M", "n", "  "])
@@ -209,6 +214,8 @@ def test_a_workbook_reads_back_with_units_and_empty_cells():
     assert book["one"]["A3"].data_type == "s"
     assert (book.properties.title, book.properties.creator) == ("A title", "deboom")
     assert book["one"].freeze_panes == "A2"
+    assert book["one"]["B2"].number_format == "0.0"
+    assert book["one"].sheet_properties.pageSetUpPr.fitToPage
 
 
 @pytest.mark.parametrize("sheets", [{"a/b": 1}, {"n" * 32: 1}, {" ": 1}])

@@ -338,6 +338,13 @@ def test_units_come_from_the_label_or_from_164(newtons, edits, unit, file_unit, 
     np.testing.assert_allclose(read.values, value)
 
 
+def test_units_of_164_scale_as_length_and_force_do():
+    turning = "displacement +rx 2 2, velocity +rx 2 2, acceleration -rz 2 2, force +rx 2 0.5"
+    for case in f"{turning}, force +x 2 1, pressure scalar 2 4, mass +x 2 2".split(", "):
+        quantity, direction, *scale = case.split()
+        assert uff._unit(case, quantity, "", direction, tuple(map(float, scale))).factor == 1.0
+
+
 def make(path, edits):
     for change in edits:
         change(path) if callable(change) else edit(path, *change)

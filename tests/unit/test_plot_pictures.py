@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.plot import BodyMotion, CurvePanel, HeatMap, IntervalPanel, Intervals, LineMap, style
 from deboom.plot.correlations import coefficient
 from deboom.report.overview import RunCard, render_overview
+from pinned_pages import described, hold
 
 
 @pytest.fixture(autouse=True)
@@ -207,6 +208,14 @@ def test_a_picture_repeats_byte_by_byte_and_shows_each_of_its_parts(name):
     assert usual() == drawn[0]
     assert all(min(size(png)) > 50 for png in drawn)
     assert len(set(drawn)) == len(drawn)
+
+
+def test_pictures_show_what_they_showed(monkeypatch, tmp_path):
+    monkeypatch.setattr(style, "as_png", described)
+    for name, ways in VARIANTS.items():
+        for number, draw in enumerate(ways):
+            (tmp_path / f"{name} {number}.png").write_bytes(draw())
+    hold(tmp_path, "pictures")
 
 
 def test_what_rounds_to_zero_has_no_sign():

@@ -30,6 +30,7 @@ from deboom.measurement.modal import (
 from deboom.physics.frf import FrfForm
 from deboom.report import Report
 from deboom.study.modal_report import append_modes, body_motion
+from pinned_pages import hold
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")
 
@@ -238,7 +239,7 @@ def test_outputs_are_mount_points_and_panels_in_their_directions(part):
     assert drawn.titles[0].startswith("23.")
 
 
-def test_a_report_has_what_is_known(exact_vehicle, part, each_picture_once):
+def test_a_report_has_what_is_known(exact_vehicle, part, described_pictures, tmp_path):
     def in_report(modes, truth=None):
         report = Report("Modes")
         append_modes(report, modes, truth, "U06-1")
@@ -247,7 +248,11 @@ def test_a_report_has_what_is_known(exact_vehicle, part, each_picture_once):
     few = replace(part, n_modes=2)
     report = in_report(few)
     assert list(report.tables) == ["modes", "panel_contributions"]
-    assert "MAC with the truth [1]" not in report.tables["modes"]
+    table = report.tables["modes"]
+    assert "MAC with the truth [1]" not in table
+    spread = [100 * cluster.damping_spread for cluster in part.model.clusters[:2]]
+    assert table["spread of damping [%]"].tolist() == spread
+    hold(report.write(tmp_path).parent / "figures" / "panel_contributions.png", "modal_panels")
     bare = body_modes(replace(exact_vehicle[1], panels=None), n_modes=2)
     assert len(bare.model.outputs) == 15
     report = in_report(bare, bare.model.shapes)

@@ -327,7 +327,7 @@ def report(
 def main() -> None:
     """Draw mutants of rooms, try them, and print the survivors and the scores."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rooms", nargs="+")
+    parser.add_argument("rooms", nargs="+", help="Folders of the sources, or begins of modules.")
     parser.add_argument("--number", type=int, default=160, help="Mutants that are drawn of a room.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="Mutants whose place and change hold this text.")
@@ -336,13 +336,13 @@ def main() -> None:
     for path in SOURCES.rglob("[!_]*.py"):  # forked processes have imported the libraries
         importlib.import_module(".".join(path.relative_to(SOURCES.parent).with_suffix("").parts))
     for room in given.rooms:
-        every = [m for path in sorted((SOURCES / room).rglob("*.py")) for m in mutants_of(path)]
+        paths = [*sorted((SOURCES / room).rglob("*.py")), *sorted(SOURCES.glob(f"{room}*.py"))]
+        every = [m for path in paths for m in mutants_of(path)]
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
         begin = time.monotonic()
-        verdicts = caught(cases)
-        report(room, cases, verdicts)
+        report(room, cases, caught(cases))
         print(f"{time.monotonic() - begin:.0f} s", flush=True)
 
 

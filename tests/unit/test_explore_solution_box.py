@@ -59,13 +59,16 @@ def test_a_hard_step_is_the_limit_of_the_smooth_share():
 
 
 def test_a_variable_without_effect_gets_its_bounds_and_one_that_is_held_stays():
-    found = largest_box.largest_box(linear(), seed=1, effort=QUICK)
+    said = []
+    ask = partial(largest_box.largest_box, seed=1, effort=QUICK)
+    found = ask(linear(), progress=lambda *step: said.append(step[:2]))
+    assert said == [(number, 4) for number in (1, 2, 3, 4)]
     assert found.box.lower[2] == 0.0
     assert found.box.upper[2] == pytest.approx(2.0)
     assert found.box.lower[:2] == pytest.approx([0.0, 0.0], abs=1e-9)
     assert np.all(found.start_log_volumes > found.question.log_volume(found.box))
     held = linear(lower=np.array([0.0, 0.3, 0.0]), upper=np.array([2.0, 0.3, 2.0]))
-    box = largest_box.largest_box(held, seed=1, effort=QUICK).box
+    box = ask(held).box
     assert (box.lower[1], box.upper[1]) == (0.3, 0.3)
     assert box.width[0] > 0.1
 

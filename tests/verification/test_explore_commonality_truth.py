@@ -80,7 +80,9 @@ def test_two_clusters_of_one_part_and_one_of_the_other():
     # A: cars 1, 2 near -1 and cars 3, 4 near +1; B: the same for all
     centres = [[-1.0, 0, 0.5, 0], [-1.1, 0, 0.5, 0], [1.0, 0, 0.5, 0], [1.1, 0, 0.5, 0]]
     problem, own = problem_of(centres, 0.06)
-    found = fewest_part_numbers(problem, own)
+    said = []
+    found = fewest_part_numbers(problem, own, step=lambda *step: said.append(step[:2]))
+    assert (said[0], said[1], said[-1]) == ((0, 8), (1, 8), (8, 8))
     assert found.fewest.sharing.counts == (2, 1)
     assert found.fewest.sharing.numbers.tolist() == [[0, 0, 1, 1], [0, 0, 0, 0]]
     assert found.fewest.sharing.members(0, 1) == ("car 3", "car 4")

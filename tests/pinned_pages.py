@@ -71,7 +71,8 @@ def described(drawing):
     if isinstance(drawing, bytes):
         return drawing
     figure = drawing.get_figure(root=True) or drawing
-    lines = [" ".join(w.get_text() for legend in figure.legends for w in legend.texts)]
+    lines = ["{:g} in x {:g} in".format(*figure.get_size_inches())]
+    lines += [" ".join(w.get_text() for legend in figure.legends for w in legend.texts)]
     for axes in figure.axes:
         title = " ".join(axes.get_title(place) for place in ("left", "center", "right"))
         ends = " ".join(f"{end:.4g}" for end in (*axes.get_xlim(), *axes.get_ylim()))
@@ -87,17 +88,21 @@ def described(drawing):
             "colours": [kind.get_array() for kind in (*axes.collections, *axes.images)],
             "offsets": [kind.get_offsets() for kind in axes.collections],
             "paths": [path.vertices for kind in axes.collections for path in kind.get_paths()],
+            "ticks": [axes.get_xticks(), axes.get_yticks()],
+            "texts": [[*text.get_position(), text.get_fontsize()] for text in axes.texts],
+            "widths": [
+                *([line.get_linewidth(), line.get_markersize()] for line in axes.lines),
+                *(kind.get_linewidth() for kind in (*axes.patches, *axes.collections)),
+            ],
             "numbers": [[float(n.replace("−", "-")) for n in NUMBER.findall(many)]],
         }
         for kind, arrays in kinds.items():
             values = [np.ravel(np.ma.filled(a, 0.0)) for a in arrays if a is not None]
             if any(map(np.any, values)):
                 lines.append(f"{kind}: {len(values)}, {_numbers(np.concatenate(values))}")
-        looks = [
-            f"{to_hex(li.get_color())} {li.get_linestyle()}{li.get_marker()}" for li in axes.lines
-        ]
-        looks += [to_hex(patch.get_facecolor(), keep_alpha=True) for patch in axes.patches]
-        lines.append(f"looks: {' '.join(sorted(set(looks)))}" if looks else "")
+        looks = {f"{to_hex(k.get_color())} {k.get_linestyle()}{k.get_marker()}" for k in axes.lines}
+        looks |= {to_hex(patch.get_facecolor(), keep_alpha=True) for patch in axes.patches}
+        lines.append(" ".join(sorted(looks)))
     style.close(figure)
     return PICTURE + "\n".join(lines).encode()
 

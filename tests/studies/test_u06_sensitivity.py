@@ -57,10 +57,7 @@ def test_summary_and_tables_say_the_same(finished, summary):
 
 def test_lines(finished):
     hold(finished, "u06_sensitivity")
-    lines = pd.read_csv(finished / "sobol_lines.csv")
-    low = lines[lines["frequency [Hz]"] < 22.0]
-    assert (low["Du x [1]"] > 0.5).all()
-    assert (lines["Du y [1]"] == 0.0).all()
+    assert (pd.read_csv(finished / "sobol_lines.csv")["Du y [1]"] == 0.0).all()
 
 
 def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeypatch):

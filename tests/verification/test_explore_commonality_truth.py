@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.commonality import fewest_part_numbers, separate_sets
+from deboom.explore.commonality import _library, fewest_part_numbers, separate_sets
 from deboom.explore.sharing import Sharing, SharingProblem, own_optima, shared_design
 from deboom.explore.space import DesignSpace
 
@@ -80,6 +80,9 @@ def test_two_clusters_of_one_part_and_one_of_the_other():
     # A: cars 1, 2 near -1 and cars 3, 4 near +1; B: the same for all
     centres = [[-1.0, 0, 0.5, 0], [-1.1, 0, 0.5, 0], [1.0, 0, 0.5, 0], [1.1, 0, 0.5, 0]]
     problem, own = problem_of(centres, 0.06)
+    first, second = _library(problem, own)
+    assert (len(own.candidates), len(first), len(second)) == (4, 4, 1)
+    assert first[0].tolist() == own.designs[0, :2].tolist()
     said = []
     found = fewest_part_numbers(problem, own, step=lambda *step: said.append(step[:2]))
     assert (said[0], said[1], said[-1]) == ((0, 8), (1, 8), (8, 8))

@@ -13,8 +13,9 @@ from deboom.errors import InputError
 from deboom.files.folders import FILES, Names, new_folder
 from deboom.files.platform import Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
-from deboom.files.rows import ChannelRow, read_table
+from deboom.files.rows import ChannelRow
 from deboom.files.schema import _sections, load_toml
+from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.study.platform_model import check_platform
 

@@ -22,8 +22,7 @@ from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
-from deboom.files.campaign import read_campaign, read_time_run
-from deboom.files.campaign_run import add_operating_run
+from deboom.files.campaign import add_operating_run, read_campaign, read_time_run
 from deboom.measurement.sensors import SensorKind
 
 RUNS = (PlannedRun(5, 220.0, full_load=True), PlannedRun(5, 100.0, full_load=False, rising=False))

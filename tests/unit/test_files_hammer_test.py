@@ -12,8 +12,8 @@ from broken_files import edits, function, functions, refused
 from deboom.errors import InputError
 from deboom.files.hammer_test import HammerTestFile, read_hammer_test, write_hammer_test
 from deboom.files.rows import HammerChannel, HammerPoint, SensorRow
-from deboom.files.tables import parse_unit
 from deboom.files.uff import read_uff
+from deboom.files.units import parse_unit
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 
 RATE, N_SAMPLE, PRETRIGGER = 5120.0, 640, 0.0125

@@ -15,9 +15,9 @@ from deboom.errors import InputError
 from deboom.files import tables
 from deboom.files.disk import read_json
 from deboom.files.limits import load_parts
-from deboom.files.rows import MountRow, read_table
+from deboom.files.rows import MountRow
 from deboom.files.run_folder import find_run, readable_runs
-from deboom.files.tables import write_frame
+from deboom.files.tables import read_table, write_frame
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.mounts.library import open_library
 from deboom.study.overview import refresh_overview

@@ -10,7 +10,7 @@ from broken_files import all_of, edits, function, refused
 from broken_files import functions as rewritten
 
 from deboom.errors import InputError
-from deboom.files import rows
+from deboom.files import rows, tables
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
     DrawingSection,
@@ -142,8 +142,8 @@ def test_what_is_written_reads_back(written):
 def test_csv_sheets_one_uff_file_and_nothing_known_besides(folder):
     """In any order, with a channel against its axis and functions that nobody asked for."""
     frf, coherence = measured()
-    rows.write_table(folder / "sensors.csv", rows.PlacedSensor, SENSORS)
-    rows.write_table(folder / "impacts.csv", rows.PlacedImpact, IMPACTS)
+    tables.write_table(folder / "sensors.csv", rows.PlacedSensor, SENSORS)
+    tables.write_table(folder / "impacts.csv", rows.PlacedImpact, IMPACTS)
     everything = functions(4, frf) + functions(6, coherence)
     flipped = everything[0]
     everything[0] = replace(flipped, values=-flipped.values, response_direction="-x")

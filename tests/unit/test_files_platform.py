@@ -11,10 +11,11 @@ from broken_files import all_of, content, edited, edits, function, functions, re
 
 from deboom.errors import InputError
 from deboom.files.platform import PlatformFile, read_platform
-from deboom.files.rows import QUANTITY_UNIT, ChannelRow, MountRow, write_table
+from deboom.files.rows import QUANTITY_UNIT, ChannelRow, MountRow
 from deboom.files.schema import Several, StrictModel, dump_toml, load_toml
-from deboom.files.tables import parse_unit
+from deboom.files.tables import write_table
 from deboom.files.uff import UffFunction, write_uff
+from deboom.files.units import parse_unit
 
 LINES = 20.0 + 0.5 * np.arange(5)
 NODE = {"TSM": 11, "Du left": 21, "Du right": 22, "Du": 31}

@@ -11,8 +11,9 @@ import pytest
 from broken_files import content, edits, refused
 
 from deboom.errors import InputError
-from deboom.files.rows import ChannelRow, MountRow, read_table, write_table
-from deboom.files.tables import RANGES, parse_unit, workbook_bytes
+from deboom.files.rows import ChannelRow, MountRow
+from deboom.files.tables import read_table, workbook_bytes, write_table
+from deboom.files.units import RANGES, parse_unit
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]

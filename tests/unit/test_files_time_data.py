@@ -22,8 +22,8 @@ from deboom.errors import InputError
 from deboom.files.campaign import read_campaign, read_time_run
 from deboom.files.function_table import read_function_table
 from deboom.files.rows import CampaignChannel
-from deboom.files.tables import Unit
 from deboom.files.time_data import read_time_signals, time_functions
+from deboom.files.units import Unit
 
 RATE = 2048.0
 TIME = np.arange(64) / RATE

@@ -19,7 +19,7 @@ from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan, TimeRunPlan
 from deboom.cli import app
 from deboom.explore.search import nsga2
 from deboom.files.acceptance import read_delivered_parts
-from deboom.files.rows import read_table
+from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
 from deboom.study.runner import load_study

@@ -24,11 +24,11 @@ from deboom.bench.platform_writer import (
 from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
 from deboom.files import campaign as campaign_file
-from deboom.files import rows
+from deboom.files import rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.schema import dump_toml
-from deboom.files.tables import parse_unit
 from deboom.files.uff import AxisDriftWarning, UffFunction, write_uff
+from deboom.files.units import parse_unit
 from deboom.physics.order_tracking import rpm_of_frequency
 
 MOUNT_TABLE, SENSOR_TABLE, CHANNEL_TABLE = "mounts.csv", "sensors.csv", "channels.csv"
@@ -134,9 +134,9 @@ def _write_files(
     for time_run in file.time_runs:
         yield _write_time_run(session, time_run)
     write_powertrain_truth(folder / "truth", bench)
-    rows.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
-    rows.write_table(folder / SENSOR_TABLE, rows.SensorRow, _sensor_rows(session, sheet))
-    rows.write_table(folder / CHANNEL_TABLE, rows.CampaignChannel, _channels(bench))
+    tables.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
+    tables.write_table(folder / SENSOR_TABLE, rows.SensorRow, _sensor_rows(session, sheet))
+    tables.write_table(folder / CHANNEL_TABLE, rows.CampaignChannel, _channels(bench))
     dump_toml(folder / "campaign.toml", file)
     plan, (first, last) = session.plan, session.plan.frequency[[0, -1]]
     shares = ", ".join(f"{100 * share:.0f}" for share in layout.CELL_SHARES)

@@ -14,7 +14,7 @@ from deboom.bench import compressor_rig as rig
 from deboom.bench import compressor_truth, writing
 from deboom.bench.powertrain import AXES, read_data
 from deboom.choices import CalibrationLevel
-from deboom.files import operating_test, rows
+from deboom.files import operating_test, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.hammer_test import HammerTestFile, write_hammer_test
 from deboom.files.inertance_test import (
@@ -25,8 +25,8 @@ from deboom.files.inertance_test import (
     ToleranceSection,
 )
 from deboom.files.schema import dump_toml
-from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
+from deboom.files.units import parse_unit
 
 TACHO_NODE = 1
 
@@ -392,7 +392,7 @@ def write_operation(
     """
     sheet = running_lab.laboratory.placed.sheet
     nodes = operating_test.SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
-    rows.write_table(folder / SENSORS, rows.PlacedSensor, nodes.sensors)
+    tables.write_table(folder / SENSORS, rows.PlacedSensor, nodes.sensors)
     (folder / SWEEPS).mkdir()
     sections = []
     for sweep, parts in zip(sweeps, channels, strict=True):

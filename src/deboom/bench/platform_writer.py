@@ -12,11 +12,11 @@ from deboom.bench import layout, sensors, writing
 from deboom.bench.fleet import FROZEN_SEED, BenchFleet, ear_transfer, load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench
-from deboom.files import platform, rows
+from deboom.files import platform, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.schema import dump_toml
-from deboom.files.tables import parse_unit
 from deboom.files.uff import UffFunction, write_uff
+from deboom.files.units import parse_unit
 
 NAME = "u06_f39_f45"
 TITLE = "Compact platform, three bodies"
@@ -205,8 +205,8 @@ def _write_files(
         noise_transfer=np.array(list(transfers.values())),
     )
     write_powertrain_truth(folder / "truth", bench)
-    rows.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
-    rows.write_table(folder / CHANNEL_TABLE, rows.ChannelRow, _channel_rows(bench, listed))
+    tables.write_table(folder / MOUNT_TABLE, rows.MountRow, mount_rows(bench, sheet))
+    tables.write_table(folder / CHANNEL_TABLE, rows.ChannelRow, _channel_rows(bench, listed))
     origin = "the frozen fleet" if seed == FROZEN_SEED else "a fleet drawn from the prior"
     first, last = layout.FREQUENCY[[0, -1]]
     writing.write_readme(

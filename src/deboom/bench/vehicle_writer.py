@@ -56,10 +56,11 @@ from deboom.bench.vehicle_acquisition import (
 )
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow, write_table
+from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow
 from deboom.files.schema import dump_toml
-from deboom.files.tables import parse_unit
+from deboom.files.tables import write_table
 from deboom.files.uff import write_uff
+from deboom.files.units import parse_unit
 from deboom.files.vehicle import (
     VEHICLE_FILE,
     EarEntry,

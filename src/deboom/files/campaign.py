@@ -1,17 +1,17 @@
-"""A campaign folder, read and checked: raw channels of many runs on one bench, in SI."""
+"""A campaign folder, read and checked: raw channels of many runs on one bench, in SI; new runs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
 import numpy as np
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
-from deboom.files.function_table import TIME_SIGNAL, FunctionMatrix
+from deboom.files.function_table import IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
 from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
@@ -20,7 +20,6 @@ from deboom.files.rows import (
     MountRow,
     SensorRow,
     read_curve,
-    read_table,
     sensor_of,
 )
 from deboom.files.schema import (
@@ -33,13 +32,16 @@ from deboom.files.schema import (
     RelativePath,
     Several,
     StrictModel,
+    append_toml,
     beyond_gears,
     doubled,
     load_toml,
     refuse_all,
     values_of,
 )
+from deboom.files.tables import read_table
 from deboom.files.time_data import time_functions
+from deboom.files.uff import UffFunction, write_uff
 from deboom.measurement.campaign import (
     AXES,
     Campaign,
@@ -48,9 +50,10 @@ from deboom.measurement.campaign import (
     StaticCurve,
     TimeRun,
 )
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.mounts.mount import Mount
+from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
 
 
@@ -175,27 +178,20 @@ _UNIQUE = (
 """Sections, the verb of the sentence, and the keys that no other entry of the section repeats."""
 
 
-def of_quantity(channels: Sequence[CampaignChannel], quantity: str) -> tuple[CampaignChannel, ...]:
-    """Return the channels of one quantity, in the order of the table."""
-    return tuple(channel for channel in channels if channel.quantity == quantity)
+Channels = Mapping[str, tuple[Dof, ...]]
+"""Quantity, a key of `CAMPAIGN_QUANTITIES` → DoF of its channels, in the order of the table."""
 
 
-def names_of(channels: Sequence[CampaignChannel], quantity: str) -> tuple[str, ...]:
-    """Return the names of the channels of one quantity."""
-    return tuple(channel.channel for channel in of_quantity(channels, quantity))
+def _by_quantity(rows: Sequence[CampaignChannel]) -> Channels:
+    return {
+        quantity: tuple(row.dof for row in rows if row.quantity == quantity)
+        for quantity in CAMPAIGN_QUANTITIES
+    }
 
 
-def _spectrum(file: FunctionMatrix, channels: Sequence[CampaignChannel], quantity: str) -> Spectrum:
-    """Complex channels of one quantity along the positive axes."""
-    dofs = [channel.dof for channel in of_quantity(channels, quantity)]
-    return file.spectrum(dofs, *CAMPAIGN_QUANTITIES[quantity])
-
-
-def _real(file: FunctionMatrix, channels: Sequence[CampaignChannel], quantity: str) -> RealArray:
-    """Real channels of one quantity, shape (n_line, n_channel); there may be none."""
-    ordinate, unit = CAMPAIGN_QUANTITIES[quantity]
-    dofs = [channel.dof for channel in of_quantity(channels, quantity)]
-    return file.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
+def names_of(dofs: Sequence[Dof]) -> tuple[str, ...]:
+    """Return the names of channels."""
+    return tuple(dof.name for dof in dofs)
 
 
 def _facts(entry: RunEntry, engine: Engine) -> dict[str, Any]:
@@ -208,19 +204,16 @@ def _facts(entry: RunEntry, engine: Engine) -> dict[str, Any]:
     }
 
 
-def read_operating_run(
-    folder: Path,
-    entry: RunEntry,
-    campaign: CampaignFile,
-    channels: Sequence[CampaignChannel],
-    switched_off: Sequence[str],
+def _operating_run(
+    folder: Path, entry: RunEntry, engine: Engine, channels: Channels, switched_off: Sequence[str]
 ) -> OperatingRun:
     """Read one operating run."""
     file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", SPECTRA)
-    order = campaign.engine.dominant_order
-    file.check_order(order, "correct it, or the dominant_order of the engine")
-    file.check_speed(_real(file, channels, "engine speed")[:, 0], order)
-    acceleration = _spectrum(file, channels, "acceleration")
+    of = CAMPAIGN_QUANTITIES
+    file.check_order(engine.dominant_order, "correct it, or the dominant_order of the engine")
+    speed = file.real(channels["engine speed"], *of["engine speed"])[:, 0]
+    file.check_speed(speed, engine.dominant_order)
+    acceleration = file.spectrum(channels["acceleration"], *of["acceleration"])
     for name, column in zip(acceleration.channels, acceleration.values.T, strict=True):
         if name not in switched_off and not np.any(column):
             raise file.error(
@@ -228,16 +221,16 @@ def read_operating_run(
                 "measure again"
             )
     return OperatingRun(
-        **_facts(entry, campaign.engine),
-        engine_torque=_real(file, channels, "engine torque")[:, 0],
+        **_facts(entry, engine),
+        engine_torque=file.real(channels["engine torque"], *of["engine torque"])[:, 0],
         acceleration=acceleration,
-        cell_force=_spectrum(file, channels, "cell force"),
-        static_force=_real(file, channels, "static force"),
-        static_force_names=names_of(channels, "static force"),
+        cell_force=file.spectrum(channels["cell force"], *of["cell force"]),
+        static_force=file.real(channels["static force"], *of["static force"]),
+        static_force_names=names_of(channels["static force"]),
     )
 
 
-def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChannel]) -> ShakerRun:
+def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[Dof]) -> ShakerRun:
     pushed = " ".join(filter(None, (entry.mount, entry.piece, entry.axis)))
     file = FunctionMatrix(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", (FRF,))
     references = {(f.reference_direction, f.denominator) for f in file.functions}
@@ -247,7 +240,7 @@ def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[CampaignChanne
                 f"its reference is {denominator} along '{direction}', expected one force along "
                 f"'{entry.axis}': the file or the axis may be swapped"
             )
-    force = file.spectrum([cell.dof for cell in cells], "force", "N/N")
+    force = file.spectrum(cells, "force", "N/N")
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
     response = Frf(file.axis, sign * force.values[:, :, None], force.channels, (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
@@ -306,7 +299,7 @@ def _channel_faults(
     path: Path,
     campaign: CampaignFile,
     sensors: Sequence[Sensor],
-    channels: Sequence[CampaignChannel],
+    channels: Channels,
     switched_off: Sequence[str],
 ) -> Iterator[str]:
     """Every channel belongs to something, and none is missing."""
@@ -322,7 +315,7 @@ def _channel_faults(
         ("cell force", by_kind[SensorKind.FORCE_CELL], "force cell of the position sheet"),
         ("static force", directions, "mount, piece and axis"),
     ):
-        listed = names_of(channels, quantity)
+        listed = names_of(channels[quantity])
         for name in listed:
             if name not in expected:
                 yield f"{path}: {quantity} channel '{name}' fits no {belongs}: correct its name"
@@ -337,7 +330,7 @@ def _channel_faults(
         ("engine speed", campaign.runs, "no phase: export the tacho"),
         ("tacho", campaign.time_runs, "no order"),
     ):
-        count = len(names_of(channels, quantity))
+        count = len(channels[quantity])
         if runs and count != 1:
             yield (
                 f"{path}: {count} channels of quantity '{quantity}', expected one: a run without "
@@ -369,7 +362,8 @@ class _Tables:
     file: CampaignFile
     mounts: tuple[Mount, ...]
     sensors: tuple[Sensor, ...]
-    channels: tuple[CampaignChannel, ...]
+    rows: tuple[CampaignChannel, ...]
+    channels: Channels
     switched_off: tuple[str, ...]
 
     @property
@@ -377,7 +371,7 @@ class _Tables:
         tables = (self.file.mount_table, self.file.sensor_table, self.file.channel_table)
         return [self.folder / CAMPAIGN_FILE, *(self.folder / name for name in tables)]
 
-    def cells_below(self, entry: ShakerEntry) -> tuple[CampaignChannel, ...]:
+    def cells_below(self, entry: ShakerEntry) -> tuple[Dof, ...]:
         """Channels of the force cells below the virtual point that is pushed."""
         names = [
             name
@@ -386,7 +380,7 @@ class _Tables:
             and (sensor.mount, sensor.piece) == (entry.mount, entry.piece)
             for name in sensor.channels
         ]
-        return tuple(c for c in of_quantity(self.channels, "cell force") if c.channel in names)
+        return tuple(dof for dof in self.channels["cell force"] if dof.name in names)
 
 
 def read_campaign(
@@ -420,7 +414,7 @@ def read_campaign(
     ('M1', 'M2')
     """
     tables = _read_tables(Path(folder), switched_off)
-    file, path = tables.file, tables.folder / CAMPAIGN_FILE
+    folder, file, path = tables.folder, tables.file, tables.folder / CAMPAIGN_FILE
     sets = tuple(dict.fromkeys(run.mount_set for run in file.runs))
     if not sets:
         raise InputError(f"{path}: no [[runs]]: add at least one")
@@ -430,7 +424,6 @@ def read_campaign(
         raise InputError(
             f"{path}: there is no mount set '{', '.join(unknown)}', use {', '.join(sets)}"
         )
-    refuse_all(_direction_faults(path, file.shaker_runs))
     runs = [entry for entry in file.runs if entry.mount_set in wanted]
     curves = [entry for entry in file.static_curves if entry.mount_set in wanted]
     read = [run.file for run in runs]
@@ -444,19 +437,18 @@ def read_campaign(
         switched_off=tables.switched_off,
         mount_sets=wanted,
         runs=tuple(
-            read_operating_run(tables.folder, entry, file, tables.channels, tables.switched_off)
+            _operating_run(folder, entry, file.engine, tables.channels, tables.switched_off)
             for entry in runs
         ),
         shaker_runs=tuple(
-            _shaker_run(tables.folder, entry, tables.cells_below(entry))
-            for entry in file.shaker_runs
+            _shaker_run(folder, entry, tables.cells_below(entry)) for entry in file.shaker_runs
         ),
         static_curves=tuple(
             StaticCurve(
                 entry.mount,
                 entry.axis,
                 entry.mount_set,
-                *read_curve(tables.folder / entry.file),
+                *read_curve(folder / entry.file),
                 entry.force_uncertainty,
             )
             for entry in curves
@@ -468,7 +460,7 @@ def read_campaign(
         total_ratios=file.engine.total_ratios,
         order=file.engine.dominant_order,
         tolerances=Tolerances(**values_of(file.tolerances)),
-        input_files=(*tables.paths, *(tables.folder / name for name in read)),
+        input_files=(*tables.paths, *(folder / name for name in read)),
     )
 
 
@@ -508,36 +500,155 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         )
     entry = entries[name]
     path = tables.folder / entry.file
-    recorded = [row for row in tables.channels if row.quantity != "engine speed"]
+    recorded = [row for row in tables.rows if row.quantity != "engine speed"]
     functions = time_functions(path, recorded)
     file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), functions)
-    time, channels = file.axis, tables.channels
+    time, channels, of = file.axis, tables.channels, CAMPAIGN_QUANTITIES
     return TimeRun(
         **_facts(entry, tables.file.engine),
         sample_rate=(time.size - 1) / float(time[-1] - time[0]),
-        tacho=_real(file, channels, "tacho")[:, 0],
+        tacho=file.real(channels["tacho"], *of["tacho"])[:, 0],
         pulses_per_revolution=entry.pulses_per_revolution,
-        engine_torque=_real(file, channels, "engine torque")[:, 0],
-        acceleration=_real(file, channels, "acceleration"),
-        acceleration_channels=names_of(channels, "acceleration"),
-        cell_force=_real(file, channels, "cell force"),
-        cell_force_channels=names_of(channels, "cell force"),
-        static_force=_real(file, channels, "static force"),
-        static_force_names=names_of(channels, "static force"),
+        engine_torque=file.real(channels["engine torque"], *of["engine torque"])[:, 0],
+        acceleration=file.real(channels["acceleration"], *of["acceleration"]),
+        acceleration_channels=names_of(channels["acceleration"]),
+        cell_force=file.real(channels["cell force"], *of["cell force"]),
+        cell_force_channels=names_of(channels["cell force"]),
+        static_force=file.real(channels["static force"], *of["static force"]),
+        static_force_names=names_of(channels["static force"]),
     )
 
 
 def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     file = load_toml(folder / CAMPAIGN_FILE, CampaignFile)
     off = tuple(dict.fromkeys((*file.switched_off, *switched_off)))
-    sheet, table = folder / file.sensor_table, folder / file.channel_table
+    sheet, table, positions = (
+        folder / name for name in (file.sensor_table, file.channel_table, file.mount_table)
+    )
     sensors = tuple(map(sensor_of, read_table(sheet, SensorRow)))
-    channels = read_table(table, CampaignChannel)
-    refuse_all(_sensor_faults(sheet, file, sensors, off))
-    refuse_all(_channel_faults(table, file, sensors, channels, off))
-    positions = folder / file.mount_table
-    rows = read_table(positions, MountRow)
-    mounts = mounts_of(folder / CAMPAIGN_FILE, file.mounts, positions, rows)
+    rows = read_table(table, CampaignChannel)
+    places = read_table(positions, MountRow)
+    mounts = mounts_of(folder / CAMPAIGN_FILE, file.mounts, positions, places)
     # on the bench, the body of a mount is the one of its platform
     mounts = tuple(replace(mount, body_mass=None, body_mass_tolerance=0.0) for mount in mounts)
-    return _Tables(folder, file, mounts, sensors, channels, off)
+    channels = _by_quantity(rows)
+    refuse_all(
+        [
+            *_sensor_faults(sheet, file, sensors, off),
+            *_channel_faults(table, file, sensors, channels, off),
+            *_direction_faults(folder / CAMPAIGN_FILE, file.shaker_runs),
+        ]
+    )
+    return _Tables(folder, file, mounts, sensors, rows, channels, off)
+
+
+ORDER_SPECTRUM = 0
+"""UFF function type; the order stands in the first ID line."""
+
+ID_LINE = 80
+"""Characters of an ID line."""
+
+
+def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
+    """Return where the file of a new operating run goes.
+
+    - `folder`: of the campaign.
+    - `mount_set`, `name`: of the run.
+    - raises InputError: the run is there already, or a file in its place; a name with a blank or a
+      slash.
+    """
+    path = Path(folder) / CAMPAIGN_FILE
+    file = load_toml(path, CampaignFile)
+    if not name or any(c.isspace() or c in '/\\:*?"<>|' for c in name) or name.startswith("."):
+        raise InputError(f"'{name}' is no name of a run: use letters, digits, _ and -")
+    if (mount_set, name) in [(run.mount_set, run.name) for run in file.runs]:
+        raise InputError(
+            f"{path}: run '{name}' of mount set {mount_set} is there already: choose another name"
+        )
+    place = path.parent / _relative(mount_set, name)
+    if place.exists():
+        raise InputError(
+            f"{place} is there already, though no run of {CAMPAIGN_FILE} has it: move it away, or "
+            "choose another name"
+        )
+    return place
+
+
+def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()) -> Path:
+    """Add an operating run to a campaign, in SI; the campaign has all of it or stays as it was.
+
+    - `folder`: of the campaign.
+    - `run`: with the channels of the campaign's channel table.
+    - `notes`: up to two lines on where it comes from, for the ID lines of the file; they are cut at
+      80 characters.
+    - returns: the file of its spectra.
+    - raises InputError: as `new_run_file`; a channel of the table that the run does not have; a
+      table without engine speed; files that cannot be written.
+    """
+    place = new_run_file(folder, run.mount_set, run.name)
+    path = Path(folder) / CAMPAIGN_FILE
+    file = load_toml(path, CampaignFile)
+    table = path.parent / file.channel_table
+    channels = _by_quantity(read_table(table, CampaignChannel))
+    entry = RunEntry(
+        name=run.name,
+        mount_set=run.mount_set,
+        gear=run.gear,
+        full_load=run.full_load,
+        torque_nm=run.torque_limit,
+        rising=run.rising,
+        file=_relative(run.mount_set, run.name),
+    )
+    try:
+        place.parent.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"{place.parent} cannot be made ({error.strerror or error})") from None
+    functions = _functions(table, channels, run, notes)
+    write_uff(place, functions, binary=True)
+    try:
+        # the campaign must be able to read it
+        _operating_run(path.parent, entry, file.engine, channels, file.switched_off)
+        append_toml(path, file, "runs", entry)
+    except BaseException:
+        place.unlink(missing_ok=True)
+        raise
+    return place
+
+
+def _relative(mount_set: str, name: str) -> str:
+    return f"runs/{mount_set}/{name}.uff"
+
+
+def _functions(
+    table: Path, channels: Channels, run: OperatingRun, notes: Sequence[str]
+) -> list[UffFunction]:
+    if len(channels["engine speed"]) != 1:
+        raise InputError(
+            f"{table}: an operating run needs one channel of quantity 'engine speed': add its row "
+            "with a node of its own, direction scalar and unit rpm"
+        )
+    speed = rpm_of_frequency(run.frequency, run.order)
+    by_quantity: dict[str, dict[str, RealArray | ComplexArray]] = {
+        "acceleration": dict(
+            zip(run.acceleration.channels, run.acceleration.values.T, strict=True)
+        ),
+        "cell force": dict(zip(run.cell_force.channels, run.cell_force.values.T, strict=True)),
+        "static force": dict(zip(run.static_force_names, run.static_force.T, strict=True)),
+        "engine torque": dict.fromkeys(names_of(channels["engine torque"]), run.engine_torque),
+        "engine speed": dict.fromkeys(names_of(channels["engine speed"]), speed),
+    }
+    title = f"{run.name}, mount set {run.mount_set}"
+    lines = [f"order {run.order:g}", title, *[*notes, "", ""][:2], IN_SI]
+    id_lines = tuple(line[:ID_LINE] for line in lines)
+    functions = []
+    for quantity, values in by_quantity.items():
+        for dof in channels[quantity]:
+            if dof.name not in values:
+                raise InputError(
+                    f"run {run.name} has no {quantity} '{dof.name}', which {table} asks for"
+                )
+            of = CAMPAIGN_QUANTITIES[quantity]
+            functions.append(
+                dof.function(run.frequency, values[dof.name], ORDER_SPECTRUM, *of, id_lines)
+            )
+    return functions

@@ -15,7 +15,8 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.explore.doe import SAME, Doe
 from deboom.explore.space import DesignSpace
-from deboom.files.tables import Unit, parse_unit, read_rows
+from deboom.files.tables import read_rows
+from deboom.files.units import Unit, parse_unit
 
 _RESERVED = ("doe", "design", "plan", "failure")
 

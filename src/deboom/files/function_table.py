@@ -23,16 +23,9 @@ from deboom.choices import FunctionFiles
 from deboom.errors import InputError, naming
 from deboom.files.disk import library, read_bytes
 from deboom.files.schema import noting, refuse_all, telling
-from deboom.files.tables import (
-    RANGES,
-    Unit,
-    name_and_unit,
-    number_in,
-    parse_unit,
-    read_columns,
-    refuse_beyond,
-)
+from deboom.files.tables import name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
+from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
@@ -216,6 +209,10 @@ class FunctionMatrix:
         """Return the spectra of all DoF, see `values`."""
         values = self.values(dofs, ordinate=ordinate, unit=unit)[:, :, 0]
         return Spectrum(self.axis, values, tuple(dof.name for dof in dofs), unit)
+
+    def real(self, dofs: Sequence[Dof], ordinate: str, unit: str) -> RealArray:
+        """Return the real functions of all DoF, (n_line, n_dof), see `values`; may be none."""
+        return self.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
 
     def function(
         self, response: Dof, reference: Dof, *, ordinate: str, unit: str, is_complex: bool = True

@@ -22,11 +22,9 @@ from deboom.files.rows import (
     HammerPoint,
     SensorRow,
     impact_of,
-    read_table,
     sensor_of,
     struck,
     uff_direction,
-    write_table,
 )
 from deboom.files.schema import (
     NotNegative,
@@ -38,6 +36,7 @@ from deboom.files.schema import (
     noting,
     telling,
 )
+from deboom.files.tables import read_table, write_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.measurement.impact_test import HammerMeasurement, HammerTest
 from deboom.measurement.sensors import Sensor

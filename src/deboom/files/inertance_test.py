@@ -14,14 +14,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
-from deboom.files.rows import (
-    PlacedImpact,
-    PlacedSensor,
-    impact_of,
-    read_table,
-    sensor_of,
-    struck,
-)
+from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
     Matrix3,
     Number,
@@ -36,6 +29,7 @@ from deboom.files.schema import (
     refuse_all,
     values_of,
 )
+from deboom.files.tables import read_table
 from deboom.files.uff import read_uff
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import (

@@ -25,15 +25,7 @@ from deboom.files.function_table import (
     read_function_table,
     same_lines,
 )
-from deboom.files.rows import (
-    NOISE_TRANSFER,
-    QUANTITY_UNIT,
-    ChannelRow,
-    MountRow,
-    read_table,
-    read_torque_table,
-    table_columns,
-)
+from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, read_torque_table
 from deboom.files.schema import (
     AtLeastOne,
     Axis,
@@ -53,7 +45,7 @@ from deboom.files.schema import (
     noting,
     telling,
 )
-from deboom.files.tables import read_rows
+from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import AXES, Mount

@@ -1,240 +1,40 @@
-"""Rows of tables: a dataclass states columns and units, one reader and one writer serve all."""
+"""Rows of tables that studies share: mounts, sensors, impacts, panels, channels and curves."""
 
 from __future__ import annotations
 
-import io
 import math
-import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, TypeVar, get_type_hints
-from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import replace_bytes
 from deboom.files.function_table import Dof, first_difference, same_lines
-from deboom.files.schema import Note, noting, telling
 from deboom.files.tables import (
-    Row,
-    Unit,
-    parse_unit,
+    InUnitOfRow,
+    MayBeEmpty,
+    Numbers,
+    TableRow,
     read_rows,
-    refuse_beyond,
-    refuse_second,
     write_frame,
+    write_sheets,
 )
 from deboom.files.uff import DIRECTIONS
+from deboom.files.units import Unit, refuse_beyond
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
 from deboom.physics.rigid_body import rotation_matrix
 
 _AXES = ("x", "y", "z")
-_WRONG = object()
-"""Stands for a cell that has been told to be wrong."""
-_ANY_TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
-
 Vector = tuple[float, float, float]
-
-
-class _MayBeEmpty:
-    """Mark of a text that may be empty."""
-
-
-class InUnitOfRow:
-    """Mark of a number in the unit of its row; empty is infinite."""
-
-
-@dataclass(frozen=True)
-class _Numbers:
-    """Columns of one number or vector; with a unit, they carry it in their header."""
-
-    names: tuple[str, ...]
-    si: str = ""
-    written: str = ""
-
-    @property
-    def labels(self) -> list[str]:
-        unit = self.written or self.si
-        return [f"{name} [{unit}]" if unit else name for name in self.names]
-
-    def scaled(self, values: Sequence[float]) -> list[float]:
-        """Values in the unit that is written, without the digits that the scaling made."""
-        if not self.written:
-            return list(values)
-        factor = 180.0 / math.pi if self.written == "deg" else 1.0 / parse_unit(self.written).factor
-        rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
-        return rounded
-
-
-class TableRow:
-    """Row of a table: a frozen dataclass whose fields are its columns, in the order written.
-
-    A ``str`` is a text, an ``int`` a whole number from 1, a `Unit` the label of a unit.
-    """
-
-    sheet: ClassVar[str | None] = None
-    """Sheet of an Excel file; None is the first."""
-    unique: ClassVar[tuple[str, ...]] = ()
-    """What no other row may repeat, in words with the row's entries."""
-
-    def _check(self) -> None:
-        """Refuse what does not fit together in this row."""
-
-
-_Row = TypeVar("_Row", bound=TableRow)
-
-
-def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
-    """Read a table of rows of one kind, in SI.
-
-    - `path`: CSV or xlsx; its columns may stand in any order.
-    - `kind`: states the columns.
-    - `note`: gets every fault; without, they are raised as one error. A number at fault is nan, a
-      row with another fault is left out.
-    - raises InputError: the file is missing or no table; a column is missing, unknown or without
-      its unit; an entry is empty or no finite number; a row does not fit together, or repeats
-      another.
-    """
-    columns = _columns(kind)
-    plain, with_unit = _headers(columns)
-    read: list[_Row] = []
-    with telling(note) as tell:
-        rows = read_rows(path, plain, with_unit, kind.sheet, tell)
-        seen: dict[str, int] = {}
-        for row in rows:
-            values = {field: _value(row, field, columns[field], tell) for field in columns}
-            if _WRONG in values.values():
-                continue
-            with noting(tell):
-                item = kind(**values)
-                with naming(f"{row.path} line {row.line}"):
-                    item._check()
-                for words in item.unique:
-                    refuse_second(seen, words.format(item), row)
-                read.append(item)
-    return tuple(read)
-
-
-def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
-    """Write the table that `read_table` reads, as CSV or Excel by the suffix of `path`."""
-    if path.suffix.lower() == ".xlsx":
-        _write_sheets(path, {kind: rows})
-    else:
-        write_frame(path, _frame(kind, rows))
-
-
-def write_positions(
-    path: Path, sensors: Sequence[PlacedSensor], impacts: Sequence[PlacedImpact]
-) -> None:
-    """Write both position sheets into one Excel file, in mm and degrees."""
-    _write_sheets(path, {PlacedSensor: sensors, PlacedImpact: impacts})
-
-
-def _write_sheets(path: Path, tables: Mapping[type[Any], Sequence[Any]]) -> None:
-    """Write one Excel file that carries no time of writing."""
-    book, fixed = io.BytesIO(), io.BytesIO()
-    with pd.ExcelWriter(book) as writer:
-        for kind, rows in tables.items():
-            _frame(kind, rows).to_excel(writer, sheet_name=kind.sheet or "Sheet1", index=False)
-    with ZipFile(book) as timed, ZipFile(fixed, "w", ZIP_DEFLATED) as out:
-        for name in timed.namelist():
-            content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", timed.read(name))
-            out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
-    replace_bytes(path, fixed.getvalue())
-
-
-def table_columns(kind: type[TableRow]) -> tuple[list[str], dict[str, str]]:
-    """Return the columns without a unit, and the SI units of the others, as `read_rows` asks."""
-    return _headers(_columns(kind))
-
-
-def _columns(kind: type[TableRow]) -> dict[str, Any]:
-    """Fields of a row, each with its mark, or else its type."""
-    hints = get_type_hints(kind, include_extras=True)
-    return {
-        field.name: getattr(hints[field.name], "__metadata__", (hints[field.name],))[0]
-        for field in fields(kind)  # type: ignore[arg-type]
-    }
-
-
-def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
-    plain: list[str] = []
-    with_unit: dict[str, str] = {}
-    for field, column in columns.items():
-        names = column.names if isinstance(column, _Numbers) else (field,)
-        if isinstance(column, _Numbers) and column.si:
-            with_unit |= dict.fromkeys(names, column.si)
-        else:
-            plain += names
-    return plain, with_unit
-
-
-def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
-    """One field of a row; a fault of it is told."""
-    if isinstance(column, _Numbers):
-        numbers = [math.nan] * len(column.names)
-        for place, name in enumerate(column.names):
-            with noting(tell):
-                numbers[place] = row.number(name)
-        if column.si == "m":
-            with noting(tell), naming(f"{row.path} line {row.line}"):
-                refuse_beyond("position", np.nan_to_num(numbers))
-        return tuple(numbers) if len(numbers) > 1 else numbers[0]
-    try:
-        if column is int:
-            return row.node(field)
-        if column is Unit:
-            return _unit(row, field)
-        if column is InUnitOfRow:
-            return row.number(field) * _unit(row, "unit").factor if row.cells[field] else math.inf
-        return row.cells[field] if column is _MayBeEmpty else row.filled(field)
-    except InputError as error:
-        tell(error)
-        return _WRONG
-
-
-def _unit(row: Row, column: str) -> Unit:
-    try:
-        return parse_unit(row.cells[column])
-    except InputError as error:
-        item = " ".join(filter(None, (row.cells.get("quantity"), f"'{row.cells['channel']}'")))
-        raise row.error(f"{item}: {error}") from None
-
-
-def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
-    """Table of rows in the units that are written."""
-    columns = _columns(kind)
-    pairs = columns.items()
-    labels = [
-        label
-        for field, column in pairs
-        for label in (column.labels if isinstance(column, _Numbers) else [field])
-    ]
-    cells = [[cell for pair in pairs for cell in _cells(row, *pair)] for row in rows]
-    return pd.DataFrame(cells, columns=labels)
-
-
-def _cells(row: Any, field: str, column: Any) -> list[Any]:
-    """Cells that one field of a row fills."""
-    value = getattr(row, field)
-    if isinstance(column, _Numbers):
-        return column.scaled(value if len(column.names) > 1 else (value,))
-    if column is Unit:
-        return [value.label]
-    if column is InUnitOfRow:
-        return ["" if math.isinf(value) else repr(value / row.unit.factor)]
-    return [value]
-
-
-Blank = Annotated[str, _MayBeEmpty]
-_Place = Annotated[Vector, _Numbers(_AXES, "m")]
-_PlaceInMillimetres = Annotated[Vector, _Numbers(_AXES, "m", written="mm")]
-_Angles = Annotated[Vector, _Numbers(("rx", "ry", "rz"), "rad", written="deg")]
-_Direction = Annotated[Vector, _Numbers(("dx", "dy", "dz"))]
+Blank = Annotated[str, MayBeEmpty]
+_Place = Annotated[Vector, Numbers(_AXES, "m")]
+_PlaceInMillimetres = Annotated[Vector, Numbers(_AXES, "m", written="mm")]
+_Angles = Annotated[Vector, Numbers(("rx", "ry", "rz"), "rad", written="deg")]
+_Direction = Annotated[Vector, Numbers(("dx", "dy", "dz"))]
 
 
 @dataclass(frozen=True)
@@ -446,9 +246,9 @@ class PanelRow(TableRow):
     unique = ("panel '{0.panel}'", "node {0.node}")
     panel: str
     node: int
-    normal: Annotated[Vector, _Numbers(("nx", "ny", "nz"))]
+    normal: Annotated[Vector, Numbers(("nx", "ny", "nz"))]
     position: _Place
-    area: Annotated[float, _Numbers(("area",), "m^2")]
+    area: Annotated[float, Numbers(("area",), "m^2")]
 
     def _check(self) -> None:
         if abs(np.linalg.norm(self.normal) - 1) > 1e-3:
@@ -631,6 +431,13 @@ class ChannelRow(_Channel):
 
 def _sign(direction: str) -> float:
     return -1.0 if direction.startswith("-") else 1.0
+
+
+def write_positions(
+    path: Path, sensors: Sequence[PlacedSensor], impacts: Sequence[PlacedImpact]
+) -> None:
+    """Write both position sheets into one Excel file, in mm and degrees."""
+    write_sheets(path, {PlacedSensor: sensors, PlacedImpact: impacts})
 
 
 def read_curve(path: Path) -> tuple[RealArray, RealArray]:

@@ -1,4 +1,4 @@
-"""Tables of text cells from CSV and Excel files: columns, units."""
+"""Tables of CSV and Excel files: a dataclass states the columns, one reader serves them all."""
 
 from __future__ import annotations
 
@@ -9,13 +9,12 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
-from zipfile import ZipFile
+from typing import Any, ClassVar, TypeVar, get_type_hints
+from zipfile import ZIP_DEFLATED, ZipFile, ZipInfo
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 from openpyxl import Workbook, load_workbook
 from openpyxl.cell import WriteOnlyCell
@@ -24,133 +23,10 @@ from openpyxl.utils import get_column_letter
 from openpyxl.worksheet.properties import PageSetupProperties
 
 from deboom.errors import InputError, naming
-from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_text
+from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_bytes, replace_text
 from deboom.files.schema import Note, noting, telling
+from deboom.files.units import Unit, parse_unit, refuse_beyond
 from deboom.tabled import csv_text, unescaped
-
-_TO_SI: dict[str, tuple[str, float]] = {
-    "1": ("1", 1.0),
-    "%": ("1", 1e-2),
-    "m": ("m", 1.0),
-    "mm": ("m", 1e-3),
-    "um": ("m", 1e-6),
-    "m^2": ("m^2", 1.0),
-    "cm^2": ("m^2", 1e-4),
-    "m/s": ("m/s", 1.0),
-    "mm/s": ("m/s", 1e-3),
-    "m/s^2": ("m/s^2", 1.0),
-    "m/s2": ("m/s^2", 1.0),
-    "mm/s^2": ("m/s^2", 1e-3),
-    "g": ("m/s^2", 9.80665),
-    "rad": ("rad", 1.0),
-    "rad/s": ("rad/s", 1.0),
-    "rad/s^2": ("rad/s^2", 1.0),
-    "N": ("N", 1.0),
-    "kN": ("N", 1e3),
-    "N m": ("N m", 1.0),
-    "Nm": ("N m", 1.0),
-    "N/m": ("N/m", 1.0),
-    "N/mm": ("N/m", 1e3),
-    "kg": ("kg", 1.0),
-    "Pa": ("Pa", 1.0),
-    "kPa": ("Pa", 1e3),
-    "Hz": ("Hz", 1.0),
-    "s": ("s", 1.0),
-    "ms": ("s", 1e-3),
-    "rpm": ("rpm", 1.0),
-    "dB(A)": ("dB(A)", 1.0),
-}
-_SPELLING = str.maketrans({"µ": "u", "μ": "u", "²": "^2", "·": " ", "*": " "})
-
-
-@dataclass(frozen=True)
-class Unit:
-    """A unit label and its way into SI.
-
-    - `label`: as it stands in the file, such as ``mm``.
-    - `si`: the SI unit of the same quantity, such as ``m``.
-    - `factor`: ``value [si] = factor · value [label]``.
-    """
-
-    label: str
-    si: str
-    factor: float
-
-
-def parse_unit(label: str) -> Unit:
-    """Return the unit that a label names.
-
-    - `label`: such as ``mm``, ``N``, ``m/s^2`` or, as a ratio of two known units, ``Pa/N``.
-    - returns: its SI unit and factor.
-    - raises InputError: an unknown label, or none at all. A unit is never guessed.
-    """
-    text = " ".join(label.translate(_SPELLING).split())
-    if text in _TO_SI:
-        return Unit(label, *_TO_SI[text])
-    numerator, _, denominator = text.partition("/")
-    if numerator in _TO_SI and denominator in _TO_SI:
-        (above, factor_above), (below, factor_below) = _TO_SI[numerator], _TO_SI[denominator]
-        return Unit(label, f"{above}/{below}", factor_above / factor_below)
-    if not text:
-        raise InputError("a unit is missing: write one, such as mm, N or Pa/N")
-    raise InputError(
-        f"unknown unit {label!r}: use one of {', '.join(_TO_SI)} or a ratio of two, such as Pa/N"
-    )
-
-
-@dataclass(frozen=True)
-class Range:
-    """Magnitudes that a quantity has in a car.
-
-    - `unit`: SI unit of the limits.
-    - `usual`: limits between which it lies as a rule.
-    - `largest`: limit above which its unit or the file is wrong.
-    - `shown`, `factor`: unit in which it is shown, and the factor to it.
-    """
-
-    unit: str
-    usual: tuple[float, float]
-    largest: float
-    shown: str
-    factor: float = 1.0
-
-    def sentence(self, lowest: float, highest: float) -> str:
-        """Return magnitudes beside the usual ones, and a warning where they lie outside."""
-        low, high = (self.factor * limit for limit in self.usual)
-        text = f"{self.factor * lowest:.3g} to {self.factor * highest:.3g} {self.shown}"
-        wrong = lowest < self.usual[0] or highest > self.usual[1]
-        warning = "; WARNING, unusual: is a unit wrong?" if wrong else ""
-        return f"{text} (usual {low:g} to {high:g}){warning}"
-
-
-RANGES = {
-    "position": Range("m", (0.0, 5.0), 50.0, "m"),
-    "displacement": Range("m", (1e-9, 5e-3), 10.0, "mm", 1e3),
-    "force": Range("N", (1e-3, 1e4), 1e8, "N"),
-    "acceleration": Range("m/s^2", (1e-6, 1e3), 1e7, "m/s²"),
-    "pressure": Range("Pa", (1e-7, 1e2), 1e6, "Pa"),
-    "noise transfer function": Range("Pa/N", (1e-6, 0.3), 1e4, "Pa/N"),
-    "stiffness": Range("N/m", (5e3, 2e7), 1e12, "N/mm", 1e-3),
-    "engine torque": Range("N m", (0.0, 1500.0), 1e5, "N m"),
-    "level": Range("dB(A)", (10.0, 110.0), 200.0, "dB(A)"),
-}
-"""Quantity → its range, the one table of them."""
-
-
-def refuse_beyond(quantity: str, values: npt.ArrayLike) -> None:
-    """Refuse magnitudes that no car has.
-
-    - `quantity`: key of `RANGES`.
-    - `values`: finite values of any shape, in SI.
-    - raises InputError: the largest magnitude is above the limit.
-    """
-    size, limit = float(np.max(np.abs(values), initial=0.0)), RANGES[quantity]
-    if size > limit.largest:
-        raise InputError(
-            f"its {quantity} is up to {size:.3g} {limit.unit}, and none is above "
-            f"{limit.largest:g} {limit.unit}: is the unit right?"
-        )
-
 
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 2_000, 4_000_000
 """Size of a table above which it is taken for a mistake."""
@@ -432,6 +308,195 @@ def _column_unit(what: str, column: str, label: str | None, si: str) -> Unit:
     if unit.si != si:
         raise InputError(f"{what} is not in {si} or a multiple of it")
     return unit
+
+
+_WRONG = object()
+"""Stands for a cell that has been told to be wrong."""
+_ANY_TIME = re.compile(rb"(<dcterms:(?:created|modified)[^>]*>)[^<]*")
+
+
+class MayBeEmpty:
+    """Mark of a text that may be empty."""
+
+
+class InUnitOfRow:
+    """Mark of a number in the unit of its row; empty is infinite."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """Columns of one number or vector; with a unit, they carry it in their header."""
+
+    names: tuple[str, ...]
+    si: str = ""
+    written: str = ""
+
+    @property
+    def labels(self) -> list[str]:
+        """Headers with the unit that is written."""
+        unit = self.written or self.si
+        return [f"{name} [{unit}]" if unit else name for name in self.names]
+
+    def scaled(self, values: Sequence[float]) -> list[float]:
+        """Return values in the unit that is written, without the digits that the scaling made."""
+        if not self.written:
+            return list(values)
+        factor = 180.0 / math.pi if self.written == "deg" else 1.0 / parse_unit(self.written).factor
+        rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
+        return rounded
+
+
+class TableRow:
+    """Row of a table: a frozen dataclass whose fields are its columns, in the order written.
+
+    A ``str`` is a text, an ``int`` a whole number from 1, a `Unit` the label of a unit.
+    """
+
+    sheet: ClassVar[str | None] = None
+    """Sheet of an Excel file; None is the first."""
+    unique: ClassVar[tuple[str, ...]] = ()
+    """What no other row may repeat, in words with the row's entries."""
+
+    def _check(self) -> None:
+        """Refuse what does not fit together in this row."""
+
+
+_Row = TypeVar("_Row", bound=TableRow)
+
+
+def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
+    """Read a table of rows of one kind, in SI.
+
+    - `path`: CSV or xlsx; its columns may stand in any order.
+    - `kind`: states the columns.
+    - `note`: gets every fault; without, they are raised as one error. A number at fault is nan, a
+      row with another fault is left out.
+    - raises InputError: the file is missing or no table; a column is missing, unknown or without
+      its unit; an entry is empty or no finite number; a row does not fit together, or repeats
+      another.
+    """
+    columns = _columns(kind)
+    plain, with_unit = _headers(columns)
+    read: list[_Row] = []
+    with telling(note) as tell:
+        rows = read_rows(path, plain, with_unit, kind.sheet, tell)
+        seen: dict[str, int] = {}
+        for row in rows:
+            values = {field: _value(row, field, columns[field], tell) for field in columns}
+            if _WRONG in values.values():
+                continue
+            with noting(tell):
+                item = kind(**values)
+                with naming(f"{row.path} line {row.line}"):
+                    item._check()
+                for words in item.unique:
+                    refuse_second(seen, words.format(item), row)
+                read.append(item)
+    return tuple(read)
+
+
+def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
+    """Write the table that `read_table` reads, as CSV or Excel by the suffix of `path`."""
+    if path.suffix.lower() == ".xlsx":
+        write_sheets(path, {kind: rows})
+    else:
+        write_frame(path, _frame(kind, rows))
+
+
+def write_sheets(path: Path, tables: Mapping[type[Any], Sequence[Any]]) -> None:
+    """Write one Excel file that carries no time of writing."""
+    book, fixed = io.BytesIO(), io.BytesIO()
+    with pd.ExcelWriter(book) as writer:
+        for kind, rows in tables.items():
+            _frame(kind, rows).to_excel(writer, sheet_name=kind.sheet or "Sheet1", index=False)
+    with ZipFile(book) as timed, ZipFile(fixed, "w", ZIP_DEFLATED) as out:
+        for name in timed.namelist():
+            content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", timed.read(name))
+            out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
+    replace_bytes(path, fixed.getvalue())
+
+
+def table_columns(kind: type[TableRow]) -> tuple[list[str], dict[str, str]]:
+    """Return the columns without a unit, and the SI units of the others, as `read_rows` asks."""
+    return _headers(_columns(kind))
+
+
+def _columns(kind: type[TableRow]) -> dict[str, Any]:
+    """Fields of a row, each with its mark, or else its type."""
+    hints = get_type_hints(kind, include_extras=True)
+    return {
+        field.name: getattr(hints[field.name], "__metadata__", (hints[field.name],))[0]
+        for field in fields(kind)  # type: ignore[arg-type]
+    }
+
+
+def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
+    plain: list[str] = []
+    with_unit: dict[str, str] = {}
+    for field, column in columns.items():
+        names = column.names if isinstance(column, Numbers) else (field,)
+        if isinstance(column, Numbers) and column.si:
+            with_unit |= dict.fromkeys(names, column.si)
+        else:
+            plain += names
+    return plain, with_unit
+
+
+def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
+    """One field of a row; a fault of it is told."""
+    if isinstance(column, Numbers):
+        numbers = [math.nan] * len(column.names)
+        for place, name in enumerate(column.names):
+            with noting(tell):
+                numbers[place] = row.number(name)
+        if column.si == "m":
+            with noting(tell), naming(f"{row.path} line {row.line}"):
+                refuse_beyond("position", np.nan_to_num(numbers))
+        return tuple(numbers) if len(numbers) > 1 else numbers[0]
+    try:
+        if column is int:
+            return row.node(field)
+        if column is Unit:
+            return _stated(row, field)
+        if column is InUnitOfRow:
+            return row.number(field) * _stated(row, "unit").factor if row.cells[field] else math.inf
+        return row.cells[field] if column is MayBeEmpty else row.filled(field)
+    except InputError as error:
+        tell(error)
+        return _WRONG
+
+
+def _stated(row: Row, column: str) -> Unit:
+    try:
+        return parse_unit(row.cells[column])
+    except InputError as error:
+        item = " ".join(filter(None, (row.cells.get("quantity"), f"'{row.cells['channel']}'")))
+        raise row.error(f"{item}: {error}") from None
+
+
+def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
+    """Table of rows in the units that are written."""
+    columns = _columns(kind)
+    pairs = columns.items()
+    labels = [
+        label
+        for field, column in pairs
+        for label in (column.labels if isinstance(column, Numbers) else [field])
+    ]
+    cells = [[cell for pair in pairs for cell in _written(row, *pair)] for row in rows]
+    return pd.DataFrame(cells, columns=labels)
+
+
+def _written(row: Any, field: str, column: Any) -> list[Any]:
+    """Cells that one field of a row fills."""
+    value = getattr(row, field)
+    if isinstance(column, Numbers):
+        return column.scaled(value if len(column.names) > 1 else (value,))
+    if column is Unit:
+        return [value.label]
+    if column is InUnitOfRow:
+        return ["" if math.isinf(value) else repr(value / row.unit.factor)]
+    return [value]
 
 
 SHEET_NAME = 31

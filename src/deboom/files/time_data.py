@@ -22,15 +22,11 @@ from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import kind_of, library, read_bytes
 from deboom.files.function_table import TIME_SIGNAL, matlab_table
-from deboom.files.rows import (
-    CampaignChannel,
-    InUnitOfRow,
-    TableRow,
-    read_table,
-)
+from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
-from deboom.files.tables import Unit, number_in, parse_unit
+from deboom.files.tables import InUnitOfRow, TableRow, number_in, read_table
 from deboom.files.uff import UffFunction, read_uff
+from deboom.files.units import Unit, parse_unit
 
 LARGEST_JITTER = 0.05
 """Largest distance of a sample from an even step, in steps."""

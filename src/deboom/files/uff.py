@@ -18,7 +18,7 @@ import pyuff
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import kind_of, read_bytes, replace_bytes
-from deboom.files.tables import Unit, parse_unit
+from deboom.files.units import Unit, parse_unit
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
     sign * (axis + 1): f"{'+' if sign > 0 else '-'}{name}"

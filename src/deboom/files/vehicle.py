@@ -20,7 +20,6 @@ from deboom.files.rows import (
     PanelRow,
     SensorRow,
     impact_of,
-    read_table,
     sensor_of,
 )
 from deboom.files.schema import (
@@ -37,6 +36,7 @@ from deboom.files.schema import (
     load_toml,
     refuse_all,
 )
+from deboom.files.tables import read_table
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (

@@ -20,10 +20,11 @@ from deboom.errors import InputError
 from deboom.files.campaign import (
     CAMPAIGN_FILE,
     CampaignFile,
+    add_operating_run,
+    new_run_file,
     read_campaign,
     read_time_run,
 )
-from deboom.files.campaign_run import add_operating_run, new_run_file
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml

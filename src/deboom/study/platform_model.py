@@ -29,7 +29,7 @@ from deboom.files.platform import (
 )
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml, noting
-from deboom.files.tables import RANGES
+from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import (

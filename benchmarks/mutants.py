@@ -38,6 +38,8 @@ from deboom.files.run_folder import hash_sources
 ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
+DECLARED = "tests/golden/test_declared_options.py"
+"""Tests of what runs at import: defaults of commands, of studies and of their groups of options."""
 TEST_S, TESTS_S = 20.0, 30.0
 """Time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
 PATIENCE_S = 60.0
@@ -154,6 +156,18 @@ def _places_of(name: str, module: str) -> list[tuple[Path, int]]:
     ]
 
 
+@cache
+def _files_naming(name: str) -> set[str]:
+    """Test modules that name a constant or a field."""
+    word = re.compile(rf"\b{name}\b")
+    paths = sorted((ROOT / "tests").rglob("test_*.py"))
+    return {
+        path.relative_to(ROOT).as_posix()
+        for path in paths
+        if name and word.search(path.read_text(encoding="utf-8"))
+    }
+
+
 class _Times(dict[str, dict[str, float]]):
     """Time of each phase of each test [s], as pytest reports them."""
 
@@ -204,6 +218,9 @@ class Reach:
         contexts = self._contexts(mutant.path, mutant.line)
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
         fixtures = {c.split("::")[0] for c in contexts if c.endswith("|setup")}
+        name, lines = _definitions(mutant.path)[mutant.line]
+        if lines != range(mutant.line, mutant.line + 1):  # it runs at import, in no test's context
+            fixtures |= {DECLARED, *_files_naming(name)} if not lines else {DECLARED}
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
         chosen: list[str] = []
         room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"

@@ -54,12 +54,7 @@ from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.made_parts import ScatterOptions
 from deboom.study.options import Seed
-from deboom.study.platform_model import (
-    MotionOptions,
-    Operation,
-    PlatformOptions,
-    motion_report,
-)
+from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
 from deboom.study.progress import progress_bar
 from deboom.study.rebuilt import compared_run
 from deboom.study.result import RunContext

@@ -30,12 +30,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
-from deboom.explore.largest_box import (
-    FoundBox,
-    kept_offset,
-    largest_box,
-    tolerance_box,
-)
+from deboom.explore.largest_box import FoundBox, kept_offset, largest_box, tolerance_box
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2

@@ -43,12 +43,7 @@ from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import ThoroughSearchOptions
-from deboom.study.sensitivity import (
-    Analysis,
-    SensitivityPlan,
-    sensitivity,
-    sensitivity_report,
-)
+from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 
 VERIFIED = 1024
 """Draws behind the verified front."""

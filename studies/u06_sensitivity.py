@@ -26,12 +26,7 @@ from deboom.study.options import Seed, at_least
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.sensitivity import (
-    Analysis,
-    SensitivityPlan,
-    sensitivity,
-    sensitivity_report,
-)
+from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 
 
 @dataclass(frozen=True)

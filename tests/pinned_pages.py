@@ -31,17 +31,18 @@ PASSING = re.compile(
 
 def hold(folder, name):
     """Compare a run, or one page, with what was pinned; write it where that is asked for."""
-    said, path = pinned_text(Path(folder)), PAGES / f"{name}.txt"
+    hold_lines(pinned_text(Path(folder)), name, _alike)
+
+
+def hold_lines(said, name, same):
+    """Compare lines with those that were pinned by a rule for two of them; see `hold`."""
+    path = PAGES / f"{name}.txt"
     if os.environ.get("DEBOOM_PIN"):
         path.parent.mkdir(exist_ok=True)
         path.write_text("\n".join(said) + "\n", encoding="utf-8")
     lines = path.read_text(encoding="utf-8").split("\n")[:-1]
     for number, (line, pinned) in enumerate(zip_longest(said, lines, fillvalue=""), 1):
-        same = line == pinned or (
-            NUMBER.sub("#", line) == NUMBER.sub("#", pinned)
-            and all(map(_equal, NUMBER.findall(line), NUMBER.findall(pinned)))
-        )
-        assert same, f"{path.name}, line {number}: {line!r} was {pinned!r}"
+        assert same(line, pinned), f"{path.name}, line {number}: {line!r} was {pinned!r}"
 
 
 def pinned_text(folder):
@@ -128,6 +129,12 @@ def _columns(table):
             yield f"{name}: {column.size} words, {crc32(said.encode()):x}"
             continue
         yield f"{name}: {_numbers(column.to_numpy())}"
+
+
+def _alike(line, pinned):
+    """Say whether two lines have the same words, and numbers that agree."""
+    words = NUMBER.sub("#", line) == NUMBER.sub("#", pinned)
+    return words and all(map(_equal, NUMBER.findall(line), NUMBER.findall(pinned)))
 
 
 def _equal(one, other):

@@ -7,12 +7,7 @@ import numpy as np
 
 from claims import Claim, between, draws
 from deboom.arrays import RealArray
-from deboom.mounts.part_scatter import (
-    ScatterPrior,
-    batch_share,
-    direction_scatter,
-    hardness_share,
-)
+from deboom.mounts.part_scatter import ScatterPrior, batch_share, direction_scatter, hardness_share
 
 REPETITIONS = draws(4000)
 

@@ -34,13 +34,7 @@ from deboom.explore.sensitivity import (
     sobol_designs,
     sobol_indices,
 )
-from deboom.explore.space import (
-    DesignSpace,
-    Evaluate,
-    check_same_names,
-    checked_model,
-    responses,
-)
+from deboom.explore.space import DesignSpace, Evaluate, check_same_names, checked_model, responses
 from deboom.explore.tolerance_allocation import (
     Allocation,
     Allocator,

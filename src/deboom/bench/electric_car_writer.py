@@ -21,11 +21,7 @@ from deboom.bench.compressor_writer import (
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
-from deboom.files.electric_car import (
-    ELECTRIC_CAR_FILE,
-    ElectricCarFile,
-    PointSection,
-)
+from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, PointSection
 from deboom.files.rows import write_positions
 from deboom.files.schema import dump_toml
 from deboom.files.uff import write_uff

@@ -61,13 +61,7 @@ from deboom.files.schema import dump_toml
 from deboom.files.tables import write_table
 from deboom.files.uff import write_uff
 from deboom.files.units import parse_unit
-from deboom.files.vehicle import (
-    VEHICLE_FILE,
-    EarEntry,
-    PanelEntry,
-    VehicleFile,
-    VehicleRunEntry,
-)
+from deboom.files.vehicle import VEHICLE_FILE, EarEntry, PanelEntry, VehicleFile, VehicleRunEntry
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.rigid_body import forward_matrices
 

@@ -21,12 +21,7 @@ from deboom.compressor.body_loads import (
 from deboom.compressor.hose_identification import HoseIdentification, identify_hoses
 from deboom.compressor.identify import Identification
 from deboom.compressor.model import GainFactor
-from deboom.compressor.mount_shares import (
-    DRAWN_PLACE,
-    STIFFNESS_NUMBERS,
-    MountShares,
-    mount_shares,
-)
+from deboom.compressor.mount_shares import DRAWN_PLACE, STIFFNESS_NUMBERS, MountShares, mount_shares
 from deboom.compressor.routes import UPDATED
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions, unbalance
 from deboom.errors import InputError

@@ -22,12 +22,7 @@ from deboom.compressor.calibrate import (
     with_misfit,
 )
 from deboom.compressor.hose_presence import HosePresence, hoses_in_hammer_test
-from deboom.compressor.identifiability import (
-    Knowledge,
-    knowledge,
-    quantities,
-    quantity_deviations,
-)
+from deboom.compressor.identifiability import Knowledge, knowledge, quantities, quantity_deviations
 from deboom.compressor.model import (
     CompressorModel,
     ModalTable,

@@ -11,11 +11,7 @@ import numpy.typing as npt
 from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.rigid_body import (
-    mass_matrix,
-    mount_stiffness_matrix,
-    rigid_body_modes,
-)
+from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
 
 GAIN_PARAMETERS = (
     "real limit",

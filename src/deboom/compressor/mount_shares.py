@@ -15,11 +15,7 @@ from deboom.compressor.identify import Identification
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.rigid_body import (
-    forward_matrices,
-    mount_stiffness_matrix,
-    rotation_matrix,
-)
+from deboom.physics.rigid_body import forward_matrices, mount_stiffness_matrix, rotation_matrix
 
 STIFFNESS_NUMBERS = slice(N_MASS, N_MASS + N_STIFFNESS)
 """Places of K_VP among the numbers of `MinimalParameters`."""

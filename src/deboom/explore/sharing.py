@@ -12,13 +12,7 @@ from scipy.optimize import NonlinearConstraint, minimize
 
 from deboom.arrays import IntArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.explore.space import (
-    DesignSpace,
-    Differentiable,
-    check_gradient,
-    generator,
-    responses,
-)
+from deboom.explore.space import DesignSpace, Differentiable, check_gradient, generator, responses
 
 _SAME_LEVEL = 0.02  # optima whose levels differ by less in all vehicles are one [unit]
 _OVERSHOOT = 1e-5  # room to a limit that SLSQP, which misses by up to 1e-6, is asked for [unit]

@@ -204,18 +204,16 @@ def _facts(entry: RunEntry, engine: Engine) -> dict[str, Any]:
     }
 
 
-def _operating_run(
-    folder: Path, entry: RunEntry, engine: Engine, channels: Channels, switched_off: Sequence[str]
-) -> OperatingRun:
-    """Read one operating run."""
-    file = FunctionMatrix(folder / entry.file, f"run '{entry.name}' of {entry.mount_set}", SPECTRA)
-    of = CAMPAIGN_QUANTITIES
+def _operating_run(tables: _Tables, entry: RunEntry) -> OperatingRun:
+    what = f"run '{entry.name}' of {entry.mount_set}"
+    file = FunctionMatrix(tables.folder / entry.file, what, SPECTRA)
+    engine, channels, of = tables.file.engine, tables.channels, CAMPAIGN_QUANTITIES
     file.check_order(engine.dominant_order, "correct it, or the dominant_order of the engine")
     speed = file.real(channels["engine speed"], *of["engine speed"])[:, 0]
     file.check_speed(speed, engine.dominant_order)
     acceleration = file.spectrum(channels["acceleration"], *of["acceleration"])
     for name, column in zip(acceleration.channels, acceleration.values.T, strict=True):
-        if name not in switched_off and not np.any(column):
+        if name not in tables.switched_off and not np.any(column):
             raise file.error(
                 f"acceleration '{name}' is dead, 0 at all lines: name it in switched_off, or "
                 "measure again"
@@ -230,9 +228,13 @@ def _operating_run(
     )
 
 
-def _shaker_run(folder: Path, entry: ShakerEntry, cells: Sequence[Dof]) -> ShakerRun:
+def _shaker_run(tables: _Tables, entry: ShakerEntry) -> ShakerRun:
+    at = entry.mount, entry.piece
+    below = {name for s in tables.sensors if (s.mount, s.piece) == at for name in s.channels}
+    cells = [dof for dof in tables.channels["cell force"] if dof.name in below]
     pushed = " ".join(filter(None, (entry.mount, entry.piece, entry.axis)))
-    file = FunctionMatrix(folder / entry.file, f"shaker run '{pushed}' {entry.repeat}", (FRF,))
+    what = f"shaker run '{pushed}' {entry.repeat}"
+    file = FunctionMatrix(tables.folder / entry.file, what, (FRF,))
     references = {(f.reference_direction, f.denominator) for f in file.functions}
     for direction, denominator in references:
         if direction.lstrip("+-") != entry.axis or denominator != "force" or len(references) > 1:
@@ -371,17 +373,6 @@ class _Tables:
         tables = (self.file.mount_table, self.file.sensor_table, self.file.channel_table)
         return [self.folder / CAMPAIGN_FILE, *(self.folder / name for name in tables)]
 
-    def cells_below(self, entry: ShakerEntry) -> tuple[Dof, ...]:
-        """Channels of the force cells below the virtual point that is pushed."""
-        names = [
-            name
-            for sensor in self.sensors
-            if sensor.kind is SensorKind.FORCE_CELL
-            and (sensor.mount, sensor.piece) == (entry.mount, entry.piece)
-            for name in sensor.channels
-        ]
-        return tuple(dof for dof in self.channels["cell force"] if dof.name in names)
-
 
 def read_campaign(
     folder: Path, mount_sets: Sequence[str] | None = None, switched_off: Sequence[str] = ()
@@ -424,6 +415,7 @@ def read_campaign(
         raise InputError(
             f"{path}: there is no mount set '{', '.join(unknown)}', use {', '.join(sets)}"
         )
+    refuse_all(_direction_faults(path, file.shaker_runs))
     runs = [entry for entry in file.runs if entry.mount_set in wanted]
     curves = [entry for entry in file.static_curves if entry.mount_set in wanted]
     read = [run.file for run in runs]
@@ -436,13 +428,8 @@ def read_campaign(
         sensors=tables.sensors,
         switched_off=tables.switched_off,
         mount_sets=wanted,
-        runs=tuple(
-            _operating_run(folder, entry, file.engine, tables.channels, tables.switched_off)
-            for entry in runs
-        ),
-        shaker_runs=tuple(
-            _shaker_run(folder, entry, tables.cells_below(entry)) for entry in file.shaker_runs
-        ),
+        runs=tuple(_operating_run(tables, entry) for entry in runs),
+        shaker_runs=tuple(_shaker_run(tables, entry) for entry in file.shaker_runs),
         static_curves=tuple(
             StaticCurve(
                 entry.mount,
@@ -532,13 +519,8 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     # on the bench, the body of a mount is the one of its platform
     mounts = tuple(replace(mount, body_mass=None, body_mass_tolerance=0.0) for mount in mounts)
     channels = _by_quantity(rows)
-    refuse_all(
-        [
-            *_sensor_faults(sheet, file, sensors, off),
-            *_channel_faults(table, file, sensors, channels, off),
-            *_direction_faults(folder / CAMPAIGN_FILE, file.shaker_runs),
-        ]
-    )
+    faults = _sensor_faults(sheet, file, sensors, off)
+    refuse_all([*faults, *_channel_faults(table, file, sensors, channels, off)])
     return _Tables(folder, file, mounts, sensors, rows, channels, off)
 
 
@@ -586,10 +568,7 @@ def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()
       table without engine speed; files that cannot be written.
     """
     place = new_run_file(folder, run.mount_set, run.name)
-    path = Path(folder) / CAMPAIGN_FILE
-    file = load_toml(path, CampaignFile)
-    table = path.parent / file.channel_table
-    channels = _by_quantity(read_table(table, CampaignChannel))
+    tables = _read_tables(Path(folder), ())
     entry = RunEntry(
         name=run.name,
         mount_set=run.mount_set,
@@ -603,12 +582,11 @@ def add_operating_run(folder: Path, run: OperatingRun, notes: Sequence[str] = ()
         place.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(f"{place.parent} cannot be made ({error.strerror or error})") from None
-    functions = _functions(table, channels, run, notes)
-    write_uff(place, functions, binary=True)
+    write_uff(place, _functions(tables, run, notes), binary=True)
     try:
         # the campaign must be able to read it
-        _operating_run(path.parent, entry, file.engine, channels, file.switched_off)
-        append_toml(path, file, "runs", entry)
+        _operating_run(tables, entry)
+        append_toml(tables.folder / CAMPAIGN_FILE, tables.file, "runs", entry)
     except BaseException:
         place.unlink(missing_ok=True)
         raise
@@ -619,9 +597,8 @@ def _relative(mount_set: str, name: str) -> str:
     return f"runs/{mount_set}/{name}.uff"
 
 
-def _functions(
-    table: Path, channels: Channels, run: OperatingRun, notes: Sequence[str]
-) -> list[UffFunction]:
+def _functions(tables: _Tables, run: OperatingRun, notes: Sequence[str]) -> list[UffFunction]:
+    channels, table = tables.channels, tables.folder / tables.file.channel_table
     if len(channels["engine speed"]) != 1:
         raise InputError(
             f"{table}: an operating run needs one channel of quantity 'engine speed': add its row "

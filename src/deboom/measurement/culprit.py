@@ -21,12 +21,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import SENSOR_AXES, Tolerances
-from deboom.measurement.virtual_point import (
-    SINGULAR,
-    ChannelGeometry,
-    VirtualPoint,
-    channel_values,
-)
+from deboom.measurement.virtual_point import SINGULAR, ChannelGeometry, VirtualPoint, channel_values
 from deboom.physics.rigid_body import forward_matrices
 
 STANDS_OUT = 0.7

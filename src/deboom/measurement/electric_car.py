@@ -18,10 +18,7 @@ from deboom.measurement.compressor_test import (
     check_coherence,
     check_enough,
 )
-from deboom.measurement.noise_transfer import (
-    POINT_LOADS,
-    noise_transfer_at_points,
-)
+from deboom.measurement.noise_transfer import POINT_LOADS, noise_transfer_at_points
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
     RIGID_MOTIONS,

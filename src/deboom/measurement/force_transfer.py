@@ -11,7 +11,6 @@ from deboom.errors import InputError
 from deboom.measurement.campaign import AXES, ShakerRun
 from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor
-from deboom.measurement.virtual_point import sensor_geometry
 
 
 @checked(
@@ -131,12 +130,12 @@ def _cell_force(response: Frf, cells: Sequence[Sensor], name: str) -> ComplexArr
     """Sum of the cells' forces, shape (n_frequency, 3)."""
     if not cells:
         raise InputError(f"mount {name}: there is no force cell below it")
-    geometry = sensor_geometry(cells, np.zeros(3))
-    missing = [channel for channel in geometry.channels if channel not in response.outputs]
+    channels = tuple(channel for cell in cells for channel in cell.channels)
+    missing = [channel for channel in channels if channel not in response.outputs]
     if missing:
         raise InputError(f"mount {name}: a shaker run lacks the cell channels {missing}")
-    values = response.select(outputs=geometry.channels).values[:, :, 0]
-    return np.asarray(values @ geometry.directions)
+    values = response.select(outputs=channels).values[:, :, 0]
+    return np.asarray(values @ np.vstack([cell.orientation.T for cell in cells]))
 
 
 def _common_lines(responses: Sequence[Frf], name: str) -> RealArray:

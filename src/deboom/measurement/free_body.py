@@ -12,12 +12,7 @@ from scipy.optimize import OptimizeResult, brentq, least_squares
 
 from deboom.arrays import ComplexArray, RealArray, checked_array
 from deboom.errors import InputError
-from deboom.physics.rigid_body import (
-    RigidBody,
-    characteristic_length,
-    mass_matrix,
-    mass_properties,
-)
+from deboom.physics.rigid_body import RigidBody, characteristic_length, mass_matrix, mass_properties
 from deboom.tabled import Tabled
 
 GRAVITY = 9.80665

@@ -11,14 +11,9 @@ import pandas as pd
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
-from deboom.measurement.campaign import (
-    Campaign,
-    MeasuredMount,
-    OperatingRun,
-)
+from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.culprit import culprit_of_responses
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
-from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.characterised_mount import (
     FORCE_PER_TORQUE,
     CampaignRecord,
@@ -331,15 +326,13 @@ def training_runs(
 
 def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:
     """Refuse runs of a rigid body whose channels disagree, and name the one that is to blame."""
-    if not body.is_rigid_body:
+    if body.virtual_point is None:
         return
-    off = [name for s in body.accelerometers for name in s.channels if name not in body.channels]
-    point = virtual_point(sensor_geometry(body.accelerometers, switched_off=off))
     for run in campaign.runs:
-        worst = max(geometric_consistency(point, run.acceleration).values())
+        worst = max(geometric_consistency(body.virtual_point, run.acceleration).values())
         if worst <= LARGEST_INCONSISTENCY:
             continue
-        diagnosis = culprit_of_responses(point, run.acceleration, campaign.tolerances)
+        diagnosis = culprit_of_responses(body.virtual_point, run.acceleration, campaign.tolerances)
         raise InputError(
             f"campaign {campaign.name}, run {run.name}: the accelerometers of the {body.name} "
             f"disagree by {worst:.2f} (geometric consistency, at most {LARGEST_INCONSISTENCY}); "

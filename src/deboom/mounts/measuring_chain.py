@@ -16,7 +16,7 @@ from deboom.measurement.campaign import AXES, Campaign, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances
-from deboom.measurement.virtual_point import sensor_geometry, virtual_point
+from deboom.measurement.virtual_point import VirtualPoint, sensor_geometry, virtual_point
 from deboom.physics.rigid_body import forward_matrices, skew
 
 POWERTRAIN = "powertrain"
@@ -62,7 +62,8 @@ class InstrumentedBody:
 
     It is called ``powertrain``, or as the piece of a mount that carries a body of its own, such as
     ``Du left``. `forward` (n_channel, n_motion) takes its motion to the channels in use [1, m]: six
-    motions; three translations of a body with a single sensor, taken to move as its mount does.
+    motions; three translations of a body with a single sensor, taken to move as its mount does;
+    `virtual_point` is None there.
     """
 
     name: str
@@ -70,11 +71,12 @@ class InstrumentedBody:
     channels: tuple[str, ...]
     forward: RealArray
     points: tuple[MountPoint, ...]
+    virtual_point: VirtualPoint | None = None
 
     @property
     def is_rigid_body(self) -> bool:
         """Whether all six motions are measured."""
-        return len(self.forward.T) == 6
+        return self.virtual_point is not None
 
     @property
     def channel_rows(self) -> list[int]:
@@ -116,29 +118,35 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
       without cells, cell channels that are switched off, or shaker runs that do not determine the
       force.
     """
+    names = [mount.name for mount in campaign.mounts]
+    accelerometers = campaign.sensors_of(SensorKind.ACCELEROMETER, names)
+    cells = campaign.sensors_of(SensorKind.FORCE_CELL, names)
     on_powertrain, bodies = [], []
     for mount in campaign.mounts:
         carries_powertrain = mount.name in campaign.powertrain_mounts
         axes = AXES if carries_powertrain else mount.transfer_axes
         for piece, position in zip(mount.pieces, mount.positions, strict=True):
-            point = _mount_point(campaign, mount.name, piece, np.array(position), axes)
+            at = mount.name, piece
+            below = tuple(cell for cell in cells if (cell.mount, cell.piece) == at)
+            point = _mount_point(campaign, at, np.array(position), axes, below)
             if carries_powertrain:
                 on_powertrain.append(point)
             else:
-                bodies.append(_single_sensor_body(campaign, point))
+                carried = tuple(s for s in accelerometers if (s.mount, s.piece) == at)
+                bodies.append(_single_sensor_body(campaign, point, carried))
     if on_powertrain:
-        sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, campaign.powertrain_mounts)
+        sensors = tuple(s for s in accelerometers if s.mount in campaign.powertrain_mounts)
         off = _channels_of(sensors, campaign.switched_off)
         motion = virtual_point(sensor_geometry(sensors, switched_off=off))
-        points = tuple(on_powertrain)
-        body = InstrumentedBody(POWERTRAIN, sensors, motion.channels, motion.forward, points)
-        bodies.insert(0, body)
+        known = motion.channels, motion.forward, tuple(on_powertrain), motion
+        bodies.insert(0, InstrumentedBody(POWERTRAIN, sensors, *known))
     return tuple(bodies)
 
 
-def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBody:
+def _single_sensor_body(
+    campaign: Campaign, point: MountPoint, sensors: tuple[Sensor, ...]
+) -> InstrumentedBody:
     """Body on a mount of its own, such as a wheel end, with one accelerometer."""
-    sensors = campaign.sensors_of(SensorKind.ACCELEROMETER, (point.mount,), point.piece)
     off = _channels_of(sensors, campaign.switched_off)
     if len(sensors) != 1 or off:
         raise InputError(
@@ -151,11 +159,14 @@ def _single_sensor_body(campaign: Campaign, point: MountPoint) -> InstrumentedBo
 
 
 def _mount_point(
-    campaign: Campaign, mount: str, piece: str, position: RealArray, axes: tuple[str, ...]
+    campaign: Campaign,
+    at: tuple[str, str],
+    position: RealArray,
+    axes: tuple[str, ...],
+    cells: tuple[Sensor, ...],
 ) -> MountPoint:
     """Point of one piece, with its force transfer matrix where shaker runs give one."""
-    cells = campaign.sensors_of(SensorKind.FORCE_CELL, (mount,), piece)
-    owner = " ".join(filter(None, (f"campaign {campaign.name}: mount {mount}", piece)))
+    owner = f"campaign {campaign.name}: mount {' '.join(filter(None, at))}"
     if not cells:
         raise InputError(f"{owner} has no force cell: its stiffness cannot be measured")
     off = _channels_of(cells, campaign.switched_off)
@@ -165,12 +176,12 @@ def _mount_point(
             "together: repair them, or leave the mount out of the campaign"
         )
     summed = np.hstack([cell.orientation for cell in cells])
-    if not any((run.mount, run.piece) == (mount, piece) for run in campaign.shaker_runs):
-        return MountPoint(mount, piece, position, axes, cells, summed, False, np.zeros((3, 3)))
-    transfer = force_transfer_matrix(campaign.shaker_runs, cells, mount, piece)
+    if not any((run.mount, run.piece) == at for run in campaign.shaker_runs):
+        return MountPoint(*at, position, axes, cells, summed, False, np.zeros((3, 3)))
+    transfer = force_transfer_matrix(campaign.shaker_runs, cells, *at)
     force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
     scatter = _transfer_scatter(transfer)
-    return MountPoint(mount, piece, position, axes, cells, force_matrix, True, scatter)
+    return MountPoint(*at, position, axes, cells, force_matrix, True, scatter)
 
 
 def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[str]:

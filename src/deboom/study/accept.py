@@ -24,14 +24,7 @@ from deboom.files.acceptance import (
 from deboom.files.platform import read_platform
 from deboom.report import Report
 from deboom.report.sheet import Sheet
-from deboom.study.delivery import (
-    INTERVAL,
-    Delivery,
-    Demand,
-    Verdict,
-    judged_delivery,
-    limited_axes,
-)
+from deboom.study.delivery import INTERVAL, Delivery, Demand, Verdict, judged_delivery, limited_axes
 from deboom.study.progress import Progress
 from deboom.study.runner import run_command
 

@@ -15,34 +15,16 @@ import pandas as pd
 from scipy.spatial import cKDTree
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.campaign import (
-    NO_ERRORS,
-    TRAINING_RUNS,
-    CampaignErrors,
-    CampaignPlan,
-)
+from deboom.bench.campaign import NO_ERRORS, TRAINING_RUNS, CampaignErrors, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import OperatingRun
-from deboom.measurement.force_transfer import (
-    ForceTransferMatrix,
-    force_transfer_matrix,
-)
+from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.quality import quality_in_operation, quality_table
-from deboom.measurement.virtual_point import sensor_geometry, virtual_point
-from deboom.mounts.characterise import (
-    STEPS,
-    Characterisation,
-    CharacteriseOptions,
-    characterise,
-)
+from deboom.mounts.characterise import STEPS, Characterisation, CharacteriseOptions, characterise
 from deboom.mounts.error_budget import IDENTIFIED, DirectionBudget
-from deboom.mounts.measuring_chain import (
-    AlignmentEstimate,
-    ErrorSource,
-    MountPoint,
-)
+from deboom.mounts.measuring_chain import ErrorSource, MountPoint
 from deboom.mounts.operating_map import OperatingMap
 from deboom.mounts.response_surface import (
     DynamicStiffnessSurface,
@@ -235,17 +217,12 @@ def quality_of_motion(bench: CharacterisedBench) -> pd.DataFrame:
     run = shown_run(bench)
     tolerances = bench.result.campaign.tolerances
     rows: list[dict[str, object]] = []
-    for chain in _rigid(bench):
-        body = chain.alignment.body
-        channels = {name for one in body.accelerometers for name in one.channels}
-        off = sorted(channels - set(body.channels))
-        point = virtual_point(sensor_geometry(body.accelerometers, switched_off=off))
-        rows += quality_table(quality_in_operation(point, run.acceleration, tolerances=tolerances))
+    for chain in bench.result.chains:
+        point = chain.alignment.body.virtual_point
+        if point is not None:
+            checks = quality_in_operation(point, run.acceleration, tolerances=tolerances)
+            rows += quality_table(checks)
     return pd.DataFrame(rows, columns=["check", "number [1]", "limit", "verdict", "worst"])
-
-
-def _rigid(bench: CharacterisedBench) -> list[AlignmentEstimate]:
-    return [chain for chain in bench.result.chains if chain.alignment.body.is_rigid_body]
 
 
 def usable_maps(bench: CharacterisedBench) -> dict[str, OperatingMap]:

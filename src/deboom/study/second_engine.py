@@ -32,16 +32,8 @@ from deboom.mounts.library import open_library
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
-from deboom.mounts.response_surface import (
-    DynamicStiffnessSurface,
-    operating_points,
-    r_squared,
-)
-from deboom.mounts.surface_forces import (
-    main_axis,
-    smooth_static_force,
-    surface_over_main_force,
-)
+from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points, r_squared
+from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface_over_main_force
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report

@@ -19,10 +19,7 @@ from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
 from deboom.study.platform_model import Factor, factor_name
 from deboom.study.supplier_numbers import MachineState, SupplierEffects
-from deboom.study.supplier_sheet import (
-    N_PER_MM,
-    MountSheet,
-)
+from deboom.study.supplier_sheet import N_PER_MM, MountSheet
 from deboom.study.supplier_study import (
     Need,
     SheetFiles,

@@ -22,13 +22,7 @@ from deboom.files.acceptance import (
 )
 from deboom.mounts.mount import Mount
 from deboom.study.supplier_numbers import ALL, PICKED, MachineState, SupplierEffects, machine_states
-from deboom.study.supplier_study import (
-    Direction,
-    Need,
-    SheetSources,
-    SupplierStudy,
-    bands,
-)
+from deboom.study.supplier_study import Direction, Need, SheetSources, SupplierStudy, bands
 
 CONFIDENCE = 0.95
 """Of the lower bound of a capability [1]."""

@@ -36,13 +36,7 @@ from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import AXES, Mount
-from deboom.study.platform_model import (
-    Factor,
-    Operation,
-    factor_name,
-    operation,
-    platform_sha256,
-)
+from deboom.study.platform_model import Factor, Operation, factor_name, operation, platform_sha256
 from deboom.study.rebuilt import ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of

@@ -17,11 +17,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import identified_surfaces
 from deboom.physics import sound_level, transfer_path
-from deboom.vehicles.amplitude_motion import (
-    AmplitudeMotion,
-    amplitude_motion,
-    solve_along_lines,
-)
+from deboom.vehicles.amplitude_motion import AmplitudeMotion, amplitude_motion, solve_along_lines
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions

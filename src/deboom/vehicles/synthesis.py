@@ -37,12 +37,7 @@ from deboom.mounts.characterise import CharacteriseOptions, characterise, measur
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import bench_load_case
-from deboom.mounts.surface_forces import (
-    Outside,
-    SurfaceForces,
-    identified_surfaces,
-    surface_forces,
-)
+from deboom.mounts.surface_forces import Outside, SurfaceForces, identified_surfaces, surface_forces
 from deboom.vehicles.amplitude_motion import ResolvedDesign, resolve_design
 from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
 from deboom.vehicles.coupled_motion import coupled_motion

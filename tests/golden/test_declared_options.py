@@ -1,0 +1,33 @@
+"""Every option of every command and study, with its kind, default and help, pinned as text."""
+
+from operator import eq
+from pathlib import Path
+
+import typer
+
+from deboom.cli import app
+from deboom.study.runner import study_command, study_files
+from pinned_pages import hold_lines
+
+
+def said(command, path):
+    """Say what a command is asked and answers, and then what its commands are."""
+    answers = {True: "alone it helps"}.get(getattr(command, "no_args_is_help", False), "")
+    yield f"== {path} {answers}"
+    yield from filter(None, map(str.strip, (command.help or "").splitlines()))
+    for option in command.params:
+        names = "/".join([*option.opts, *option.secondary_opts])
+        known = ("nargs", "min", "max", "required", "multiple", "is_flag", "is_eager", "hidden")
+        marks = (f"{mark} {value}" for mark in known if (value := getattr(option, mark, None)))
+        default = option.default.name if isinstance(option.default, Path) else option.default
+        yield f"{names}: {' '.join(marks)}, by default {default!r}"
+        yield getattr(option, "help", None) or ""
+    for name, inner in sorted(getattr(command, "commands", {}).items()):
+        yield from said(inner, f"{path} {name}")
+
+
+def test_options_are_those_that_help_declares():
+    lines = [*said(typer.main.get_command(app), "deboom")]
+    for study in study_files():
+        lines += said(typer.main.get_command(study_command(study)), study.stem)
+    hold_lines([" ".join(line.split()) for line in lines], "options", eq)

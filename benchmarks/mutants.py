@@ -39,7 +39,7 @@ ROOT = Path(__file__).parents[1]
 SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
 DECLARED = "tests/golden/test_declared_options.py"
-"""Tests of what runs at import: defaults of commands, of studies and of their groups of options."""
+"""Tests of what runs at import; of a constant or a field, those that name it are shown too."""
 TEST_S, TESTS_S = 20.0, 30.0
 """Time of a test, and recorded time of all tests, that a mutant is shown to at most [s]."""
 PATIENCE_S = 60.0
@@ -143,10 +143,10 @@ def _definitions(path: Path) -> list[tuple[str, range]]:
 
 
 @cache
-def _places_of(name: str, module: str) -> list[tuple[Path, int]]:
-    """Lines that name something of a module, in it or where it is imported."""
+def _places_of(name: str, module: str, folder: Path = SOURCES) -> list[tuple[Path, int]]:
+    """Lines of a folder that name something of a module, in it or where it is imported."""
     word, home = re.compile(rf"\b{name}\b"), re.compile(rf"\b{module}\b")
-    texts = {path: path.read_text(encoding="utf-8") for path in sorted(SOURCES.rglob("*.py"))}
+    texts = {path: path.read_text(encoding="utf-8") for path in sorted(folder.rglob("*.py"))}
     return [
         (path, number)
         for path, text in texts.items()
@@ -154,18 +154,6 @@ def _places_of(name: str, module: str) -> list[tuple[Path, int]]:
         for number, line in enumerate(text.splitlines(), 1)
         if word.search(line)
     ]
-
-
-@cache
-def _files_naming(name: str) -> set[str]:
-    """Test modules that name a constant or a field."""
-    word = re.compile(rf"\b{name}\b")
-    paths = sorted((ROOT / "tests").rglob("test_*.py"))
-    return {
-        path.relative_to(ROOT).as_posix()
-        for path in paths
-        if name and word.search(path.read_text(encoding="utf-8"))
-    }
 
 
 class _Times(dict[str, dict[str, float]]):
@@ -220,7 +208,8 @@ class Reach:
         fixtures = {c.split("::")[0] for c in contexts if c.endswith("|setup")}
         name, lines = _definitions(mutant.path)[mutant.line]
         if lines != range(mutant.line, mutant.line + 1):  # it runs at import, in no test's context
-            fixtures |= {DECLARED, *_files_naming(name)} if not lines else {DECLARED}
+            named = _places_of(name, name, ROOT / "tests") if name and not lines else []
+            fixtures |= {DECLARED, *(path.relative_to(ROOT).as_posix() for path, _ in named)}
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
         chosen: list[str] = []
         room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
@@ -358,9 +347,7 @@ def main() -> None:
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
-        begin = time.monotonic()
         report(room, cases, caught(cases))
-        print(f"{time.monotonic() - begin:.0f} s", flush=True)
 
 
 if __name__ == "__main__":

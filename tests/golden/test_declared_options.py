@@ -11,7 +11,6 @@ from pinned_pages import hold_lines
 
 
 def said(command, path):
-    """Say what a command is asked and answers, and then what its commands are."""
     answers = {True: "alone it helps"}.get(getattr(command, "no_args_is_help", False), "")
     yield f"== {path} {answers}"
     yield from filter(None, map(str.strip, (command.help or "").splitlines()))

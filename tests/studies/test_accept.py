@@ -63,13 +63,7 @@ def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     assert delivery.batches[0].reason == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
     verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
-    assert verdicts == [
-        Verdict.undecided,
-        Verdict.undecided,
-        Verdict.undecided,
-        Verdict.failed,
-        Verdict.passed,
-    ]
+    assert verdicts == [Verdict.undecided] * 3 + [Verdict.failed, Verdict.passed]
 
 
 def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
@@ -110,8 +104,6 @@ def run(tmp_path_factory):
 
 def test_the_command_writes_a_run(run):
     hold(run, "accept")
-    summary = json.loads((run / "summary.json").read_text())
-    assert (summary["n_parts"], summary["n_passed"], summary["n_batches_passed"]) == (20, 20, 1)
     record = json.loads((run / "run.json").read_text())
     assert "--uncertainty 0.01 --no-over-today --seed 1" in command_of(record)
 
@@ -204,13 +196,6 @@ def test_a_box_comes_back(box_file):
     assert BOX.variable("Du y") is second
     with pytest.raises(InputError, match="no variable 'Du z'"):
         BOX.variable("Du z")
-
-
-def test_units_stand_in_the_keys(box_file):
-    document = json.loads(box_file.read_text(encoding="utf-8"))
-    assert document["band_hz"] == [20.0, 60.0]
-    assert document["variables"][0]["reference_stiffness_n_per_m"] == 323451.7
-    assert (document["format"], document["version"]) == ("deboom acceptance box", 2)
 
 
 def changed(path, change):

@@ -1,6 +1,5 @@
 """Mounts that vehicles share, at a tiny budget."""
 
-import numpy as np
 import pandas as pd
 import pytest
 
@@ -13,26 +12,14 @@ STUDY = load_study("commonality")
 BUDGET = {"motion": Motion.prescribed, "group": "U06", "starts": 3, "allowed": 0.3}
 
 
-def test_part_numbers_of_one_group(summary):
-    assert summary["part_numbers_own"] == 20
-    # U06-5 has another engine mount and another gearbox mount than its sisters
-    assert summary["part_numbers_min"] == 6
-    assert 4 < summary["part_numbers_lower_bound"] <= 6
-    assert 0.0 <= summary["price_db"] <= summary["price_worst_db"] <= 0.3 + 1e-6
-    assert summary["one_set_price_worst_db"] > 0.3
-    assert summary["share_verified_min"] >= 0.95
-
-
-def test_tables_agree_with_each_other(finished):
+def test_shared_mounts_keep_the_limit_of_every_vehicle(finished, summary):
     hold(finished, "commonality")
-    parts, vehicles, counts = (
-        pd.read_csv(finished / f"{name}.csv") for name in ("part_numbers", "vehicles", "counts")
-    )
-    shared, limit = vehicles["shared mounts [dB(A)]"], vehicles["limit as drawn [dB(A)]"]
-    assert np.all(shared <= limit + 1e-6)
-    assert counts["worst price [dB]"].iloc[:-1].is_monotonic_decreasing
-    heard = parts["direction"].isin(["Du y", "Du z"])
-    assert parts.loc[heard, "stiffness factor [1]"].isna().all()
+    # U06-5 has another engine mount and another gearbox mount than its sisters
+    assert summary["part_numbers_lower_bound"] <= summary["part_numbers_min"] == 6
+    assert 0.0 <= summary["price_db"] <= summary["price_worst_db"] <= 0.3 + 1e-6
+    assert summary["share_verified_min"] >= 0.95
+    vehicles = pd.read_csv(finished / "vehicles.csv")
+    assert (vehicles["shared mounts [dB(A)]"] <= vehicles["limit as drawn [dB(A)]"] + 1e-6).all()
 
 
 @pytest.mark.parametrize(

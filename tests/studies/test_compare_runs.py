@@ -142,9 +142,6 @@ def test_runs_of_different_models_get_a_verdict_each_in_any_order(pair, springs,
     assert verdicts[0].startswith("Generations 12, tolerance 0.15 is really better")
     assert verdicts[1].startswith("As generations 12, tolerance 0.15 sees it: ")
     assert verdicts[2].startswith("As generations 1, tolerance 0.3 sees it: ")
-    summary = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
-    assert summary["n_judges"] == 2
-    assert not any("," in key for key in summary)
     for name in ("judge_1_pairs.csv", "judge_2_fronts.csv"):
         assert (folder / name).read_bytes() == (again / name).read_bytes()
 
@@ -265,14 +262,8 @@ def test_a_script_of_another_model_is_refused(pair, studies, judged, tmp_path, o
 
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     listed = call("list", results, "--html")
-    for words in (
-        "five springs",
-        "seed 2",
-        pair[0].name,
-        "(designs found)",
-        "within noise",
-        "index.html",
-    ):
+    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "within noise", "index.html")
+    for words in told:
         assert words in listed.output
     page = (results / "index.html").read_text(encoding="utf-8")
     for run in (*pair, compared[0]):

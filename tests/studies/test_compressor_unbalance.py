@@ -52,15 +52,6 @@ def test_a_compressor_as_struck_is_found_by_the_measured_route(finished, summary
     hold(finished, "compressor_unbalance")
     assert summary["u_stat_first_error_percent"] < 1.5
     assert summary["u_dyn_first_error_percent"] < 3.0
-    assert summary["mounts_changed"] == "no"
-    assert summary["route"] == "d"
-
-
-def test_tables_and_page_agree(finished, summary):
-    sources = pd.read_csv(finished / "sources.csv").set_index("source")
-    found = sources.loc["static unbalance"]
-    assert found["amplitude"] == pytest.approx(summary["u_stat_g_mm"], rel=1e-12)
-    assert found["from"] < found["amplitude"] < found["to"]
 
 
 def test_a_model_of_another_hammer_test_is_refused(finished, part, tmp_path):
@@ -73,18 +64,8 @@ def test_a_part_is_judged(part, tmp_path):
     """Mounts changed: route e counts; one limit kept, one broken, one beyond the hammer test."""
     limits = tmp_path / "limits.toml"
     limits.write_text(LIMITS, encoding="utf-8")
-    done = call(
-        "unbalance",
-        part,
-        "--limits",
-        limits,
-        "--out",
-        tmp_path,
-        "--band",
-        "18-150",
-        "--sense",
-        "positive",
-    )
+    options = ("--limits", limits, "--out", tmp_path, "--band", "18-150", "--sense", "positive")
+    done = call("unbalance", part, *options)
     *_, decision, place = done.stdout.splitlines()
     assert decision == "fail"
     run = Path(place)
@@ -118,7 +99,6 @@ def test_a_compressor_is_identified(identified):
     # 1.5 times what twenty compressors reach in nine of ten cases
     assert summary["cog_error_mm"] < 1.8
     assert summary["jacobian_rank"] == 35
-    assert summary["condition_scaled_100hz"] == pytest.approx(2.0, abs=0.2)
 
 
 def test_tables_say_what_is_known(identified):
@@ -126,6 +106,3 @@ def test_tables_say_what_is_known(identified):
     parameters = pd.read_csv(identified / "parameters.csv").set_index("parameter")
     score = (parameters["identified"] - parameters["truth"]) / parameters["standard deviation"]
     assert np.sqrt(np.mean(score**2)) < 2.5
-    numbers = pd.read_csv(identified / "identifiability.csv").set_index("parameter")
-    assert numbers.loc["mount 1 rotation x", "verdict"] == "invisible"
-    assert numbers["posterior over prior [1]"].between(0, 1).all()

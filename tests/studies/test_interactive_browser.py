@@ -68,15 +68,8 @@ def test_it_opens_with_today_and_two_picks(page):
     assert page.value("document.getElementById('pin-b').selectedOptions[0].text") == (
         "design 9, sigma kept"
     )
-    assert cells(page, "stiffness", 0)[:7] == [
-        "Front x",
-        "100",
-        "70",
-        "130",
-        "+60",
-        "0.700",
-        "1.300",
-    ]
+    told = ["Front x", "100", "70", "130", "+60", "0.700", "1.300"]
+    assert cells(page, "stiffness", 0)[:7] == told
     assert cells(page, "stiffness", 1)[1:5] == ["–"] * 4
     assert cells(page, "stiffness", 1)[7] == "no requirement"
     assert cells(page, "vehicles", 1)[:5] == [VEHICLES[1], "60.00", "50.00", "58.00", "+8.00"]

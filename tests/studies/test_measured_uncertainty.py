@@ -24,26 +24,17 @@ PLATFORM = STUDIES / "data" / "u06_f39_f45"
 BUDGET = {"draws": 40, "generations": 2, "population": 8, "samples": 8}
 
 
-def test_changes_are_known_better_than_levels_and_every_number_has_an_interval(finished, summary):
-    assert 0.2 < summary["level_half_width_db"] < 1.0
-    assert summary["change_half_width_db"] < 0.3 * summary["level_half_width_db"]
+def test_numbers_have_intervals_that_more_knowledge_never_widens(finished):
+    hold(finished, "measured_uncertainty")
     for name in ("picks", "vehicles"):
         table = pd.read_csv(finished / f"{name}.csv")
-        ends = [column for column in table if ", from [" in column]
-        assert ends
-        for low in ends:
+        for low in table.filter(like=", from ["):
             assert np.all(table[low] <= table[low.replace(", from", ", to")])
-    quieter = pd.read_csv(finished / "picks.csv")["quieter than today's [%]"]
-    assert (quieter[0], quieter[1] > 90.0) == (50.0, True)
-
-
-def test_every_source_says_where_its_size_comes_from(finished):
-    hold(finished, "measured_uncertainty")
     sources = pd.read_csv(finished / "sources.csv")
     assert sources["share of its variance [%]"].sum() == pytest.approx(100)
+    # more knowledge never widens what it is about
     following = pd.read_csv(finished / "next.csv")
     columns = [column for column in following if column.endswith("± [dB]")]
-    # more knowledge never widens what it is about
     assert np.all(following[columns].iloc[1:] <= 1.005 * following[columns].iloc[0])
 
 

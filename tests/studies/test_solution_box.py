@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.box import Box
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.acceptance import read_solution_box
 from deboom.study.platform_model import Motion
@@ -37,37 +36,15 @@ def run(tmp_path, **options):
     return run_study(STUDY, tmp_path, {**BUDGET, **options})
 
 
-def test_the_box_keeps_its_share_and_is_larger_than_the_others(summary):
-    assert summary["share_stated"] == 0.95
-    assert summary["share_verified"] >= summary["share_bound"] > 0.945
-    assert summary["width_ratio_pm15"] > 1.25
-    assert summary["share_pm15"] == pytest.approx(0.95, abs=0.01)
-    assert summary["n_axes"] == 10
-    assert summary["binding_vehicle"] == "U06-3"
-    assert summary["seconds"] < 60.0
-
-
-def test_tables_and_pictures_are_there(finished):
+def test_the_box_keeps_its_share_and_its_file_says_what_a_supplier_needs(finished, summary):
     hold(finished, "solution_box")
-    box = pd.read_csv(finished / "box.csv")
-    assert (box["from [1]"] < box["to [1]"]).all()
-
-
-def test_the_box_file_says_what_a_supplier_needs(finished):
-    box = read_solution_box(finished / "acceptance_box.json")
+    assert summary["share_verified"] >= summary["share_bound"] > 0.945
+    assert summary["seconds"] < 60.0
     table = pd.read_csv(finished / "box.csv").set_index("variable")
-    one = box.variable("TSM x")
-    assert one.upper == table.loc["TSM x", "to [1]"]
+    one = read_solution_box(finished / "acceptance_box.json").variable("TSM x")
     assert one.upper * one.reference_stiffness_n_per_m == pytest.approx(
         1e3 * table.loc["TSM x", "to [N/mm]"]
     )
-    assert "g5_wot220" in one.condition
-    assert not box.variable("Du y").required
-    assert box.variable("Du y").reference_stiffness_n_per_m is None
-    assert [response.name for response in box.responses] == [f"U06-{n}" for n in range(1, 6)]
-    ends = (np.array([getattr(v, end) for v in box.variables]) for end in ("lower", "upper"))
-    parts = Box(tuple(v.name for v in box.variables), *ends)
-    assert parts.contains(parts.centre[np.newaxis]).all()
 
 
 def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):

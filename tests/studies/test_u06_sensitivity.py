@@ -33,7 +33,8 @@ def finished(tmp_path_factory):
     return run(out, mounts=MountSource.library, motion=Motion.prescribed)
 
 
-def test_the_ranking_is_that_of_the_thesis(finished):
+def test_the_ranking_is_that_of_the_thesis(finished, summary):
+    hold(finished, "u06_sensitivity")
     table = pd.read_csv(finished / "sobol.csv")
     leading = {
         vehicle: list(rows.sort_values("rank")["variable"][:2])
@@ -43,21 +44,8 @@ def test_the_ranking_is_that_of_the_thesis(finished):
     assert leading["U06-5"][0] == "GeM x"
     inert = table[table["variable"].isin(["Du y", "Du z"])]
     assert (inert["total [1]"] == 0.0).all()
-    assert (inert["zero"] == "first order, total, interaction").all()
-
-
-def test_summary_and_tables_say_the_same(finished, summary):
-    table = pd.read_csv(finished / "sobol.csv").set_index(["vehicle", "variable"])
-    assert summary["st_TSM_x_U06-1"] == table.loc[("U06-1", "TSM x"), "total [1]"]
     # 64 base points: 14 rows each of the variables (three ranges, lines), 6 by mount
     assert summary["n_runs"] == 64 * (4 * 14 + 6)
-    rest = (table["interaction [1]"] - (table["total [1]"] - table["first order [1]"])).abs()
-    assert rest.max() <= 1e-12
-
-
-def test_lines(finished):
-    hold(finished, "u06_sensitivity")
-    assert (pd.read_csv(finished / "sobol_lines.csv")["Du y [1]"] == 0.0).all()
 
 
 def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeypatch):

@@ -208,6 +208,7 @@ def _operating_run(tables: _Tables, entry: RunEntry) -> OperatingRun:
     what = f"run '{entry.name}' of {entry.mount_set}"
     file = FunctionMatrix(tables.folder / entry.file, what, SPECTRA)
     engine, channels, of = tables.file.engine, tables.channels, CAMPAIGN_QUANTITIES
+    facts = _facts(entry, engine)
     file.check_order(engine.dominant_order, "correct it, or the dominant_order of the engine")
     speed = file.real(channels["engine speed"], *of["engine speed"])[:, 0]
     file.check_speed(speed, engine.dominant_order)
@@ -219,7 +220,7 @@ def _operating_run(tables: _Tables, entry: RunEntry) -> OperatingRun:
                 "measure again"
             )
     return OperatingRun(
-        **_facts(entry, engine),
+        **facts,
         engine_torque=file.real(channels["engine torque"], *of["engine torque"])[:, 0],
         acceleration=acceleration,
         cell_force=file.spectrum(channels["cell force"], *of["cell force"]),
@@ -519,8 +520,9 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     # on the bench, the body of a mount is the one of its platform
     mounts = tuple(replace(mount, body_mass=None, body_mass_tolerance=0.0) for mount in mounts)
     channels = _by_quantity(rows)
-    faults = _sensor_faults(sheet, file, sensors, off)
-    refuse_all([*faults, *_channel_faults(table, file, sensors, channels, off)])
+    faults = [*_sensor_faults(sheet, file, sensors, off)]
+    faults += _channel_faults(table, file, sensors, channels, off)
+    refuse_all(faults)
     return _Tables(folder, file, mounts, sensors, rows, channels, off)
 
 

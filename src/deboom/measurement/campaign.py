@@ -203,13 +203,13 @@ class Campaign:
         return tuple(run for run in self.runs if run.mount_set == mount_set)
 
     def sensors_of(
-        self, kind: SensorKind, mounts: Sequence[str], piece: str | None = None
+        self, kind: SensorKind, mounts: Sequence[str] | None = None, piece: str | None = None
     ) -> tuple[Sensor, ...]:
-        """Return the sensors of one kind at some mounts, all pieces or one, in sheet order."""
+        """Return the sensors of one kind, at all mounts and pieces or at some, in sheet order."""
         return tuple(
             sensor
             for sensor in self.sensors
             if sensor.kind is kind
-            and sensor.mount in mounts
+            and (mounts is None or sensor.mount in mounts)
             and (piece is None or sensor.piece == piece)
         )

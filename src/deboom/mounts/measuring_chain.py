@@ -12,7 +12,7 @@ from scipy.linalg import block_diag
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES, Campaign, OperatingRun
+from deboom.measurement.campaign import AXES, Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances
@@ -62,8 +62,7 @@ class InstrumentedBody:
 
     It is called ``powertrain``, or as the piece of a mount that carries a body of its own, such as
     ``Du left``. `forward` (n_channel, n_motion) takes its motion to the channels in use [1, m]: six
-    motions; three translations of a body with a single sensor, taken to move as its mount does;
-    `virtual_point` is None there.
+    motions; of a body with a single sensor, without a virtual point, the three of its mount.
     """
 
     name: str
@@ -118,18 +117,15 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
       without cells, cell channels that are switched off, or shaker runs that do not determine the
       force.
     """
-    names = [mount.name for mount in campaign.mounts]
-    accelerometers = campaign.sensors_of(SensorKind.ACCELEROMETER, names)
-    cells = campaign.sensors_of(SensorKind.FORCE_CELL, names)
+    accelerometers = campaign.sensors_of(SensorKind.ACCELEROMETER)
+    cells = campaign.sensors_of(SensorKind.FORCE_CELL)
     on_powertrain, bodies = [], []
     for mount in campaign.mounts:
-        carries_powertrain = mount.name in campaign.powertrain_mounts
-        axes = AXES if carries_powertrain else mount.transfer_axes
-        for piece, position in zip(mount.pieces, mount.positions, strict=True):
+        for piece in mount.pieces:
             at = mount.name, piece
             below = tuple(cell for cell in cells if (cell.mount, cell.piece) == at)
-            point = _mount_point(campaign, at, np.array(position), axes, below)
-            if carries_powertrain:
+            point = _mount_point(campaign, mount, piece, below)
+            if mount.name in campaign.powertrain_mounts:
                 on_powertrain.append(point)
             else:
                 carried = tuple(s for s in accelerometers if (s.mount, s.piece) == at)
@@ -159,13 +155,12 @@ def _single_sensor_body(
 
 
 def _mount_point(
-    campaign: Campaign,
-    at: tuple[str, str],
-    position: RealArray,
-    axes: tuple[str, ...],
-    cells: tuple[Sensor, ...],
+    campaign: Campaign, mount: MeasuredMount, piece: str, cells: tuple[Sensor, ...]
 ) -> MountPoint:
     """Point of one piece, with its force transfer matrix where shaker runs give one."""
+    at = mount.name, piece
+    position = np.array(mount.positions[mount.pieces.index(piece)])
+    axes = AXES if mount.name in campaign.powertrain_mounts else mount.transfer_axes
     owner = f"campaign {campaign.name}: mount {' '.join(filter(None, at))}"
     if not cells:
         raise InputError(f"{owner} has no force cell: its stiffness cannot be measured")

@@ -199,12 +199,10 @@ class Reach:
             self.setups[file] = max(phases.get("setup", 0.0), self.setups[file])
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """Return the tests of a line, those of a file together; its room's and quick ones first.
-
-        What a fixture reaches is seen by all tests of its file.
-        """
+        """Return the tests of a line, those of a file together; its room's and quick ones first."""
         contexts = self._contexts(mutant.path, mutant.line)
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
+        # what a fixture reaches is seen by all tests of its file
         fixtures = {c.split("::")[0] for c in contexts if c.endswith("|setup")}
         name, lines = _definitions(mutant.path)[mutant.line]
         if lines != range(mutant.line, mutant.line + 1):  # it runs at import, in no test's context

@@ -8,6 +8,7 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info
 
 from deboom.errors import InputError
 from deboom.explore import workers
@@ -61,6 +62,13 @@ def test_a_pool_finds_the_same_front_although_a_worker_is_killed():
         search = nsga2(pooled, 20, 6, seed=1, progress=progress)
     same(search.front, whole.front)
     np.testing.assert_array_equal(search.hypervolume, whole.hypervolume)
+
+
+def test_workers_leave_ctrl_c_to_their_parent_and_have_one_thread_of_linear_algebra():
+    with workers.process_pool(1) as pool:
+        assert pool.submit(signal.getsignal, signal.SIGINT).result() is signal.SIG_IGN
+        known = pool.submit(threadpool_info).result()
+    assert {each["num_threads"] for each in known if each["user_api"] == "blas"} == {1}
 
 
 class _Deadly:

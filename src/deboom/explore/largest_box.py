@@ -8,15 +8,14 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from functools import partial
-from multiprocessing import get_context
 
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import minimize
+from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -31,6 +30,7 @@ from deboom.explore.box import (
     verified_share,
 )
 from deboom.explore.space import Progress, checked_seed, sobol_points
+from deboom.explore.workers import process_pool
 from deboom.tabled import Tabled
 
 _TRIED = 1024  # designs over the bounds that are tried first
@@ -190,9 +190,10 @@ def largest_box(
     begins = [_box_around(question, x, _largest_size(question, x, few, part)) for x, part in shares]
     coarse = partial(_coarse, question, effort, search, sample)
     if workers == 1:
-        ends = [coarse(begin) for begin in begins]
+        with threadpool_limits(1, "blas"):  # as in other processes: the same bits
+            ends = [coarse(begin) for begin in begins]
     else:
-        with ProcessPoolExecutor(min(workers, len(begins)), get_context("spawn")) as pool:
+        with process_pool(min(workers, len(begins))) as pool:
             ends = list(pool.map(coarse, begins))
     say(1, 4, f"{len(ends)} starts")
     volumes = np.array([volume for _, volume in ends])
@@ -210,8 +211,7 @@ def largest_box(
     verified = verified_share(question, box, seed=seed, n_parts=effort.verification)
     say(4, 4, "verified")
     room = -float(_ranked_excess(question, designs[0][np.newaxis])[0])
-    seconds = time.perf_counter() - began
-    return FoundBox(question, box, verified, calibrated, room, volumes, seconds)
+    return FoundBox(question, box, verified, calibrated, room, volumes, time.perf_counter() - began)
 
 
 def reachable_designs(

@@ -14,7 +14,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
-from importlib import metadata
+from importlib import import_module, metadata
 from multiprocessing import get_context, parent_process
 from multiprocessing.reduction import ForkingPickler
 from pickle import PicklingError
@@ -130,9 +130,7 @@ class _ProcessPool(SpreadResponse):
         super().__init__(robust)
 
     def start(self) -> None:
-        self.executor = ProcessPoolExecutor(
-            self.n_workers, get_context("spawn"), initializer=_carry, initargs=(self.robust,)
-        )
+        self.executor = process_pool(self.n_workers, self.robust)
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         return list(self.executor.map(_compute_carried, chunks))
@@ -141,12 +139,19 @@ class _ProcessPool(SpreadResponse):
 _carried: list[Robust] = []  # in a worker process of a pool: the one response that it computes
 
 
-def _carry(robust: Robust) -> None:
-    """Begin a worker: it ends with its parent, however that ends, and leaves Ctrl-C to it."""
+def process_pool(workers: int, robust: Robust | None = None) -> ProcessPoolExecutor:
+    """Return a pool of spawned processes that end with this one, with a response to compute."""
+    return ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, (robust,))
+
+
+def _begin_worker(robust: Robust | None) -> None:
+    # it ends with its parent, however that ends, and leaves Ctrl-C to it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
+    import_module("scipy.linalg")  # what is loaded later would have threads of its own
     threadpool_limits(1, "blas")
-    _carried[:] = [robust]
+    if robust is not None:
+        _carried[:] = [robust]
 
 
 def _end_with_parent() -> None:

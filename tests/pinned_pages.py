@@ -184,4 +184,4 @@ def _equal(one, other):
     exponent = float(f"1e{one.partition('e')[2] or 0}")
     first, second = (float(text.replace("−", "-")) for text in (one, other))
     step = 1.001 * exponent * 10.0**-decimals
-    return abs(first - second) <= max(step, 1e-6 * abs(second), 1e-9)
+    return abs(first - second) <= max(step, 1e-6 * abs(second), 1e-12)

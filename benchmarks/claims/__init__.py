@@ -6,15 +6,13 @@ here stands what takes many draws, and what the shipped studies find.
 
 import os
 from collections.abc import Callable, Iterable, Mapping
-from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
-from functools import partial
-from multiprocessing import get_context
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from threadpoolctl import threadpool_limits
+
+from deboom.explore.workers import process_pool
 
 
 @dataclass(frozen=True)
@@ -42,13 +40,8 @@ CASES = range(1, 2 + draws(20))
 
 def in_processes(function: Callable[..., Any], *inputs: Iterable[object]) -> list[Any]:
     """Return what a function makes of each input; two processes, linear algebra in one thread."""
-    with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as pool:
-        return list(pool.map(partial(_in_one_thread, function), *inputs))
-
-
-def _in_one_thread(function: Callable[..., Any], *arguments: object) -> Any:
-    with threadpool_limits(1):
-        return function(*arguments)
+    with process_pool(2) as pool:
+        return list(pool.map(function, *inputs))
 
 
 def at_most(topic: str, limits: ArrayLike, values: ArrayLike, digits: int = 2) -> Claim:

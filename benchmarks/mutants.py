@@ -156,6 +156,14 @@ def _places_of(name: str, module: str, folder: Path = SOURCES) -> list[tuple[Pat
     ]
 
 
+@cache
+def _pins(test: str) -> bool:
+    """Say whether a test holds numbers or a page as they were."""
+    file, _, name = test.partition("::")
+    after = (ROOT / file).read_text(encoding="utf-8").partition(f"def {name.partition('[')[0]}(")[2]
+    return "/golden/" in test or "hold(" in after.partition("\ndef ")[0]
+
+
 class _Times(dict[str, dict[str, float]]):
     """Time of each phase of each test [s], as pytest reports them."""
 
@@ -212,10 +220,10 @@ class Reach:
         chosen: list[str] = []
         room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
         order = sorted(seen & self.times.keys(), key=lambda t: (room not in t, self._cost(t)))
-        for pinned in (False, True):  # pinned numbers are the sharpest, and last
+        for pinned in (False, True):  # pinned numbers and pages are the sharpest, and last
             spent = 0.0
             for test in order:
-                if ("/golden/" in test) == pinned:
+                if _pins(test) == pinned:
                     spent += self.times[test].get("call", 0.0)
                     if chosen and spent > TESTS_S:
                         break

@@ -1,4 +1,4 @@
-"""What finished runs say: the words of each page, and two numbers for each column of each table.
+"""What runs say: their steps, the words of each page, two numbers for each column of each table.
 
 A page is pinned as text in `tests/golden/pages`, so that a change of it is read as a difference.
 `DEBOOM_PIN=1 make test` writes the pages anew; do so only when a change is meant, and say in the
@@ -9,21 +9,26 @@ import json
 import os
 import re
 from collections import defaultdict
+from contextlib import redirect_stderr
 from html import unescape
-from io import BytesIO
+from io import BytesIO, StringIO
 from itertools import zip_longest
 from pathlib import Path
 from zlib import crc32
 
 import numpy as np
 import pandas as pd
+import pytest
 from matplotlib.colors import to_hex, to_rgba_array
 from PIL import Image
 
 from deboom.plot import style
+from deboom.study import progress
+from deboom.study.runner import run_study
 
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 """Begin of a PNG of one dot, behind which stands what a picture shows."""
+STEPS = "progress.txt"  # beside the runs of a study
 PAGES = Path(__file__).parent / "golden" / "pages"
 LOOKS = (
     *("alpha", "axis_on", "color", "edgecolor", "facecolor", "fontsize", "fontstyle", "fontweight"),
@@ -32,15 +37,29 @@ LOOKS = (
 )
 NOT_DETERMINED = (
     *("fitted", "share in the null space [1]", "posterior deviation", "posterior over prior [1]"),
+    "verdict",
 )
 """Columns of the thesis's 44 numbers, 9 of whose combinations no test sees: rounding moves them."""
 TICKS = ("major_formatter", "major_locator", "minor_locator", "layout_engine")
 """What an artist of any kind may be asked for: how it looks, and of which type its ticks are."""
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+LIST = re.compile(r"\[[-+\d.,e\s]+\]")
+"""Numbers of one list in JSON; a small one is known to the digits of its large neighbours."""
 PASSING = re.compile(
-    r"(\d+(?:\.\d+)? s\b|\d{4}-\d\d-\d\d\w*|(?<![\w.])[0-9a-f]{12,}|(?<![\w.])/\S+|.*seconds.*)"
+    r"(\d+(?:\.\d+)? s\b|\d{4}-\d\d-\d\d\w*|(?<![\w.])[0-9a-f]{12,}|(?<![\w.])/\S+"
+    r"|^.*(?:seconds|visible together only|is not visible).*$)",
+    re.MULTILINE,
 )
-"""Seconds, dates, hashes and paths, which differ from run to run."""
+"""Seconds, dates, hashes and paths, which differ from run to run; and what is not determined."""
+
+
+def run_aloud(study, out, options):
+    # every step that it tells is kept beside its folder
+    with pytest.MonkeyPatch.context() as patch, redirect_stderr(StringIO()) as said:
+        patch.setattr(progress, "LOG_LINES", 40)
+        folder = run_study(study, out, options)
+    (out / STEPS).write_text(said.getvalue(), encoding="utf-8")
+    return folder
 
 
 def hold(folder, name):
@@ -63,6 +82,8 @@ def pinned_text(folder):
     """Return the lines of a run: its files, what its record says, its tables, texts and page."""
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
     lines = [f"== {p.relative_to(folder).as_posix()}" for p in files if "." in p.name]
+    if (said := folder.parents[1] / STEPS).exists():
+        lines += PASSING.sub("…", said.read_text(encoding="utf-8")).split("\n")
     for path in files:
         if path.suffix in (".csv", ".html", ".json") and "evaluations" not in path.parts:
             lines.append(f"== {path.name}")
@@ -73,10 +94,13 @@ def pinned_text(folder):
         elif path.suffix == ".png" and (said := path.read_bytes()).startswith(PICTURE):
             lines += [f"== {path.name}", *said.removeprefix(PICTURE).decode().split("\n")]
         elif path.suffix == ".csv":
-            lines += _columns(pd.read_csv(path))
+            moving = NOT_DETERMINED if path.stem == "identifiability" else ()
+            lines += _columns(pd.read_csv(path), moving)
         elif path.suffix in (".html", ".json") and "evaluations" not in path.parts:
             text = path.read_text(encoding="utf-8").partition('<h2 id="provenance">')[0]
             text = re.sub(r"(?s)<(script|style)\b.*?</\1>|<[^>]*>", "\n", text)
+            if path.suffix == ".json":
+                text = LIST.sub(lambda numbers: _numbers(json.loads(numbers[0])), text)
             lines += PASSING.sub("…", unescape(text)).split("\n")
     return [short for line in lines if (short := " ".join(line.split()))]
 
@@ -161,16 +185,17 @@ def _last(path):
     return path.rpartition("/")[2]
 
 
-def _columns(table):
+def _columns(table, moving):
     for name, column in table.items():
         if "[s]" in name:
             continue
-        if column.dtype.kind not in "fiu":
+        if name in moving:
+            yield f"{name}: {column.size} rows"
+        elif column.dtype.kind not in "fiu":
             said = PASSING.sub("…", " ".join(map(str, column)))
             yield f"{name}: {column.size} words, {_digest(said)}"
-            continue
-        said = "numbers" if name in NOT_DETERMINED else _numbers(column.to_numpy())
-        yield f"{name}: {said}"
+        else:
+            yield f"{name}: {_numbers(column.to_numpy())}"
 
 
 def _alike(line, pinned):

@@ -6,7 +6,8 @@ from pathlib import Path
 import pytest
 from summary_keys import described, undefined
 
-from deboom.study.runner import Study, load_study, run_study
+from deboom.study.runner import Study, load_study
+from pinned_pages import run_aloud
 
 STUDIES = Path(__file__).parents[2] / "studies"
 FRONT_STUDY = STUDIES / "u06_robust_front.py"
@@ -38,6 +39,8 @@ def defined_summaries():
         if self.path.resolve().parent == STUDIES.resolve():
             missing = undefined(whole.summary, described(self.name))
             assert not missing, f"{self.name}: the docstring does not define {missing}"
+        times = [value for name, value in whole.summary.items() if name.startswith("seconds")]
+        assert all(0.0 <= seconds < 600.0 for seconds in times)
         return whole
 
     with pytest.MonkeyPatch.context() as patch:
@@ -46,10 +49,14 @@ def defined_summaries():
 
 
 @pytest.fixture(scope="module")
-def finished(request, tmp_path_factory):
-    """One run of a module's study, with its budget, that several tests look at."""
-    module, out = request.module, tmp_path_factory.mktemp("results")
-    return run_study(module.STUDY, out, module.BUDGET)
+def budget(request):
+    return request.module.BUDGET
+
+
+@pytest.fixture(scope="module")
+def finished(request, budget, tmp_path_factory):
+    """One run of a module's study that several tests look at."""
+    return run_aloud(request.module.STUDY, tmp_path_factory.mktemp("results"), budget)
 
 
 @pytest.fixture(scope="module")

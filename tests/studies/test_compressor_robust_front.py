@@ -13,7 +13,7 @@ from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.study.compare import compare
 from deboom.study.runner import load_study, run_study
-from pinned_pages import hold
+from pinned_pages import hold, run_aloud
 
 STUDY = load_study("compressor_robust_front")
 ROOM = STUDY.module
@@ -34,7 +34,7 @@ def runs(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(ROOM, "virtual_fleet", cache(ROOM.virtual_fleet))
         patch.setattr(ROOM, "mounted_fleet", identified_once)
-        yield [run_study(STUDY, results, {**TINY, "generations": n}) for n in (2, 8)]
+        yield [run_aloud(STUDY, results, {**TINY, "generations": n}) for n in (2, 8)]
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ NOISE = load_study("compressor_noise")
 
 @pytest.fixture(scope="module")
 def heard(tmp_path_factory):
-    return run_study(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
+    return run_aloud(NOISE, tmp_path_factory.mktemp("results"), {"draws": 20})
 
 
 def test_the_sound_is_synthesised(heard):

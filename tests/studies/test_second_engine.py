@@ -47,9 +47,8 @@ def library(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def finished(second, library, tmp_path_factory):
-    options = {"second": second, "library": str(library)}
-    return run_study(STUDY, tmp_path_factory.mktemp("results"), options)
+def budget(second, library):
+    return {"second": second, "library": str(library)}
 
 
 def test_forces_of_the_second_engine_are_predicted(summary):

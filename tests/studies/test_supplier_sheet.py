@@ -306,13 +306,6 @@ def test_the_asked_capability_leaves_the_stated_share_inside(sheet):
     assert sheet.process["Cpk at least [1]"].tolist() == [asked_capability(0.95, 2), 1.33]
 
 
-def test_part_numbers_are_held_against_the_bands(sheet):
-    table = sheet.variants.set_index("part number")
-    assert table.loc["TSM A", "inside the bands"] == "no: TSM x"
-    assert table.loc["TSM B", "inside the bands"] == "yes"
-    assert table.loc["TSM A", "vehicles"] == "U06-1, U06-2, F39-1"
-
-
 def numbers(text):
     return re.findall(r"(?<![\w.,])[−-]?\d+(?:[.,]\d+)?(?![\w])", text.replace("\u202f", ""))
 
@@ -417,7 +410,6 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     summary = json.loads((run / "summary.json").read_text())
     counts = [summary[f"n_{what}"] for what in ("passed", "undecided", "failed")]
     assert counts == [18, 1, 1]
-    assert len(pd.read_csv(run / "levels.csv")) == 5
     supplier = supplier_study.page_text((run / "supplier.html").read_text(encoding="utf-8"))
     assert "P20" in supplier
     assert "U06" not in supplier

@@ -14,7 +14,7 @@ from deboom.study.options import Aim
 from deboom.study.platform_model import LIBRARY_FILE, Motion, MountSource
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
-from pinned_pages import hold
+from pinned_pages import hold, run_aloud
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
@@ -28,8 +28,8 @@ def run(out, study, **changes):
 def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):
     # picks that go down to almost equal designs would order a search by the processor's rounding
     monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
-    pages = run(tmp_path, load_study(STUDY), population=12, polish=True)
-    hold(pages, "u06_robust_front")
+    options = {**BUDGET, "population": 12, "polish": True}
+    hold(run_aloud(load_study(STUDY), tmp_path, options), "u06_robust_front")
 
 
 def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run):

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -17,20 +16,19 @@ from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet
 from pinned_pages import hold
 
-STUDY = Path(__file__).parents[2] / "studies" / "u06_sensitivity.py"
+STUDY = load_study("u06_sensitivity")
 BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
 LOUD = [f"U06-{number}" for number in range(1, 5)]
-PLATFORM = STUDY.parent / "data" / "u06_f39_f45"
+PLATFORM = STUDY.path.parent / "data" / "u06_f39_f45"
 
 
 def run(out, **changes):
-    return run_study(load_study(STUDY), out, {**BUDGET, **changes})
+    return run_study(STUDY, out, {**BUDGET, **changes})
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    out = tmp_path_factory.mktemp("results")
-    return run(out, mounts=MountSource.library, motion=Motion.prescribed)
+def budget():
+    return {**BUDGET, "mounts": MountSource.library, "motion": Motion.prescribed}
 
 
 def test_the_ranking_is_that_of_the_thesis(finished, summary):

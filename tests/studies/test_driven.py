@@ -82,7 +82,6 @@ def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_pat
     run = Path(answer.output.split()[-1])
     table = pd.read_csv(run / "driven.csv")
     assert (table["verdict"] == "not as predicted").all()
-    assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
 
 
 def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tmp_path):

@@ -244,11 +244,8 @@ class _SourceProblem:
             # the size of the step in the metric of the posterior, whatever its direction
             if np.sqrt(abs(step @ normal @ step)) < TOLERANCE:
                 return values + step, covariance, True
-            share = 1.0
-            while (
-                share > SHORTEST_STEP
-                and self._cost(values + share * step, whiteners) > WORST_STEP * cost
-            ):
+            share, most = 1.0, WORST_STEP * cost
+            while share > SHORTEST_STEP and self._cost(values + share * step, whiteners) > most:
                 share /= 2
             values = values + share * step
         return values, covariance, False
@@ -434,12 +431,15 @@ def _shared_lines(
 
 
 def _inverse(normal: RealArray) -> RealArray:
-    """Invert with a unit diagonal; an unknown that nothing sees yet stays where it is."""
+    """Invert with a unit diagonal; what nothing sees, or tells apart, stays where it is."""
     diagonal = np.diag(normal)
-    unseen = diagonal <= 0
-    unit = 1 / np.sqrt(np.where(unseen, 1.0, diagonal))
-    scaled = normal * np.outer(unit, unit) + np.diag(unseen.astype(float))
-    return np.asarray(np.linalg.inv(scaled) * np.outer(unit, unit))
+    unit = 1 / np.sqrt(np.where(diagonal > 0, diagonal, 1.0))
+    scaled = normal * np.outer(unit, unit) + np.diag((diagonal <= 0).astype(float))
+    try:
+        inverse = np.linalg.inv(scaled)
+    except np.linalg.LinAlgError:
+        inverse = np.linalg.pinv(scaled, hermitian=True)
+    return np.asarray(inverse * np.outer(unit, unit))
 
 
 @dataclass(frozen=True)

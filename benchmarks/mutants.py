@@ -40,8 +40,8 @@ SOURCES = ROOT / "src" / "deboom"
 CACHE = ROOT / "build" / "mutants"
 DECLARED = "tests/golden/test_declared_options.py"
 """Tests of what runs at import; of a constant or a field, those that name it are shown too."""
-TEST_S, TESTS_S = 20.0, 30.0
-"""Time of a test without a pin, and recorded time of all tests, that see a mutant at most [s]."""
+TEST_S, TESTS_S, PINS_S = 20.0, 30.0, 90.0
+"""Time of a test, and recorded time of all tests and all pins, that see a mutant at most [s]."""
 PATIENCE_S = 60.0
 """Time of a mutant, beside thrice the recorded time of its tests [s]; beyond, it hangs."""
 
@@ -220,12 +220,12 @@ class Reach:
         chosen: list[str] = []
         room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
         order = sorted(seen & self.times.keys(), key=lambda t: (room not in t, self._cost(t)))
-        for pinned in (False, True):  # pinned numbers and pages are the sharpest, and last
+        for pinned, most in ((False, TESTS_S), (True, PINS_S)):  # pins are the sharpest, and last
             spent = 0.0
             for test in order:
                 if _pins(test) == pinned:
                     spent += self.times[test].get("call", 0.0)
-                    if chosen and spent > TESTS_S:
+                    if chosen and spent > most:
                         break
                     chosen.append(test)
         files = list(dict.fromkeys(test.split("::")[0] for test in chosen))

@@ -82,8 +82,8 @@ def pinned_text(folder):
     """Return the lines of a run: its files, what its record says, its tables, texts and page."""
     files = [folder] if folder.is_file() else sorted(folder.rglob("*"))
     lines = [f"== {p.relative_to(folder).as_posix()}" for p in files if "." in p.name]
-    if (said := folder.parents[1] / STEPS).exists():
-        lines += PASSING.sub("…", said.read_text(encoding="utf-8")).split("\n")
+    if (steps := folder.parents[1] / STEPS).exists():
+        lines += PASSING.sub("…", steps.read_text(encoding="utf-8")).split("\n")
     for path in files:
         if path.suffix in (".csv", ".html", ".json") and "evaluations" not in path.parts:
             lines.append(f"== {path.name}")

@@ -69,6 +69,7 @@ def test_the_truth_of_the_bench_is_as_predicted(front_run, cars, tmp_path):
     answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
     hold(run, "driven")
+    assert "<span>--design</span> <span>best-mean</span>" in (run / "report.html").read_text()
     table = pd.read_csv(run / "driven.csv")
     # both intervals are for 95 %: one of nine peaks may lie outside
     assert (table["verdict"] != "as predicted").sum() <= 1
@@ -82,6 +83,7 @@ def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_pat
     run = Path(answer.output.split()[-1])
     table = pd.read_csv(run / "driven.csv")
     assert (table["verdict"] == "not as predicted").all()
+    assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
 
 
 def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tmp_path):

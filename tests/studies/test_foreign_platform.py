@@ -90,6 +90,7 @@ def test_the_study_runs_on_a_foreign_platform(name, run_of):
     for stranger in ("U06", "EnM", "TSM", "F39"):
         assert stranger not in said
     assert all(vehicle in said + page for vehicle in foreign_platform_samples.VEHICLES)
+    assert json.loads((run / "summary.json").read_text(encoding="utf-8"))
 
 
 def test_units_order_and_lines_are_those_of_the_files(folder):

@@ -35,6 +35,7 @@ def test_a_front_of_parts_has_no_interactive_page(finished):
 
 def test_the_search_finds_the_front_of_all_sets(finished, summary):
     hold(finished, "mount_selection")
+    assert summary["n_sets"] == 36
     assert summary["n_front"] == summary["n_set_front"]
     as_they_are = summary["change_parts_as_they_are_db_per_line"]
     assert summary["change_db_per_line"] == pytest.approx(as_they_are, rel=1e-3)  # other draws

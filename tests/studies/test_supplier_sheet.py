@@ -410,6 +410,7 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     summary = json.loads((run / "summary.json").read_text())
     counts = [summary[f"n_{what}"] for what in ("passed", "undecided", "failed")]
     assert counts == [18, 1, 1]
+    assert len(pd.read_csv(run / "levels.csv")) == 5
     supplier = supplier_study.page_text((run / "supplier.html").read_text(encoding="utf-8"))
     assert "P20" in supplier
     assert "U06" not in supplier

@@ -2,7 +2,6 @@
 
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,15 +13,10 @@ from deboom.study.platform_model import Motion, MountSource, PlatformOptions, mo
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 
-STUDIES = Path(__file__).parents[2] / "studies"
 STUDY = load_study("u06_platform")
 SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False}
-REST = {"doe": 32, "draws": 4, "n": 8, "resamples": 100}
-SOURCE = {"mounts": MountSource.spectra, "motion": Motion.prescribed}
-
-
-def run(out, name="u06_platform", **asked):
-    return run_study(load_study(STUDIES / f"{name}.py"), out, {**SEARCH, **SOURCE, **asked})
+SEARCH |= {"mounts": MountSource.spectra, "motion": Motion.prescribed}
+BUDGET = {**SEARCH, "doe": 32, "draws": 4, "n": 8, "resamples": 100}
 
 
 @pytest.fixture(scope="module", autouse=True)
@@ -33,11 +27,6 @@ def few_trajectories_and_pictures():
         for study in (STUDY, load_study("u06_robust_front")):
             patch.setattr(study.module, "VERIFIED", 64)
         yield
-
-
-@pytest.fixture(scope="module")
-def finished(tmp_path_factory):
-    return run(tmp_path_factory.mktemp("results"), **REST)
 
 
 @pytest.fixture(scope="module")
@@ -57,7 +46,7 @@ def test_one_run_says_what_the_four_studies_say(summary):
 
 
 def test_the_front_is_that_of_the_front_study(finished, tmp_path):
-    front = run(tmp_path, "u06_robust_front")
+    front = run_study(load_study("u06_robust_front"), tmp_path, SEARCH)
     for name in ("front.csv", "designs.csv", "picks.csv", "stiffness.csv", "vehicles.csv"):
         assert (finished / name).read_bytes() == (front / name).read_bytes(), name
     keys, mine = (json.loads((at / "summary.json").read_text()) for at in (front, finished))

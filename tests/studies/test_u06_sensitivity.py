@@ -31,7 +31,7 @@ def budget():
     return {**BUDGET, "mounts": MountSource.library, "motion": Motion.prescribed}
 
 
-def test_the_ranking_is_that_of_the_thesis(finished):
+def test_the_ranking_is_that_of_the_thesis(finished, summary):
     hold(finished, "u06_sensitivity")
     table = pd.read_csv(finished / "sobol.csv")
     leading = {
@@ -42,6 +42,8 @@ def test_the_ranking_is_that_of_the_thesis(finished):
     assert leading["U06-5"][0] == "GeM x"
     inert = table[table["variable"].isin(["Du y", "Du z"])]
     assert (inert["total [1]"] == 0.0).all()
+    # 64 base points: 14 rows each of the variables (three ranges, lines), 6 by mount
+    assert summary["n_runs"] == 64 * (4 * 14 + 6)
 
 
 def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeypatch):

@@ -10,6 +10,7 @@ import os
 import platform
 import signal
 import threading
+from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
@@ -51,9 +52,9 @@ class SpreadResponse(Around):
     def start(self) -> None:
         """Give the response to workers, also when some have died."""
 
+    @abstractmethod
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         """Return the values of every chunk of designs, in their order."""
-        raise NotImplementedError
 
     def __call__(self, designs: RealArray) -> RobustValues:
         """Return the values of the designs, shape (n, k)."""

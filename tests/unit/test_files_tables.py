@@ -11,7 +11,7 @@ import pytest
 from broken_files import content, edits, refused
 
 from deboom.errors import InputError
-from deboom.files.rows import ChannelRow, MountRow
+from deboom.files.rows import ChannelRow, HammerChannel, MountRow
 from deboom.files.tables import read_table, workbook_bytes, write_table
 from deboom.files.units import RANGES, parse_unit
 
@@ -145,8 +145,10 @@ def test_channel_tables_round_trip(tmp_path):
         ChannelRow("Du left x", "force", "Du", "left", "x", 21, "-x", parse_unit("kN")),
         ChannelRow("TSM z", "displacement", "TSM", "", "z", 11, "+z", parse_unit("mm")),
     )
-    write_table(tmp_path / "a.csv", ChannelRow, rows)
-    assert read_table(tmp_path / "a.csv", ChannelRow) == rows
+    hammer = HammerChannel("A1 x", "acceleration", 11, "+x", parse_unit("mm/s^2"), range=490.0)
+    for kind, written in ((ChannelRow, rows), (HammerChannel, (hammer,))):
+        write_table(tmp_path / f"{kind.__name__}.csv", kind, written)
+        assert read_table(tmp_path / f"{kind.__name__}.csv", kind) == written
 
 
 @pytest.mark.parametrize(

@@ -174,7 +174,6 @@ def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monke
             ["git", "-c", "user.name=t", "-c", "user.email=t@t", *arguments],
             cwd=tmp_path,
             check=True,
-            capture_output=True,
         )
 
     module = tmp_path / "package" / "room" / "module.py"
@@ -182,7 +181,8 @@ def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monke
     module.write_text("x = 1\n")
     monkeypatch.setattr(run_folder, "__file__", str(module))
     monkeypatch.setenv("GIT_CEILING_DIRECTORIES", str(tmp_path.parent))
-    assert environment_record(())["git"] is None
+    record, sources = environment_record(()), run_folder.hash_sources(module.parents[1])
+    assert (record["git"], record["sources_sha256"]) == (None, sources)
     git("init")
     assert environment_record(())["git"] is None  # there, but not tracked: an unrelated checkout
     git("add", ".")

@@ -26,8 +26,7 @@ def main() -> None:
         for stem in PICTURES:
             _keep(run, stem, target, stem)
         front = run_study(load_study(ROOT / "studies" / "u06_robust_front.py"), folder, {"seed": 1})
-        asked = {"front": front, "curve": False}
-        box = run_study(load_study(ROOT / "studies" / "solution_box.py"), folder, asked)
+        box = run_study(load_study(ROOT / "studies/solution_box.py"), folder, {"front": front})
         _keep(box, "box", target, "acceptance_box")
         delivery = accept_into_run(box, PARTS, folder, PLATFORM, 0.02, 1, _quietly)
         _keep(delivery, "parts", target, "delivery")

@@ -271,6 +271,10 @@ REFUSED = [
 ]
 
 
+def test_a_diagonal_a_rounding_below_one_reads_one():
+    assert clusters(CARS, R - 1e-9 * np.eye(3), TREE, [1, 1, 2], 0.9) == clusters()
+
+
 @pytest.mark.parametrize(("draw", "sentence"), REFUSED)
 def test_what_cannot_be_drawn_is_refused_in_words(draw, sentence):
     with pytest.raises(InputError, match=sentence):

@@ -56,7 +56,7 @@ def clustered_matrix(
             f"families for {n} names"
         )
     signs = bool(values.min() < 0.0)
-    texts = [[coefficient(value) if value < 1.0 else "1" for value in row] for row in values]
+    texts = np.where(np.eye(n), "1", [[coefficient(value) for value in row] for row in values])
     side = min(FULL_WIDTH, 2.4 + 0.5 * n)
     with style.context(dict(FIGURE_STYLE), after_reset=True):
         grid = sns.clustermap(
@@ -64,7 +64,7 @@ def clustered_matrix(
             row_linkage=tree,
             col_linkage=tree,
             row_colors=[VEHICLE_PALETTE[(k - 1) % len(VEHICLE_PALETTE)] for k in family],
-            annot=np.array(texts),
+            annot=texts,
             fmt="",
             annot_kws={"fontsize": min(8.5, 90.0 / n)},
             cmap="PuOr_r" if signs else "Blues",

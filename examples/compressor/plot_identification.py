@@ -13,6 +13,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
+from deboom.physics.frf import FrfForm, scaled_condition_number
 
 folder = Path(tempfile.mkdtemp()) / "hammer"
 deboom.bench.write_compressor_test(folder, seed=1)
@@ -35,6 +36,15 @@ axes.semilogy(lines, np.abs(measured), ".", markersize=3, label="measured")
 axes.semilogy(lines, np.abs(identified), label="identified")
 axes.set(xlabel="frequency [Hz]", ylabel="inertance z/z [1/kg]")
 axes.legend()
+
+# %%
+# How much the inverse of a mass matrix amplifies depends on the unit of length, unless rotations
+# are scaled by one: here the radius of gyration.
+
+radius = np.sqrt(np.trace(model.mass_matrix[3:, 3:]) / (3 * model.mass))
+scaled = scaled_condition_number(model.mass_matrix, FrfForm.APPARENT_MASS, radius)
+print(f"condition number {np.linalg.cond(model.mass_matrix):.0f} in metres, {scaled:.1f} scaled")
+assert scaled < 10
 
 # %%
 # Six rigid-body modes, and the reasons not to trust the model: none.

@@ -16,6 +16,8 @@ import pandas as pd
 import deboom
 from deboom.measurement.sensors import Sensor, SensorKind
 from deboom.measurement.virtual_point import sensor_geometry
+from deboom.physics.dynamic_stiffness import force_at_virtual_point
+from deboom.physics.rigid_body import point_acceleration, shift_load
 
 DATA = Path("../../tests/data") / "pyfbs-published"
 PLACE = ["x_mm", "y_mm", "z_mm"]
@@ -56,3 +58,22 @@ plt.tight_layout()
 
 assert np.allclose(point.inverse @ point.forward, np.eye(6), atol=1e-12)
 assert frame["S4 turned"].max() > 10 * frame["as on the sheet"].max()
+
+# %%
+# Of a body that turns by 1 mrad at 30 Hz the virtual point takes the linear part. The centripetal
+# rest is a thousandth of it, and answers at twice the frequency.
+
+omega = 2 * np.pi * 30.0
+turning, rate = 1e-3 * omega**2, 1e-3 * omega  # [rad/s²], [rad/s]
+x, y, z = point_acceleration([0.2, 0, 0], np.zeros(3), [0, 0, turning], [0, 0, rate])
+print(f"0.2 m away: along the motion {y:.2f} m/s², across it {x:.4f} m/s²")
+assert np.isclose(x / y, -1e-3)
+
+# %%
+# Forces go the other way. Cells that see 94 % of a force of 100 N give it back through the force
+# transfer matrix; referred to a point 0.3 m aside it has a moment.
+
+force = force_at_virtual_point(0.94 * np.eye(3), [0.0, 0.0, 94.0])
+load = shift_load(np.r_[force, np.zeros(3)], [0.3, 0, 0])
+print(f"force {force[2].real:.0f} N, moment {load[4].real:.0f} N m")
+assert np.isclose(abs(load[4]), 30.0)

@@ -10,6 +10,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 
 import deboom
+from deboom.physics.sound_level import band_energy_level
 
 model = deboom.read_platform("u06").model(vehicles="U06", band=(20, 60), motion="coupled")
 today = np.ones(len(model.variable_names))
@@ -36,5 +37,7 @@ axes.legend()
 
 splv = model([today])[0, 0]
 print(f"SPLV {splv:.0f} dB(A), {splv / model.n_lines:.1f} dB(A) per line")
+booming = band_energy_level(paths.level, paths.frequency, (20, 40))
+print(f"energy sum of 20 to 40 Hz {booming:.1f} dB(A)")
 assert np.isclose(paths.level.sum(), splv)
 assert np.isclose(paths.table["share of the energy [%]"].sum(), 100)

@@ -1,0 +1,71 @@
+"""
+How sure a measured function is
+===============================
+
+One shaker, noise in both channels and blocks that overlap: which estimate is biased, what a
+coherence says of the error, and what overlapping is worth.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from deboom.physics import frf
+
+RATE, LENGTH, STEP = 512.0, 512, 256
+rng = np.random.default_rng(1)
+force = rng.normal(size=(40 * LENGTH, 1))
+answer = np.convolve(force[:, 0], [0.0, 0.5, 0.3, 0.2])[: force.size, np.newaxis]  # [m/s²]
+channels = np.hstack([force, answer])
+noise = 0.3 * channels.std(axis=0)  # [N], [m/s²]
+measured = channels + noise * rng.normal(size=channels.shape)
+
+# %%
+# Hann blocks that overlap by half are worth almost as many independent averages.
+
+blocks = frf.overlapping_blocks(measured, LENGTH, STEP)
+window = np.hanning(LENGTH)
+worth = frf.effective_averages(window, STEP, len(blocks))
+print(f"{len(blocks)} blocks are worth {worth:.1f} averages; without overlap there are 40")
+spectra = frf.cross_spectra(
+    blocks[..., :1], blocks[..., 1:], RATE, input_window=window, output_window=window
+)
+
+# %%
+# Noise in the input makes H1 too small, noise in the output makes H2 too large; Hv, which is told
+# how the noises compare, is right on average.
+
+lines = slice(2, 60)
+frequency = np.arange(LENGTH // 2 + 1)[lines] * RATE / LENGTH
+true = np.abs(np.fft.rfft([0.0, 0.5, 0.3, 0.2], LENGTH))[lines]
+estimates = {
+    "H1": frf.h1(spectra),
+    "Hv": frf.hv(spectra, noise_ratio=noise[1] / noise[0]),
+    "H2": frf.h2(spectra),
+}
+ratios = {name: np.abs(values[lines, 0, 0]) / true for name, values in estimates.items()}
+figure, axes = plt.subplots(layout="constrained")
+for name, ratio in ratios.items():
+    axes.plot(frequency, ratio, label=name)
+axes.set(xlabel="frequency [Hz]", ylabel="|H| over the true one [1]")
+axes.legend()
+
+# %%
+# The coherence says how large the error by chance is, of magnitude and of phase. With one input the
+# partial coherence is the ordinary one.
+
+coherence = frf.partial_coherence(spectra)[lines, 0, 0]
+chance = frf.magnitude_error(coherence, worth)
+turn = np.degrees(frf.phase_error(coherence, worth))
+bias = frf.coherence_bias(coherence, worth)
+print(f"coherence {coherence.mean():.2f}, too large by {bias.mean():.4f}")
+print(f"error by chance {100 * chance.mean():.1f} % and {turn.mean():.1f}°")
+
+# %%
+# Hammer tests have another error: an exponential window damps what it measures. It is taken off.
+
+damping = frf.corrected_damping_ratio(0.030, 40.0, time_constant=0.5)
+print(f"fitted 3.0 % at 40 Hz with a window of 0.5 s: the body has {100 * damping:.2f} %")
+
+assert ratios["H1"].mean() < ratios["Hv"].mean() < ratios["H2"].mean()
+assert abs(ratios["Hv"].mean() - 1) < 0.02
+assert ratios["H1"].std() < 2 * chance.mean()

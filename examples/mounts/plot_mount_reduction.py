@@ -1,0 +1,46 @@
+"""
+From twelve motions of a mount to three
+=======================================
+
+A mount has two ends with six motions each; deboom takes three stiffnesses at one virtual point.
+What each step costs is small where the virtual point is well chosen and the source hardly rotates.
+"""
+
+import matplotlib.pyplot as plt
+import numpy as np
+
+from deboom.physics.elastic_centre import reduce_mount, reduction_error_in_operation
+from deboom.physics.viscoelastic_beam import ViscoelasticBeam, beam_stiffness
+
+LENGTH = 0.08  # [m]
+frequency = np.linspace(5.0, 140.0, 136)
+rubber = ViscoelasticBeam(LENGTH, 2.4e4, 11.0, 9.0, 1.9, 0.1, 0.02)
+ends = beam_stiffness(rubber, frequency)  # loads per motions of both ends, (n_frequency, 12, 12)
+
+# %%
+# The virtual point in the middle of the rubber, and at the end where the mount is screwed on.
+
+half = LENGTH / 2
+mounts = {
+    "virtual point in the middle": reduce_mount(ends, [-half, 0, 0], [half, 0, 0], LENGTH),
+    "virtual point at one end": reduce_mount(ends, [0, 0, 0], [LENGTH, 0, 0], LENGTH),
+}
+
+# %%
+# A source that moves 0.1 mm along each axis and turns by 1 mrad, as a powertrain does.
+
+motion = np.zeros((frequency.size, 12), dtype=complex)
+motion[:, :6] = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3]
+
+figure, axes = plt.subplots(layout="constrained")
+cost = {}
+for name, mount in mounts.items():
+    condensed, cost[name] = reduction_error_in_operation(mount, motion)
+    (line,) = axes.semilogy(frequency, 100 * cost[name], label=f"{name}: to 3 translations")
+    axes.semilogy(frequency, 100 * condensed, "--", color=line.get_color(), label="to 6 × 6")
+axes.set(xlabel="frequency [Hz]", ylabel="error of the force on the body [%]")
+axes.legend()
+
+middle, end = cost.values()
+print(f"at 20 Hz: {100 * middle[15]:.2f} % in the middle, {100 * end[15]:.0f} % at the end")
+assert middle[15] < end[15]

@@ -3,7 +3,7 @@ From twelve motions of a mount to three
 =======================================
 
 A mount has two ends with six motions each; deboom takes three stiffnesses at one virtual point.
-What each step costs is small where the virtual point is well chosen and the source hardly rotates.
+With the virtual point in the middle of the rubber that costs 1 % at most; at one end it costs 27 %.
 """
 
 import matplotlib.pyplot as plt
@@ -27,7 +27,7 @@ mounts = {
 }
 
 # %%
-# A source that moves 0.1 mm along each axis and turns by 1 mrad, as a powertrain does.
+# A source that moves 0.1 mm along each axis and turns by 1 mrad about it.
 
 motion = np.zeros((frequency.size, 12), dtype=complex)
 motion[:, :6] = [1e-4, 1e-4, 1e-4, 1e-3, 1e-3, 1e-3]
@@ -43,4 +43,5 @@ axes.legend()
 
 middle, end = cost.values()
 print(f"at 20 Hz: {100 * middle[15]:.2f} % in the middle, {100 * end[15]:.0f} % at the end")
-assert middle[15] < end[15]
+assert middle.max() < 0.02
+assert end.min() > 0.2

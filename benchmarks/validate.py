@@ -41,7 +41,7 @@ What follows from an equation is held by tests instead. A claim that does not ho
 reason stands in the section's text or in [decisions.md](decisions.md). What is drawn reads: median
 (10 to 90 % of at least 20 draws, the worst where all are asked; the shipped case, which is no
 draw). Below each section stand its command, its processor time and the hash of the code it rests
-on, comments and docstrings apart. `DRAWS=4` draws four times as many.
+on, comments, docstrings and `deboom.plot` apart. `DRAWS=4` draws four times as many.
 """
 OLDER = "*Measured on older sources: the code has changed since.*"
 FOOT = re.compile(r"`python benchmarks/validate\.py (\w+)`.*?(?:sources `(\w+)`)?$", re.M)
@@ -93,13 +93,13 @@ def imported(path: Path) -> tuple[Path, ...]:
 
 
 def sources(name: str) -> list[Path]:
-    """Return every module that a section rests on, its own among them."""
+    """Return every module that a section rests on, its own among them; drawing moves no number."""
     seen, waiting = set(), [CLAIMS / f"{name}.py"]
     while waiting:
         path = waiting.pop()
         if path not in seen:
             seen.add(path)
-            waiting += imported(path)
+            waiting += [p for p in imported(path) if not p.is_relative_to(ROOT / "src/deboom/plot")]
     return sorted(seen)
 
 

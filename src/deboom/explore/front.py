@@ -210,8 +210,7 @@ class CommonBox:
         """Return the share of the box up to the reference point that a front dominates [1]."""
         m = len(self.ideal)
         scaled = (objectives - self.ideal) / self.span
-        volume = hypervolume(scaled, np.full(m, 1.0 + _MARGIN))
-        return volume / (1.0 + _MARGIN) ** m
+        return hypervolume(scaled, np.full(m, 1.0 + _MARGIN)) / (1.0 + _MARGIN) ** m
 
     def share(self, volume: float) -> float:
         """Return a hypervolume in the objectives' own units as a share of the same box [1]."""

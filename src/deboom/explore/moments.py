@@ -55,7 +55,7 @@ class Estimator:
         return f"sample moments with a control variate of degree {self.degree}"
 
     def __call__(self, normals: RealArray) -> PreparedEstimator:
-        """Return the objective of responses (n_samples, r) with their moments [response unit]."""
+        """Return the estimator, prepared for draws (n_samples, m) [1]."""
         second, fourth = cut_normal_moments()
         n_samples, m = normals.shape
         powers = [normals, normals**2 - second][: self.degree]
@@ -80,13 +80,14 @@ class Fit(NamedTuple):
     """A function of the draws through the responses of one design.
 
     - `intercept`, `slope` (r,): mean of the function and coefficients of its terms [response unit].
+    - `curve` (n_samples, r): the terms with their coefficients, draw by draw [response unit].
     - `rest` (n_samples, r): part of the responses that the function leaves over [response unit].
-    - `explained`, `unexplained` (p, r): variance of each term and of the rest [response unit
-      squared].
+    - `explained` (p, r), `unexplained` (r,): variance of a term and of the rest [response unit²].
     """
 
     intercept: RealArray
     slope: RealArray
+    curve: RealArray
     rest: RealArray
     explained: RealArray
     unexplained: RealArray
@@ -114,14 +115,15 @@ class PreparedEstimator:
             # measured from the first draw, a response without scatter has a sigma of exactly zero
             offset = values - values[0]
             slope = np.einsum("pt,tr->pr", self.solver, offset)
-            above = offset - np.einsum("tp,pr->tr", self.terms, slope)
+            curve = np.einsum("tp,pr->tr", self.terms, slope)
+            above = offset - curve
             intercept = above.sum(axis=0) / n_samples
             rest = above - intercept
             # n - 1 for Sobol points as well, whose mean hardly scatters: sigma is then 1/(2n) too
             # large, 0.4 % at 128 draws, on the safe side and alike for every design
             unexplained = (rest * rest).sum(axis=0) / (n_samples - 1 - n_terms)
             explained = slope * slope * self.variance[:, None]
-        return Fit(values[0] + intercept, slope, rest, explained, unexplained)
+        return Fit(values[0] + intercept, slope, curve, rest, explained, unexplained)
 
     def moments(self, values: RealArray) -> Moments:
         """Return the moments of responses, shape (n_samples, r), not finite where these are not."""
@@ -129,11 +131,10 @@ class PreparedEstimator:
         with np.errstate(over="ignore", invalid="ignore"):
             sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
             weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
-            curve = np.einsum("tp,pr->tr", self.terms, fit.slope)
             # as large as the rest would be, had its draw been left out of the fit
             rest = fit.rest / (1.0 - self.leverage)[:, None]
             mean_error = _standard_error(rest.sum(axis=1))
-            influence = rest * (2.0 * curve + rest)
+            influence = rest * (2.0 * fit.curve + rest)
             sigma_error = _standard_error(np.einsum("tr,r->t", influence, weight))
         return Moments(fit.intercept, sigma, mean_error, sigma_error)
 

@@ -150,8 +150,8 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
     def run(factors, ratio, tables, tolerance, products, trusted):  # type: ignore[no-untyped-def]
         n_lines, n_vehicles = tables.transfer_real.shape[:2]
         n_springs, n_follows = tables.variables.size, tables.follows.size
-        nominal = np.empty((n_springs, 2, lanes))
         k = np.empty((n_springs, 2, lanes))
+        nominal = np.empty((n_follows, 2, lanes))
         z = np.empty((3, 6, 2, lanes))
         q = np.empty((6, 2, lanes))
         u = np.empty((n_springs, 2, lanes))
@@ -169,10 +169,11 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
             reached[:] = 1.0
             before[:] = 1.0
             for line in range(n_lines):
-                _scale(factors[chunk], tables.variables, tables.stiffness[line], nominal)
+                _scale(factors[chunk], tables.variables, tables.stiffness[line], k)
                 if ratio.shape[0] > 0:
-                    _multiply(ratio[chunk, line], nominal)
-                k[:] = nominal
+                    _multiply(ratio[chunk, line], k)
+                for m in range(n_follows):
+                    nominal[m] = k[tables.follows[m]]
                 moving[:] = 1.0
                 for sweep in range(most_sweeps):
                     _follow(tables, line, reached, nominal, k)
@@ -294,8 +295,8 @@ def _follow(tables, line, reached, nominal, k):  # type: ignore[no-untyped-def]
             t = min(max(reached[m, lane], lowest), highest)
             real = c0.real + t * (c1.real + t * (c2.real + t * c3.real))
             imag = c0.imag + t * (c1.imag + t * (c2.imag + t * c3.imag))
-            k[s, 0, lane] = nominal[s, 0, lane] * real - nominal[s, 1, lane] * imag
-            k[s, 1, lane] = nominal[s, 0, lane] * imag + nominal[s, 1, lane] * real
+            k[s, 0, lane] = nominal[m, 0, lane] * real - nominal[m, 1, lane] * imag
+            k[s, 1, lane] = nominal[m, 0, lane] * imag + nominal[m, 1, lane] * real
 
 
 @_helper

@@ -106,9 +106,8 @@ class LevelSum:
                 tables, n_mounts = self.tables, self.tables.levers.shape[1]
                 n_end = (tables.variables.size - 3 * n_mounts) // max(tables.end_mass.size, 1)
                 run = compiled_loops.coupled_loop(n_mounts, n_end, tables.transfer_real.shape[2])
-                ratio = self._ratio(designs, lanes)
                 tolerance = getattr(self.case, "tolerance", TOLERANCE)
-                run(factors, ratio, tables, tolerance, products, trusted)
+                run(factors, self._ratio(designs, lanes), tables, tolerance, products, trusted)
             neper = np.log(products).sum(axis=2).transpose(0, 2, 1).reshape(-1, n_vehicles)
         n = len(designs)
         largest = np.abs(designs[:, self.columns]).max(axis=1)

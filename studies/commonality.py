@@ -54,7 +54,7 @@ from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 DRAWS = 8192
 """Of the scatter: for the margin of the search, and others for the check."""
 SURE = 3.0
-"""Standard errors of that share by which the search asks for more than --share."""
+"""Standard errors of the share of `DRAWS` by which the search asks for more than --share."""
 ROUNDS = 5
 """Searches at most; each takes the margin that the sharing before it turned out to need."""
 PERCENT = 100.0

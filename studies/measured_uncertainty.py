@@ -77,7 +77,7 @@ from deboom.vehicles.uncertain_data import (
 
 TODAY = "today's"
 VERIFICATION = 1024
-"""Draws per design with which a search's front is verified before designs are picked."""
+"""Draws of each scramble that a search's front is verified with before designs are picked."""
 
 VEHICLES = "choice of the vehicles"
 LOAD_CASES = "choice of the load cases"

@@ -64,7 +64,7 @@ TODAY = "today's"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
 VERIFIED = 1024
-"""Draws behind every verified number."""
+"""Draws of each scramble behind a verified number."""
 
 
 @dataclass(frozen=True)
@@ -239,7 +239,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
 
 def _objectives(values: RobustValues, per_line: float) -> tuple[RealArray, RealArray]:
-    """Return mean level and its σ per line, shape (n,) each [dB]."""
+    """Return mean level [dB(A)] and its σ [dB], over vehicles and lines, shape (n,) each."""
     return values.mean_sum * per_line, values.sigma_sum * per_line
 
 

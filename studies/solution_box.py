@@ -193,7 +193,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 def pareto_point(model: Model, options: Options, progress: Progress) -> RealArray:
     """Return the design that the box lies about, shape (k,) [1]: of a run, or of a quick search.
 
-    - raises InputError: a run that cannot be read, or has other variables.
+    Today's where the search has no such pick. InputError: a run that cannot be read, has no such
+    pick or other variables.
     """
     space = model.space
     if options.front is not None:
@@ -389,9 +390,8 @@ def box_study(
 
 
 def share_measured_again(study: BoxStudy) -> Interval:
-    """Return the share of the box with the interval that the measurements leave open.
+    """Return the share that keeps the limit, and its 90 % interval over all measurements [1].
 
-    - returns of parts and vehicles, or parts, that keep the limit, 90 % [1].
     - raises InputError: measurements without a stated uncertainty, see `uncertain_index`.
 
     Noise transfer functions, stiffnesses, motions and forces are drawn again with their errors and

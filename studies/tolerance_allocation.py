@@ -291,7 +291,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
 
 def _chosen(model: Model, options: Options, context: RunContext | None) -> RealArray:
-    """Return the asked design of the front, shape (k,); variables without effect at 1."""
+    """Return the asked design, (k,); variables without effect at 1, except in --point of a run."""
     if model.picked is not None:
         return model.picked
     files = (*model.inputs, *(model.made.inputs if model.made else ()))

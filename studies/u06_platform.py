@@ -46,7 +46,7 @@ from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 
 VERIFIED = 1024
-"""Draws behind the verified front."""
+"""Draws of each scramble behind the verified front."""
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."

@@ -141,7 +141,7 @@ def checked(each: str = "", /, **axes: str) -> Callable[[type[_T]], type[_T]]:
     Parameters
     ----------
     each : str
-        Conditions of every field.
+        What is declared of every field that `axes` does not name, such as ``>=0``.
     **axes : str
         Of each array field its axes, as `checked_array` reads them; a name stands for the same
         length in all of them, in the order of the fields. The type of the numbers follows from the

@@ -6,14 +6,14 @@ from enum import Enum
 
 
 class Pick(Enum):
-    """Design of the front that the supplier is to build."""
+    """A named design of the front."""
 
     best_mean = "best-mean"
     """Least mean level."""
     none_louder = "none-louder"
     """Least mean level of the designs in which no vehicle is louder than today."""
     sigma_kept = "sigma-kept"
-    """The same of those that scatter no more than today's, too."""
+    """Least mean level of those that, besides, scatter no more in sum than today's design."""
     best_sigma = "best-sigma"
     """Least scatter."""
 
@@ -60,7 +60,7 @@ class CompressorCase(Enum):
 
 
 class CalibrationLevel(Enum):
-    """How well sensors and impacts are calibrated and placed; 1 σ stand in the bench's data."""
+    """How well sensors and impacts are calibrated and placed, 1 σ, places per axis."""
 
     C05 = "C0.5"
     """0.5 %, 0.5 mm, 0.5°, hammer 0.5 %: calibrated and digitised."""
@@ -80,4 +80,4 @@ class HoseCase(Enum):
     SCATTERED = "scattered"
     """Stiffness, mass and loss from 0.75 to 1.3 times the catalogue's."""
     DISPLACED = "displaced"
-    """Scattered, and off the drawing: ports by up to 4 mm, lengths by 4 %, directions by 9°."""
+    """Scattered, and off by at most: ports 4 mm per axis, lengths 4 %, directions 9°."""

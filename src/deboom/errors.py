@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 LONGEST_LINE = 1000
-"""Characters of a line of a message: what a file holds may be longer."""
+"""Characters of a line of a message; of a longer one the middle is left out."""
 
 
 class InputError(ValueError):
@@ -38,7 +38,7 @@ def naming(item: object) -> Iterator[None]:
 
 
 class IncompleteReport(Exception):
-    """A run whose numbers are saved and whose page lacks a figure; its folder."""
+    """A run whose numbers are saved but whose page lacks a figure; `folder` is that of the run."""
 
     def __init__(self, folder: Path) -> None:
         super().__init__(folder)

@@ -72,16 +72,16 @@ class Platform(platform_files.Platform):
         Folder that it was read from.
     mounts : tuple of Mount
         Mounts in the order of the design variables, positions in m.
-    powertrain : Powertrain
-        Mass [kg] and inertia [kg m²], with tolerances.
+    powertrain : Powertrain or None
+        Mass [kg] and inertia [kg m²], with tolerances; None: not stated.
     fleet : Fleet
         Vehicles with their noise transfer functions, (n_frequency, 1, n_path) [Pa/N].
     load_cases : tuple of LoadCase
         Runs: displacements [m] and forces [N] at the mounts, (n_frequency, n_channel).
     default_load_case : str
         Name of the load case that is meant when none is asked for.
-    input_files : tuple of Path
-        Every file that was read.
+    input_files, cylinders : tuple of Path, int or None
+        Every file that was read; cylinders of the engine, None for an electric drive.
 
     Raises
     ------
@@ -254,7 +254,7 @@ def search(
     robust : RobustResponse
         Mean and scatter of the responses.
     population, generations : int
-        Budget of the search.
+        Designs per generation, at least 4, and generations, at least 1.
     seed : int
         Seed from 1; the same seed gives the same front for any number of workers.
     workers : int
@@ -266,12 +266,12 @@ def search(
     -------
     Front
         ``front.table``, one row per design: sums over vehicles and lines [dB(A)], and means per
-        line and vehicle; ``front.designs()`` [1]; ``front.picks``.
+        line and vehicle; ``front.designs()`` [units of the space]; ``front.picks``.
 
     Raises
     ------
     InputError
-        A budget or seed that makes no sense, or a front that fails under the new draws.
+        A budget, draws or a seed that cannot be; a front that fails under the new draws.
 
     Examples
     --------
@@ -298,7 +298,7 @@ def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
     draws : int
         Draws of the scatter, a power of two.
     seed : int
-        Seed from 1; that of the search gives other draws all the same.
+        Seed from 1; take another than in `search`, whose verification it would only repeat.
 
     Returns
     -------
@@ -401,13 +401,13 @@ def allocate_tolerances(
     Returns
     -------
     Allocation
-        ``tolerance``, shape (k,) [1]; today's tolerance has the price 1 in every variable and
-        others its reciprocal.
+        ``tolerance``, shape (k,) [1]; the price of each is today's tolerance over it, so that
+        today's costs 1.
 
     Raises
     ------
     InputError
-        A model without gradient; a scatter that the tightest tolerances do not reach.
+        A model without gradient; bounds that cannot be; a scatter that the tightest ones miss.
 
     Examples
     --------
@@ -443,7 +443,7 @@ class Experiment(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per design: variables, responses, their sum, and their mean over lines."""
+        """One row per design: variables, responses, their sum, and mean per response and line."""
         unit, names = self.doe.response_unit, self.doe.response_names
         table = doe_frame(self.doe)
         total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
@@ -461,19 +461,19 @@ def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> 
     space : DesignSpace
         Bounds of the designs.
     n : int
-        Number of designs.
+        Number of designs, at least 2.
     seed : int
         Seed from 1.
 
     Returns
     -------
     Experiment
-        ``table``: variables [1], responses and their sums; ``doe`` holds the arrays.
+        ``table``: variables [units of the space], responses, their sums; ``doe``: the arrays.
 
     Raises
     ------
     InputError
-        A model without names; variables that differ; a seed below 1.
+        A model without names; variables that differ; fewer than 2 designs; a seed below 1.
 
     Examples
     --------
@@ -494,9 +494,9 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
     Parameters
     ----------
     experiment : Experiment
-        Of at least two responses, see `doe`.
+        Of at least two responses and ten designs, see `doe`.
     seed, resamples : int
-        Bootstrap of the intervals.
+        Seed from 1 and resamples, at least 100, of the bootstrap behind the intervals.
 
     Returns
     -------
@@ -506,7 +506,7 @@ def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000)
     Raises
     ------
     InputError
-        One response, too few designs, or a response that does not vary.
+        One response, too few designs or resamples, or a response that does not vary.
 
     Examples
     --------
@@ -575,9 +575,9 @@ def sobol(
     space : DesignSpace
         Range of the variables.
     n : int
-        Base points, a power of two; n (k + 2) designs are evaluated.
+        Base points, a power of two from 8; n (k + 2) designs are evaluated.
     seed, resamples : int
-        Seed from 1 and bootstrap resamples of the intervals.
+        Seed from 1 and bootstrap resamples of the intervals, at least 2.
 
     Returns
     -------
@@ -588,7 +588,7 @@ def sobol(
     Raises
     ------
     InputError
-        A response that does not vary or is not finite, by name.
+        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
 
     Examples
     --------
@@ -620,7 +620,7 @@ def morris(
     space : DesignSpace
         Range of the variables.
     trajectories : int
-        Trajectories; each takes k + 1 designs.
+        Trajectories, at least 2; each takes k + 1 designs.
     seed : int
         Seed from 1.
 
@@ -633,7 +633,7 @@ def morris(
     Raises
     ------
     InputError
-        A response that does not vary or is not finite, by name.
+        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
 
     Examples
     --------

@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +20,7 @@ from deboom.files.acceptance import (
     write_solution_box,
 )
 from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
-from deboom.study.runner import command_of
+from deboom.study.overview import command_of
 from pinned_pages import hold
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
@@ -133,6 +134,8 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
     assert [one.verdict for one in delivery.parts] == [Verdict.passed, Verdict.failed]
     assert delivery.parts[1].reason == "x outside: 1.020 of today's, asked 0.800 to 1.000"
+    with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
+        judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)
     with pytest.raises(InputError, match="N/mm"):
         read_delivered_parts(table_of(tmp_path, [0.9]), axes, over_today=True)
 

@@ -49,7 +49,7 @@ def drive(folder, cars, states, drives=DRIVES):
     """Write tables of drives whose pressures repeat within `REPEAT`."""
     study, pressure = cars
     rng = np.random.default_rng(3)
-    folder.mkdir()
+    (folder / "photos").mkdir(parents=True)
     for state, source in states.items():
         for number in range(1, drives + 1):
             columns = {"frequency [Hz]": study.index.frequency}

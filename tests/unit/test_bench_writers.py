@@ -163,8 +163,7 @@ def test_units_scatter_and_stay_the_same_part():
     first = with_mount_set(BENCH, "M1")
     mix = with_mount_set(BENCH, MIX)
     fourth = with_mount_set(BENCH, "M4")
-    drawn = with_mount_set(BENCH, DRAWING)
-    assert drawn.powertrain.laws == BENCH.powertrain.laws
+    assert with_mount_set(BENCH, DRAWING).powertrain.laws == BENCH.powertrain.laws
     assert mix.powertrain.laws[:3] == first.powertrain.laws[:3]
     assert mix.powertrain.laws[3:] != first.powertrain.laws[3:]
     assert mix.wheel_end.laws == fourth.wheel_end.laws

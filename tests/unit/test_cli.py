@@ -11,6 +11,7 @@ from broken_files import content, edited, functions
 
 import deboom
 from command_line import call, refused
+from deboom.study.overview import command_of
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -107,8 +108,7 @@ def test_bench_writes_a_platform_that_passes_its_check(tmp_path):
     written = call("bench", "write", folder, "--seed", "2")
     assert "--mounts spectra" in written.stderr
     assert Path(written.stdout.splitlines()[-1]) == folder
-    checked = call("check", folder)
-    assert "5 in group U06" in checked.stdout
+    assert "5 in group U06" in call("check", folder).stdout
 
 
 VEHICLE = "noise_transfer/U06-2.uff"
@@ -147,3 +147,9 @@ def test_a_fault_of_a_platform_is_named_and_nothing_is_written(fault, words, tmp
     assert 1 <= len(result.stderr.strip().splitlines()) <= 11, result.stderr
     assert all(word in result.stderr for word in words)
     assert not out.exists()
+
+
+def test_a_run_names_the_command_that_makes_it_again():
+    given = {"band": [20.0, 60.0], "load_case": ["g5 wot", "g7=0.5"], "free": True, "plan": False}
+    again = "deboom run studies/u.py --band 20.0 60.0 --load-case 'g5 wot' --load-case g7=0.5"
+    assert command_of({"study": "u", "arguments": given}) == f"{again} --free --no-plan"

@@ -46,8 +46,7 @@ def test_export_and_import_move_a_library_unchanged(path, tmp_path):
     assert call("library", "export", path, file).output.strip() == file.as_posix()
     moved = tmp_path / "moved.db"
     assert call("library", "import", moved, file).output == "2 mounts imported\n"
-    again = call("library", "import", moved, file, code=2)
-    assert "is there already" in again.output
+    assert "is there already" in call("library", "import", moved, file, code=2).output
     call("library", "import", moved, file, "--replace")
     with open_library(moved) as library:
         assert_same(library.load(wishbone().identity), wishbone())

@@ -78,8 +78,7 @@ def test_orders_adds_a_run_and_says_how_far_to_believe_it(campaign):
 def test_bad_requests_end_in_one_sentence_and_change_nothing(campaign, arguments, message):
     before = sorted(campaign.rglob("*"))
     toml = (campaign / "campaign.toml").read_bytes()
-    done = call("orders", campaign, *arguments, code=2)
-    assert message in done.output
+    assert message in call("orders", campaign, *arguments, code=2).output
     assert sorted(campaign.rglob("*")) == before
     assert (campaign / "campaign.toml").read_bytes() == toml
 

@@ -300,8 +300,7 @@ def torque(folder):
 def test_what_no_car_has_is_refused(tmp_path, fault, sentence):
     folder = filled(made(tmp_path / "mine"))
     fault(folder)
-    result = call("check", folder, code=2)
-    assert sentence in result.stderr
+    assert sentence in call("check", folder, code=2).stderr
 
 
 PLATFORM = ("new", "platform", "mine")
@@ -325,8 +324,7 @@ PLATFORM = ("new", "platform", "mine")
 )
 def test_bad_calls_are_refused_and_nothing_is_written(tmp_path, monkeypatch, words, sentence):
     monkeypatch.chdir(tmp_path)
-    result = call(*words, code=2)
-    assert sentence in result.stderr
+    assert sentence in call(*words, code=2).stderr
     assert list(tmp_path.iterdir()) == []
 
 

@@ -117,8 +117,7 @@ def coded(plan, n_variables, *arguments):
 
 
 def test_plans_of_fixed_levels_are_those_of_the_textbooks():
-    corners = coded(full_factorial, 3)
-    assert np.unique(corners, axis=0).shape == (8, 3)
+    assert np.unique(coded(full_factorial, 3), axis=0).shape == (8, 3)
     half = coded(fractional_factorial, 4, "a b c abc")
     assert np.array_equal(half[:, 3], half[:, 0] * half[:, 1] * half[:, 2])
     assert np.array_equal(half.T @ half, 8 * np.eye(4))

@@ -179,8 +179,7 @@ def test_hypervolume_of_a_known_staircase():
     assert box.reference_point == pytest.approx([2.2, 2.2])
     area = 2.2 * 0.2 + 1.2 * 1.0 + 0.2 * 1.0  # strips from the top to the bottom
     assert box.hypervolume(STAIRS) == pytest.approx(area / 2.2**2)
-    only = np.array([[1.0, 1.0]])
-    assert box.hypervolume(only) == pytest.approx(1.2**2 / 2.2**2)
+    assert box.hypervolume(np.array([[1.0, 1.0]])) == pytest.approx(1.2**2 / 2.2**2)
     assert box.hypervolume(np.array([[3.0, 3.0]])) == 0.0
     assert box.share(area) == pytest.approx(box.hypervolume(STAIRS))
 

@@ -91,8 +91,7 @@ def test_the_global_state_and_the_inputs_stay_as_they_were():
 
 
 def test_the_same_seed_gives_the_same_bits_and_more_points_begin_alike():
-    again = sobol_designs(G.inputs, 16, seed=1)
-    assert np.array_equal(again, DESIGNS)
+    assert np.array_equal(sobol_designs(G.inputs, 16, seed=1), DESIGNS)
     assert np.array_equal(sobol_designs(G.inputs, 64, seed=1)[: len(DESIGNS)], DESIGNS)
     assert not np.array_equal(sobol_designs(G.inputs, 16, seed=2), DESIGNS)
     one, two = (sobol_indices(VALUES, G.inputs.names, OUTPUTS, seed=3) for _ in range(2))

@@ -109,8 +109,7 @@ def test_axes_of_one_hardness_have_their_own_closed_form():
     names = tuple(f"M x{k}" for k in range(4))
     structure = ToleranceStructure(names, np.ones((4, 1)), ("hardness",))
     allocator = linear_allocator(slope, weight, structure=structure)
-    target = SigmaTarget(0.1)
-    found = allocator.cheapest(target)
+    found = allocator.cheapest(SigmaTarget(0.1))
     a = slope * np.sqrt(SECOND) / 3.0
     exact = np.sqrt(weight / a)
     exact *= 0.1 / (a * exact).sum()

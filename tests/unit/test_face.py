@@ -43,8 +43,7 @@ def test_every_page_has_shapes_units_errors_and_an_example(name):
     parts = ["Parameters", "Raises", "Examples"]
     if inspect.isfunction(EXPLAINED[name]):
         parts.append("Returns")
-    lacking = [part for part in parts if f"\n{part}\n{'-' * len(part)}\n" not in text]
-    assert not lacking
+    assert not [part for part in parts if f"\n{part}\n{'-' * len(part)}\n" not in text]
 
 
 @pytest.mark.parametrize("name", EXPLAINED)

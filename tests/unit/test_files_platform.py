@@ -322,6 +322,7 @@ def test_the_engine_torque_is_read_where_there_is_a_table(folder):
     ("text", "words"),
     [
         (torque_text(LINES[:-1]), "g5.csv: the lines ... differ: 5 and 4 lines; export the torque"),
+        (torque_text(LINES[:1]), "5 and 1 lines"),
         (torque_text(LINES + 0.1), "line 1 is 20 Hz and 20.1 Hz"),
         (torque_text(header="frequency [Hz],engine torque"), "engine torque' has no unit"),
         (torque_text(header="frequency [Hz],engine torque [N]"), "is not in N m"),

@@ -173,8 +173,7 @@ def test_offsets_are_taken_out_before_windows():
 def test_impacts_become_columns():
     first, second = hits(FORCES), hits(FORCES, impact="I2")
     impacts = tuple(Impact(n, np.zeros(3), np.array([0, 0, 1.0])) for n in ("I1", "I2"))
-    test = HammerTest("both", impacts, (), (first, second))
-    both = hammer_frfs(test)
+    both = hammer_frfs(HammerTest("both", impacts, (), (first, second)))
     assert both.inputs == ("I1", "I2")
     assert both.values.shape == (800, 2, 2)
     assert both.select(inputs=["I2"]).inputs == ("I2",)

@@ -122,7 +122,7 @@ def test_mounts_as_struck():
 
 
 def test_bands_are_as_wide_as_their_confidence_says():
-    options = UnbalanceOptions(routes=(routes.CALIBRATED_MEASUREMENT,), confidence=0.99)
+    options = UnbalanceOptions(routes=(), chosen=routes.CALIBRATED_MEASUREMENT, confidence=0.99)
     surer = unbalance(sample(1)[0], identified(), options).chosen.sweeps[0].static.from_y
     usual = as_struck().chosen.sweeps[0].static.from_y
     # normal quantiles of 99 and of 95 %

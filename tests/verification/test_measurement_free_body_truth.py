@@ -143,3 +143,10 @@ def test_impossible_swings_are_refused():
         pendulum_inertia((2.0, 0.0), (0.5, 0.0), (1.0, 0.0))
     with pytest.raises(InputError, match="above 0"):
         torsion_inertia((1.0, 0.0), (0.0, 0.0), (1.0, 0.0))
+
+
+def test_what_moves_like_no_rigid_body_is_refused():
+    values = np.tile(np.diag([0.2, 0.2, 0.2, 50.0, 50.0, 40.0]), (LINES.size, 1, 1))
+    values[:, 0, 1], values[:, 1, 0] = 5.0, -5.0
+    with pytest.raises(InputError, match="no rigid body moves like this"):
+        free_body(LINES, values)

@@ -139,7 +139,7 @@ NO_ERRORS = CampaignErrors(
     data_sheet=False,
     **_zeros(CampaignErrors),
 )
-"""Nothing is wrong or noisy; what the shaker calibrates stays: cell gain, cross-talk and shunt."""
+"""Nothing is wrong or noisy; gain, cross-talk and shunt of cells stay, and the bench gives way."""
 
 
 ANGLE_DIGITS = 1

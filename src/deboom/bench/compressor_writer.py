@@ -386,8 +386,8 @@ def write_operation(
 
     - `title`, `plan`, `running_lab`: title of the test; wanted operation; compressor and source.
     - `sweeps`: sweeps over `speeds`.
-    - `channels`: measured order spectra of each sweep, the last two where the car has such sensors.
-    - `record` (tacho, acceleration), optional, optional: run-up over time.
+    - `channels`: order spectra of each sweep: on the compressor, in a car also of holders and ears.
+    - `record` (tacho, acceleration), optional: run-up over time.
     - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
     """
     sheet = running_lab.laboratory.placed.sheet

@@ -222,8 +222,8 @@ def modified_body(
     - `body`: body before the change.
     - `panel_mass`, `panel_stiffness` (n_panel,): mass and stiffness added to each panel [kg],
       [N/m]; negative values take away.
-    - `path_factor`, `damping_factor` (n_path,): factors on the local shape at the mounts, and on
-      the new modes' damping [1].
+    - `path_factor` (n_path,), `damping_factor` (n_mode,): factors on the local shape at each path,
+      and on the new modes' damping [1].
 
     Each change is of rank one in modal coordinates, ``ΔM = Δm φφᵀ``, ``ΔK = Δk φφᵀ``, and the
     eigenproblem is solved again. A new mode keeps the sign and the mean damping of the modes it is
@@ -398,7 +398,7 @@ def panel_pressure(cabin: Cabin, frequency: RealArray) -> ComplexArray:
 
 
 def ear_transfer(body: Body, cabin: Cabin, frequency: RealArray) -> ComplexArray:
-    """Find the pressure at the ears per load at an interface, (f, n_ear, n_interface, 6) [Pa/N]."""
+    """Find pressure at ears per interface load, (f, n_ear, n_interface, 6) [Pa/N, Pa/(N m)]."""
     per_mode = panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     modal = per_mode * body.modal_receptance(frequency)[:, None, :]
     return np.asarray(np.einsum("fen,nia->feia", modal, interface_shapes(body)))

@@ -168,8 +168,8 @@ def operate(
 ) -> OperatingRun:
     """Run the bench in one gear with a given torque at every line of the engine order.
 
-    The engine torque (f,) [N m] is in the order of time, which is that of rising speed. A gear that
-    does not exist is refused.
+    Engine torque [N m] and frequency [Hz], each (f,), are in the order of time. A gear that does
+    not exist is refused.
     """
     ratio = total_ratio(bench, gear)
     order_torque = bench.order_torque.torque(

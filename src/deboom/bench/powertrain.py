@@ -46,8 +46,8 @@ class Stage:
 class FluidBranch:
     """The fluid track of a hydromount.
 
-    Dynamic over elastic stiffness above the resonance of the fluid column [1]; resonance [Hz] and
-    damping ratio [1].
+    Stiffness of the branch over the elastic one, far above the resonance of the fluid column [1];
+    resonance [Hz] and damping ratio [1].
     """
 
     stiffness_ratio: float
@@ -69,8 +69,8 @@ class DirectionLaw:
     - `stiffness`: static tangent stiffness far from every stage [N/m].
     - `stages`: stops on both sides.
     - `dynamic_ratio`: factor on the dynamic stiffness that leaves the static curve alone [1].
-    - `payne_storage`, `payne_loss`: storage drop and twice the loss maximum of the filler's
-      network, per elastic stiffness [1].
+    - `payne_storage`, `payne_loss`: storage drop and loss maximum of the filler's network,
+      per elastic stiffness [1].
     - `payne_amplitude`, `payne_exponent`: amplitude at the loss maximum [m] and exponent [1].
     - `fractional_weight`, `fractional_order`, `fractional_frequency`: weight [1], order [1] and
       reference frequency [Hz] of the fractional Kelvin-Voigt branch.

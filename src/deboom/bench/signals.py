@@ -62,7 +62,7 @@ def rotations(
     """Return the sum of an order and others that ride on it over the angle, shape (n_sample,) [1].
 
     The angle of the revolution is zero at the first pulse [rad]; others are (order, amplitude per
-    amplitude of the first order [1], phase against it [rad]).
+    amplitude of `order` [1], phase against it [rad]).
     """
     total = np.exp(1j * order * angle)
     for other, share, phase in others:

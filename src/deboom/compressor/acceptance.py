@@ -80,8 +80,8 @@ class Verdict:
     `value`, `deviation`: at the line nearest to breaking its limit, counted in deviations; `line`:
     its frequency [Hz]; 0 where there is none; `pass_guard`, `fail_guard`: how far inside a bound a
     value must lie to pass, and how far outside to fail; `shrinkage`: factor by which the deviation
-    must shrink to decide, if the value stays; 1 where decided; `doubt`: why nothing was decided,
-    whatever the value; empty where the uncertainty alone decides.
+    must shrink to decide, if the value stays; 1 where decided or doubted; `doubt`: why nothing was
+    decided, whatever the value; empty where the uncertainty alone decides.
     """
 
     name: str
@@ -97,12 +97,12 @@ class Verdict:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Values that a part may have and still be passed as this one: guard band to each side."""
+        """Ends of what the part may truly have: `value` with the pass guard band to each side."""
         return self.value - self.pass_guard, self.value + self.pass_guard
 
     @property
     def repetitions(self) -> int:
-        """Independent set-ups whose mean would decide, if the value stays; 1 where decided."""
+        """Set-ups whose mean would decide, if the value stays; 1 where decided or doubted."""
         return int(np.ceil(1.0 / max(self.shrinkage, 1e-3) ** 2))
 
 
@@ -227,8 +227,8 @@ class ComponentLimits:
 def component_verdicts(found: Unbalance, limits: ComponentLimits) -> tuple[Verdict, ...]:
     """Judge every limit of a compressor.
 
-    - `found`: result whose chosen route's fit over all sweeps is judged, and of whose hammer test
-      the stiffness, that of the mounts as struck.
+    - `found`: its chosen route's fit over all sweeps gives the unbalances, its hammer test the
+      stiffness, that of the mounts as struck.
     - `limits`: what must be kept.
     - returns: verdicts in the order of the file: static, dynamic, then each stiffness.
     """
@@ -248,7 +248,7 @@ def stiffness_characteristic(found: Identification, limit: StiffnessLimit) -> Ch
     """Read the dynamic stiffness of one direction off an identified compressor.
 
     Returns ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted
-    where the model has an alarm, or no line was fitted below or above the band.
+    where the model has an alarm, or the band reaches beyond those of the fit.
     """
     place, lines = AXES.index(limit.direction), limit.lines
     known = found.calibrated

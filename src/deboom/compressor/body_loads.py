@@ -138,7 +138,7 @@ def on_rigid_foundation(
 ) -> OperatingTest:
     """Take the motion of the body off the accelerations of a running compressor.
 
-    With `hoses` goes the `accelerance` of the body, by which their ends move.
+    `change`: lines [Hz] → δ of the mounts' stiffness [1]; `hoses` need the body's `accelerance`.
 
     Returns the test with the accelerations that the same load would cause on a rigid foundation.
     InputError: a sweep without holder accelerations of a mount, a hose without accelerances.

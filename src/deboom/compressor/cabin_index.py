@@ -174,8 +174,8 @@ class MountVariables:
     """Columns of a design of m mounts.
 
     `names`, `units`: name and unit of each variable; `scaled` (k, 3 m): stiffnesses (axial and two
-    radial of each mount) that each variable multiplies; `moved` (k, 3 m): coordinates (x, y, z of
-    each mount) that each variable is; at most one of each.
+    radial of each mount) that each variable multiplies; `moved` (k, 3 m): coordinate (x, y, z of
+    each mount) that each variable is, at most one.
     """
 
     names: tuple[str, ...]
@@ -222,7 +222,7 @@ def mount_variables(
       common. Otherwise every mount has its own, ``mount 1 axial`` ….
     - `pieces`: whether identical mounts have one more factor per mount and axis,
       ``mount 1 axial piece`` …: what pieces of one part number differ by.
-    - `places`: coordinates of every mount, ``mount 1 x`` … [mm], counted from `DATUM`.
+    - `places`: whether coordinates of all mounts, ``mount 1 x`` … [mm], vary; `DATUM` is as drawn.
     """
     columns = np.arange(3 * len(mounts))
     axis_of, mount_of = np.tile(STIFFNESS_AXES, len(mounts)), columns // 3
@@ -291,7 +291,7 @@ class MountStatics:
         return np.asarray(1e3 * far.max(axis=(1, 2))[:, np.newaxis])
 
     def modes(self, designs: npt.ArrayLike) -> RealArray:
-        """Return the six rigid-body modes of designs, (n, k) → (n, 6) [Hz]."""
+        """Return the six natural frequencies of designs, increasing, (n, k) → (n, 6) [Hz]."""
         stiffness = self._stiffness(designs)
         rows = [rigid_body_modes(self.mass_matrix, matrix)[0] for matrix in stiffness]
         return np.array(rows).reshape(-1, 6)
@@ -422,8 +422,8 @@ class CabinIndex:
     def pressure(self, designs: npt.ArrayLike, case: str | None = None) -> ComplexArray:
         """Return the pressure at the ear of every car.
 
-        `designs` (n, k): designs [units of the variables]. Returns (n, v, f) complex peak [Pa].
-        InputError: no such case; designs as in `__call__`.
+        `designs` (n, k): as in `__call__`; `case`: its name, the first if None. Returns (n, v, f)
+        complex peak [Pa]. InputError: no such case; designs as in `__call__`.
         """
         array = self.variables.checked(designs)
         if case is not None and case not in self.case_names:

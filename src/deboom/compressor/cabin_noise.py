@@ -183,7 +183,7 @@ class SweepNoise(Tabled):
     hoses, ``mx my mz`` as well; `loads` (n_frequency, n_path): on the body, complex peak [N, N m];
     `contributions` (n_frequency, n_path): sound of each path, complex peak [Pa]; `n_mount_paths`:
     number of paths of the mounts; they come first; `measured` (n_frequency,): at the ear, complex
-    peak [Pa].
+    peak [Pa]; `pressure`: that of the gas [Pa].
     """
 
     sweep: str
@@ -359,7 +359,7 @@ def _sweep_noise(
 
 @dataclass(frozen=True, eq=False)
 class NoiseBand:
-    """Levels between which the sound of a sweep lies, with and without the paths of hoses.
+    """Levels between which 90 % of the draws of a sweep lie, with and without the paths of hoses.
 
     `lower`, `upper` (n_frequency,): of all paths [dB(A)]; `lower_mounts`, `upper_mounts`
     (n_frequency,): of the mounts' paths alone [dB(A)].

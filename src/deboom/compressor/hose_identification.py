@@ -163,14 +163,14 @@ def identify_hoses(
     Raises
     ------
     InputError
-        No drawing; neither a hammer test with hoses nor a pair of sweeps.
+        No drawing; neither a hammer test with hoses nor a pair of sweeps; sweeps of both kinds that
+        share no pressure or lines; tests with other sensors, impacts or lines.
 
     Notes
     -----
-    ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweeps:
-    ``(AM − K_h/ω²) a_standard = AM a_soft``. Maximum of the posterior by
-    `scipy.optimize.least_squares`; derivatives by the nuisances are analytic, those by the numbers
-    of a hose differences of the exact element. Ports, directions and
+    ``H = (AM − K_h/ω²)⁻¹`` with and without hoses; sweep: ``(AM − K_h/ω²) a_standard = AM a_soft``.
+    Maximum of the posterior by `scipy.optimize.least_squares`; derivatives by the nuisances are
+    analytic, those by the numbers of a hose differences of the exact element. Ports, directions and
     lengths are estimated along, so that a drawing that is wrong by millimetres and degrees costs
     little. Compressor and placement stay as identified; their covariance C adds ``G C Gᵀ`` with
     ``G = (JᵀJ)⁻¹ Jᵀ ∂r/∂θ``.

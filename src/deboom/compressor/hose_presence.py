@@ -212,8 +212,8 @@ def hoses_in_sweep(
 ) -> HosePresence | None:
     """Look for the drawn hoses in one sweep, whatever it is said to be.
 
-    `rotor_inertia`: polar moment of the rotor [kg m²]. Returns none where fewer than 20 lines lie
-    in `SOUGHT_IN`. InputError: no drawing, or other sensors.
+    `rotor_inertia`: polar moment of the rotor [kg m²]. Returns None where fewer than 20 lines lie
+    in `SOUGHT_IN`. InputError: other sensors, or a misfit above `ALARM` and no drawing.
 
     ``AM a = S x + δ (v K/ω²) a + s (K_h/ω²) a``: rotor and gas have five numbers over the whole
     run-up, the mounts a smooth change δ, and only hoses resonate in between. Least squares in x, δ,
@@ -258,12 +258,12 @@ def hoses_in_hammer_test(
 ) -> HosePresence | None:
     """Look for the drawn hoses in a hammer test that is said to be without them.
 
-    `length`: characteristic length by which rotations are scaled [m]. Returns none where fewer than
-    20 lines lie in `SOUGHT_IN`. InputError: no drawing.
+    `length`: characteristic length by which rotations are scaled [m]. Returns None where fewer than
+    20 lines lie in `SOUGHT_IN`. InputError: a misfit above `ALARM` and no drawing.
 
     ``H = H (M − v(f) K/ω²) H − s H (K_h/ω²) H`` with H as measured: one step from the measurement
     itself, linear in M, K and s. M and K are any 6×6 matrices and v runs through real and imaginary
-    parts of three powers of the frequency, so that misplaced sensors and any rubber fit; hoses that
+    parts of three powers of lg f, so that misplaced sensors and any rubber fit; hoses that
     resonate do not.
     """
     kept = _sought(inertance.frequency)

@@ -87,7 +87,7 @@ SMALLEST_LINES, LARGEST_LINES = 12, 48
 MISFIT_LINES = 96
 """Lines of the whole band that say how far a model with an alarm may be off."""
 STIFFNESS_DEVIATION = 0.3
-"""Of each entry of K_VP over its own size or that of the diagonal: what 60 Hz leave open [1]."""
+"""Of each entry of K_VP over its size, at least `stiffness_scale`: what 60 Hz leave open [1]."""
 
 PRIOR = Prior(
     np.concatenate([np.zeros(N_MASS + N_STIFFNESS), START_GAIN]),
@@ -122,8 +122,8 @@ class Identification(Tabled):
     it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
     `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
     (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
-    of the sheet; `known`: posterior against prior; `held_out`: other lines of the bands; `hoses`:
-    search for the drawn hoses, None where none are drawn.
+    of the sheet; `known`: posterior against prior; `held_out`: lines not fitted between the ends of
+    all bands; `hoses`: search for the drawn hoses, None where none are drawn.
     """
 
     test: InertanceTest
@@ -217,9 +217,9 @@ def identify(
     Raises
     ------
     InputError
-        Coherence too low, a reversed, swapped or exchanged channel or impact, a body of implausible
-        size, a mass that is not the weighed one, a virtual point that the sensors or impacts do not
-        span.
+        Low coherence, one hit per impact, a band without lines, fewer than eight lines above 60 Hz,
+        lengths in two units, a reversed, swapped or exchanged channel or impact, a body of
+        implausible density, a mass far from the weighed one, a virtual point that is not spanned.
 
     Examples
     --------
@@ -346,7 +346,7 @@ def _start(
 
 
 def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
-    """Name what came out beyond its tolerance, such as ``A3 position y (-56 σ)``, worst first."""
+    """Name what lies over 5 σ off the sheet, such as ``A3 position y (-56 σ)``, worst first."""
     scores: RealArray = found.errors / found.placement.deviations(tolerances)
     worst = np.argsort(-np.abs(scores))
     return tuple(

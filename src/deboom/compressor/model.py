@@ -247,7 +247,7 @@ class ModalTable:
 def modal_table(model: CompressorModel) -> ModalTable:
     """Solve for the six rigid-body modes.
 
-    InputError: a stiffness with a negative direction, or a gain that has no natural frequency.
+    InputError: a stiffness with a negative direction, or a gain that is not positive at a mode.
 
     With one gain for all directions the shapes are those of the static stiffness, and each
     frequency solves ``f = f_s √v'(f)``; exact for the common gain only.
@@ -358,7 +358,7 @@ def _drift_law(squared: npt.ArrayLike, nearness: float) -> RealArray:
 def _drift_fit(
     squared: RealArray, elements: RealArray, nearness: float
 ) -> tuple[float, float, float, float]:
-    """Norms of constant and growth, variance of the growth at the top over that of a line."""
+    """Norms of constant and growth, variance of the growth at the top over a line's, the line's."""
     columns = np.stack([np.ones_like(squared), _drift_law(squared, nearness)], axis=1)
     fit, *_ = np.linalg.lstsq(columns, elements)
     scatter = float(np.sum((elements - columns @ fit) ** 2)) / (squared.size - 2)

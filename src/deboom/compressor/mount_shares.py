@@ -293,16 +293,16 @@ class SofteningMounts:
     def change_at(self, values: RealArray, stroke: npt.ArrayLike) -> ComplexArray:
         """Compute the change δ of a mount's stiffness.
 
-        `values` (6,): the unknowns [1]. Returns [1].
+        `values` (6,): the unknowns [1]; `stroke` (...): of the mount [m]. Returns (...) [1].
         """
         numbers = np.asarray(values, dtype=float).view(complex)
         return np.asarray(np.tensordot(numbers, _powers(stroke), axes=1))
 
 
 def softening_mounts(found: Identification) -> SofteningMounts | None:
-    """Share the stiffness that a hammer test found out to the mounts of its drawing.
+    """Divide the stiffness that a hammer test found among the mounts of its drawing.
 
-    Returns none without a drawing of at least two mounts: nothing says then what is where.
+    Returns None without a drawing of at least two mounts: nothing says then what is where.
 
     Mounts of `mount_shares`, which add up to K_VP within its uncertainty only; ``C K_i Cᵀ`` with
     ``C = L_VP L⁻¹`` of both Cholesky factors makes them add up.

@@ -118,8 +118,8 @@ def fit_source(
     one; C_k are changes of the mounts, D_k errors of the route with unit normal n_k, e the noise of
     sweep and hammer test. To take the errors as unknowns with their prior is the same as to weight
     with their full covariance, which ties every line to every other. Where mounts in operation do
-    what no C_k describes, the lines below 60 Hz get the share of it into their weights that brings
-    their χ to one.
+    what no C_k describes, the weights of all lines allow for as much of it as brings the χ of those
+    below 60 Hz to one.
     """
     problem = _SourceProblem(model, loads, sense, change, band)
     values, covariance, converged = problem.solve(np.zeros(problem.prior.size), 0.0)

@@ -153,8 +153,8 @@ def case_name(pressure: float) -> str:
 def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
     """Compute the load of rotor and gas at any speed, pressure by pressure.
 
-    `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns (n_frequency, 6) such as
-    ``7.5 bar`` → complex peak at the virtual point [N, N m].
+    `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns, by name such as
+    ``7.5 bar``, (n_frequency, 6) complex peak at the virtual point [N, N m].
 
     Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
     neither.

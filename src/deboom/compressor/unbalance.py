@@ -248,7 +248,7 @@ def unbalance(
     InputError
         An identification of other sensors; no sweep with these hoses; a sweep outside of the hammer
         test or one that never leaves the resonances; sweeps that turn against each other or against
-        the data sheet.
+        the data sheet, or show no sense of rotation.
 
     Notes
     -----
@@ -292,7 +292,7 @@ def unbalance(
         chosen, [operating_load(chosen, sweep) for sweep in used], options.expected_sense
     )
     results, state_law = [], FactorOverFrequency()
-    for route in options.routes:
+    for route in dict.fromkeys((*options.routes, options.chosen)):
         say(f"route {route.letter}: {route.title}")
         model = route.model(identification, calibration, frequency)
         model = model.with_rotor(test.rotor_inertia, sense.sense)

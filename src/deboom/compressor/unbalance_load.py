@@ -34,7 +34,7 @@ def unbalance_load(
     """Compute the load of first order at a virtual point on the rotor's axis.
 
     `static` (n_source,): unbalance of each source (crank, orbiting scroll, balance weight) as a
-    rotating vector: its argument is the angle from y towards z in the sense of rotation, complex
+    rotating vector: its argument is the angle from y, counted in the sense of rotation, complex
     [kg m]; `arm` (n_source,): distance of each source along x, from the virtual point [m];
     `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns (n_frequency, 6) complex
     amplitudes [N, N m]. InputError: not one arm per source.

@@ -227,8 +227,8 @@ def linear_start(
 
     `frequency` (n_frequency,): above 0, with lines both near and above the rigid-body modes [Hz];
     `inertance` (n_frequency, 6, 6): measured at the virtual point [1/kg, 1/(kg m), 1/(kg m²)].
-    Returns (35,) parameters of `parametrisation`, with the gain of a medium rubber. InputError:
-    data whose mass line has no positive mass: a channel or an impact of the wrong sign.
+    Returns (35,) parameters of `parametrisation`: the gain a medium rubber's with the loss found.
+    InputError: data whose mass line has no positive mass: a channel or an impact of the wrong sign.
 
     ``(M − v'(f) K'/ω² − j K''/ω²) H = 1`` with a stiffening v' of medium rubber is linear in the
     entries of M, K' and K''. The first pass weights the lines by ``1/|H|``, the next by the model

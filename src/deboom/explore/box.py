@@ -1,9 +1,9 @@
 """A specification as a box of independent intervals, and the share of its parts that keep a limit.
 
 A part that lies in its box is accepted, whatever the other variables of the same part are; that is
-what a drawing can say. Parts lie evenly, the worst that an acceptance test allows. The share counts
-parts and responses, or whole parts, that keep the limit; one below 1 leaves out the corners of the
-box that parts hardly ever reach.
+what a drawing can say. Parts are taken to lie evenly: an acceptance test says no more than that
+they lie inside. The share counts parts and responses, or whole parts, that keep the limit; a share
+below 1 leaves out the corners of the box that parts hardly ever reach.
 """
 
 from __future__ import annotations
@@ -201,9 +201,9 @@ def smooth_share(
     - `ends` (2, k): lower and upper ends, of which any pair may be crossed [units of the
       variables].
     - `unit` (n, k): uniform draws that stand for the parts [1].
-    - `softness`: width of the normal distribution that smooths the step from kept to missed
-      [response_unit].
-    - returns `share`: mean of ``Φ(-excess / softness)`` over parts and responses [1].
+    - `softness`: width of the normal distribution that smooths the step [response_unit].
+    - returns `share`: mean of ``Φ(-excess / softness)`` over parts and responses or, with
+      ``question.together``, of the largest excess of each part [1].
     - returns `gradient` (2, k): derivatives of the share by the ends [1 / units of the variables].
 
     A part is ``l + t (u - l)`` with its place t from the shared draws, thus ``∂x/∂l = 1 - t`` and
@@ -230,7 +230,7 @@ def smooth_share(
 
 
 def face_shares(question: BoxQuestion, box: Box, unit: RealArray) -> RealArray:
-    """Return the share of the parts exactly at each lower and each upper end, shape (2, k) [1].
+    """Return the share that parts exactly at each lower and each upper end keep, shape (2, k) [1].
 
     Parts lie evenly, at ``unit`` of shape (n, k):
     ``∂share/∂u_k = (share of the upper face - share) / (u_k - l_k)``, by Leibniz' rule, without any
@@ -307,7 +307,7 @@ def lower_bound(part_shares: RealArray, confidence: float) -> float:
     The empirical Bernstein bound, ``mean - sqrt(2 V ln(2/δ) / n) - 7 ln(2/δ) / (3 (n - 1))`` with
     ``δ = 1 - confidence`` and the variance V of the shares (A. Maurer and M. Pontil, "Empirical
     Bernstein bounds and sample-variance penalization", COLT 2009, theorem 4). It holds for every
-    number of parts and every distribution of their shares, one as well as none that misses.
+    number of parts and every distribution of their shares, also where one part or none misses.
     """
     n_parts = len(part_shares)
     if n_parts < 2 or not 0.0 < confidence < 1.0:

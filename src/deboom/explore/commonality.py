@@ -62,17 +62,17 @@ def fewest_part_numbers(
     - `problem`, `own`: fleet with limits, and the result of `own_optima` for it.
     - `guesses`: sharings that are tried as well, such as one set per group.
     - `step`, optional: called after each step.
-    - raises InputError: a limit that a vehicle misses even with parts of its own: says by how much,
-      and which vehicle binds. Vehicles that belong together and have no sharing within the limits.
+    - raises InputError: a limit that a vehicle misses even with parts of its own; vehicles that
+      belong together and have no sharing within the limits; more than 8 parts.
 
     Two steps in turn. Numbers: of a library of part values, the local optima of every vehicle,
     choose a stated count and give every vehicle one of each part, so that the worst vehicle is as
-    good as can be: an exact integer program. Values: move the values of these numbers by gradients
+    good as can be, by an integer program. Values: move the values of these numbers by gradients
     (`shared_design`). Then pairs of numbers of the best sharings are merged, one after the other.
 
     The lower bound is a relaxation: parts outside of a subset are shared by all vehicles, those
     inside are free for each vehicle. All optima of values are local ones, of several starts: the
-    search may miss a sharing, and the bound is one too high where every start missed one.
+    search may miss a sharing, and the bound is too high where every start missed one.
     """
     say = step or (lambda *_: None)
     _refuse_unreachable(problem, own)

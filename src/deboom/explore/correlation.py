@@ -86,8 +86,8 @@ def correlations(
 ) -> Correlations:
     """Return Pearson's correlation of all pairs of responses with intervals, and Spearman's.
 
-    - `values` (n, r): responses in one row per design, or m values of each design, which stay
-      together when designs are resampled.
+    - `values` (n, r) or (n, m, r): responses in one row per design, or m values of each design,
+      which stay together when designs are resampled.
     - `names`: names of the responses.
     - `seed`, `resamples`: seed from 1 and number of resamples, at least 100, of the bootstrap.
     - raises InputError: fewer than `FEWEST` designs or two responses; a value that is not finite,
@@ -170,8 +170,8 @@ def tolerance_scatter(
     designs share would leave the correlation of the scatter to those few.
 
     - returns `mean` (n, r): mean of each design over its draws [unit of the responses].
-    - returns `scatter` (n, n_draws, r): each draw less the mean of its design; NaN for all draws of
-      a design of which one could not be computed [unit of the responses].
+    - returns `scatter` (n, n_draws, r): each draw less the mean of its design; not finite in all
+      draws where one could not be computed [unit of the responses].
     - raises InputError: a number of draws that is not a power of two from 2, seed 0, designs of
       another shape.
     """
@@ -193,8 +193,8 @@ class Families:
     """Responses that go together.
 
     - `names`, `members`: names of the responses, and the families, the largest first.
-    - `merges` (r - 1, 4): tree in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 -
-      r [1].
+    - `merges` (n - 1, 4): tree of the n responses in the layout of
+      `scipy.cluster.hierarchy.linkage`; heights are 1 minus the correlation [1].
     - `cut`: least correlation of any two members of a family [1].
     """
 

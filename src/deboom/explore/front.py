@@ -114,7 +114,7 @@ def replicates(
 ) -> Replicates:
     """Return a robust response with one scramble of `n_samples` Sobol draws for each purpose.
 
-    Their number is a power of two. The seed of the search gives independent draws all the same.
+    `n_samples` is a power of two. The seed may be that of a search: the draws are others anyway.
     """
     return Replicates(
         tuple(
@@ -127,7 +127,7 @@ def replicates(
 def verification_response(
     robust: RobustResponse, n_samples: int = 1024, *, seed: int
 ) -> RobustResponse:
-    """Return a robust response with the first scramble of `verify`, which no search saw."""
+    """Return a robust response with the first scramble of `VERIFICATION`, which no search saw."""
     return replicates(robust, n_samples, seed=seed, purposes=VERIFICATION[:1]).sets[0]
 
 
@@ -287,7 +287,7 @@ def level_gap(front: RealArray, other: RealArray) -> float:
 
 
 def _best_first(front: RealArray, levels: RealArray) -> RealArray:
-    """Smallest first objective that stays below each level of the second."""
+    """Smallest first objective of the points whose second one is at most each level."""
     order = np.argsort(front[:, 1], kind="stable")
     best = np.minimum.accumulate(front[order, 0])
     return np.asarray(best[np.searchsorted(front[order, 1], levels, side="right") - 1])

@@ -48,7 +48,7 @@ _RESERVE = 2.0  # standard errors by which the search aims above what the bound 
 class BoxEffort:
     """How hard a box is searched for.
 
-    - `starts`: descents from designs that lie apart, beside the given ones and the whole bounds.
+    - `starts`: descents from designs that lie apart, beside those from the given designs.
     - `coarse`, `fine`: stages of every start, and of the best one: softness of the share in
       standard deviations of the responses, and a power of two of parts.
     - `calibration`, `verification`: parts that settle the size of the box, a power of two, and
@@ -70,10 +70,10 @@ class FoundBox(Tabled):
     - `box`: intervals.
     - `verified`: share of independent parts that the search has not seen.
     - `calibrated`: share of the parts that settled the size of the box [1].
-    - `room`: step by which the limits could be lowered before no design keeps them [response_unit].
+    - `room`: step by which limits can fall until no design keeps enough of them [response_unit].
     - `start_log_volumes` (n_starts,): logarithm of the weighted volume that each start reached in
       the coarse stages.
-    - `seconds`: time of search and verification.
+    - `seconds`: time of search and verification [s].
     """
 
     question: BoxQuestion
@@ -150,7 +150,7 @@ def largest_box(
     Raises
     ------
     InputError
-        `UnreachableLimit`; a box with no interior: an interval that nobody can make; seed 0.
+        `UnreachableLimit`; no start keeps the share; a box with no interior; seed or workers 0.
 
     Notes
     -----
@@ -328,7 +328,7 @@ def _bisected(
 def _coarse(
     question: BoxQuestion, effort: BoxEffort, search: RealArray, sample: RealArray, begin: Box
 ) -> tuple[Box, float]:
-    """Return the sized box of the coarse stages of one start and its volume."""
+    """Return the sized box of the coarse stages of one start and the logarithm of its volume."""
     box = begin
     for softness, n_parts in effort.coarse:
         box = _stage(question, box, search[:n_parts], softness, question.share)
@@ -352,7 +352,7 @@ def _fine(
 
 
 def _sized(question: BoxQuestion, box: Box, sample: RealArray) -> tuple[Box, float]:
-    """Return a box, sized to the stated share, and its volume; -inf if it cannot have the share."""
+    """Return a box, sized to the share, and its log volume; -inf if it cannot have the share."""
     few = sample[: max(_LEAST_SIZED, len(sample) // 16)]
     box, kept = _calibrated(question, box, few, question.share, halvings=7)
     flat = np.any(box.width[question.free] <= 0.0)

@@ -55,7 +55,7 @@ class Estimator:
         return f"sample moments with a control variate of degree {self.degree}"
 
     def __call__(self, normals: RealArray) -> PreparedEstimator:
-        """Return the estimator, prepared for draws (n_samples, m) [1]."""
+        """Return the estimator, prepared for draws (n_samples, m) [1]; too few are refused."""
         second, fourth = cut_normal_moments()
         n_samples, m = normals.shape
         powers = [normals, normals**2 - second][: self.degree]
@@ -79,7 +79,7 @@ class Estimator:
 class Fit(NamedTuple):
     """A function of the draws through the responses of one design.
 
-    - `intercept`, `slope` (r,): mean of the function and coefficients of its terms [response unit].
+    - `intercept` (r,), `slope` (p, r): mean, and coefficients of the terms [response unit].
     - `curve` (n_samples, r): the terms with their coefficients, draw by draw [response unit].
     - `rest` (n_samples, r): part of the responses that the function leaves over [response unit].
     - `explained` (p, r), `unexplained` (r,): variance of a term and of the rest [response unit²].
@@ -97,8 +97,8 @@ class Fit(NamedTuple):
 class PreparedEstimator:
     """An estimator, prepared for one set of draws.
 
-    - `terms`, `variance` (n_samples, p): terms of the control variate, of which p belongs to draw p
-      modulo m, and their exact variances; their exact means are zero [1].
+    - `terms` (n_samples, p), `variance` (p,): terms of the control variate, of which p belongs to
+      draw p modulo m, and their exact variances; their exact means are zero [1].
     - `solver` (p, n_samples): map from responses to the coefficients of the terms [1].
     - `leverage` (n_samples,): pull of each response on the function, 0 to 1 [1].
     """

@@ -28,8 +28,8 @@ from deboom.explore.space import (
 class RobustValues:
     """Designs and what their scatter does to the responses, one row per design.
 
-    All but `designs` and `failed` are in the unit of the responses; the rows of failed designs hold
-    NaN there.
+    All but `designs`, `failed` and `excess` are in the unit of the responses; the rows of failed
+    designs hold NaN there.
 
     - `designs` (n, k): designs as made without scatter.
     - `mean`, `sigma` (n, r): mean (or the nominal design's response) and standard deviation of each
@@ -161,7 +161,7 @@ class RobustResponse:
     ------
     InputError
         Variables of the model, the space, the structure and the sample that differ; a structure
-        that would let a variable change its sign.
+        that would let a variable change its sign; fewer than two objectives; a model without names.
     """
 
     evaluate: Evaluate

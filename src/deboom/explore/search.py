@@ -37,7 +37,7 @@ class SearchResult:
     - `front`: front of all designs seen, not only of the last population.
     - `evaluated`: every design that was evaluated.
     - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
-    - `hypervolume`, `reference_point` (n_generations,): hypervolume of the front after each
+    - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
     """
 
@@ -197,8 +197,8 @@ def nsga2(
     Raises
     ------
     InputError
-        A budget or a first population that cannot be; a first generation that fails altogether;
-        limits that no design keeps; a checkpoint of another search.
+        A budget, a seed or a first population that cannot be; a first generation that fails
+        altogether; limits that no design keeps; a checkpoint of another search.
     """
     checked_seed(seed)
     if population < 4 or generations < 1:

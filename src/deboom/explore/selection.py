@@ -38,8 +38,8 @@ def pick(values: RobustValues, today: RobustValues | None = None) -> dict[str, i
     - `values`: at least one feasible row, with two objectives.
     - `today`: today's design under the same draws, one row; without it only `BEST_MEAN` and
       `BEST_SIGMA` are picked.
-    - returns: rows by name, of equals the better in the other objective. Where nothing is better
-      than today's design, its name is missing.
+    - returns: rows by name, of equals the better in the other objective. `NONE_LOUDER` and
+      `SIGMA_KEPT` are missing where no design is better than today's.
 
     Raises
     ------
@@ -165,7 +165,7 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
     - `robust`: response of the search, smooth, whose designs share their draws.
     - `evaluated`: designs of the search.
     - `today`: today's design under the same draws, one row.
-    - returns: the picks of the evaluated designs and of what they became.
+    - returns: the picks of the evaluated designs, of today's and of what they became.
 
     Sequential quadratic programming (SLSQP) within the bounds, by central differences under common
     draws, so that it asks for no more than the response. The constraints keep a distance of

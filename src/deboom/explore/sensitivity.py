@@ -161,8 +161,8 @@ class MorrisEffects:
 def sobol_designs(inputs: SensitivityInputs, n_base: int, *, seed: int) -> RealArray:
     """Return the designs of Saltelli's scheme on scrambled Sobol points.
 
-    For N base points, a power of two, and d factors there are ``N (d + 2)`` designs. The first
-    points of more points are the same ones.
+    For N base points, a power of two from 8, and d factors there are ``N (d + 2)`` designs. Those
+    of fewer base points are the first ones of more.
     """
     from SALib.sample import sobol
 
@@ -270,7 +270,7 @@ def _one_output(rows: RealArray, weights: RealArray, d: int) -> RealArray:
 
 
 def morris_designs(inputs: SensitivityInputs, n_trajectories: int, *, seed: int) -> RealArray:
-    """Return the designs of Morris's method: two paths or more that change factor by factor."""
+    """Return Morris's designs (n_trajectories (d + 1), k): two paths or more, factor by factor."""
     from SALib.sample.morris import morris
 
     if n_trajectories < 2:

@@ -176,7 +176,7 @@ class SharedDesign:
 class OwnOptima:
     """What each vehicle could have with parts of its own.
 
-    - `levels`, `designs` (v,): best response of each vehicle [response_unit] and its design.
+    - `levels` (v,), `designs` (v, k): best response of each vehicle [response_unit], its design.
     - `candidates` (n, k): different local optima of all vehicles: where a search for shared parts
       begins.
     """
@@ -238,8 +238,8 @@ def shared_design(
     """Find values for the part numbers of a sharing that keep the worst vehicle low.
 
     - `problem`, `sharing`: fleet and part numbers.
-    - `starts` (v, k): designs to begin with; a number begins with the mean of its vehicles. The
-      best end counts.
+    - `starts`: one array (v, k) or more to begin with; a number begins with the mean of its
+      vehicles. The best end counts.
     - `enough`: worst excess that ends the search: further starts are left out [response_unit].
     - `steps`: largest number of steps of each descent.
 

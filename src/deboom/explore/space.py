@@ -41,7 +41,7 @@ class DesignSpace:
     ------
     InputError
         Names the variable whose bounds, nominal value, unit, name or tolerance cannot be: a
-        tolerance lies in 0 <= tolerance < 1, a whole-number variable has whole values and none.
+        tolerance lies in 0 <= tolerance < 1; of a whole-number variable it is 0, all else whole.
 
     Examples
     --------
@@ -253,7 +253,7 @@ class ResponseFunction:
 
 
 def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
-    """Return the responses to designs (n, k), shape (n, r), not finite where a design fails."""
+    """Return responses (n, r) to designs (n, k), not finite if one fails; refuse other shapes."""
     values = np.asarray(evaluate(designs), dtype=float)
     promised = (len(designs), len(evaluate.response_names))
     if values.shape != promised:

@@ -55,10 +55,10 @@ class Scattered:
     """Responses of one design over its scatter, and their derivatives by the tolerances.
 
     - `tolerance` (k,): half widths [1].
-    - `values`, `by_tolerance` (n_samples, r): responses, draw by draw, and their derivatives
-      [response unit (per unit tolerance)].
-    - `sigma`, `sigma_by_tolerance` (r,): standard deviations and their derivatives [response unit
-      (per unit tolerance)].
+    - `values` (n_samples, r), `by_tolerance` (n_samples, r, k): responses, draw by draw, and their
+      derivatives [response unit (per unit tolerance)].
+    - `sigma` (r,), `sigma_by_tolerance` (r, k): standard deviations and their derivatives [response
+      unit (per unit tolerance)].
     """
 
     tolerance: RealArray
@@ -125,7 +125,7 @@ class ToleranceEffect:
         return self.robust.space.tolerance
 
     def at(self, tolerance: RealArray) -> Scattered:
-        """Return the responses with their derivatives at tolerances, shape (k,).
+        """Return responses and derivatives at tolerances (k,), or refuse a design that fails.
 
         A made design is ``x (1 + t/3 s)`` with the scatter ``s`` of the draws, so that
         ``∂y/∂t = ∂y/∂x · x s / 3``; the standard deviation's derivatives follow by the chain rule
@@ -175,7 +175,7 @@ class SigmaTarget:
 
 @checked(limit="r", share=">0 <1")
 class ShareTarget:
-    """A smallest share of parts × responses within a limit, (r,); count the parts afterwards.
+    """A smallest share of parts × responses within a limit, (r,); a search takes its soft share.
 
     Messages multiply responses with ``scale``, such as from a sum to a mean, and give ``unit``.
     """
@@ -186,7 +186,7 @@ class ShareTarget:
     unit: str = ""
 
     def excess(self, scattered: Scattered) -> tuple[float, RealArray]:
-        """Return by how much the share falls short, with derivatives (k,) [1]."""
+        """Return by how much the soft share falls short, with derivatives (k,) [1]."""
         share, slope = scattered.soft_share(self.limit)
         return float(self.share - share.mean()), -slope.mean(axis=0)
 
@@ -334,7 +334,7 @@ class Allocator:
         return start if missed or best.total_cost > start.total_cost else best
 
     def uniform(self, target: Target) -> Allocation:
-        """Return the widest one tolerance everywhere, within the bounds, that reaches a target."""
+        """Return the widest single tolerance within the bounds that reaches a target, or refuse."""
 
         def everywhere(place: float) -> RealArray:
             return self._within(np.full(len(self.names), np.exp(place)))
@@ -364,7 +364,7 @@ class Allocator:
 
 
 def _reached(excess: Callable[[float], float], low: float, high: float) -> float:
-    """End of the last interval around a root at which the target is met."""
+    """Return the place next to the root, on the tighter side, at which the target is met."""
     root = float(brentq(excess, low, high, xtol=1e-13, rtol=1e-13))
     step = 1e-13
     while excess(root) > 0.0:

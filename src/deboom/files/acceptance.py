@@ -547,7 +547,7 @@ def read_delivered_parts(
     ------
     InputError
         A column that is missing, or in another quantity's unit; a part named twice, of an unknown
-        mount, without a required axis, or with a stiffness that is not positive.
+        mount, without batch or a required axis, or with a stiffness that is not positive.
 
     Examples
     --------
@@ -603,8 +603,8 @@ def read_measured_sheet(
     Raises
     ------
     InputError
-        A column or unit that is missing, a direction that the sheet has not, a row at another
-        preload, amplitude or frequency than the sheet's, a part without a required direction, a
+        No part; a column, unit or required direction that is missing; a direction unknown or twice;
+        another state than the sheet's; no row of today's part where only ratios to it are known; a
         stiffness that is not positive or contradicts itself.
     """
     names = FILL_IN[specification.language]

@@ -256,7 +256,7 @@ FEWEST_ACCELEROMETERS = 3
 def _sensor_faults(
     path: Path, campaign: CampaignFile, sensors: Sequence[Sensor], switched_off: Sequence[str]
 ) -> Iterator[str]:
-    """Every body and every mount has the sensors it needs."""
+    """Give a sentence for every body and mount that lacks sensors, and for unknown names."""
     for sensor in sensors:
         if (sensor.mount, sensor.piece) not in campaign.pieces:
             yield (
@@ -305,7 +305,7 @@ def _channel_faults(
     channels: Channels,
     switched_off: Sequence[str],
 ) -> Iterator[str]:
-    """Every channel belongs to something, and none is missing."""
+    """Give a sentence for every channel that belongs to nothing, and for every missing one."""
     directions = [
         " ".join(filter(None, (*piece, axis))) for piece in campaign.pieces for axis in AXES
     ]
@@ -342,7 +342,7 @@ def _channel_faults(
 
 
 def _direction_faults(path: Path, entries: Sequence[ShakerEntry]) -> Iterator[str]:
-    """Every mount that was pushed was pushed along all three axes."""
+    """Give a sentence for every mount that was pushed, but not along all three axes."""
     for mount, piece in dict.fromkeys((entry.mount, entry.piece) for entry in entries):
         pushed = [e.axis for e in entries if (e.mount, e.piece) == (mount, piece)]
         missing = [axis for axis in AXES if axis not in pushed]
@@ -465,8 +465,8 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     Returns
     -------
     TimeRun
-        Tacho, accelerations [m/s²], forces [N] and engine torque [N m] over time,
-        (n_sample, n_channel).
+        Tacho [1] and engine torque [N m] over time, (n_sample,); accelerations [m/s²], cell forces
+        and static forces [N], (n_sample, n_channel).
 
     Raises
     ------
@@ -538,8 +538,8 @@ def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
 
     - `folder`: of the campaign.
     - `mount_set`, `name`: of the run.
-    - raises InputError: the run is there already, or a file in its place; a name with a blank or a
-      slash.
+    - raises InputError: the run is there already, or a file in its place; a name that is empty,
+      begins with a dot, or has a blank or a character that file names may not have.
     """
     path = Path(folder) / CAMPAIGN_FILE
     file = load_toml(path, CampaignFile)

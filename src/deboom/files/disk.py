@@ -17,7 +17,7 @@ from deboom.errors import InputError
 
 MEBIBYTE = 2**20
 LARGEST_FILE = 1024 * MEBIBYTE
-"""Size from which a file of measurements is refused instead of filling the memory [bytes]."""
+"""Largest file of measurements that is read; larger ones would fill the memory [bytes]."""
 LARGEST_TEXT = 64 * MEBIBYTE
 """The same for text of facts and tables [bytes]."""
 
@@ -200,7 +200,7 @@ def complete_or_not_at_all(folder: Path) -> Iterator[Path]:
 
     - `folder`: a new or an empty folder.
     - yields: ``<folder>.unfinished``; deleted if an error leaves the block.
-    - raises InputError: a folder that is not empty or cannot be written.
+    - raises InputError: a folder that is not empty, cannot be written or lies there unfinished.
     """
     target = folder.resolve()
     if target.exists() and not target.is_dir():

@@ -98,7 +98,7 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     InputError
         A file is missing, damaged or wrong in itself; a function that is missing, doubled, or of
         another microphone, type or unit; a mount without noise transfer functions; a sweep without
-        the ear. The sentence names file, item and remedy.
+        the ear; under 3 sensors or 6 impacts at a point. The sentence names file, item and remedy.
 
     Examples
     --------

@@ -58,7 +58,7 @@ class Dof:
       its microphone; ``""`` where any will do.
     - `sign`: −1 for a channel recorded against its axis.
     - `quantity`: name of the quantity for messages; ``""`` is the ordinate.
-    - `unit`: unit that the channel table states; None where the file must state the SI unit itself.
+    - `unit`: unit of the channel table, which the file must have, too; None: the file's own counts.
     - `accepted`: directions that the file may state; by default `direction` alone. Against a
       response's direction the sign is turned.
     """
@@ -120,7 +120,8 @@ def first_difference(a: RealArray, b: RealArray) -> str:
 
 
 def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
-    return np.flatnonzero(np.abs(a - b) > SAME_LINE * np.diff(a).min())
+    spacing = np.diff(a).min(initial=np.abs(a).max(initial=0.0))
+    return np.flatnonzero(np.abs(a - b) > SAME_LINE * spacing)
 
 
 class FunctionMatrix:
@@ -130,7 +131,7 @@ class FunctionMatrix:
     - `item`: item that it holds, for messages; may be ``""``.
     - `function_types`: UFF function types that are accepted.
     - `functions`: functions to choose from; by default those of the UFF file.
-    - raises InputError: the file cannot be read as UFF; its functions have different axes.
+    - raises InputError: no UFF file; functions of different axes, or over time without type 1.
     """
 
     def __init__(
@@ -178,11 +179,10 @@ class FunctionMatrix:
           ``""`` for any.
         - `is_complex`: the functions are spectra; otherwise real ones.
         - returns (n_line, n_response, n_reference): [unit].
-        - raises InputError: functions that are missing, doubled, of another type, unit or
-          microphone, or real instead of complex and the other way round.
+        - raises InputError: functions that are missing, doubled, without unit, of another type,
+          unit or microphone, beyond what a car has, or real instead of complex or vice versa.
         """
-        shape = (self.axis.size, len(responses), len(references))
-        values = np.zeros(shape, dtype=np.complex128)
+        values = np.zeros((self.axis.size, len(responses), len(references)), dtype=np.complex128)
         with telling(None) as tell:
             for row, response in enumerate(responses):
                 for column, reference in enumerate(references):
@@ -211,7 +211,7 @@ class FunctionMatrix:
         return Spectrum(self.axis, values, tuple(dof.name for dof in dofs), unit)
 
     def real(self, dofs: Sequence[Dof], ordinate: str, unit: str) -> RealArray:
-        """Return the real functions of all DoF, (n_line, n_dof), see `values`; may be none."""
+        """Return the real functions of all DoF, (n_line, n_dof), see `values`; `dofs` may be ()."""
         return self.values(dofs, ordinate=ordinate, unit=unit, is_complex=False)[:, :, 0].real
 
     def function(

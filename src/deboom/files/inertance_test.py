@@ -124,7 +124,7 @@ def read_inertances(path: Path, places: Places) -> Frf:
 def read_coherences(
     path: Path, responses: Sequence[Dof], references: Sequence[Dof]
 ) -> tuple[RealArray, RealArray]:
-    """Read the ordinary coherences of all responses and references, as `read_inertances` does."""
+    """Read lines (f,) [Hz] and ordinary coherences (f, n_response, n_reference), 0 to 1 [1]."""
     matrix = _of_type(path, COHERENCE)
     values = matrix.values(responses, references, ordinate="", unit="", is_complex=False).real
     values = np.abs(values)  # a channel against its axis turns the sign, which a coherence has not

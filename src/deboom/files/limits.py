@@ -167,7 +167,7 @@ class NaturalFrequencyEntry(_BoundedEntry):
 
 
 class MountStiffnessEntry(_BoundedEntry):
-    """Mean operating stiffness of a variable, ``EnM z``, or of an axis of all mounts, ``z``."""
+    """Operating |K|, mean over the band: ``EnM z`` one piece, ``z`` the sum of all that carry."""
 
     variable: str
     at_least_n_per_mm: Positive | None = None

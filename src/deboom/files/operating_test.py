@@ -88,7 +88,7 @@ class SweepNodes:
     """What the nodes of the UFF files are.
 
     - `sensors`: triaxial accelerometers on the compressor, in their own axes.
-    - `tacho`: direction scalar.
+    - `tacho`: its node, direction scalar.
     - `holders`: name and node of each triaxial accelerometer on the body side of a mount, in the
       axes of the position sheet.
     - `microphones`: name and node, direction scalar.
@@ -126,9 +126,9 @@ def write_sweep(
     - `path`: UFF file.
     - `nodes`: what is written.
     - `axis` (n_line,): lines of the rotation, evenly spaced [Hz], or instants from 0 [s].
-    - `parts` (n_line, n_channel): acceleration of the sensors [m/s²], and as far as the nodes have
-      them of the holders [m/s²], and sound [Pa]; spectra complex peak, phase from the tacho's
-      pulse.
+    - `parts` (n_line, n_channel): acceleration of the sensors and of the holders [m/s²], and sound
+      [Pa], in this order; the last ones may be left out. Spectra are complex peak, phase from the
+      tacho's pulse.
     - `pulses` (n_line,): tacho over time, one per revolution; its rising edge marks the angle [1].
     - `notes`: up to four lines on where it comes from.
     - raises InputError: a file that cannot be written.
@@ -172,7 +172,7 @@ def read_sweep(path: Path, nodes: SweepNodes) -> tuple[Spectrum | None, ...]:
 def read_sweep_record(
     path: Path, nodes: SweepNodes, rate: float
 ) -> tuple[RealArray, tuple[TimeRecord | None, ...]]:
-    """Read the tacho (n_sample,) [V or 1], and channels over time as `read_sweep` does."""
+    """Read tacho (n_sample,) [V or 1] and channels over time, see `read_sweep`; `rate` is in Hz."""
     file = FunctionMatrix(path, "", (TIME_SIGNAL,))
     stated = (file.axis.size - 1) / (file.axis[-1] - file.axis[0])
     if abs(stated / rate - 1) > 1e-4:

@@ -335,7 +335,7 @@ def mounts_of(
     - `entries`: in the order of the result.
     - `table`: file of the rows, for messages.
     - `rows`: one per mount and piece, in any order.
-    - `note`: gets every fault; by default the first one is raised. A position at fault is nan.
+    - `note`: gets every fault; without, they are raised as one error. A position at fault is nan.
     - raises InputError: a row without its mount, a mount or piece without its row.
     """
     known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
@@ -438,7 +438,7 @@ def read_platform(folder: Path) -> Platform:
 class Contents:
     """What the files of a platform hold, as far as they are right.
 
-    - `mounts`: in the order of ``platform.toml``; None if one of its entries is at fault.
+    - `mounts`: in the order of ``platform.toml``; None if an entry or the whole table is at fault.
     - `channels`: in the order of their table; empty if it cannot be read.
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
@@ -623,7 +623,7 @@ def _channel_faults(
     mounts: Sequence[Mount],
     named: frozenset[tuple[str, str]],
 ) -> Iterator[str]:
-    """Every row belongs to a mount, and every path has all that its force and motion need."""
+    """Give a sentence for a row without mount, and for what force or motion of a path lacks."""
     there = {(row.quantity, row.channel) for row in rows} | named
     paths = _paths(mounts, there)
     operating = [name for mount in mounts for axis in AXES for name in mount.channels(axis)]

@@ -173,7 +173,7 @@ class HammerPoint(TableRow):
 
 
 FARTHEST_DIRECTION = 25.0
-"""Between the direction in a UFF file and the one of the position sheet [deg]."""
+"""Largest angle between the direction in a UFF file and that of the position sheet [deg]."""
 
 
 def struck(point: PlacedImpact | HammerPoint, *, alone: bool) -> Dof:
@@ -454,11 +454,11 @@ def read_curve(path: Path) -> tuple[RealArray, RealArray]:
 def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
     """Read the table ``frequency [Hz], engine torque [N m]``.
 
-    - `path`: CSV, one row per line.
+    - `path`: CSV or xlsx, one row per line.
     - `frequency` (f,): lines of the run's spectra [Hz]; nothing is interpolated.
     - returns (f,): engine torque [N m].
-    - raises InputError: the file is missing or no such table, an entry is no finite number, or its
-      lines are not those of the spectra.
+    - raises InputError: the file is missing or no such table, an entry is no finite number or
+      beyond what a car has, or its lines are not those of the spectra.
     """
     rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
     lines = np.array([row.number("frequency") for row in rows])

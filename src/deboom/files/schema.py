@@ -197,7 +197,7 @@ def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -
     - `section`: name of the list, such as ``runs``.
     - `entry`: new entry.
     - raises InputError: the new content would be refused, the file has changed meanwhile, holds the
-      list in another form than ``[[section]]``, or cannot be written. It stays as it was then.
+      list in another form than ``[[section]]``, or cannot be written. Then it stays as it was.
     """
     wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
     lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]

@@ -59,7 +59,7 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
     - `names`: channels that are read where the file has them.
     - returns: name to signal, in the order of `names`; a name that the file lacks is left out.
     - raises InputError: a file of another kind or damaged, a library that is not installed, none of
-      the channels, one that comes twice, holds no numbers, or is not sampled evenly.
+      the channels, one that comes twice or holds no numbers. Even sampling is not checked.
     """
     kind = kind_of(path)
     if kind not in _READERS:
@@ -108,7 +108,7 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> tuple[Uff
     - `path`: UFF, where node and direction say which channel is which; or a file of
       `read_time_signals`, whose names are ``<channel>`` or ``<channel> <quantity>``.
     - `channels`: rows of the table that are wanted.
-    - returns: of a UFF file all its functions.
+    - returns: in SI, one per row of `channels`; of a UFF file all its functions.
     - raises InputError: as `read_uff` or `read_time_signals`; a channel that is missing or states
       no unit; one that is not sampled evenly.
     """
@@ -282,7 +282,7 @@ class WavChannel(TableRow):
     """Calibration of one track of a WAV file, in the order of the tracks.
 
     - `channel`: name of the channel.
-    - `full_scale`: value at the largest number that the file can hold [unit].
+    - `full_scale`: value at the largest number that the file can hold, in SI; in the table [unit].
     - `unit`: unit of the channel, such as ``Pa``.
     """
 

@@ -415,8 +415,8 @@ def write_uff(path: Path | str, functions: Sequence[UffFunction], *, binary: boo
 def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     """Read every function (data set 58 or 58b) of a UFF file, in SI.
 
-    Values are converted by their unit label; without one, by data set 164. Set types other than
-    58 and 164 are skipped.
+    Values are converted by their unit label; without one, data set 164 must state SI, and without
+    both the unit stays ``""``. Set types other than 58 and 164 are skipped.
 
     Parameters
     ----------
@@ -431,8 +431,8 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     Raises
     ------
     InputError
-        The file is missing, empty, not UFF, truncated, damaged, holds no function, holds a value
-        that is not finite, or its label and its data set 164 state different units.
+        The file is missing, empty, not UFF, truncated or damaged; it holds no function, or a value
+        that is not finite; label and data set 164 differ, or a 164 without label is not SI.
 
     Examples
     --------

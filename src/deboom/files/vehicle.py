@@ -202,7 +202,7 @@ def _run(
 def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> dict[str, Dof]:
     """Return the DoF of every accelerometer channel, in the order of the position sheet."""
     path = folder / file.channel_table
-    # the files themselves must be in SI, whatever the table says
+    # the unit that a file states counts, whatever the table says
     table = {row.channel: replace(row.dof, unit=None) for row in read_table(path, CampaignChannel)}
     wanted = [f"{row.sensor} {axis}" for row in sensors for axis in "xyz"]
     refuse_all(
@@ -220,7 +220,7 @@ def _misplaced(
     impacts: Sequence[ImpactRow],
     sensors: Sequence[SensorRow],
 ) -> Iterator[str]:
-    """Every blow and sensor belongs to a mount, and every mount has both."""
+    """Give a sentence for a blow or sensor without its mount, and a mount without either."""
     names = [row.sensor for row in sensors]
     unknown = [name for name in file.source_sensors if name not in names]
     on_body = [row for row in sensors if row.sensor not in file.source_sensors]

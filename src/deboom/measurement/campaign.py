@@ -50,7 +50,7 @@ class OperatingRun:
 
     - `full_load`: True for a ramp with wide open throttle; False for a slice at constant engine
       torque.
-    - `engine_torque` (n_frequency,).
+    - `engine_torque` (n_frequency,) [N m].
     - `acceleration`, `cell_force`: channels ``<sensor> <axis>`` in sensor axes, phase to the tacho
       [m/s^2], [N].
     - `static_force` (n_frequency, n): quasi-static force of each mount direction, all cells of a
@@ -97,8 +97,8 @@ class TimeRun:
 
     - `name`, `mount_set`, `gear`, `total_ratio`, `full_load`, `torque_limit`, `rising`, `order`:
       fields as of `OperatingRun`.
-    - `tacho` (n_sample,).
-    - `engine_torque` (n_sample,).
+    - `tacho` (n_sample,): voltage, its pulses rising [V]; `sample_rate` of all channels [Hz].
+    - `engine_torque` (n_sample,) [N m].
     - `acceleration`, `cell_force` (n_sample, n_channel): channels in sensor axes [m/s²], [N].
     - `static_force` (n_sample, n): quasi-static force of each mount direction, all cells of a mount
       together [N].
@@ -143,8 +143,8 @@ class ShakerRun:
 class StaticCurve:
     """Quasi-static force over deflection of one mount direction, as the supplier sends it.
 
-    - `deflection` (n,).
-    - `force` (n,).
+    - `deflection` (n,) [m].
+    - `force` (n,) [N].
     - `force_uncertainty`: standard deviation relative to the force: one scale error of the whole
       curve [1].
     """

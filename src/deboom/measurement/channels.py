@@ -162,7 +162,7 @@ class Frf(Tabled):
 class TimeRecord:
     """Channels of one unit, sampled together.
 
-    - `values` (n_sample, n_channel).
+    - `values` (n_sample, n_channel), from `start` [s] on, `rate` samples per second [Hz].
     """
 
     values: RealArray

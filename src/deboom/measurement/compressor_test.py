@@ -45,7 +45,7 @@ class CompressorMount:
 class Drawing:
     """The body as drawn: where an identification may start.
 
-    - `centre` (3,).
+    - `mass` [kg]; `centre` (3,): centre of gravity, from the virtual point [m].
     - `inertia` (3, 3): inertia about the centre of gravity, products with their sign as matrix
       elements; symmetric, positive definite [kg m²].
     """
@@ -138,7 +138,7 @@ class HoseState(Enum):
 
 @checked(deviation="f c")
 class OperatingSweep:
-    """First order of one run-up of a running compressor at one pressure.
+    """First order of one run-up of a running compressor at one `pressure` at its outlet [Pa].
 
     - `acceleration`: one line per rotational frequency, channels of the accelerometers on the
       compressor; complex peak, the phase from the pulse of the tacho, which stands at the rotor's y
@@ -172,8 +172,8 @@ class OperatingSweep:
 class HoseDrawing:
     """A hose as drawn and catalogued: a straight uniform beam from the compressor to the body.
 
-    - `position` (3,).
-    - `direction` (3,).
+    - `position` (3,): port on the compressor, from the virtual point [m].
+    - `direction` (3,): from the port to the body, of any length but 0, else InputError.
     - `tension`, `torsion`, `bending`: EA [N], GJ and EI [N m²], as a supplier may state them: start
       values.
     """

@@ -184,7 +184,7 @@ def find_culprit(
 
 @dataclass(frozen=True, eq=False)
 class _MotionStates:
-    """What n channels show in a few states of motion, mean squared sum over the states 1."""
+    """What n channels show in a few real states of motion, (n, n_state); squares add up to n."""
 
     geometry: ChannelGeometry
     values: RealArray
@@ -310,7 +310,7 @@ def error_variance(
 
     To first order, with the acceleration b of the sensor and the angular acceleration α: a gain
     error adds ``g d·b``, an angle ``φ·(d × b)``, the cross-axis sensitivity ``κ`` times the two
-    other axes, an offset ``δ·(d × α)``. The noise floor, an absolute value, is left out.
+    other axes, an offset ``δ·(d × α)``, noise its shares of d·b and |b|, without its floor.
     """
     along = np.sum((geometry.forward @ motion) ** 2, axis=1)
     at_channel = forward_matrices(geometry.levers).reshape(-1, 3, 6)
@@ -392,7 +392,7 @@ def _mixed_axes(geometry: ChannelGeometry, rows: _Rows) -> Iterator[_Hypothesis]
 def _offset(
     geometry: ChannelGeometry, rows: _Rows, excess: RealArray, motion: RealArray
 ) -> _Hypothesis:
-    """Offset δ: an excess ``d · (ω × δ) = (d × ω) · δ`` in each state of motion."""
+    """Offset δ: an excess ``d · (α × δ) = (d × α) · δ`` in each state of motion."""
     directions = geometry.directions[rows]
     system = np.cross(directions[:, np.newaxis, :], motion[3:].T[np.newaxis, :, :])
     offset = np.linalg.lstsq(system.reshape(-1, 3), excess.ravel(), rcond=None)[0]

@@ -74,12 +74,12 @@ class TransferPoint:
 class ElectricCar:
     """Everything measured on one electric car and its compressor.
 
-    Raises InputError: doubled points; a mount of sweeps or drawing without noise transfer
-    functions, or the other way round; a sweep without the ear; lines that do not fit together.
+    Raises InputError: doubled points; too few sensors or impacts at one; a mount without noise
+    transfer functions, or without motion in a sweep; a sweep without the ear; lines that differ.
 
     - `pressure`: output is the ear, inputs are the impacts of all points, in their order; struck
       with the compressor taken out [Pa/N].
-    - `coherence` (n_frequency, 1, n_impact).
+    - `coherence` (n_frequency, 1, n_impact): ordinary coherence of `pressure`, 0 … 1 [1].
     """
 
     name: str
@@ -173,7 +173,7 @@ class WrenchNoiseTransfer:
     deviation: RealArray
 
     def at(self, frequency: npt.ArrayLike) -> WrenchNoiseTransfer:
-        """Return these measured lines only."""
+        """Return these measured lines only [Hz]; another one raises InputError."""
         wanted, whole = np.asarray(frequency, dtype=float), self.transfer
         rows = measured_lines(whole.frequency, wanted)
         chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
@@ -204,7 +204,7 @@ def wrench_noise_transfer(
 
 
 def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) -> Frf:
-    """Refer the accelerances of the free body to six motions and six loads at points.
+    """Refer the accelerances of the body, compressor taken out, to six motions and loads at points.
 
     ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block, at all points of the car by default: outputs
     ``<point> x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for each
@@ -256,8 +256,7 @@ def _deviation(car: ElectricCar, point: TransferPoint, functions: ComplexArray) 
 
 def tangents(directions: RealArray) -> tuple[RealArray, RealArray]:
     """Two unit vectors across each direction, shape (n, 3) each."""
-    least = np.eye(3)[np.argmin(np.abs(directions), axis=1)]
-    first = np.cross(directions, least)
+    first = np.cross(directions, np.eye(3)[np.argmin(np.abs(directions), axis=1)])
     first /= np.linalg.norm(first, axis=1, keepdims=True)
     return first, np.cross(directions, first)
 

@@ -21,17 +21,17 @@ from deboom.measurement.sensors import Sensor
     drift="3 3",
 )
 class ForceTransferMatrix:
-    """Load on the cells per load at the virtual point, and how constant it is.
+    """Force on the cells per force at the virtual point, and how constant it is.
 
-    - `frequency` (n_frequency,).
+    - `frequency` (n_frequency,): lines [Hz].
     - `response` (n_frequency, 3, 3): mean over the repeats, line by line [1].
-    - `matrix` (3, 3).
+    - `matrix` (3, 3): mean of `response` over the lines, complex [1].
     - `frequency_dependence` (3, 3): largest deviation of `response` from `matrix` over the lines,
       relative to the norm of the matrix's column [1].
     - `drift` (3, 3): largest deviation of one repeat's mean over the lines from `matrix`, relative
       to the same norm [1]; 0 for a single repeat, which cannot show any.
-    - `residual`: rms deviation of all lines and repeats from `matrix`, relative to its rms column
-      norm [1].
+    - `residual`: rms over columns, lines and repeats of the norm of the deviation from `matrix`,
+      each column relative to its own norm [1].
     """
 
     mount: str
@@ -127,7 +127,7 @@ def force_transfer_matrix(
 
 
 def _cell_force(response: Frf, cells: Sequence[Sensor], name: str) -> ComplexArray:
-    """Sum of the cells' forces, shape (n_frequency, 3)."""
+    """Sum of the cells' forces in vehicle axes, shape (n_frequency, 3)."""
     if not cells:
         raise InputError(f"mount {name}: there is no force cell below it")
     channels = tuple(channel for cell in cells for channel in cell.channels)

@@ -35,9 +35,9 @@ class FreeBody(Tabled):
     """Identified mass properties of a free body.
 
     - `body`: mass, centre of gravity from the virtual point, inertia about it.
-    - `deviation` (10,): standard deviations in the order of `PARAMETERS` [kg, m, kg m²].
+    - `deviation` (10,): standard deviations of `PARAMETERS`; ± 1.96 hold 95 % [kg, m, kg m²].
     - `band`: first and last line of the fit [Hz].
-    - `gain`: common gain of the force, 1 without a weighed mass [1].
+    - `gain`: factor on all of the accelerance as measured, 1 without a weighed mass [1].
     - `misfit`: root mean square of what no rigid body explains, over its noise; near 1 [1].
     """
 
@@ -80,14 +80,14 @@ def free_body(
     accelerance : array_like, shape (n, 6, 6), or (n, c, i) of raw sensors and impacts
         Accelerations over loads at the virtual point [1/kg, 1/(kg m), 1/(kg m²)].
     sensors, impacts : array_like, shape (c, 6) and (i, 6), optional
-        Forward matrices of raw channels, `deboom.physics.rigid_body.forward_matrices` [1, m].
+        Forward matrices of raw channels, both or neither; see `rigid_body.forward_matrices` [1, m].
     band : (float, float), optional
         Lines of the fit; by default from the first line to where noise and flexible modes together
         cost least [Hz].
     hung : bool
         Whether a soft suspension is in the data: adds a term with 1/ω².
     weighed : (float, float), optional
-        Weighed mass and its standard deviation [kg]: frees a common gain of the force.
+        Weighed mass and its standard deviation [kg]: frees a common gain of the accelerance.
     gain_deviation : float
         Standard deviation of the gain of each motion and each load, as calibrated [1].
 
@@ -99,7 +99,7 @@ def free_body(
     Raises
     ------
     InputError
-        A line at 0 Hz, fewer than 8 lines, shapes that differ, no positive mass.
+        A line at 0 Hz, fewer than 8 lines, a band beyond them, other shapes, no positive mass.
 
     Notes
     -----
@@ -229,13 +229,14 @@ def _rigid(
         return float(np.log(2 * result.cost / (result.fun.size - first.size)))
 
     misfit = float(np.exp(excess(0.0) / 2))
+    if misfit > 1 and excess(1.0) > 0:
+        raise InputError("no rigid body moves like this: check sensors, impacts and the band")
     share = brentq(excess, 0.0, 1.0, xtol=1e-6) if misfit > 1 else 0.0
     result = solved(share)
-    found = unit * result.x[:10]
-    covariance = np.linalg.inv(result.jac.T @ result.jac)
     n_free = result.fun.size - first.size
+    covariance = np.linalg.inv(result.jac.T @ result.jac)
     return FreeBody(
-        mass_properties(_matrix(found)),
+        mass_properties(_matrix(unit * result.x[:10])),
         unit * np.sqrt(np.diag(covariance))[:10] * stats.t.ppf(0.975, n_free) / 1.96,
         band,
         float(np.prod(result.x[10 : 10 + n_common])),

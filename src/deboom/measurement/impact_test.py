@@ -34,7 +34,7 @@ DOUBLE_HIT = 0.05
 FINE = 8
 """Values between two samples at which a push is looked for: its peak lies between samples."""
 RINGING = 10
-"""Samples of the force before a second maximum that show how far its filter rings there."""
+"""Samples of the force beside a second maximum, toward the main push, that show the ringing."""
 ABOVE_RINGING = 1.25
 """A second push exceeds the deepest pull there by more than this; hammers only push [1]."""
 OVERLOAD = 0.99
@@ -49,8 +49,8 @@ class HammerMeasurement:
 
     `force` (n_hit, n_sample) [N] and `response` (n_hit, n_sample, n_channel) with the units of the
     channels, at `rate` samples a second, `pretrigger` seconds of them before the trigger; ranges
-    are the largest values that the channels can hold, infinite where that is not known. InputError:
-    shapes that disagree, doubled names, a value that is not finite, no force at all.
+    are the largest values that the channels can hold, infinite where not known. InputError: shapes
+    that disagree, doubled names, a value not finite, no force, a pretrigger longer than a block.
     """
 
     impact: str
@@ -94,8 +94,8 @@ class HammerMeasurement:
 class HammerTest:
     """An impact test: where the hammer struck, where sensors sit, and the hits.
 
-    Raises InputError: another impact than measured, doubled names, or a sensor whose channels are
-    not measured.
+    Raises InputError: other impacts, or another order of them, than measured; doubled names; a
+    sensor of which no channel is measured.
 
     - `sensors`: sensors with a position; responses without one, such as ears, have no entry.
     """
@@ -128,7 +128,7 @@ class HammerTest:
 
 @dataclass(frozen=True)
 class HitRecord:
-    """What became of one hit."""
+    """What became of one hit: number from 1, peak [N], reasons why it is left out."""
 
     number: int
     peak: float
@@ -146,7 +146,7 @@ def check_hits(measurement: HammerMeasurement) -> tuple[HitRecord, ...]:
     A double hit is a second maximum of the force of at least `DOUBLE_HIT`, in height and above its
     surroundings. Hammers only push, filters swing through zero: a maximum that hardly exceeds the
     pull beside it, on the side of the main push, is the filter's ringing. A hit whose own noise
-    before the push reaches that share cannot be checked, and is rejected.
+    peaks, `NOISE_PEAKS` times its rms before the push, exceed that share is rejected unchecked.
     """
     loudest = float(np.abs(measurement.force).max())
     records = []
@@ -221,7 +221,7 @@ def _summary(records: Sequence[HitRecord]) -> str:
 
 @dataclass(frozen=True)
 class ForceWindow:
-    """Part of the block in which the hammer may touch; the force outside is taken for noise."""
+    """Seconds `before` and `after` the trigger of the push, `taper` beyond; the rest is noise."""
 
     before: float
     after: float
@@ -251,8 +251,8 @@ class HammerOptions:
 class FrfEstimate:
     """FRFs as measured with a hammer, with coherence and random error entry by entry.
 
-    - `frequency` (n_frequency,).
-    - `values` (n_frequency, n_output, n_input).
+    - `frequency` (n_frequency,): lines [Hz].
+    - `values` (n_frequency, n_output, n_input): output per force [unit of the output per N].
     - `coherence`, `random_error` (n_frequency, n_output, n_input): ordinary coherence, and relative
       standard deviation of |H| by chance [1]. NaN is not known: one hit only. Bias is not in the
       error.
@@ -305,8 +305,8 @@ class FrfEstimate:
 def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = None) -> FrfEstimate:
     """Estimate the FRFs of all responses to one impact.
 
-    Raises InputError: too few good hits, one hit without having allowed it, a push outside the
-    force window, no line in the band.
+    Raises InputError: fewer good hits than `minimum_hits`, a push outside the force window, no line
+    in the band, a time constant that is not positive.
 
     The mean of each channel before the push is taken out of the block first; a window would make a
     step of it. Spectra are energy densities: an impact has energy, no power.
@@ -367,8 +367,8 @@ def hammer_frf(measurement: HammerMeasurement, options: HammerOptions | None = N
 def hammer_frfs(test: HammerTest, options: HammerOptions | None = None) -> FrfEstimate:
     """Estimate the FRFs of all responses to all impacts of a test, one column per impact.
 
-    Errors as of `hammer_frf`, with the impact; outputs, lines or windows that differ from impact to
-    impact raise InputError.
+    Errors as of `hammer_frf`, with the impact; no impact, or outputs, units or lines that differ
+    from impact to impact, raise InputError.
     """
     estimates = [hammer_frf(measurement, options) for measurement in test.measurements]
     if not estimates:

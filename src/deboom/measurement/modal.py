@@ -49,8 +49,8 @@ _FORM_NAMES = {
 class StabilisationChart(Tabled):
     """Every pole of every order inside a band.
 
-    - `order` (n_pole,).
-    - `pole` (n_pole,).
+    - `order` (n_pole,): order of the polynomial that has the pole.
+    - `pole` (n_pole,) [rad/s].
     - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
     """
 
@@ -90,7 +90,7 @@ class PoleCluster:
     - `frequency`, `frequency_spread`: median natural frequency over the orders and its standard
       deviation [Hz].
     - `damping`, `damping_spread`: median damping ratio over the orders and its standard deviation
-      [1].
+      [1]; `share`: part of the orders that agree [1].
     """
 
     frequency: float
@@ -636,8 +636,8 @@ def in_common_phase(shapes: npt.ArrayLike) -> ComplexArray:
 class PanelMeasurement:
     """Panels of the trimmed body, with the loudspeaker at each ear in turn.
 
-    - `positions` (n_panel, 3).
-    - `normals` (n_panel, 3).
+    - `positions` (n_panel, 3): from the powertrain's centre of gravity [m].
+    - `normals` (n_panel, 3): unit vectors into the cabin [1].
     - `areas` (n_panel,): areas with which the motion of each accelerometer changes the volume of
       the cabin [m²].
     - `motion`, `pressure`: outputs are the panels, inputs the ears: acceleration inwards
@@ -656,9 +656,9 @@ class PanelMeasurement:
 class PanelContributions:
     """Pressure at one ear from each panel, mode by mode.
 
-    - `frequency` (n_mode,).
+    - `frequency` (n_mode,): natural frequencies [Hz].
     - `values` (n_mode, n_panel): complex pressure at the ear, with the modes moving as the
-      loudspeaker at this ear moves them: modal constants [Pa/(m³/s²) · 1/s].
+      loudspeaker at this ear moves them: modal constants per volume displaced [Pa/m³ · 1/s].
     """
 
     ear: str

@@ -46,8 +46,8 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
     """Refer noise transfer functions around the mounts to their virtual points.
 
     Outputs are ears, inputs of the result ``<point> x``, ``y``, ``z`` [Pa/N] and ``<point> mx``,
-    ``my``, ``mz`` [Pa/(N m)]. Raises InputError: no point, a channel that was not measured,
-    channels that do not determine all six loads.
+    ``my``, ``mz`` [Pa/(N m)]. Raises InputError: no point, another unit, a channel that was not
+    measured, channels that do not determine all six loads.
 
     - `measured`: inputs hold the channels of every geometry: blows of the hammer, or accelerometer
       channels after `reciprocal_noise_transfer` [Pa/N].

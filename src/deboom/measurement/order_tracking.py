@@ -25,7 +25,7 @@ from deboom.physics.order_tracking import (
 from deboom.tabled import Tabled
 
 STATIC_BANDWIDTH = 1.0
-"""Bandwidth of what counts as quasi-static: an order above 4 Hz passes by less than 1 % [Hz]."""
+"""Bandwidth of what counts as quasi-static: an order above 2 Hz passes by less than 1 % [Hz]."""
 BESIDE = 0.25
 """Distance of an order that a four-stroke engine, with half orders alone, does not have."""
 SWEEP_STEP = 1.0
@@ -41,13 +41,13 @@ pumps have whole orders and all that shows is noise."""
 class OrderSpectrum:
     """One order over engine speed, with what it can resolve.
 
-    - `rpm` (n_line,).
-    - `time` (n_line,).
+    - `rpm` (n_line,): speed of each line [1/min].
+    - `time` (n_line,): when the run passes it [s].
     - `spectrum`: complex peak amplitudes, phase to the tacho's zero mark, over
       ``order · rpm / 60``.
     - `bandwidth` (n_line,): full half-power width about the order: what lies nearer is not
       separated [Hz].
-    - `sweep_rate` (n_line,).
+    - `sweep_rate` (n_line,): change of the order's frequency [Hz/s].
     - `settled` (n_line,): False where the filter reached the end of the record and looked to one
       side only.
     """
@@ -84,7 +84,7 @@ def vold_kalman_spectra(
     - `rpm` (n_line,): speeds of the lines, increasing [1/min]; the run itself may rise or fall.
     - `orders`: cycles per revolution, each positive [1]; name every strong order, not only the
       wanted one.
-    - `bandwidth` (n_order,).
+    - `bandwidth` (n_order,) or (): full half-power width about each order, above 0 [Hz].
     """
     if len(orders) == 0 or min(orders) <= 0:
         raise InputError(f"orders {list(orders)} are not positive: give cycles per revolution")
@@ -391,8 +391,8 @@ class TrackedSweep:
 
     - `spectra`: spectra of the records, on common lines of the rotational frequency; phase from the
       pulse.
-    - `noise` (n_channel,): standard deviation of the real and of the imaginary part: what the
-      filter lets through at order 1.5, where there is nothing [unit of the record].
+    - `noise`: of each record (n_channel,), standard deviation of the real and of the imaginary
+      part: what the filter lets through at order 1.5, where there is nothing [unit of the record].
     """
 
     spectra: tuple[Spectrum, ...]

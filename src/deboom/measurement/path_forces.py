@@ -9,7 +9,7 @@ way                          needs                                          tran
 ===========================  =============================================  ======================
 
 The first two are classical: the forces belong to the vehicle in which they were measured. The last
-is component-based: blocked forces belong to the source with its mounts, and to every vehicle. Load
+is component-based: blocked forces belong to the source with its mounts, in every vehicle. Load
 cells on a rig: `deboom.physics.transfer_path.blocked_force_on_rig`.
 `validate_on_board` asks whether forces explain responses that took no part in finding them.
 

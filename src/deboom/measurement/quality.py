@@ -267,10 +267,10 @@ def _share(part: RealArray, whole: RealArray) -> RealArray:
 class RigidConsistency:
     """What is left of the channels after projection on the motions of the virtual point.
 
-    - `frequency` (n_frequency,).
-    - `or impacts overall` (n_frequency,).
-    - `measured channels [1] specific` (n_frequency, n_channel): coherence of projected and measured
-      channel, 0 … 1 [1]; 0.5 if nothing is left of it.
+    - `frequency` (n_frequency,) [Hz]; `channels`: of the sensors, or the impacts.
+    - `overall` (n_frequency,): norm of the projected over that of the measured channels [1].
+    - `specific` (n_frequency, n_channel): coherence of projected and measured channel, 0 … 1 [1];
+      0.5 if nothing is left of it.
     """
 
     frequency: RealArray
@@ -340,7 +340,7 @@ class Reciprocity:
     - `likeness` (n, n): coherence criterion of each entry and its mirror image over the lines, each
       weighted by ``|Y_ij|² / |Y_ii Y_jj|``, so that lines of nothing but noise do not count: 1 is
       perfect, 0.5 what two unrelated functions have, 0 opposite sign [1].
-    - `size` (n, n).
+    - `size` (n, n): rms over the lines of an entry and its mirror image, so weighted [1].
     """
 
     names: tuple[str, ...]

@@ -27,9 +27,9 @@ class SensorKind(Enum):
 class Sensor:
     """One triaxial sensor; its channels are ``<name> x``, ``<name> y`` and ``<name> z``.
 
-    - `position` (3,): position in vehicle axes, from the powertrain's centre of gravity [m].
-    - `orientation` (3, 3): right-handed rotation; columns are the sensor's axes in vehicle axes
-      [1].
+    - `position` (3,): in the axes and from the origin of the position sheet, in a vehicle the
+      powertrain's centre of gravity [m].
+    - `orientation` (3, 3): right-handed rotation, its columns the sensor's axes; else InputError.
     """
 
     name: str
@@ -58,7 +58,7 @@ class Sensor:
 class Impact:
     """One point of excitation by hammer or shaker; its channel has the same name.
 
-    - `position` (3,): position in vehicle axes, from the origin of the position sheet [m].
+    - `position` (3,): in the axes and from the origin of the position sheet [m].
     - `direction` (3,): unit vector along which a positive force pushes [1]; another length raises
       InputError.
     """

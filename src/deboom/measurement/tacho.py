@@ -59,7 +59,7 @@ def pulse_times(
 
     Raises InputError: a signal that is constant, not finite, or has fewer than ten pulses.
 
-    - `voltage` (n_sample,).
+    - `voltage` (n_sample,): its first sample is at time 0 [V].
 
     A pulse is the rise through half-way between low and high voltage, the quantiles at 0.1 % and
     99.9 % of the samples, after a fall of `HYSTERESIS` below it. A straight line
@@ -99,10 +99,10 @@ def pulse_times(
 class PulseTrain:
     """The pulses of a tacho that can be trusted, and what was done to get there.
 
-    - `times` (n_pulse,).
-    - `number` (n_pulse,): count of each pulse from the one nearest to the first that was triggered;
-      a step above 1 bridges missing pulses.
-    - `dropped` (n_dropped,).
+    - `times` (n_pulse,): times of the pulses kept [s].
+    - `number` (n_pulse,): count of each pulse from the first that was triggered, which may itself
+      be dropped; a step above 1 bridges missing pulses.
+    - `dropped` (n_dropped,): times of the pulses left out [s].
     - `missing` (n_missing,): times at which a pulse was due and none was trusted [s]. A displaced
       pulse counts here and among the dropped.
     """
@@ -133,12 +133,12 @@ def repair_pulses(
     speed explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or
     turns back.
 
-    - `times` (n,).
+    - `times` (n,): times of the pulses, such as from `pulse_times` [s].
 
     Intervals are compared with their running median over nine. Out of all chains of pulses that are
     about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
-    each pulse is compared with the cubic through its eight neighbours, and dropped if it is off by
-    six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
+    each pulse is compared with a cubic fitted to it and its eight neighbours, and dropped if it is
+    off by six robust standard deviations and 0.5 % of an interval; near an end the outermost goes.
     """
     raw = np.asarray(times, dtype=float)
     if pulses_per_revolution < 1:
@@ -383,7 +383,7 @@ class ShaftAngle:
         return times
 
     def _fine_times(self) -> RealArray:
-        """At least eight times per pulse interval; the spline is almost straight in between."""
+        """Eight times per mean pulse interval; the spline is almost straight in between."""
         return np.linspace(self.begin, self.end, 8 * int(np.ptp(self.pulses.number)) + 1)
 
 

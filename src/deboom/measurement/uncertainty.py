@@ -71,8 +71,8 @@ def pivotal_interval(
     Raises InputError: fewer than `LEAST_DRAWS` draws, shapes that differ, values that are not
     finite, a coverage outside of ]0, 1[.
 
-    - `value` (...).
-    - `again` (n_draws, ...).
+    - `value` (...): as measured [unit].
+    - `again` (n_draws, ...): the same measured again in thought, in the same unit.
 
     ``[2 v - q_(1-α/2), 2 v - q_(α/2)]`` with the quantiles q of the values measured again, which
     lie about the measured value as it lies about the truth (basic bootstrap interval, Davison and
@@ -150,7 +150,7 @@ def half_width(parts: Sequence[VariancePart], coverage: float = COVERAGE) -> flo
 
 
 def half_width_after(parts: Sequence[VariancePart], measurement: NextMeasurement) -> float:
-    """Return the half width that is to be expected after one more measurement [unit].
+    """Return the half width to be expected after one more measurement, at `COVERAGE` [unit].
 
     Pre-posterior analysis of normal errors: the variance after a measurement does not depend on
     what it will show, so its expectation is known before.
@@ -239,7 +239,7 @@ def level_spread(levels: npt.ArrayLike) -> LevelSpread:
 
 @dataclass(frozen=True)
 class MethodDifference:
-    """Errors of the mean of two methods, such as hammer and loudspeaker."""
+    """Errors of the mean of two methods [dB, 1, Pa/N], lengths of their correlation [Hz]."""
 
     calibration_db: float
     calibration_degrees_of_freedom: float
@@ -369,7 +369,7 @@ def _between_paths(values: ComplexArray | RealArray, lag: int) -> float:
 
 
 def _within(values: ComplexArray | RealArray, lag: int) -> float:
-    """Sum of the products of the same path."""
+    """Sum of the products of the same path, lines apart by a lag."""
     return float(np.real(np.sum(values[:, lag:] * values[:, : values.shape[1] - lag].conj())))
 
 

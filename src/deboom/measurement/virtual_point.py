@@ -30,9 +30,9 @@ common line by a millionth of their distance."""
 class ChannelGeometry:
     """Channels on one body, seen from a virtual point.
 
-    - `position` (3,).
-    - `levers` (n, 3).
-    - `directions` (n, 3).
+    - `position` (3,): the virtual point, from the origin of the position sheet [m].
+    - `levers` (n, 3): place of each channel, from the virtual point [m].
+    - `directions` (n, 3): unit vectors along which the channels are positive [1].
     """
 
     position: RealArray
@@ -171,9 +171,9 @@ class Conditioning:
 def conditioning(geometry: ChannelGeometry) -> Conditioning:
     """Judge a position sheet before any measurement.
 
-    ``redundancy = 1 − diag V V⁺``. Without the scaling the
-    condition number depends on the unit of length (three sensors of a published rig 30 mm from
-    their virtual point: 49 in metres, 1.5 scaled).
+    ``redundancy = 1 − diag V V⁺``. Without the scaling the condition number depends on the unit of
+    length (three sensors of a published rig 30 mm from their virtual point: 49 in metres, 1.5
+    scaled).
     """
     scaled = geometry.forward / geometry.scale
     singular, directions = np.linalg.svd(scaled)[1:]
@@ -209,8 +209,8 @@ def _vector(values: RealArray) -> str:
 class VirtualPoint:
     """A point whose motion the channels determine; made by `virtual_point`.
 
-    - `forward` (n_channel, 6).
-    - `inverse` (6, n_channel).
+    - `forward` (n_channel, 6): motion of the point → channels [1, m].
+    - `inverse` (6, n_channel): channels → motion of the point [1, 1/m].
     """
 
     geometry: ChannelGeometry
@@ -250,8 +250,8 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     Returns
     -------
     VirtualPoint
-        ``forward``, (n_channel, 6), from body motion to channels; ``inverse``, (6, n_channel), back
-        [1, m]; ``conditioning``.
+        ``forward``, (n_channel, 6), from body motion to channels [1, m]; ``inverse``,
+        (6, n_channel), back [1, 1/m]; ``conditioning``.
 
     Raises
     ------

@@ -260,7 +260,7 @@ def characterise(
     Raises
     ------
     InputError
-        No such mount set; no run with rising torque in the chosen gears; faulty channels.
+        No such mount set; no rising run in the chosen gears; faulty channels; no static force.
 
     Examples
     --------
@@ -281,6 +281,8 @@ def characterise(
         bodies = [chain.alignment.body for chain in known]
         records = [body_record(body, runs, campaign.tolerances) for body in bodies]
         maps = operating_maps(known, records)
+        for measured in maps.values():
+            measured.preload(Preload.STATIC_FORCE)  # a mount is kept over it: asked for before work
         step(2)
         directions = {name: _direction(measured, options) for name, measured in maps.items()}
         step(3)

@@ -17,7 +17,7 @@ from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 Setting = str | int | float | bool | None
 FORCE_PER_TORQUE = "static force per wheel torque [N/(N m)]"
-"""Setting of a surface: static force of one piece per wheel torque, over all lines of the fit."""
+"""Setting of a surface: static force of one piece per wheel torque, over all lines of its runs."""
 LONGEST_TEXT = 255
 """Characters that a name or a description may have."""
 
@@ -121,7 +121,7 @@ class CampaignRecord:
     assumptions of the error budget about the bench (1 σ, ``name [unit]``, SI) and a hash of every
     file that was read.
 
-    - raises InputError: no name, a tolerance that is not finite or lacks its unit.
+    - raises InputError: no name, a number that is not finite, a tolerance that lacks its unit.
     """
 
     name: str
@@ -146,7 +146,7 @@ class MountIdentity:
     Campaign, name of the mount in the vehicle and mount set or design level (`variant`) are needed;
     labels of the part may be unknown, ``""``.
 
-    - raises InputError: campaign, mount or variant is empty; a control character in any of them.
+    - raises InputError: campaign, mount or variant is empty; any is not printable or too long.
     """
 
     campaign: str
@@ -175,7 +175,7 @@ class CharacterisedMount:
     of the whole mount as ``name [unit]``, such as the condition number of its force transfer
     matrix.
 
-    - raises InputError: an axis twice; no axis at all.
+    - raises InputError: an axis twice; no axis; a text that cannot be kept; a quality without unit.
     """
 
     identity: MountIdentity

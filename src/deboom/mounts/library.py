@@ -121,7 +121,7 @@ class MountLibrary:
     def only(self, matching: Sequence[MountIdentity]) -> MountIdentity:
         """Return the one mount that `identities` told.
 
-        - raises InputError: None, or more than one: the candidates are named.
+        - raises InputError: no mount, or more than one: the candidates are named.
         """
         if len(matching) == 1:
             return matching[0]

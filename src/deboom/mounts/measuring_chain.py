@@ -22,7 +22,7 @@ from deboom.physics.rigid_body import forward_matrices, skew
 POWERTRAIN = "powertrain"
 
 DEAD = 1e-3
-"""A channel below this share of the median of its neighbours, over all lines, is dead [1]."""
+"""Share of the median of its neighbours, over all lines, below which a channel may be dead [1]."""
 
 
 @checked(position="3", force_matrix="3 c", transfer_scatter="3 3")
@@ -392,8 +392,7 @@ class BodyRecord:
         cases = np.column_stack([self.load_case, self.frequency])
         _, group, count = np.unique(cases, axis=0, return_inverse=True, return_counts=True)
         rows = np.argsort(group, kind="stable")
-        repeats = count[group[rows]]
-        return [rows[repeats == n].reshape(-1, n) for n in np.unique(count)]
+        return [rows[count[group[rows]] == n].reshape(-1, n) for n in np.unique(count)]
 
     def mean_over_repeats(self) -> BodyRecord:
         """Average repeated lines; one line per load case and frequency, in their order."""
@@ -502,7 +501,7 @@ def _refuse_dead_channels(
     groups: IntArray,
     shares: RealArray,
 ) -> None:
-    """Refuse a channel below half of its group's least share and of its own stated noise."""
+    """Refuse a channel below `DEAD` of its group and half of its least share with its noise."""
     level = np.sqrt(np.mean(np.abs(values) ** 2, axis=0))
     noise_level = np.sqrt(np.mean(noise**2, axis=0))
     others = np.array([np.median(level[groups == group]) for group in groups])

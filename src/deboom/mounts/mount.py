@@ -30,7 +30,7 @@ class Mount:
     - `body_mass`, optional: mass of the body that each piece carries where that is not the
       powertrain, such as the wheel end on a wishbone mount [kg]; None for a powertrain mount.
     - `body_mass_tolerance`: half width of the body mass [kg].
-    - raises InputError: unknown axes.
+    - raises InputError: unknown axes; a tolerance below 0 or above the body mass.
     """
 
     name: str

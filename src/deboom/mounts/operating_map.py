@@ -86,8 +86,7 @@ class OperatingMap:
             return self.wheel_torque
         if not np.all(np.isfinite(self.static_force)):
             raise InputError(
-                f"the static force of {self.name} was not measured in all runs: add its channel, "
-                "or take the wheel torque as preload"
+                f"the static force of {self.name} was not measured in all runs: add its channel"
             )
         return self.static_force
 

@@ -108,7 +108,7 @@ def direction_scatter(
     - `prior`: counts below `ENOUGH` parts.
     - `has_common`: whether the uncertainty holds errors that all parts have in common, as the
       budget of one campaign does. They scatter no part; the upper bound then removes nothing.
-    - raises InputError: counts that differ, values that are not finite.
+    - nothing is checked: give one finite uncertainty and one batch per finite value.
 
     The interval is one of 95 %: ``ν s²/χ²`` bounds the observed variance; the mean variance of
     measuring is taken off. Of several batches the variance is that between plus that within them,
@@ -264,8 +264,8 @@ def library_scatter(
       it was characterised in several campaigns, the mean counts. A serial such as ``B7/012`` names
       the batch before its slash.
     - `prior`: counts below 20 parts.
-    - raises InputError: no part, parts of several numbers at one mount, or parts whose measured
-      regions have too little in common.
+    - raises InputError: no part, parts of several numbers at one mount, or parts whose surfaces
+      have other variables or too few measured points in common.
 
     Parts are compared at the same preload, amplitude and frequency. What a stiffness factor scales
     is the curve of dynamic stiffness over static force; at equal static force a part whose rubber

@@ -184,7 +184,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
         """Fit the pieces.
 
         - `X` (n, n_features): variables.
-        - `y` (n,): observations.
+        - `y` (n,) or (n, n_outputs): observations.
         - `sample_weight` (n,), optional: inverse to the variance of each row; rows of weight 0 are
           left out.
         - `groups` (n,), optional: rows of one group (one run) are left out together in the
@@ -325,7 +325,7 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     ) -> Self:
         """Build a fitted regressor of one output from `to_arrays`, bit for bit.
 
-        - raises InputError: an array that is missing, is not of numbers or of another shape.
+        - raises InputError: a missing array or coefficients of another shape; ValueError: text.
         """
         stored = named_arrays(arrays, prefix, _ARRAYS)
         logarithmic = arrays.get(f"{prefix}logarithmic", np.empty(0))

@@ -469,8 +469,8 @@ class DynamicStiffnessSurface(StiffnessModel):
     def from_arrays(cls, arrays: Mapping[str, npt.NDArray[Any]]) -> Self:
         """Build the surface from the arrays of `to_arrays`, bit for bit.
 
-        - raises InputError: a format of another version, an array that is missing or of another
-          shape.
+        - raises InputError: a format of another version, an array that is missing, a region or
+          coefficients of another shape; no other shape is checked.
         """
         plain = named_arrays(arrays, "", ("format", *_PLAIN))
         if int(plain["format"]) != STORAGE_FORMAT:

@@ -215,8 +215,8 @@ def smooth_static_force(
 ) -> RealArray:
     """Take the noise out of the static force of each run, arrays (n,).
 
-    Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run with fewer than five
-    lines in that width, or with lines at unequal steps, stays as it is.
+    Parabolas of least squares over `SMOOTH_WIDTH` (Savitzky-Golay). A run that is shorter,
+    has fewer than five lines in that width or lines at unequal steps stays as it is.
 
     Noise in the variable of a surface flattens the surface; a mean over lines does not cure that.
     """

@@ -144,8 +144,7 @@ def kelvin_voigt(
 ) -> ComplexArray:
     """Return the stiffness of a spring and a viscous damper side by side, ``K = k + jωc`` [N/m].
 
-    - `frequency` (...).
-    - `stiffness`, `damping`.
+    - `frequency` (...) [Hz]; `stiffness` k [N/m]; `damping` c [N s/m].
     """
     omega = 2 * np.pi * np.asarray(frequency, dtype=float)
     loss = omega * np.asarray(damping, dtype=float)

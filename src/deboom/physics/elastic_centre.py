@@ -150,7 +150,7 @@ def dynamic_centre_of_stiffness(stiffness: npt.ArrayLike) -> ElasticCentre:
     Raises
     ------
     InputError
-        A stiffness that is not symmetric, or along one axis alone.
+        A stiffness that is not symmetric, or has a singular block of translations or rotations.
 
     Notes
     -----
@@ -260,13 +260,13 @@ class ReducedMount:
       receiver end, both referred to the virtual point [N/m, N/rad, N m/rad].
     - `one_point` (n_frequency, 6, 6): load on the receiver per motion of the source relative to the
       receiver.
-    - `translations` (n_frequency, 3).
+    - `translations` (n_frequency, 3): the first three diagonal entries of `one_point` [N/m].
     - `condensation_error` (n_frequency,): error of the load on the receiver, 12×12 → 6×6, relative
       to the largest load, over all motions of both ends [1]: mass of the mount, and whatever
       carries load to ground.
     - `translation_error` (n_frequency,): error of the load on the receiver, 6×6 → 3, relative to
       the largest load, over all relative motions [1]: rotations, and axes that are coupled.
-    - `length`.
+    - `length`: at which a rotation counts as much as a translation [m].
     """
 
     both_ends: ComplexArray
@@ -345,7 +345,7 @@ def reduction_error_in_operation(
     """Return what the two steps cost in the force on the receiver for one motion.
 
     Norms of the error of the three forces, of 6×6 and of three translations against 12×12, over
-    their norm, each of shape (n_frequency,) [1]. A line without force raises InputError.
+    their norm, each (n_frequency,) [1]. Another shape, or a line without force, raises InputError.
 
     Parameters
     ----------

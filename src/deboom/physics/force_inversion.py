@@ -85,7 +85,7 @@ CROSS_VALIDATED = Inversion()
 class InvertedForces:
     """Forces out of an inversion, and how much of them to believe.
 
-    - `force` (n_frequency, n_path).
+    - `force` (n_frequency, n_path): complex peak [N].
     - `condition_number` (n_frequency,): condition number of the matrix with columns (and rows,
       where their noise was given) scaled [1].
     - `amount` (n_frequency,): regularisation of each line as a fraction of the largest singular
@@ -183,8 +183,8 @@ def invert_for_forces(
 class Decomposition:
     """Responses in the singular directions of a matrix, line by line.
 
-    - `left` (n_frequency, n_indicator, n_path).
-    - `singular` (n_frequency, n_path).
+    - `left` (n_frequency, n_indicator, n_path): left singular vectors, one per column.
+    - `singular` (n_frequency, n_path): singular values, decreasing.
     - `responses` (n_frequency, n_indicator): responses, scaled as the rows of the matrix.
     """
 
@@ -286,7 +286,7 @@ def _filters(data: Decomposition, inversion: Inversion) -> tuple[RealArray, Real
 
 
 def _chosen_amount(data: Decomposition, choice: Choice, truncate: bool) -> RealArray:
-    """Choose a fraction per line; truncation cuts just below one of the singular values."""
+    """Choose a fraction per line; truncation keeps the singular values that reach it."""
     relative = data.relative
     n_line, n_path = relative.shape
     if data.left.shape[1] == n_path:

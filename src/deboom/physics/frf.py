@@ -95,6 +95,8 @@ def convert(
 def scaled_condition_number(values: npt.ArrayLike, form: FrfForm, length: float) -> RealArray:
     """Return the condition number of 6×6 functions, with rotations made comparable to translations.
 
+    Raises InputError: another shape, or a length that is not positive.
+
     Parameters
     ----------
     values : array, shape (..., 6, 6) — functions in the order x y z rx ry rz, SI units
@@ -211,11 +213,11 @@ class SpectrumScaling(Enum):
 class CrossSpectra:
     """One-sided spectra of inputs and outputs, averaged over blocks.
 
-    - `frequency` (n_frequency,).
+    - `frequency` (n_frequency,): lines [Hz].
     - `input_auto` (n_frequency, n_input, n_input).
     - `output_input` (n_frequency, n_output, n_input).
     - `output_auto` (n_frequency, n_output, n_output).
-    - `n_averages`.
+    - `n_averages`: number of blocks.
 
     With this order of the conjugate, ``Y = H X`` gives ``E[Y X*] = H E[X X*]`` for e^{+jωt}. Bendat
     and Piersol's ``G_xy = E[X* Y]`` is the entry (y, x).
@@ -269,14 +271,14 @@ def cross_spectra(
     rate : float — samples per second [Hz]
     input_window, output_window : array, shape (n_sample,), optional — factors of every block
     scaling : SpectrumScaling
-        Densities are divided by the mean of the product of both windows squared; energies are not,
-        a window there cuts noise and not signal.
+        Densities are divided by the root of the product of both windows' mean squares; energies
+        are not, a window there cuts noise and not signal.
 
     Notes
     -----
     ``G_ab = 2 c E[X_a X_b*]`` with ``X = Σ_n w_n x_n e^{−j2πkn/N}``, and ``c = 1/(N rate)`` for
-    power density, ``1/rate²`` for energy density; the lines at 0 Hz and at
-    rate/2 have no mirror image and no 2 (Bendat and Piersol, Random Data, 4th ed., 5.2 and 11.5).
+    power density without windows, ``1/rate²`` for energy density; the lines at 0 Hz and at rate/2
+    have no mirror image and no 2 (Bendat and Piersol, Random Data, 4th ed., 5.2 and 11.5).
     """
     sizes: dict[str, int] = {}
     pushed = checked_array(inputs, "b s i", "input blocks", sizes)
@@ -323,7 +325,7 @@ def cross_spectra(
 def overlapping_blocks(record: npt.ArrayLike, length: int, step: int) -> RealArray:
     """Cut a record (n_sample, n_channel) into blocks (n_block, length, n_channel) to average.
 
-    Blocks begin `step` samples apart, 1 to `length`; samples after the last whole block are left.
+    Blocks begin `step` samples apart, 1 to `length`, else InputError; a last part block is left.
     """
     values = np.asarray(record, dtype=float)
     if values.ndim != 2 or not 2 <= length <= values.shape[0]:
@@ -379,8 +381,8 @@ def h1(spectra: CrossSpectra) -> ComplexArray:
 def h2(spectra: CrossSpectra) -> ComplexArray:
     """Estimate frequency response functions for noise in the inputs, ``H = G_yy G_xy⁻¹``.
 
-    Raises InputError: several inputs and another number of outputs, outputs or inputs that depend
-    on each other, or output and input without anything in common at a line.
+    Raises InputError: one input with nothing in common with an output; of several inputs another
+    number of outputs, fewer averages, a silent line, inputs or outputs that depend on each other.
 
     Notes
     -----
@@ -406,8 +408,8 @@ def h2(spectra: CrossSpectra) -> ComplexArray:
 def hv(spectra: CrossSpectra, noise_ratio: npt.ArrayLike | None = None) -> ComplexArray:
     """Estimate frequency response functions for noise in inputs and outputs.
 
-    Raises InputError: a noise ratio that is not positive and finite, a line without input or
-    output, fewer averages than inputs, or inputs that depend on each other.
+    Raises InputError: a noise ratio that is not positive and finite, a line without input, output
+    or, unless the ratio is large, anything in common, fewer averages than inputs, dependent inputs.
 
     Parameters
     ----------
@@ -465,7 +467,7 @@ def multiple_coherence(spectra: CrossSpectra) -> RealArray:
     """Return the share of each output's power that all inputs explain, (n_frequency, n_output) [1].
 
     ``G_yx G_xx⁻¹ G_xy / G_yy`` (Bendat and Piersol, Random Data, 4th ed., eq. 7.35). Errors as of
-    `coherence`, and inputs that depend on each other.
+    `h1`, and as many averages as inputs, whose coherence is 1; a coherence above 1.
     """
     _needs_averages(spectra, spectra.input_auto.shape[1])
     explained = np.sum(h1(spectra) * np.conj(spectra.output_input), axis=2).real
@@ -541,7 +543,7 @@ def _quotient(part: RealArray, whole: RealArray) -> RealArray:
 
 
 def _coherent(values: RealArray, spectra: CrossSpectra) -> RealArray:
-    """Take rounding off; more than that cannot come out of one average."""
+    """Cut to 0 … 1; a value above 1 by more than `ROUNDING` raises InputError."""
     above = values > 1.0 + ROUNDING
     if above.any():
         line = int(np.argwhere(above)[0][0])
@@ -598,7 +600,7 @@ def coherence_bias(coherence: npt.ArrayLike, n_averages: float) -> RealArray:
     Notes
     -----
     ``(1 − γ²)² / n`` of the true coherence (Bendat and Piersol, Random Data, 4th ed., eq. 9.75), to
-    first order in 1/n and exact at both ends.
+    first order in 1/n and exact at both ends. Errors as of `magnitude_error` with one input.
     """
     gamma2 = _checked_coherence(coherence, n_averages, 1)
     return np.asarray((1.0 - gamma2) ** 2 / n_averages)
@@ -622,7 +624,7 @@ def force_window(
     """Return a window of 1 while the hammer touches and 0 otherwise, with a cosine at both ends.
 
     Flat from `begin` to `end` after the first sample of the block, with a taper before and after
-    [s]; a flat part without a sample raises InputError.
+    [s]; a flat part without a sample, or a negative taper, raises InputError.
 
     Notes
     -----

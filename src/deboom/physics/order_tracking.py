@@ -26,7 +26,7 @@ def frequency_of_order(rpm: npt.ArrayLike, order: float) -> RealArray:
 
 
 def rpm_of_frequency(frequency: npt.ArrayLike, order: float) -> RealArray:
-    """Return the speed [1/min] at which an order has a frequency, the inverse of the above."""
+    """Return the speed [1/min] at which an order has a frequency [Hz], ``60 f / order``."""
     return np.asarray(60 * np.asarray(frequency, dtype=float) / _checked_order(order))
 
 
@@ -53,14 +53,14 @@ def _checked_order(order: float) -> float:
 def lower_rate(
     values: npt.ArrayLike, rate: float, highest_frequency: float
 ) -> tuple[RealArray, float]:
-    """Return every n-th sample of low-pass filtered records without delay, and the lower rate.
+    """Return every n-th low-pass filtered sample (n_sample, n_channel), undelayed, and the rate.
 
     The rate is a whole fraction of the old one, at least ten times the highest frequency [Hz] up to
     which the records must stay as they are, or the old one; the first sample keeps its time. Raises
     InputError: fewer than four samples per period, or a record shorter than the filter.
 
     Linear-phase Kaiser filter, flat within 1e-5 up to the highest frequency; what folds back lies
-    above it. It reaches about four of the new samples beyond each end, where the record is
+    above it. It reaches five of the new samples beyond each end, where the record is
     continued by its odd reflection.
     """
     record = np.asarray(values, dtype=float)
@@ -88,8 +88,7 @@ def lower_rate(
 def smear(sweep_rate: npt.ArrayLike, bandwidth: npt.ArrayLike) -> RealArray:
     """Return the finest detail over frequency that order tracking keeps in a run-up [Hz].
 
-    - `sweep_rate`.
-    - `bandwidth`.
+    - `sweep_rate` of the order's frequency [Hz/s]; `bandwidth`: full half-power width [Hz].
 
     A ripple of period P over frequency passes at ``sweep_rate / P`` ripples per second; the filter
     keeps half their power at ``bandwidth / 2``, hence ``P = 2 |sweep_rate| / bandwidth``: anything
@@ -111,13 +110,13 @@ def vold_kalman(
     Raises InputError: shapes that disagree, values that are not finite, a shaft that turns back, a
     bandwidth that is not positive, exceeds the frequency of an order or is too narrow for the rate.
 
-    - `values` (n_sample, n_channel).
+    - `values` (n_sample, n_channel): time record [unit].
     - `phase` (n_sample, n_order): angle of every order at each sample, ``order · shaft angle``
       [rad]. Any tone whose phase is known can stand beside the orders; a column of zeros takes up
       the quasi-static part.
-    - `rate`.
+    - `rate`: samples per second [Hz].
     - `bandwidth` (n_order,): full width between the half-power (−3 dB) points about each order
-      [Hz].
+      [Hz]; one number stands for all.
     - returns (n_sample, n_order, n_channel): peak amplitudes A, so that the part of an order in the
       record is ``Re(A e^{j phase})`` [unit]; for a column of zeros the quasi-static part itself.
 

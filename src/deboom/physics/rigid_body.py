@@ -200,8 +200,8 @@ def mass_matrix(
 class RigidBody:
     """Mass properties of a rigid body.
 
-    - `mass`.
-    - `centre` (3,).
+    - `mass` [kg].
+    - `centre` (3,): centre of gravity, from the reference point [m].
     - `inertia` (3, 3): inertia about the centre of gravity, products as the matrix entries [kg m²].
     """
 
@@ -271,8 +271,8 @@ def rigid_body_modes(
     ----------
     mass_matrix : array, shape (n, n) — symmetric, positive definite [kg, kg m, kg m²]
     stiffness : array, shape (..., n, n)
-        Real, symmetric stiffness at the same point [N/m, N/rad, N m/rad]; of a complex stiffness
-        the real part.
+        Real, symmetric stiffness at the same point [N/m, N/rad, N m/rad]; pass the real part of a
+        complex one.
 
     Returns
     -------

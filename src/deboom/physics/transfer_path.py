@@ -160,8 +160,8 @@ def rms_contribution(
 ) -> RealArray:
     """Return how large each path is on its own, whatever its phase, shape (n_path,) [Pa].
 
-    The root of the weighted mean of |c_k|² over the lines, peak amplitude; arguments as for
-    `energy_share`.
+    ``√(Σ_f w |c_k|² / n_frequency)``, peak amplitude: weights are not divided by their sum;
+    arguments as for `energy_share`.
     """
     values, weight = _weighted(path_contributions, line_weight)
     return np.asarray(np.sqrt(weight @ np.abs(values) ** 2 / len(values)))
@@ -170,7 +170,7 @@ def rms_contribution(
 def mounted_source(source: npt.ArrayLike, stiffness: npt.ArrayLike) -> ComplexArray:
     """Return the receptance [m/N] of a source seen from the far side of its mounts.
 
-    - `source` (n_frequency, n_path, n_path).
+    - `source` (n_frequency, n_path, n_path): its receptance without the mounts [m/N].
     - `stiffness` (n_frequency, n_path): complex dynamic stiffness of the mount in each path, not 0
       [N/m].
 

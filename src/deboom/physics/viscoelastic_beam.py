@@ -27,10 +27,10 @@ LARGEST_BENDING = 50.0
 class ViscoelasticBeam:
     """Straight uniform beam of a round section, one complex modulus; all numbers are positive.
 
-    - `length`, `line_mass`.
-    - `tension`, `torsion`, `bending`.
-    - `loss_factor`.
-    - `torsion_radius`.
+    - `length` [m], `line_mass` [kg/m].
+    - `tension` EA [N], `torsion` GJ [N m²], `bending` EI [N m²]: real parts.
+    - `loss_factor` η of all three [1].
+    - `torsion_radius`: radius of gyration of the section about its axis [m].
     """
 
     length: Number

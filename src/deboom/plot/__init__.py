@@ -1,8 +1,8 @@
 """Pictures: functions of plain arrays that draw in one style. The only door to matplotlib.
 
-A picture of one panel takes ``ax`` and returns its Axes; a grid returns its Figure. `deboom.report`
-makes files of both and closes them. matplotlib is imported inside the functions, so that importing
-a study stays fast, and no global setting survives a call. The same arguments give the same bytes.
+A picture of one panel takes ``ax`` and returns its Axes, a grid its Figure; `mode_shapes` returns
+PNG bytes. `deboom.report` makes files of all and closes them. matplotlib is imported inside the
+functions, so that studies start fast; no global setting survives. Same arguments, same bytes.
 """
 
 from typing import TYPE_CHECKING

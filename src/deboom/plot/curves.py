@@ -96,7 +96,7 @@ def curve_panels(
 ) -> Figure:
     """Draw panels of curves, with one legend for all.
 
-    - `panels`: at least one; `columns`: per row, up to 3.
+    - `panels`: at least one; `columns`: per row, up to 4.
     - `x_label`, `y_label`: with units; a panel's own `y_label` comes first.
     - `dashed`: labels whose curves are dashed, in turns: curves that coincide stay visible. A
       single one, such as what was measured, is dark.
@@ -108,7 +108,7 @@ def curve_panels(
     - `fitted`: frequency bands that are shaded: where a model was fitted [Hz].
     - `depth`: how far below the highest value the scale ends, for levels with notches [unit of y].
     - raises InputError: no panel, arrays of different lengths, values that are not finite, a label
-      without colour.
+      without colour, a mask of other lines.
     """
     names = dict.fromkeys(n for p in panels for n in (*p.points, *p.curves, *p.ranges))
     looks = _looks(panels, list(names), dashed, colours)

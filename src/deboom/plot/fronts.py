@@ -152,7 +152,7 @@ def fronts(
     - `points`: label → both objectives of many designs, drawn small and below.
     - `marks`: label → both objectives of one design.
     - `mean_label`, `sigma_label`: axis labels with units.
-    - raises InputError: nothing to draw, arrays of different lengths or values that are not finite.
+    - raises InputError: no front, arrays of different lengths or values that are not finite.
     """
     if not curves:
         raise InputError("figure fronts: there is no front to draw")
@@ -181,7 +181,7 @@ def fronts(
 
 
 _LINES = 300
-"""Designs beyond which lines and clouds are thinned, evenly."""
+"""From twice this number of designs on, lines are thinned to about this number, evenly."""
 
 
 def parallel_coordinates(

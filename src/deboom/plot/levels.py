@@ -101,7 +101,7 @@ def vector_sum(
     """Draw the paths of one line head to tail in the complex plane, and the pressure they give.
 
     - `paths`: of the contributions, in the order they are added.
-    - `contributions` (n_path,): state, such as today and a pick → complex peak [Pa].
+    - `contributions`: state, such as today or a pick → complex peaks, (n_path,) [Pa].
     - `colours`: of the paths.
     - raises InputError: nothing to draw, arrays of another length, values that are not finite.
     """

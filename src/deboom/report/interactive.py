@@ -70,7 +70,7 @@ class InteractiveFront:
       [dB(A)].
     - `pictures`: for a reader without scripts.
     - `runs` (n,): 1 for designs of another run beside, 0 for the run's own; empty: all its own.
-    - raises InputError: values that are not finite, doubled names.
+    - raises InputError: values that are not finite, levels beyond ±300 dB(A), doubled names.
     """
 
     title: str

@@ -172,7 +172,7 @@ class Report:
         Raises
         ------
         InputError
-            A name that is taken, no PNG, or no caption.
+            A name that is taken, no PNG, no caption, or no section before it.
         """
         try:
             png = as_png(drawing() if callable(drawing) else drawing)
@@ -216,7 +216,7 @@ class Report:
         Raises
         ------
         InputError
-            A name that is taken, decimals for a column that does not exist.
+            A name that is taken, decimals for a column that does not exist, no section before it.
         """
         if stem is not None:
             self._free(stem, self.tables)
@@ -293,7 +293,7 @@ class Report:
         return folder / PAGE
 
     def html(self, provenance: Mapping[str, Any] | None = None) -> str:
-        """Render the page as one HTML file without scripts, links or outside references.
+        """Render the page as one HTML file without scripts or references to anything outside of it.
 
         - `provenance`: how the numbers came about: ``command``, ``inputs`` (file → SHA-256) and
           further facts; mappings inside are written out. Texts are escaped: no input can add

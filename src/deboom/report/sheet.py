@@ -89,7 +89,7 @@ class Sheet:
 
         - `frame`: columns ``name [unit]``; `decimals`: by column label.
         - `caption`: what to see in it.
-        - `before`: row and column → former value as text.
+        - `before`: number of the row from 0 and column label → former value as text.
         """
         columns = tuple(
             Column(
@@ -109,7 +109,7 @@ class Sheet:
         self.blocks.append(("table", Grid(columns, caption, moved)))
 
     def figure(self, drawing: Drawing, caption: str) -> None:
-        """Show a figure of `deboom.plot`, which is closed afterwards."""
+        """Show a figure of `deboom.plot`, which is closed afterwards; it needs a caption."""
         if not caption.strip():
             raise InputError("a picture needs a caption")
         self.blocks.append(("figure", Picture(as_png(drawing), caption, caption)))

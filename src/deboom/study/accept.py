@@ -30,7 +30,7 @@ from deboom.study.runner import run_command
 
 PERCENT = 100.0
 MOST_SHOWN = 40
-"""Parts that do not pass and are listed on the supplier's page."""
+"""How many of the parts that do not pass the supplier's page lists at most."""
 _ENGLISH: Literal["en", "de"] = "en"
 _CAPABILITY_DE = [
     *("Charge", "Richtung", "Teile", "von [1]", "bis [1]", "Mittel [1]", "σ [%]"),
@@ -192,7 +192,7 @@ def _levels(report: Report, delivery: Delivery) -> None:
 
 
 def _batch_table(delivery: Delivery) -> pd.DataFrame:
-    """One row per batch: parts by verdict, cars within the limit, verdict and reason."""
+    """One row per batch: parts by verdict, shares of pieces and cars, verdict and reason."""
     rows = []
     for batch in delivery.batches:
         counts, pieces = batch.counts, batch.pieces
@@ -330,8 +330,8 @@ def accept_into_run(
     Raises
     ------
     InputError
-        A box, a sheet, a table or a platform that cannot be read or do not fit together; nothing
-        is left behind.
+        A box, a sheet, a table or a platform that cannot be read or do not fit together; see also
+        `judged_delivery`. Nothing is left behind.
     """
     begin = time.perf_counter()
     progress(0, 3, "reading")

@@ -64,8 +64,8 @@ def characterise_into_library(
     - `library`: SQLite file, made where it is missing, or database URL.
     - `mount_sets`: by default all of the campaign.
     - `overwrite`: whether mounts that are in the library already are exchanged.
-    - raises InputError: a campaign that cannot be read or characterised, a library that cannot be
-      written, or mounts that are there already; the latter before any work.
+    - raises InputError: a campaign that cannot be read or characterised or lacks a set, a library
+      that cannot be written, or mounts that are there already; the latter before any work.
     """
     # the whole campaign, so that its record does not depend on the sets asked for
     campaign = read_campaign(folder)
@@ -202,12 +202,12 @@ def given_vehicles(
 ) -> DrivenVehicles:
     """Take a user's own campaign, and vehicles that were driven with one of its mount sets.
 
-    - `folder`: of the campaign; it has a full-load run of the same gear and torque limit.
+    - `folder`: of the campaign; each of its sets has a full-load run of the same gear and torque
+      limit, and another run.
     - `folders`: of the vehicles, at least one; of one drawing.
     - `mount_set`: under their powertrains.
     - `run`: name of the vehicles' run.
-    - raises InputError: folders that cannot be read or do not fit together, no vehicle, no such run
-      or set.
+    - raises InputError: folders that cannot be read or do not fit together, no vehicle, run or set.
     """
     if not folders:
         raise InputError("there is no vehicle to listen in: name at least one with --vehicle")

@@ -57,7 +57,7 @@ from deboom.study.runner import run_command
 SETS = 8
 """Independent scrambled sets that the common sample consists of."""
 FEWEST = 1024
-"""Draws of the common sample."""
+"""Draws of the common sample, at least."""
 CHUNK = 50
 """Designs between two signs of progress."""
 PERCENT = 100.0
@@ -243,9 +243,9 @@ def comparison(
     Raises
     ------
     InputError
-        One run only, or twice the same; too few draws; runs of other variables, responses or
-        objectives; a front that cannot be computed; see also `deboom.study.rebuilt.compared_run`,
-        `check_same_platform`, `check_same_question`.
+        One run only, or twice the same; fewer than 1024 draws or no power of two; runs of other
+        variables, responses or objectives; a front that cannot be computed; see also
+        `deboom.study.rebuilt.compared_run`, `check_same_platform`, `check_same_question`.
     """
     if len({folder.resolve() for folder in folders}) < len(folders) or len(folders) < 2:
         raise InputError(

@@ -96,7 +96,7 @@ class CompressorFleet:
 def measured_fleet(folders: Sequence[Path]) -> CompressorFleet:
     """Read cars from folders with ``car.toml``; the compressor is that of the first.
 
-    InputError: no car, two cars of one name, cars with other mounts than the first.
+    InputError: a folder without a car, two cars of one name, cars with other mounts than the first.
     """
     cars = tuple(read_electric_car(folder) for folder in folders)
     first = cars[0]
@@ -247,7 +247,7 @@ def mounted_fleet(
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:
     """Return what a design (k,) truly changes against today's (k,), shape (v,) [dB].
 
-    Mean level of the lines over all cases; None for cars that were measured.
+    Of the mean level of the lines, weighted over the cases; None for cars that were measured.
     """
     total = np.zeros(len(model.index.response_names))
     for case, weight in zip(model.index.case_names, model.index.weights, strict=True):

@@ -235,7 +235,7 @@ def identified_test(
 def identified_virtual(
     seed: int, level: CalibrationLevel, beside: Beside, step: Callable[[str], None]
 ) -> IdentifiedTest:
-    """Measure a virtual compressor and identify it; 1 has the mounts of the thesis's table 11."""
+    """Measure and identify a virtual compressor; seed 1 has the mounts of the thesis's table 11."""
     plan = CompressorPlan(
         case=CompressorCase.TABLE11 if seed == 1 else CompressorCase.RANDOM,
         identical_mounts=beside.identical_mounts,
@@ -248,7 +248,7 @@ def identified_virtual(
 
 
 def condition_at_100_hz(test: IdentifiedTest) -> float:
-    """Condition number at the line nearest to 100 Hz, in units of the radius of gyration [1]."""
+    """Condition number of the inertance near 100 Hz, rotations times the radius of gyration [1]."""
     inertance = test.found.inertance
     nearest = int(np.argmin(np.abs(inertance.frequency - 100.0)))
     unit = np.repeat([1.0, test.found.length], 3)

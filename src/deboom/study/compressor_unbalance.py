@@ -166,7 +166,7 @@ def measured_unbalance(
 
     - `folder`: holds ``operation.toml``.
     - raises InputError: a test that cannot be read, identified or evaluated, a route that was not
-      computed.
+      computed, `plan.identified` of another hammer test.
     """
     begin = time.perf_counter()
     with threadpool_limits(1):  # its matrices are too small to share

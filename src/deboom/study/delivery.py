@@ -55,9 +55,9 @@ class Verdict(Enum):
 class JudgedPart:
     """One part against the intervals of its mount.
 
-    `factors`: axis → stiffness over the reference [1]; `axes`: limited axis → what its stiffness
-    says; `reason`, `reason_de`: which axis is outside, or too near to an end, in English and in
-    German, empty where it passes.
+    `factors`, `axes`: limited axis → stiffness over the reference [1], and what it says; `reason`,
+    `reason_de`: which axis is outside, or too near to an end, in English and in German, empty
+    where it passes.
     """
 
     part: DeliveredPart
@@ -96,7 +96,7 @@ class Cars:
     """Cars that get their mounts from a batch.
 
     `levels`: array, shape (n_processes, n_cars, n_vehicles), in the unit of the box; `within`:
-    share of parts and vehicles within the limit, as the box counts them.
+    share of cars within the limit, in all vehicles or averaged over them, as the box counts.
     """
 
     levels: RealArray
@@ -108,8 +108,8 @@ class Batch:
     """Parts of one mount from one batch.
 
     `capabilities`: limited axis → capability, empty for a single part; `pieces`: share of the
-    batch's pieces, measured or not, inside of all intervals, None where too few were measured;
-    `cars`: None without a platform as well; `share_stated`: asked of the pieces [1].
+    batch's pieces, measured or not, inside of all intervals, None where too few were measured or
+    no axis is limited; `cars`: None then, or without a platform; `share_stated`: asked of pieces.
     """
 
     name: str
@@ -137,7 +137,7 @@ class Batch:
 
     @property
     def reason(self) -> str:
-        """Why it is not passed, and what the cars are warned of; empty where all is well."""
+        """Why it is not passed, and that too few cars keep the limit; empty where all is well."""
         words = []
         if self.counts[Verdict.failed]:
             words.append(f"{self.counts[Verdict.failed]} of {len(self.parts)} parts are outside")
@@ -156,7 +156,7 @@ class Demand:
 
     `title`: of the box or the sheet; `variables`: intervals; `share_stated`: asked of the pieces
     [1]; `box`: None where only a sheet is there; `at_state`: parts were measured at the states of
-    a sheet, where today's stiffness is known or comes with them.
+    a sheet; without a reference stiffness they are ratios to today's part.
     """
 
     title: str
@@ -214,7 +214,10 @@ class Demand:
 
     def variable(self, name: str) -> BoxVariable:
         """Return an interval by its direction."""
-        return next(variable for variable in self.variables if variable.name == name)
+        known = {variable.name: variable for variable in self.variables}
+        if name not in known:
+            raise InputError(f"{self.title} asks nothing of '{name}', only of {', '.join(known)}")
+        return known[name]
 
 
 def _state(asked: SheetDirection) -> str:
@@ -229,7 +232,7 @@ class Delivery(Tabled):
 
     `batches`: by mount, in the order of the table; `uncertainty`: of a measured stiffness,
     relative, expanded to 95 % [1]; `predicted`: a platform was there to predict levels;
-    `same_data`: that platform's files are those of the box.
+    `same_data`: that platform's files are those of the box; True without one.
     """
 
     demand: Demand
@@ -245,7 +248,7 @@ class Delivery(Tabled):
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per part: stiffness, share of today's, verdict and reason."""
+        """One row per part: stiffness, ratio to today's, verdict and reason."""
         axes = sorted({axis for judged in self.parts for axis in judged.factors})
         rows = []
         for judged in self.parts:
@@ -317,8 +320,8 @@ def judged_delivery(
     Raises
     ------
     InputError
-        An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; a platform that is
-        not that of the box, or no box to go with it.
+        An uncertainty outside 0 to 0.5; parts of a batch that do not scatter; an axis that is
+        limited in N/m without a reference; a platform that is not the box's, or one without a box.
 
     Notes
     -----

@@ -55,7 +55,8 @@ def driven_into_run(
     Raises
     ------
     InputError
-        No table of a state, lines or vehicles that are missing; the run, as `supplier_study`.
+        No table of a state; lines or vehicles that are missing; another unit than Pa; no booming
+        peak with today's parts; the run, as `supplier_study`.
     """
     study = supplier_study(run, studies, pick)
     measured = {state: _levels(study, folder, state) for state in STATES}
@@ -167,7 +168,7 @@ def _report(
     report.table("driven", table, "Every booming peak with today's parts.")
     report.summary |= {"n_peaks": len(table), "n_as_predicted": kept}
     report.summary |= {"measured_change_db": means[0], "predicted_change_db": means[1]}
-    report.inputs += sorted(folder.iterdir())
+    report.inputs += sorted(path for path in folder.iterdir() if path.is_file())
     return report
 
 

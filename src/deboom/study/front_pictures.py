@@ -24,7 +24,7 @@ PERCENT = 100.0
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
 DYNAMIC = 40.0
-"""Below the loudest line, levels share the darkest colour [dB]."""
+"""Levels that lie below the loudest one by this or more share the darkest colour [dB]."""
 SMALLEST_REACH = 0.1
 """Change that has the strongest colour, at least [dB]."""
 

@@ -53,8 +53,8 @@ def write_run_ups(
     Raises
     ------
     InputError
-        A run that is no front of mount stiffnesses or has no such pick; a time from below 1 s to
-        above 120 s; a folder that cannot be written.
+        A run that is no front of mount stiffnesses or has no such pick; a time below 1 s or above
+        120 s; a folder that cannot be written.
     """
     if not 1.0 <= seconds <= 120.0:
         raise InputError(f"a run-up of {seconds:g} s: give --seconds from 1 to 120")

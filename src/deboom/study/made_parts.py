@@ -162,7 +162,7 @@ def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
 
     - `path`: see `deboom.files.limits`; None: variables scatter independently, with the tolerances
       of the space.
-    - `space`: variables ``<mount> <axis>``. What is exactly made stays so.
+    - `space`: variables ``<mount> <axis>``. What is exactly made stays so unless the file says.
     - raises InputError: a file or library that cannot be read, a variable or place that there is
       not, or a place with two part numbers.
     """
@@ -249,7 +249,7 @@ def _tolerance(
 
 
 def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost:
-    """Return the price of tolerances, by default 1 per direction and `REFERENCE`.
+    """Return the price of tolerances, by default 1 per direction at the tolerance `REFERENCE`.
 
     - `path` or None: table with the columns ``variable, weight, reference tolerance``, one row per
       variable, in any order; the weight is in any unit of money, the tolerance a plain number such

@@ -18,9 +18,8 @@ if TYPE_CHECKING:
 
 
 def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehicle: str) -> None:
-    """Add a section on the modes, with tables ``modes`` and ``panel_contributions``.
+    """Add a section on the modes, with a table ``modes``, with panels ``panel_contributions`` too.
 
-    - `report`: gets the section.
     - `modes`: of the vehicle.
     - `truth` (n_true, n_output) or None: true shapes in increasing frequency; columns as
       ``modes.model.outputs``.

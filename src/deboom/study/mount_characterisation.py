@@ -55,7 +55,7 @@ class SetTruth:
     def at(self, measured: OperatingMap) -> ComplexArray:
         """Return the true stiffness at every line of a map, shape (n,) [N/m].
 
-        - raises InputError: a line that the truth does not know.
+        - raises InputError: a line, run or channel that the truth does not know.
         """
         labels, inverse = np.unique(measured.run, return_inverse=True)
         places = []
@@ -129,7 +129,7 @@ class CharacterisedBench:
 
     @cached_property
     def check_runs(self) -> tuple[OperatingRun, ...]:
-        """Runs of `CHECK_CASES`; all full-load runs where the campaign has none of them."""
+        """Runs of `CHECK_CASES`; without one, all full-load runs, or all runs if there is none."""
         full_load = [run for run in self.result.runs if run.full_load]
         named = [run for run in full_load if (run.gear, run.torque_limit) in CHECK_CASES]
         return tuple(named or full_load or self.result.runs)
@@ -145,7 +145,7 @@ class CharacterisedBench:
         return surface.predict(points, extrapolate=True)
 
     def fitted_to(self, measured: OperatingMap) -> DynamicStiffnessSurface:
-        """Fit a surface to a map, in pieces as the campaign's."""
+        """Fit a surface to a map, by the same regressor as those of the bench."""
         options = self.result.options
         samples = measured.samples(options.preload)
         surface = DynamicStiffnessSurface(options.regressor, preload_unit=options.preload.unit)
@@ -238,6 +238,7 @@ def direction_numbers(bench: CharacterisedBench) -> pd.DataFrame:
     Columns ``r2_<part>`` and ``r2_force_<part>`` compare the surface with its own lines, with the
     prefix ``check_`` a surface fitted without the check runs with those. ``error`` and its kin are
     rms relative errors of the magnitude against the truth, ``error_imag`` the median one of Im K.
+    InputError: no direction has a surface.
     """
     rows = [_row(bench, name) for name in bench.surfaces]
     if not rows:
@@ -250,7 +251,6 @@ def model_table(
 ) -> pd.DataFrame:
     """Compare models of the stiffness, fitted without the check runs, on those of one bench.
 
-    - `bench`: with its surfaces.
     - `models`, optional: models by name; default are those of `standard_models`.
     - returns one row per direction and model, see `compare_models`.
     - raises InputError: no direction has lines in check runs and in others.
@@ -404,7 +404,7 @@ def r2_table(numbers: pd.DataFrame) -> pd.DataFrame:
 
 
 def truth_table(numbers: pd.DataFrame) -> pd.DataFrame:
-    """Rms error of the surfaces against the bench's truth."""
+    """Error of the surfaces against the bench's truth: rms of |K|, median of Im K."""
     columns = {
         "error of |K| [%]": percent(numbers, "error"),
         "error of Im K [%]": percent(numbers, "error_imag"),

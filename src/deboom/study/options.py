@@ -33,7 +33,7 @@ from deboom.vehicles.limits import MeanLevel, PeakLevel
 
 
 def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
-    """Return the callback of an option that refuses fewer before any work."""
+    """Return an option's callback that refuses fewer, or no power of two, before any work."""
 
     def check(option: CallbackParam, value: int) -> int:
         typed = f"--{str(option.name).replace('_', '-')} {value}"

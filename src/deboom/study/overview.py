@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import shlex
 import sys
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -59,12 +60,7 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
         report=f"{folder}/report.html" if page.is_file() else "",
         interactive=f"{folder}/{INTERACTIVE}" if (entry.folder / INTERACTIVE).is_file() else "",
         special=", ".join(f"{name} {value}" for name, value in special.items()),
-        call=" ".join(
-            [
-                str(record.get("command", entry.study)),
-                *(f"--{name} {value}" for name, value in options(record).items()),
-            ]
-        ),
+        call=command_of({"study": entry.study, **record}),
     )
 
 
@@ -81,6 +77,23 @@ def options(record: Mapping[str, Any]) -> dict[str, Any]:
         for name, value in record.get("arguments", {}).items()
         if value is not None
     }
+
+
+def command_of(record: Mapping[str, Any]) -> str:
+    """Write the command that makes a run again, with all of its options."""
+    typed = (_typed(name, value) for name, value in options(record).items())
+    command = record.get("command", f"deboom run studies/{record['study']}.py")
+    return " ".join([command, *filter(None, typed)])
+
+
+def _typed(name: str, value: Any) -> str:
+    """Write an option as it is typed: texts of a list repeat it, two numbers follow it."""
+    if isinstance(value, bool):
+        return f"--{name}" if value else f"--no-{name}"
+    words = [shlex.quote(str(item)) for item in (value if isinstance(value, list) else [value])]
+    if isinstance(value, list) and any(isinstance(item, str) for item in value):
+        return " ".join(f"--{name} {word}" for word in words)
+    return " ".join([f"--{name}", *words]) if value not in ("", []) else ""
 
 
 def refresh_overview(results: Path) -> Path | None:

@@ -130,7 +130,7 @@ class ComparedRun:
         return {n: row for row, names in enumerate(named) for n in names.split(" = ") if n}
 
     def picked(self, pick: Pick) -> RealArray:
-        """Return a design of the front by its name, as the search found it, shape (k,) [1].
+        """Return a design of the front by name, as the search found it, (k,) [units of the space].
 
         Raises
         ------
@@ -224,7 +224,7 @@ def check_same_platform(runs: Sequence[ComparedRun]) -> None:
 
 
 def check_same_question(runs: Sequence[ComparedRun]) -> None:
-    """Refuse runs of other variables, responses or objectives.
+    """Refuse runs of other variables, responses or objectives, or of more than two objectives.
 
     - raises InputError: names what differs.
     """
@@ -265,7 +265,6 @@ def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
 def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
     """Return what the runs do not have in common, one row per item and a column per name.
 
-    - `runs`: all of them.
     - `names`: of the configuration of each run; runs of one name share a column.
     """
     facts = [dict(_facts(run)) for run in runs]

@@ -86,7 +86,7 @@ class RobustFront(Front):
 
     @property
     def platform(self) -> Platform:
-        """As measured."""
+        """With the forces of the search, measured or from response surfaces."""
         return self.runs.platform
 
     @property
@@ -121,7 +121,7 @@ class RobustFront(Front):
 
     @cached_property
     def nominal_stiffness(self) -> RealArray:
-        """Mean |K| over the band at factor 1, shape (n_variable,) [N/mm]; nan: not measured."""
+        """Mean |K| in the band at factor 1, of `stiffness_variables` [N/mm]; nan: not measured."""
         band = (float(self.frequency[0]), float(self.frequency[-1]))
         return self.runs.stiffness(self.load_case, band) * N_PER_MM
 

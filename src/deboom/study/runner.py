@@ -45,7 +45,7 @@ from deboom.files.run_folder import (
 )
 from deboom.report import PAGE, Report
 from deboom.study.options import expanded, filled, shipped_studies
-from deboom.study.overview import refresh_overview
+from deboom.study.overview import command_of, refresh_overview
 from deboom.study.progress import one_sentence_errors
 from deboom.study.result import RunContext
 
@@ -226,12 +226,12 @@ def _plain(value: Any) -> Any:
 def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     """Run one study and write its run folder.
 
-    - `study`: from `load_study`.
     - `out`: folder that gets ``<study>/<run>/``.
     - `arguments`: options by name; the study's defaults complete them.
     - returns the finished run folder.
     - raises InputError: bad input, with nothing left in ``out`` unless there are evaluations to
       keep. These, and any other failure, leave ``<run>.unfinished`` for `resume_study`.
+    - raises IncompleteReport: figures that failed; the run is finished all the same.
     """
     bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
     bound.apply_defaults()
@@ -389,7 +389,8 @@ def run_command(
     - `record`: ``study`` (name of the command), ``command``, ``question``, ``seed``, ``arguments``.
     - `relative_to`: folder that names input files; by default each file's own.
     - `begin`: time at which the command began, from `time.perf_counter`.
-    - returns the finished run folder; after a failure nothing is left behind.
+    - returns the finished run folder; a failure of `work` leaves nothing behind.
+    - raises IncompleteReport: figures that failed; the run is finished all the same.
     """
     begin = time.perf_counter() if begin is None else begin
     record = {**record, "environment": environment_record(PACKAGES)}
@@ -435,25 +436,6 @@ def _discard_empty(run: Run) -> None:
     """Remove the folder of a run that holds nothing to keep."""
     if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
         run.discard()
-
-
-def _option(name: str, value: Any) -> str:
-    """Write an option as it is typed."""
-    if isinstance(value, bool):
-        return f"--{name}" if value else f"--no-{name}"
-    return f"--{name} {value}"
-
-
-def command_of(record: Mapping[str, Any]) -> str:
-    """Write the command that makes a run again, with all of its options."""
-    options = " ".join(
-        _option(name.replace("_", "-"), item)
-        for name, value in record["arguments"].items()
-        if value not in (None, "")
-        for item in (value if isinstance(value, list) else [value])
-    )
-    command = record.get("command", f"deboom run studies/{record['study']}.py")
-    return f"{command} {options}"
 
 
 def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:

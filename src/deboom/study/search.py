@@ -346,7 +346,7 @@ class SearchOptions:
     ) -> SearchResult:
         """Search the front of a robust response with these options.
 
-        - `robust`: its draws are spread over the processes; `limits`: what designs must keep.
+        - `robust`: its designs are spread over the processes; `limits`: what designs must keep.
         - `title`: of the progress bar; others and errors as for `robust_search`.
         """
         with (

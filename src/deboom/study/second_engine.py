@@ -161,7 +161,7 @@ def given_engine(
     how: CharacteriseOptions,
     progress: Progress,
 ) -> SecondEngine:
-    """Predict the forces of a measured second engine, under its campaign's name.
+    """Predict the forces of a measured second engine, titled as the folder of its campaign.
 
     The mounts come from the first engine's campaign or from a library; InputError without either.
     """
@@ -192,7 +192,7 @@ def _mounts_of_campaign(
 def mounts_of_library(
     library: str, mount_set: str, campaign: str | None = None
 ) -> tuple[CharacterisedMount, ...]:
-    """Take the mounts of one variant out of a library; name the campaign if several know it."""
+    """Take the mounts of one variant from a library; InputError: none, or of several campaigns."""
     with open_library(library) as opened:
         identities = opened.identities(variant=mount_set, campaign=campaign)
         campaigns = sorted({one.campaign for one in identities})
@@ -213,7 +213,7 @@ def _second_engine(
     mount_set: str,
     how: CharacteriseOptions,
 ) -> SecondEngine:
-    """Measure a second engine and predict its forces from the mounts' surfaces.
+    """Read a second engine's campaign and predict its forces from the mounts' surfaces.
 
     ``f = K(F₀, |s|, ω) s`` (thesis, eq. 30, 32; 3.6.2) with motion s and static force F₀ as the
     second engine measures them. Lines outside of the region in which the mount was measured are

@@ -119,7 +119,7 @@ class SupplierEffects:
     def other_motion(self) -> tuple[str, dict[str, float]] | None:
         """Compute the changes under the other model of the motion, mean over the vehicles [dB].
 
-        None where the data do not allow that model.
+        None where the data do not allow that model, or a factor means the part.
         """
         index = self.study.index
         motion = Motion.coupled if index.motion is Motion.prescribed else Motion.prescribed

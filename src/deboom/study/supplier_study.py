@@ -433,7 +433,7 @@ _CONTEXT = 30
 
 
 def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
-    """Return names of vehicles, groups and platform, and paths, that nobody else may read."""
+    """Return what nobody else may read: names of vehicles, groups, platform, study, and paths."""
     platform, entry = study.platform, study.run.entry
     vehicles = platform.fleet.vehicles
     paths = [path for folder in (platform.folder, entry.folder) for path in _spellings(folder)]

@@ -30,8 +30,9 @@ from deboom.study.compressor_unbalance import (
     UnbalanceTruth,
     measured_unbalance,
 )
+from deboom.study.overview import command_of
 from deboom.study.progress import Progress, counted
-from deboom.study.runner import command_of, run_command
+from deboom.study.runner import run_command
 
 COMMAND = "unbalance"
 SEED = 1

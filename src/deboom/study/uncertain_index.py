@@ -77,7 +77,7 @@ def uncertain_index(
 
 
 def library_tolerances(platform: Platform) -> tuple[Tolerances, str]:
-    """Return tolerances that the mounts were characterised with, and where they come from."""
+    """Return tolerances of the mounts' characterisation, or stated priors, and their origin."""
     records = read_library_json(platform.folder / LIBRARY_FILE)[0]
     if not records:
         return Tolerances(), PRIOR

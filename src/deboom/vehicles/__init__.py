@@ -1,1 +1,1 @@
-"""The receiver side and the population of vehicles. Depends on: physics, measurement, mounts."""
+"""Receivers and the population of vehicles. Depends on: physics, explore, measurement, mounts."""

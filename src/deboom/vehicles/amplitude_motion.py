@@ -238,8 +238,8 @@ def amplitude_motion(
     - `settling`, optional: where given, a factor means the part itself, which settles elsewhere on
       these curves.
     - `follow`: whether stiffnesses follow the amplitude; if not, the motion is coupled only.
-    - raises InputError: A run without engine torque; a line that lies outside of the region in
-      which a mount was measured.
+    - raises InputError: a run without engine torque; a line that lies outside of the region in
+      which a mount was measured; with `settling` see also `part_ratio`.
 
     ``K(a) = K_run S(T, a, f) / S(T, a_run, f)``: the run's own stiffness times the relative change
     that the surface S gives, so the nominal design moves exactly as measured. At fixed wheel torque
@@ -332,8 +332,7 @@ class ResolvedDesign:
     @property
     def pressure(self) -> ComplexArray:
         """Pressure at the ears, shape (v, f) [Pa]."""
-        nominal = np.ones((1, len(self.motion.variable_names)))
-        return np.asarray(self.motion.pressure(nominal)[0])
+        return np.asarray(self.motion.pressure(np.ones((1, len(self.motion.variable_names))))[0])
 
 
 def resolve_design(

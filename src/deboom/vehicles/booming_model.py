@@ -75,7 +75,7 @@ class BoomingModel:
 
     A loss factor ``EnM x loss`` multiplies K'' alone: ``K → x (K' + j y K'')``. The ratio K''/K' is
     multiplied by it and K' stays; the magnitude of K changes by the square root of ``1 + (yη)²``
-    over that of ``1 + η²``, 0.7 % for η = 0.2 and y = 1.2.
+    over that of ``1 + η²``, 0.8 % for η = 0.2 and y = 1.2.
 
     Examples
     --------
@@ -232,9 +232,9 @@ class BoomingModel:
         - raises InputError: designs of another shape, or not finite.
 
         ``∂SPLV/∂x_k = 20/ln 10 Σ_f Re(∂p_f/∂x_k / p_f)``, exact; by differences of fourth order
-        where stiffnesses follow the amplitude. In a notch p is small and the derivative large, and
-        good for small steps only. With loss factors and ``z = x y``: ``∂/∂x = ∂/∂x|_z + y ∂/∂z``,
-        ``∂/∂y = x ∂/∂z``.
+        where stiffnesses follow the amplitude or parts settle elsewhere. In a notch p is small and
+        the derivative large, and good for small steps only. With loss factors and ``z = x y``:
+        ``∂/∂x = ∂/∂x|_z + y ∂/∂z``, ``∂/∂y = x ∂/∂z``.
         """
         factors = self._factors(designs)
         total = np.zeros((len(factors), len(self.response_names), factors.shape[1]))
@@ -252,11 +252,11 @@ class BoomingModel:
     def clipped(self, designs: RealArray) -> tuple[float, float]:
         """Return how often designs (n, k) leave what the mounts' measurements back [1].
 
-        Shares of lines and directions whose amplitude, and whose preload, lies beyond; directions
-        without a surface do not count. There the stiffness keeps its value at the bound
-        (amplitude), or follows the quasi-static curve (preload), see
-        `deboom.vehicles.design_factor.PartRatio`. Prescribed and coupled motion take the stiffness
-        as measured and leave nothing.
+        Shares of lines and directions whose amplitude, and whose preload, lies beyond. Directions
+        without a surface are left out of the first share and count as inside in the second. Beyond,
+        the stiffness keeps its value at the bound (amplitude), or follows the quasi-static curve
+        (preload), see `deboom.vehicles.design_factor.PartRatio`. Prescribed and coupled motion take
+        the stiffness as measured: both shares are 0.
         """
         amplitude, preload = [], []
         for case in self.cases:
@@ -361,7 +361,7 @@ def model_of_other_data(
     - `fleet`: other noise transfer functions.
     - `mounts`: mounts of the platform.
     - `powertrain`: mass and inertia from the data sheet; needed unless motion is prescribed.
-    - `load_cases`: other forces and motions, in the order of the model.
+    - `load_cases`: other forces and motions of the load cases that count, in the model's order.
 
     Stiffnesses that follow the amplitude do so over its ratio to the nominal one, as in `model`:
     the softening stays as measured.

@@ -168,7 +168,7 @@ class PressureComparison:
     - `frequency` (n_frequency,) [Hz].
     - `order`: engine order of the lines [1].
     - `reference`, `compared` (n_frequency,): complex peak, such as measured and synthesised [Pa].
-    - raises InputError: arrays of different lengths, a pressure of exactly 0.
+    - raises InputError: arrays of different lengths; for its peaks, a pressure of exactly 0.
 
     The criteria of the thesis (eq. 33, 34) are on pressures, shape complex and scale by magnitudes,
     never on dB curves. Levels are compared at peaks alone, never line by line: in a notch the

@@ -207,8 +207,8 @@ def part_ratio(
     - `coupled`: motion identified from the load case.
     - `surfaces`: surfaces by design variable, over wheel torque.
     - `load_case`: load case with its engine torque.
-    - raises InputError: a powertrain direction that the kinematic model lacks; a run without engine
-      torque; a line outside of the region in which a mount was measured.
+    - raises InputError: other directions than those of the kinematic model; no engine torque; a
+      line outside of where a mount was measured; a torque beyond a static curve.
     """
     names = [coupled.variable_names[k] for k in coupled.variables]
     on_body = names[: coupled.bodies[0].variables.size]

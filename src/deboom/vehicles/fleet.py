@@ -220,9 +220,9 @@ def path_contributions(
     Raises
     ------
     InputError
-        A band without lines; with loss factors a line without displacement; lines of a vehicle and
-        of the load case that differ (nothing is interpolated); paths that a vehicle lacks, or has
-        beyond those of the mounts.
+        A band without lines; a path whose force was not measured; with loss factors a line without
+        displacement; lines of a vehicle and of the load case that differ (nothing is interpolated);
+        paths that a vehicle lacks, or has beyond those of the mounts.
 
     Notes
     -----

@@ -159,7 +159,7 @@ def _in_lanes(rows: RealArray, lanes: int) -> RealArray:
 
 
 def _line_exponents(contributions: ComplexArray) -> IntArray:
-    """Return the power of two next to the nominal ``|p|`` of each line, shape (v, f)."""
+    """Return the exponent of the power of two next to the nominal ``|p|`` of each line, (v, f)."""
     nominal = np.abs(contributions.sum(axis=2))
     largest = np.abs(contributions).max(axis=2)
     return np.asarray(np.frexp(np.maximum(nominal, NOTCH * largest))[1])

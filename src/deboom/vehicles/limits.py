@@ -99,8 +99,8 @@ class PeakLevel(_VehicleLevel):
     - `model`: booming model with prescribed or coupled motion. The weights of its load cases play
       no role: the loudest of them counts.
     - `band` (lower, upper): both edges belong to the band [Hz].
-    - raises InputError: a band without a line of the model, a motion that follows the amplitude,
-      loss factors.
+    - raises InputError, when it is called: a band without a line of the model, a motion by
+      response surfaces, loss factors.
 
     The derivative is that of the loudest line, ``20/ln 10 Re(∂p_f/∂x_k / p_f)``: exact wherever one
     line is louder than all others, and a subgradient where two are equally loud.
@@ -152,7 +152,7 @@ class ScatteredLevel(_VehicleLevel):
       averaged.
     - `design` (k,): design at which the energy of the scatter is taken, such as today's [1].
     - `relative_sigma` (k,): standard deviation of each factor over the factor itself [1].
-    - raises InputError: a motion that follows the amplitude, loss factors.
+    - raises InputError, when it is called: a motion by response surfaces, loss factors.
 
     To first order parts that scatter have the mean energy ``|p|² + Σ_k |σ_k x_k ∂p/∂x_k|²`` in a
     line; the sum is that of `design`. A search needs it: the mean level of a single design falls
@@ -237,7 +237,7 @@ class WeightSag:
     - `model`: quasi-static curves of the mounts that carry the powertrain.
     - `powertrain`: mass and centre of gravity.
     - `mounts`: names ``<mount> [<piece>]``; downward counts positive, from the unloaded mounts.
-    - raises InputError: a mount that the kinematic model does not have.
+    - raises InputError, when it is called: a mount that the kinematic model does not have.
 
     Linear: the tangents of the curves at no torque stand for the way down to there, which no curve
     shows, because suppliers count deflections from the position under the weight. Both meanings of
@@ -275,7 +275,7 @@ class TorqueTravel:
     - `wheel_torque`: engine torque times total ratio [N m].
     - `directions`: ``<mount> [<piece>] <axis>``.
     - `factor`: what a stiffness factor means for the curves.
-    - raises InputError: a direction that the kinematic model does not have.
+    - raises InputError, when it is called: a direction that the kinematic model does not have.
     """
 
     model: KinematicModel

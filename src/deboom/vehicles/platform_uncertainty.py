@@ -44,7 +44,7 @@ PRIOR_DIFFERENCE = MethodDifference(
 """How well noise transfer functions are known where nothing says it; by judgement."""
 
 LEAST_VEHICLES = 3
-"""Measured in two ways, to know the calibration by their differences."""
+"""Fewest vehicles, each measured in two ways, whose differences tell the calibration."""
 
 UNSTATED = 0.05
 """Standard deviation of an identified stiffness whose library states none [1]."""
@@ -92,15 +92,15 @@ def force_sources(
     - `band` (lower, upper): lines that count, both edges included [Hz].
     - `tolerances`, optional: of sensors, cells and shaker; by default `Tolerances` as they are.
     - `origin`: where they come from.
-    - returns: those without any effect are left out.
+    - raises InputError: a mount at the centre of gravity.
 
     A force from a surface is ``K s``: K errs as the library's error budget states, s as one
     triaxial accelerometer at the mount would have it: by its gain, by what its angle and its
     cross-axis sensitivity take from the other axes, and by its place, which in a rotation about the
     centre of gravity counts by place over distance. Of the budget, the share of the shaker's
     alignment is ``θ² Σ_b |F_b/F_a|²`` over the other axes b, at most all of it. A measured force
-    errs by the shaker's gain and angle; the motion beside it counts where it is used, in coupled
-    motion and in stiffnesses.
+    errs by the shaker's gain and angle, that of a wheel end by its cell's gain; the motion beside
+    it counts where it is used, in coupled motion and in stiffnesses.
     """
     stated = tolerances or Tolerances()
     channels = {
@@ -173,7 +173,7 @@ def _leverage(
     direction: str,
     band: Band,
 ) -> float:
-    """Return how much a radian of the shaker's angle changes the force of a direction [1/rad]."""
+    """Return by what part a radian of the shaker's angle changes a direction's force [1/rad]."""
     mount, _, axis = direction.rpartition(" ")
     others = [f"{mount} {a}" for a in AXES if a != axis and f"{mount} {a}" in channels]
     squared = []

@@ -33,7 +33,7 @@ from deboom.measurement.measured_vehicle import (
 )
 from deboom.measurement.path_forces import forces_by_inversion, validate_on_board
 from deboom.measurement.uncertainty import LevelSpread, level_spread
-from deboom.mounts.characterise import CharacteriseOptions, characterise, measuring_chains
+from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import bench_load_case
@@ -46,7 +46,7 @@ from deboom.vehicles.path_analysis import PathAnalysis, analyse_paths
 from deboom.vehicles.powertrain import Powertrain
 
 HELD_OUT = 2
-"""Of the accelerometers around a mount the one with this place judges the others' forces."""
+"""Of the accelerometers around a mount the one with this place, from 0, judges the forces."""
 
 EVERYTHING = "bench forces, measured functions, against the microphone"
 INVERSION = "forces by inversion on the road, measured functions, against the microphone"
@@ -121,13 +121,12 @@ def bench_sets(
     predicted = {name: _run(campaign, name, gear, torque_limit) for name in campaign.mount_sets}
     left_out = [id(run) for run in predicted.values()]
     others = replace(campaign, runs=tuple(run for run in campaign.runs if id(run) not in left_out))
-    options = CharacteriseOptions()
     progress(0, len(predicted), "measuring chains")
-    chains = measuring_chains(campaign, options)
+    chains = measuring_chains(campaign)
     sets = {}
     for place, (name, run) in enumerate(predicted.items()):
         progress(place, len(predicted), f"mount set {name}")
-        mounts = characterise(others, name, options, chains=chains).mounts
+        mounts = characterise(others, name, chains=chains).mounts
         case = bench_load_case(campaign, run, chains, f"gear {gear}, {torque_limit:g} N m")
         sets[name] = BenchSet(name, case, mounts)
     return sets
@@ -151,7 +150,7 @@ class VehicleTruth:
 
     - `force`: forces of every mount on the body, channels ``<mount> [<piece>] <axis>`` [N].
     - `pressure`: pressure at the ears through the mounts alone [Pa].
-    - `noise_transfer`: ears per ``<mount> [<piece>] x y z mx my mz`` [Pa/N].
+    - `noise_transfer`: ears per ``<mount> [<piece>] x y z mx my mz`` [Pa/N, Pa/(N m)].
     - `natural_frequency`, `damping_ratio` (n_mode,): trimmed body on average [Hz], [1].
     - `shapes` (n_mode, n_output): translations at interfaces, panels inwards [kg^-1/2].
     """
@@ -404,7 +403,7 @@ def analyse_road(
     Raises
     ------
     InputError
-        Fewer than three accelerometers at a mount; see `deboom.measurement.path_forces`.
+        Accelerometers that the hammer test lacks, or too few; see `deboom.measurement.path_forces`.
     """
     vehicle, truth = synthesis.driven.vehicle, synthesis.driven.truth
     run = vehicle.run(run_name)
@@ -441,11 +440,12 @@ def analyse_road(
     if forces.inversion is not None:
         condition = float(forces.inversion.condition_number.max())
     causes = {what: compare_pressure(lines, run.order, *pair, band) for what, pair in pairs.items()}
+    held_out = on_board.error_by_line if kept_out else np.nan
     errors = {
         "forces by inversion, rms error [%]": 100 * force_error,
         "bench forces, rms error [%]": 100 * blocked_error,
         "largest condition number [1]": condition,
-        "held-out accelerometers, median error [%]": 100 * float(np.median(on_board.error_by_line)),
+        "held-out accelerometers, median error [%]": 100 * float(np.median(held_out)),
     }
     return RoadAnalysis(synthesis, {EVERYTHING: synthesis.comparisons[ON_ROAD]} | causes, errors)
 
@@ -474,7 +474,7 @@ class Validation:
     roads : tuple of RoadAnalysis
         Vehicles whose accelerometers were recorded under the hammer.
     shown : tuple of Synthesis
-        Every vehicle once, with the mount set that figures show; those with most data first.
+        Every vehicle once, with the mount set that figures show: one of `roads` if there is any.
     modes : BodyModes or None
         Modes of the first vehicle's body.
     complaint : str

@@ -99,8 +99,7 @@ def run(tmp_path_factory):
     write_solution_box(folder / "acceptance_box.json", box_of())
     parts = table_of(folder, 0.9 + np.linspace(-0.03, 0.03, 20))
     options = ["--out", folder / "out", "--platform", PLATFORM, "--uncertainty", "0.01"]
-    result = call("accept", folder, parts, *options)
-    return Path(result.stdout.strip().splitlines()[-1])
+    return Path(call("accept", folder, parts, *options).stdout.strip().splitlines()[-1])
 
 
 def test_the_command_writes_a_run(run):

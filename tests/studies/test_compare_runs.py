@@ -272,8 +272,6 @@ def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     assert "front.csv has been edited" in call("show", edited).output
     (edited.parent / "broken").mkdir()
     (edited.parent / "broken" / "run.json").write_text("{")
-    again = call("list", tmp_path, "--html")
-    assert "damaged" in again.output
+    assert "damaged" in call("list", tmp_path, "--html").output
     assert "damaged" in (tmp_path / "index.html").read_text(encoding="utf-8")
-    refused = call("compare", pair[0], code=2)
-    assert len(refused.stderr.strip().splitlines()) == 1
+    assert len(call("compare", pair[0], code=2).stderr.strip().splitlines()) == 1

@@ -81,8 +81,7 @@ def test_parts_that_change_nothing_are_not_as_predicted(front_run, cars, tmp_pat
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "today"})
     answer = driven(front_run, folder, tmp_path / "results")
     run = Path(answer.output.split()[-1])
-    table = pd.read_csv(run / "driven.csv")
-    assert (table["verdict"] == "not as predicted").all()
+    assert (pd.read_csv(run / "driven.csv")["verdict"] == "not as predicted").all()
     assert "0 of " in (run / "report.html").read_text(encoding="utf-8")
 
 
@@ -106,8 +105,7 @@ def test_one_drive_each_leaves_the_measured_uncertainty_open(front_run, cars, tm
 def test_what_is_missing_is_named(front_run, cars, tmp_path, change, words):
     folder = drive(tmp_path / "drives", cars, {"today": "today", "new": "new"}, drives=1)
     change(folder)
-    answer = driven(front_run, folder, tmp_path / "results", code=2)
-    assert words in answer.output
+    assert words in driven(front_run, folder, tmp_path / "results", code=2).output
     assert not list((tmp_path / "results").rglob("driven.csv"))
 
 
@@ -148,8 +146,7 @@ def test_every_vehicle_sounds_as_loud_as_the_model_says(folder):
 
 
 def test_what_cannot_be_heard_is_refused(folder, tmp_path):
-    short = listen(folder, "--seconds", "0.1", code=2)
-    assert "--seconds from 1 to 120" in short.stderr
+    assert "--seconds from 1 to 120" in listen(folder, "--seconds", "0.1", code=2).stderr
     front = pd.read_csv(folder / "front.csv")
     names = {name for cell in front["pick"].dropna() for name in cell.split(" = ")}
     for pick in Pick:

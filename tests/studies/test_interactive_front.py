@@ -147,5 +147,4 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
     ],
 )
 def test_what_cannot_be_written_is_said_in_one_sentence(folder, options, words):
-    answer = call("report", folder, *options, code=2)
-    assert words in answer.output
+    assert words in call("report", folder, *options, code=2).output

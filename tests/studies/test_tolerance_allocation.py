@@ -81,8 +81,7 @@ def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
 )
 def test_bad_targets_are_refused(given, words):
     def limits():
-        options = STUDY.module.Options(**given)
-        return target_limits(options.limit, ("a", "b"), np.zeros(2))
+        return target_limits(STUDY.module.Options(**given).limit, ("a", "b"), np.zeros(2))
 
     with pytest.raises(InputError, match=words):
         limits()

@@ -47,8 +47,7 @@ def test_campaign_without_errors_with_time_data(tmp_path):
     folder = tmp_path / "campaign"
     options = ("--mount-set", "M1", "--noise-free", "--time-run")
     call("bench", "campaign", folder, *options)
-    written = read_campaign(folder)
-    assert written.tolerances.sensor_gain == 0
+    assert read_campaign(folder).tolerances.sensor_gain == 0
     assert [path.name for path in (folder / "time").iterdir()] == ["g5_wot220_time.uff"]
 
 

@@ -110,8 +110,7 @@ def test_a_place_beyond_its_tolerance_is_named(test):
     moved = smaller(test)
     off = replace(moved.sensors[2], position=moved.sensors[2].position + 0.015 * np.eye(3)[1])
     found = identify(replace(moved, sensors=(*moved.sensors[:2], off, *moved.sensors[3:])), QUICK)
-    text = " ".join(found.alarms)
-    assert "Further from the sheet than its tolerances allow: A3" in text
+    assert "Further from the sheet than its tolerances allow: A3" in " ".join(found.alarms)
 
 
 # ------------------------------------------------------------------ refusals

@@ -215,8 +215,7 @@ def test_the_limit_is_where_the_drift_reaches_the_tolerance(resonance, where):
 
 def test_noise_and_small_drift_count_as_rigid():
     rng = np.random.default_rng(3)
-    noisy = rigid_limit(MODEL, LINES, drifting(np.zeros((6, 6)), 1e4, rng, 0.3))
-    assert noisy.is_rigid
+    assert rigid_limit(MODEL, LINES, drifting(np.zeros((6, 6)), 1e4, rng, 0.3)).is_rigid
     apparent = drifting(MODEL.mass_matrix, 1500.0)
     small = rigid_limit(MODEL, LINES, apparent)
     assert small.is_rigid

@@ -66,8 +66,7 @@ def test_every_equation_has_a_row(page):
 def test_proofs_of_the_compressors_equations_are_on_its_page():
     path = ROOT / "tests" / "verification" / "test_compressor_equations.py"
     defined = set(re.findall(r"^def (test_\w+)", path.read_text(encoding="utf-8"), re.M))
-    named = set(re.findall(r"`(test_\w+)`", PAGES["compressor-physics"]))
-    assert defined - named == set()
+    assert defined - set(re.findall(r"`(test_\w+)`", PAGES["compressor-physics"])) == set()
 
 
 def test_every_public_function_of_the_physics_room_has_its_place():

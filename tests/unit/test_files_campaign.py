@@ -206,8 +206,7 @@ def test_what_is_broken_is_named(copy, fault, sentence):
 def test_a_shaker_that_pulls_turns_the_sign(copy):
     before = read_campaign(copy).shaker_runs[0].response.values
     functions("shaker/EnM_x_1.uff", pushed("-x"))(copy)
-    after = read_campaign(copy).shaker_runs[0].response.values
-    assert after == pytest.approx(-before)
+    assert read_campaign(copy).shaker_runs[0].response.values == pytest.approx(-before)
 
 
 LINES = np.arange(30.0, 40.5, 1.0)

@@ -84,8 +84,7 @@ def test_a_library_may_be_its_database(tmp_path):
     with open_library(tmp_path / "mounts.db", create=True) as library:
         library.add(campaigns, mounts)
     path = written(tmp_path, '[measured]\nlibrary = "mounts.db"\n')
-    made = made_parts(path, SPACE)
-    assert made.scatter.direction("TSM x").sigma == pytest.approx(0.05)
+    assert made_parts(path, SPACE).scatter.direction("TSM x").sigma == pytest.approx(0.05)
 
 
 @pytest.mark.parametrize(

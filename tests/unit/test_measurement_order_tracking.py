@@ -156,6 +156,12 @@ def record(values, name="A1 x", unit="m/s^2"):
     return TimeRecord(values[:, None], RATE_4, (name,), unit)
 
 
+def test_noise_of_a_sweep_is_that_of_each_part_of_its_complex_values():
+    angle, tacho = run(30.0, 38.0, 8.0)
+    found = tracked_sweep(tacho, (record(0.3 * np.cos(1.5 * angle)),))
+    assert found.noise[0][0] == pytest.approx(0.3 / np.sqrt(2), rel=0.02)
+
+
 def test_first_order_beside_other_orders_and_noise():
     angle, tacho = run(30.0, 38.0, 8.0)
     noise = np.random.default_rng(1).normal(0, 0.05, angle.size)

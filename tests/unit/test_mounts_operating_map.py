@@ -151,6 +151,19 @@ def test_repeats_become_one_line_and_average_noise():
     assert one.force_noise == pytest.approx(single.force_noise / 40**0.5, rel=0.2)
 
 
+def test_noise_of_a_mean_over_four_repeats_is_half_of_that_of_one():
+    ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 5))
+    known = replace(EXACT, torque=1.0, acceleration_floor=0.1, force_floor=2.0)
+    campaign = campaign_of(Rig(tolerances=known, ramps=ramps))
+    body = measuring_chain.instrumented_bodies(campaign)[0]
+    several, one = (
+        measuring_chain.body_record(body, campaign.runs[:n], known).mean_over_repeats()
+        for n in (4, 1)
+    )
+    for name in ("wheel_torque_noise", "acceleration_noise", "cell_noise"):
+        np.testing.assert_allclose(getattr(several, name), getattr(one, name) / 2)
+
+
 def test_repeats_with_another_zero_mark_of_the_tacho_do_not_cancel():
     ramps = tuple(Ramp(120.0, repeat=n) for n in range(1, 4))
     campaign = campaign_of(Rig(ramps=ramps))

@@ -100,8 +100,7 @@ def _data_uris(html):
 def test_picture_is_embedded_unchanged_with_alt_text_size_and_caption():
     document = Document(page())
     ((attributes, _),) = document.every("img")
-    encoded = attributes["src"].removeprefix("data:image/png;base64,")
-    assert base64.b64decode(encoded) == PNG
+    assert base64.b64decode(attributes["src"].removeprefix("data:image/png;base64,")) == PNG
     assert attributes["alt"] == "The search has settled."
     assert (attributes["width"], attributes["height"]) == ("960", "427")
     assert document.every("figcaption")[0][1] == "Figure 1. The search has settled."

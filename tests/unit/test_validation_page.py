@@ -21,8 +21,7 @@ def test_the_page_is_what_the_command_writes_and_marks_what_is_older():
 @pytest.fixture
 def section(monkeypatch):
     monkeypatch.setattr(validate, "section_names", lambda: ["bench"])
-    rows = [Claim("|K| of a | b", "≤ 1", "0.5", True)]
-    return validate.section_text("bench", rows, 2.0)
+    return validate.section_text("bench", [Claim("|K| of a | b", "≤ 1", "0.5", True)], 2.0)
 
 
 def test_a_section_is_fresh_until_its_code_changes(section, monkeypatch):

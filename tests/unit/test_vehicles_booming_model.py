@@ -307,8 +307,7 @@ N_PARTS = (3, 2, 3)
 
 
 def with_values(values):
-    case = PathContributions("run", FREQUENCY, values, ("one", "two"), NAMES)
-    return model_of(case)
+    return model_of(PathContributions("run", FREQUENCY, values, ("one", "two"), NAMES))
 
 
 def catalogue():

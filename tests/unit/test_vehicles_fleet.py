@@ -57,8 +57,7 @@ def test_order_of_the_paths_in_a_vehicle_does_not_matter():
 def test_vehicles_may_be_measured_beyond_the_band_as_they_like():
     wide, narrow = LINES, LINES[1:4]
     fleet = Fleet((_vehicle(frequency=narrow),))
-    found = path_contributions(fleet, MOUNTS, _load_case(frequency=wide))
-    assert found.frequency.size == 3
+    assert path_contributions(fleet, MOUNTS, _load_case(frequency=wide)).frequency.size == 3
 
 
 def test_group_keeps_the_members_in_order():

@@ -207,10 +207,8 @@ def test_hoses_recovered(measured_test, recovered, source):
 
 def test_without_noise_and_in_place_the_truth_comes_back(measured_test):
     test, found, truth = measured_test(2, HoseCase.DISPLACED, noise_free=True)
-    result = identify_hoses(test, found)
-    assert stiffness_error(result.hoses, truth) < 0.005
-    start = stiffness_error(test.hoses, truth)
-    assert start > 0.1
+    assert stiffness_error(identify_hoses(test, found).hoses, truth) < 0.005
+    assert stiffness_error(test.hoses, truth) > 0.1
 
 
 def test_mounts_that_soften_with_their_motion_do_not_pass_for_hoses(measured_test):

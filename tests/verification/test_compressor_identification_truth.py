@@ -117,8 +117,7 @@ def found(tmp_path_factory):
     folder = tmp_path_factory.mktemp("bench") / "test"
     plan = CompressorPlan(identical_mounts=True)
     write_compressor_test(folder, 4, CalibrationLevel.C05, plan)
-    test = read_inertance_test(folder)
-    return identify(test, OPTIONS), read_compressor_truth(folder)
+    return identify(read_inertance_test(folder), OPTIONS), read_compressor_truth(folder)
 
 
 @pytest.fixture(scope="module")
@@ -181,8 +180,7 @@ def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
     assert thesis.seen.participation[thesis.seen.names.index("mount 1 rotation x")] > 0.9
     body = [name.startswith(("I", "centre", "mass")) for name in thesis.seen.names]
     assert thesis.known.ratio[body].max() < 0.15
-    turned = thesis.seen.names.index("mount 2 rotation x")
-    assert thesis.known.ratio[turned] > 0.9
+    assert thesis.known.ratio[thesis.seen.names.index("mount 2 rotation x")] > 0.9
     assert np.all(thesis.known.ratio <= 1)
 
 
@@ -214,8 +212,7 @@ def test_identical_mounts_are_found_one_by_one(found):
 
 def test_modes_and_frfs_of_one_compressor_are_alike(found):
     identified, _ = found
-    likeness = modal_likeness(identified)
-    assert np.diag(likeness).min() > 0.98
+    assert np.diag(modal_likeness(identified)).min() > 0.98
     lines = identified.inertance.frequency
     model = identified.calibrated.model.inertance(lines)
     assert frac(model, 2j * model, lines, (10.0, 30.0)) == pytest.approx(1.0)

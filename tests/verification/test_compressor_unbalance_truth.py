@@ -87,8 +87,7 @@ def test_exact_data_return_the_exact_source():
         for gas, factor in zip(sources.gas, (1.0, 1.6), strict=True):
             parts = [gas.axial.value, gas.moment.value, gas.rotating.value]
             np.testing.assert_allclose(parts, factor * GAS, rtol=0.02)
-    by_e = found.by_letter("e").sweeps[0]
-    assert max(errors(by_e, 20, 150)) < 2e-3
+    assert max(errors(found.by_letter("e").sweeps[0], 20, 150)) < 2e-3
 
 
 def test_mounts_as_struck():

@@ -283,8 +283,7 @@ def test_without_errors_everything_comes_back(tmp_path):
         assert run.static_force_names == tuple(true["channels"])
         assert run.engine_torque == pytest.approx(torque, abs=1e-9)
         assert run.static_force == pytest.approx(static, abs=1e-9)
-    bench = load_bench()
-    assert campaign.mass_matrix == pytest.approx(bench.powertrain.mass_matrix)
+    assert campaign.mass_matrix == pytest.approx(load_bench().powertrain.mass_matrix)
     # the cells miss 6 % of the force, and the first bench mode adds 0.5 % up to 80 Hz
     shaker = next(r for r in campaign.shaker_runs if (r.mount, r.axis) == ("TSM", "x"))
     cells = campaign.sensors_of(SensorKind.FORCE_CELL, ("TSM",))
@@ -355,8 +354,7 @@ def test_time_data_carry_the_true_order_on_the_tacho(tmp_path):
             middle = angle[np.argmin(np.abs(true["speed"] - speed))]
             amplitude = CubicSpline(true["frequency"], spectra)(run.order * speed / 60)
             for column, expected in zip(signals.T, amplitude, strict=True):
-                found = demodulated(run, column, angle, 8, middle)
-                assert abs(found / expected - 1) < 3e-3
+                assert abs(demodulated(run, column, angle, 8, middle) / expected - 1) < 3e-3
 
 
 def test_a_second_engine_runs_on_the_same_mounts(tmp_path):

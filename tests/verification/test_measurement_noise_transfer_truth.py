@@ -1,6 +1,6 @@
 """Noise transfer functions of vehicles and electric cars of known truth."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -82,8 +82,7 @@ def test_the_passenger_hears_another_cabin_than_the_driver_but_not_a_strange_one
     np.testing.assert_array_equal(ears[:, 0], fleet.cabin.pressure(FREQUENCY))
     body = fleet.bodies["U06-1"]
     levels = 20 * np.log10(np.abs(ear_transfer(body, fleet.cabin, FREQUENCY)[:, :, :3, :3]))
-    difference = np.abs(levels[:, 1] - levels[:, 0])
-    assert 0.1 < np.median(difference) < 3.0
+    assert 0.1 < np.median(np.abs(levels[:, 1] - levels[:, 0])) < 3.0
 
 
 EXACT = 1e-10
@@ -196,6 +195,16 @@ def test_exact_files_give_the_noise_transfer_back(exact):
         true = truth["noise_transfer"]
     off = np.abs(found.transfer.values[:, 0] - true).max(axis=0)
     assert np.all(off < 1e-6 * np.abs(true).max(axis=0))
+
+
+def test_an_error_of_place_acts_through_the_moments_about_the_other_two_axes(exact):
+    sure = dict.fromkeys((item.name for item in fields(PlacementTolerances)), 1e-12)
+    stated = PlacementTolerances(**{**sure, "sensor_position": 1e-3})
+    car = replace(exact[1], coherence=np.ones_like(exact[1].coherence), tolerances=stated)
+    found = wrench_noise_transfer(car, ("mount 1",))
+    squared = np.abs(found.transfer.values[:, 0, 3:]) ** 2
+    expected = 1e-3 * np.sqrt(squared @ (1 - np.eye(3)))
+    np.testing.assert_allclose(found.deviation[:, :3], expected, rtol=1e-6)
 
 
 def test_exact_files_give_the_body_back(exact):

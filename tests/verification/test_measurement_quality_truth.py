@@ -340,8 +340,7 @@ def test_variance_is_that_of_the_draws(tolerances):
     motion = generator.normal(size=(6, 2)) * np.array([[1, 1, 1, 9, 9, 9]]).T
     drawn = drawn_errors(test.sensors, motion, tolerances, generator)
     found = error_variance(virtual_point.sensor_geometry(test.sensors), motion, tolerances)
-    truth = np.sum(np.mean(drawn**2, axis=0), axis=0)
-    assert found == pytest.approx(truth, rel=0.12)
+    assert found == pytest.approx(np.sum(np.mean(drawn**2, axis=0), axis=0), rel=0.12)
 
 
 def test_disagreement_is_the_noise_per_degree_of_freedom():

@@ -77,8 +77,7 @@ def test_the_blend_is_continuous_and_hands_over_linearly():
     split, width = model.split_points_[0], 0.2 * np.ptp(x)
     ends = np.array([split - width / 2, split + width / 2])
     for at in (*ends, split):
-        around = np.array([[at - 1e-9], [at + 1e-9]])
-        assert abs(np.diff(model.predict(around))[0]) < 1e-6
+        assert abs(np.diff(model.predict(np.array([[at - 1e-9], [at + 1e-9]])))[0]) < 1e-6
     rows = np.array([[split - 0.6 * width], [split], [split + width / 4]])
     scaled = (rows - model.centre_[:, np.newaxis]) / model.half_range_[:, np.newaxis]
     low, high = (cubic(z, c)[:, 0] for z, c in zip(scaled, model.coefficients_, strict=True))

@@ -35,8 +35,7 @@ def test_lower_rate_keeps_orders_and_removes_what_would_fold():
     inside = slice(10, -10)
     np.testing.assert_allclose(values[inside, :4], below[::10][inside], atol=2e-5)
     folded = np.abs(2 * np.fft.rfft(values[inside, 4:], axis=0)) / len(values[inside])
-    lines = np.fft.rfftfreq(len(values[inside]), 1 / rate)
-    assert folded[lines <= 160].max() < 2e-5
+    assert folded[np.fft.rfftfreq(len(values[inside]), 1 / rate) <= 160].max() < 2e-5
     np.testing.assert_array_equal(lower_rate(below, RATE, 1500.0)[0], below)
 
 

@@ -154,8 +154,7 @@ def test_eq_14_to_28_forward_matrix_is_a_row_block(rng):
     assert forward_matrix(position).shape == (3, 6)
     assert deviation(forward_matrix(position) @ body, direct) < EXACT
     # read as its own transpose, the stack has the wrong sign of the rotation
-    printed = np.vstack([np.eye(3), skew(position).T])
-    assert deviation(printed.T @ body, direct) > 0.1
+    assert deviation(np.vstack([np.eye(3), skew(position).T]).T @ body, direct) > 0.1
 
 
 def test_eq_23_to_26_each_sensor_has_its_own_rotation(rng):
@@ -185,8 +184,7 @@ def test_eq_26_27_three_points_off_a_line_are_needed(rng):
     axis = second - first
     unseen = np.concatenate([np.cross(first, axis), axis])  # turns about the joining line
     assert np.linalg.norm(two @ unseen) < 1e-14 * np.linalg.norm(unseen) * 10
-    collinear = forward_matrices([first, second, first + 0.3 * axis])
-    assert np.linalg.matrix_rank(collinear) == 5
+    assert np.linalg.matrix_rank(forward_matrices([first, second, first + 0.3 * axis])) == 5
     assert np.linalg.matrix_rank(forward_matrices([first, second, third])) == 6
 
 
@@ -241,8 +239,7 @@ def test_table_10_order_of_rotations():
     np.testing.assert_allclose(axial[0], [-1, 0, 0], atol=1e-12)
     towards_axis = -positions[1:] * [0, 1, 1]
     towards_axis /= np.linalg.norm(towards_axis, axis=1, keepdims=True)
-    cosine = np.sum(axial[1:] * towards_axis, axis=1)
-    assert np.all(cosine > np.cos(np.radians(5)))
+    assert np.all(np.sum(axial[1:] * towards_axis, axis=1) > np.cos(np.radians(5)))
     single = [rotation_matrix(angles * axis) for axis in np.eye(3)]
     reverse = (single[0] @ single[1] @ single[2])[:, :, 0]
     assert np.all(np.abs(np.sum(reverse[1:] * towards_axis, axis=1)) < 0.9)

@@ -1,16 +1,22 @@
 """Errors that are drawn, against closed forms: one path, linear levels, known variances."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from deboom.measurement import uncertainty
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.sensors import Tolerances
+from deboom.mounts.characterised_mount import DirectionQuality
+from deboom.mounts.error_budget import TWO_SIDED
 from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.physics.transfer_path import pressure as summed_pressure
 from deboom.vehicles import uncertain_data
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.fleet import Fleet, PathContributions, Vehicle, path_contributions
+from deboom.vehicles.platform_uncertainty import force_sources
 
 LINES = np.linspace(20.0, 60.0, 81)
 BAND = (20.0, 60.0)
@@ -77,6 +83,23 @@ def test_the_level_of_one_path_is_linear_in_the_logarithm_of_its_stiffness():
         along, _ = uncertain_data.own_generator(source, 1, draw).standard_normal(2)
         moved = levels(data, mount, draw) - measured
         assert np.allclose(moved, DB * 0.03 * along, atol=1e-10)
+
+
+def test_alignment_and_rest_make_the_stated_budget():
+    data, mount = one_path(axes=("x", "y"))
+    direction = SimpleNamespace(axis="x", quality=DirectionQuality(True, 0.1))
+    part = SimpleNamespace(mount=mount, directions=[direction])
+    known = Tolerances(shaker_angle=0.03)
+    sources = force_sources((mount,), data.load_cases, (part,), BAND, known)[:2]
+    data, sizes = one_path(*sources, axes=("x", "y"))[0], []
+    measured = data.load_cases[0].force.values[0, 0]
+    for source in sources:
+        along, _ = uncertain_data.own_generator(source, 1, 3).standard_normal(2)
+        moved = data.drawn(3, 1, [source.name])[1][0].force.values[0, 0]
+        sizes.append(np.log(np.abs(moved / measured)) / along)
+    assert np.hypot(*sizes) == pytest.approx(0.1 / TWO_SIDED)
+    # the forces along x and y are of one size: the shaker's angle leaks about whole
+    assert sizes[1] == pytest.approx(0.03, rel=0.2)
 
 
 def test_line_by_line_noise_averages_over_the_lines():

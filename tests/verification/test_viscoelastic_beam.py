@@ -40,8 +40,7 @@ def root(function, near):
 
 def determinant(dofs, beam=LOSSLESS):
     def at(line):
-        matrix = beam_stiffness(beam, [line])[0]
-        return np.linalg.det(matrix[np.ix_(dofs, dofs)] / 1e3)
+        return np.linalg.det(beam_stiffness(beam, [line])[0][np.ix_(dofs, dofs)] / 1e3)
 
     return at
 

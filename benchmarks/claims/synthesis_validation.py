@@ -33,7 +33,7 @@ import matplotlib.pyplot as plt
 import pandas as pd
 
 from claims import CASES, Claim, in_processes, over_draws, reported
-from deboom.mounts.characterise import CharacteriseOptions as Options
+from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.report import Report
 from deboom.study.runner import load_study
 from deboom.vehicles import synthesis
@@ -69,8 +69,8 @@ def _tables(seed: int) -> dict[str, pd.DataFrame]:
     few = {} if seed == CASES[0] else {"vehicles": 1, "mount_sets": 2}
     no_pictures = patch.object(Report, "figure", lambda *_: plt.close("all"))
     # no row shows an error budget
-    few_chains = patch.object(synthesis, "CharacteriseOptions", partial(Options, draws=20))
-    with no_pictures, few_chains:
+    quickly = partial(characterise, options=CharacteriseOptions(draws=20))
+    with no_pictures, patch.object(synthesis, "characterise", quickly):
         report = load_study("synthesis_validation").report({"seed": seed, **few})
     return {name: table.assign(seed=seed) for name, table in report.tables.items()}
 

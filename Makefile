@@ -78,8 +78,8 @@ clean:
 # than the tests.
 $(VENV)/.python: FORCE
 	@$(PYTHON) -c "$(PYTHON_MUST_BE)"
-	@$(PYTHON) -c "$(PYTHON_IS)" | cmp -s - $@ || { rm -rf $(VENV) && $(PYTHON) -m venv $(VENV) && \
-		$(PYTHON) -c "$(PYTHON_IS)" > $@; }
+	@test "$$($(PYTHON) -c "$(PYTHON_IS)")" = "$$(cat $@ 2>/dev/null)" || { rm -rf $(VENV) && \
+		$(PYTHON) -m venv $(VENV) && $(PYTHON) -c "$(PYTHON_IS)" > $@; }
 
 $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
 	$(INSTALL) -e ".[fast]"

@@ -43,7 +43,8 @@ def test_every_page_has_shapes_units_errors_and_an_example(name):
     parts = ["Parameters", "Raises", "Examples"]
     if inspect.isfunction(EXPLAINED[name]):
         parts.append("Returns")
-    assert not [part for part in parts if f"\n{part}\n{'-' * len(part)}\n" not in text]
+    lacking = [part for part in parts if f"\n{part}\n{'-' * len(part)}\n" not in text]
+    assert not lacking
 
 
 @pytest.mark.parametrize("name", EXPLAINED)

@@ -246,7 +246,8 @@ def test_levels_have_their_stated_errors(level):
     np.testing.assert_allclose(list(size.values())[:3], stated[:3], rtol=0.04)
     assert size["hammer"] == pytest.approx(stated[3], rel=0.16)
     offsets = np.array([one.impact_offset for one in drawn])
-    assert np.abs(np.einsum("nma,ma->nm", offsets, SHEET.impact_directions)).max() < 1e-15
+    along = np.einsum("nma,ma->nm", offsets, SHEET.impact_directions)
+    assert np.abs(along).max() < 1e-15
     assert np.sqrt((offsets**2).sum(axis=2).mean() / 2) == pytest.approx(stated[1], rel=0.04)
     lean = [np.einsum("ma,ma->m", one.impact_directions, SHEET.impact_directions) for one in drawn]
     tilt = np.rad2deg(np.sqrt((np.arccos(np.minimum(lean, 1)) ** 2).mean() / 2))

@@ -241,7 +241,8 @@ def test_the_hammer_feels_the_hoses(exact):
         found = rows @ values @ np.linalg.pinv(pushes).T
         expected = np.linalg.inv(apparent)
         assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
-    assert np.abs(frf.values[lines] / test.hammer.frf.values[lines] - 1).max() > 0.1
+    without = test.hammer.frf.values[lines]
+    assert np.abs(frf.values[lines] / without - 1).max() > 0.1
 
 
 def test_a_run_up_over_time_is_tracked_to_the_delivered_order_spectra(exact, noisy):

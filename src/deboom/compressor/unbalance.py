@@ -69,7 +69,7 @@ class UnbalanceOptions:
     """How the load inside is found.
 
     - `routes`: routes that are compared.
-    - `chosen`: the one that results are taken from; among `routes`.
+    - `chosen`: the one that results are taken from; computed besides `routes`, if it must be.
     - `hoses`: sweeps to be used; by default those with soft hoses, or, where there are none, the
       others.
     - `expected_sense`: sense of rotation on the data sheet.

@@ -30,7 +30,6 @@ lint: $(READY)
 	$(BIN)/ruff format --check .
 	$(BIN)/mypy
 	$(BIN)/lint-imports
-	$(BIN)/python benchmarks/house_size.py
 
 size: $(READY)
 	$(BIN)/python benchmarks/house_size.py

@@ -1,29 +1,19 @@
-"""Size of the house per room, against limits that only ever fall (``make size``).
+"""Size of each package (``make size``), for information: no limit of lines steers the code.
 
 Code lines hold a token that is neither comment nor docstring; blank lines count nowhere. Tests
-count to the room that their file name has first; the others are tests of the whole.
+count to the package that their file name has first; the others are tests of the whole.
 """
 
 from __future__ import annotations
 
-import argparse
 import ast
 import io
-import json
-import sys
 import tokenize
-import tomllib
 from collections import defaultdict
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
-LIMITS = Path(__file__).with_suffix(".toml")
 COLUMNS = ("files", "code", "docstrings")
-NOTE = """\
-# Limits of the house, in files and lines per room; `largest` is the largest module. They only fall:
-# `python benchmarks/house_size.py --lower` after a room has shrunk.
-
-"""
 IDLE = {
     tokenize.COMMENT,
     tokenize.NL,
@@ -75,39 +65,17 @@ def measured() -> tuple[dict[str, dict[str, int]], dict[str, int]]:
     return rooms, tests
 
 
-def main() -> int:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--lower", action="store_true", help="lower the limits to what is there")
-    options = parser.parse_args()
+def main() -> None:
     rooms, tests = measured()
-    limits = tomllib.loads(LIMITS.read_text(encoding="utf-8"))
     columns = (*COLUMNS, "largest")
-    print(f"{'room':14}" + "".join(f"{c:>11}{'limit':>7}" for c in columns) + f"{'tests':>8}")
-    over = []
+    print(f"{'package':14}" + "".join(f"{column:>12}" for column in columns) + f"{'tests':>8}")
     for name, room in rooms.items():
-        limit = limits.get(name, dict.fromkeys(columns, 0))
-        cells = "".join(f"{room[c]:11}{limit[c]:7}" for c in columns)
+        cells = "".join(f"{room[column]:12}" for column in columns)
         print(f"{name:14}{cells}{tests.get(name, 0) or '':>8}")
-        over += [
-            f"{name}: {c} {room[c]}, {limit[c]} allowed" for c in columns if room[c] > limit[c]
-        ]
     source = [room for name, room in rooms.items() if name not in ("tests", "benchmarks")]
-    total = {c: sum(room[c] for room in source) for c in COLUMNS}
-    print("src and studies: " + ", ".join(f"{c} {size}" for c, size in total.items()))
-    if options.lower:
-        limits = {
-            name: {c: min(room[c], limits.get(name, room)[c]) for c in columns}
-            for name, room in rooms.items()
-        }
-        text = "".join(
-            f"[{json.dumps(name)}]\n" + "".join(f"{c} = {v}\n" for c, v in limit.items()) + "\n"
-            for name, limit in limits.items()
-        )
-        LIMITS.write_text(NOTE + text.rstrip("\n") + "\n", encoding="utf-8")
-        return 0
-    print("\n".join(over) or "no room exceeds its limit")
-    return 1 if over else 0
+    total = {column: sum(room[column] for room in source) for column in COLUMNS}
+    print("src and studies: " + ", ".join(f"{column} {size}" for column, size in total.items()))
 
 
 if __name__ == "__main__":
-    sys.exit(main())
+    main()

@@ -77,7 +77,7 @@ def test_every_public_function_of_the_physics_room_has_its_place():
         "frf.FrfForm",
         "frf.SpectrumScaling",
     }
-    for module in ("sound_level", "transfer_path", "frf"):
+    for module in ("sound_level", "transfer_path", "frf", "substructuring"):
         room = importlib.import_module(f"deboom.physics.{module}")
         public = {
             f"{module}.{name}"

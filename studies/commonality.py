@@ -29,6 +29,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import PERCENT, Progress
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.scatter import sobol_sample
@@ -47,7 +48,7 @@ from deboom.report import Report
 from deboom.study.made_parts import rows_of
 from deboom.study.options import Seed, at_least, factor_space
 from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
-from deboom.study.progress import Progress, progress_bar
+from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 
@@ -57,7 +58,6 @@ SURE = 3.0
 """Standard errors of the share of `DRAWS` by which the search asks for more than --share."""
 ROUNDS = 5
 """Searches at most; each takes the margin that the sharing before it turned out to need."""
-PERCENT = 100.0
 
 
 @dataclass(frozen=True)

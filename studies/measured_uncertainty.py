@@ -11,7 +11,7 @@ cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one m
 
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
 change_lower_db, change_upper_db, change_half_width_db,
-change_half_width_db_<vehicle> (best mean against today's);
+change_half_width_db_<vehicle> (best-mean against today's);
 probability_quieter (than today's); next_measurement, next_narrower_percent, and with _series for
 any vehicle and load case; surface_difference_at_peaks_db.
 """
@@ -29,6 +29,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import replicates, verify
 from deboom.explore.robust import RobustResponse
@@ -91,7 +92,6 @@ HERE = "change, these vehicles and load cases"
 SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
 AS_IT_IS = "none: as it is"
-PERCENT = 100.0
 
 Questions = dict[str, tuple[VariancePart, ...]]
 """Number whose interval is to become narrower → what its variance consists of [dB²]."""

@@ -9,7 +9,7 @@ What it showed, with seed 1 and five further parts of each mount, which differ b
 per axis: parts as they are give 0.2 dB per line, re-tuned within 5 % they give 0.9 dB. Built into
 the virtual car, sets change as predicted (r 0.999; 0.95 had the motion been prescribed).
 
-Keys of summary.json: part_<mount> (of best mean); change_db_per_line (best mean against today's
+Keys of summary.json: part_<mount> (of best-mean); change_db_per_line (best-mean against today's
 parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
 set without re-tuning); sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
 their front); n_front, n_evaluated (designs); sigma_bias_percent (search minus verification);
@@ -136,7 +136,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         picks.insert(1 + place, column, parts)
     change = dict(zip(picks["design"], picks["change [dB]"], strict=True))
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    best = front.values.designs[front.picks["best mean"]]
+    best = front.values.designs[front.picks["best-mean"]]
 
     half = float(robust.space.tolerance.max())
     report = Report(
@@ -156,8 +156,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     parts_of_best = catalogue.labels(best[:n_mounts])
     for mount, part in zip(catalogue.parts, parts_of_best, strict=True):
         report.summary[f"part_{mount}"] = part
-    report.summary["change_db_per_line"] = float(change["best mean"])
-    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best sigma"])
+    report.summary["change_db_per_line"] = float(change["best-mean"])
+    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best-sigma"])
     if sets is not None:
         as_they_are = float(change["quietest parts as they are"])
         quietest = ", ".join(catalogue.labels(set_front.designs[0, :n_mounts]))
@@ -166,7 +166,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.summary["n_set_front"] = len(set_front)
     retuned = f" re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else ""
     parts_named = f"mean level, parts{retuned}: {', '.join(parts_of_best)}"
-    report.tile(f"{signed(change['best mean'], 2)} dB", parts_named)
+    report.tile(f"{signed(change['best-mean'], 2)} dB", parts_named)
     report.summary |= {
         "n_sets": catalogue.n_sets,
         "n_front": len(search.front),
@@ -195,7 +195,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}
     if best_set is not None:
         vehicles["change, quietest parts as they are [dB]"] = front.splv_change(best_set)
-    vehicles["change, best mean [dB]"] = front.splv_change(best)
+    vehicles["change, best-mean [dB]"] = front.splv_change(best)
     report.table("vehicles", pd.DataFrame(vehicles), "Change of the mean level without scatter.")
 
     report.section("The front", front.text)

@@ -25,6 +25,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
@@ -50,7 +51,6 @@ SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
-PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +79,7 @@ class Options:
     @property
     def design_name(self) -> str:
         """The asked design in words."""
-        return self.pick.value.replace("-", " ") if self.point is None else f"point {self.point}"
+        return self.pick.value if self.point is None else f"point {self.point}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -297,7 +297,7 @@ def _chosen(model: Model, options: Options, context: RunContext | None) -> RealA
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
     front = options.search.front(model.robust, options.seed, context, files).front
     nominal = model.robust.space.nominal
-    row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick.value.replace("-", " "))
+    row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick)
     design = nominal if row is None else front.designs[row]
     if options.point is not None:
         design = _numbered(front.designs, options.point)

@@ -4,7 +4,7 @@ NSGA-II over the 12 stiffness factors of engine, gearbox, strut (TSM), wishbone 
 vehicles of mean SPLV and of its sigma; its picks go on by gradient. Where the data allow it the
 powertrain's motion answers (coupled), and the same search with prescribed motion, with whose picks
 the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
-sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best mean, no scatter); benefit_db,
+sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best-mean, no scatter); benefit_db,
 benefit_prescribed_db (fall of the mean level by the optimum of each motion), promised_prescribed_db
 (as prescribed motion sees it); r_min, slope_min, slope_max (coupled over prescribed change of the
 same designs); worst_load_case, worst_load_case_change_db; sigma_bias_percent,

@@ -11,7 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from claims import Claim, at_least, draws
-from deboom.explore.front import Verdict
+from deboom.explore.front import FrontVerdict
 from deboom.explore.robust import RobustResponse
 from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
@@ -33,8 +33,8 @@ def claims() -> list[Claim]:
     shared, fresh = whole.fronts[:half], whole.fronts[half:]
     same = [_pair(whole, one, shared[(place + 1) % half]) for place, one in enumerate(shared)]
     other = [_pair(whole, one, two) for one, two in zip(shared, fresh, strict=True)]
-    noise = sum(found is Verdict.noise for found in same)
-    real = sum(found is Verdict.real for found in other)
+    noise = sum(found is FrontVerdict.noise for found in same)
+    real = sum(found is FrontVerdict.real for found in other)
     names = list(whole.groups)
     found = whole.pairs[names[0], names[1]]
     volumes = [float(whole.hypervolumes[name].mean()) for name in names]
@@ -52,7 +52,7 @@ def claims() -> list[Claim]:
             f"{half} seeds of each: hypervolume that fresh draws lose [%]",
             "real difference",
             f"{lost:.0f} ({found.verdict.value}; noise ±{100 * found.noise / volumes[0]:.1f})",
-            found.verdict is Verdict.real,
+            found.verdict is FrontVerdict.real,
         ),
         at_least("the same as level per line at equal σ, louder by [dB]", 0.1, gap),
     ]
@@ -74,7 +74,7 @@ def _runs() -> list[ComparedRun]:
     return found
 
 
-def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> Verdict:
+def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> FrontVerdict:
     """Compare two runs alone, in their own box."""
     two = (replace(first, name="first"), replace(second, name="second"))
     return replace(whole, fronts=two).pairs["first", "second"].verdict

@@ -58,7 +58,7 @@ def compare(
     or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
     run folders with edited files.
     """
-    from deboom.study.compare import compare as compare_runs
+    from deboom.study.compare import compare_runs
 
     folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
     for verdict in verdicts:

@@ -279,7 +279,7 @@ def search(
     >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
     >>> robust = deboom.Robust(model, model.design_space(), draws=64)
     >>> front = deboom.search(robust, population=8, generations=4)
-    >>> abs(front.search.front.designs[front.picks["best mean"], 0] - 0.9) < 0.1
+    >>> abs(front.search.front.designs[front.picks["best-mean"], 0] - 0.9) < 0.1
     np.True_
     """
     with workers_for(robust, workers) as evaluation:

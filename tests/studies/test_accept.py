@@ -19,7 +19,7 @@ from deboom.files.acceptance import (
     read_solution_box,
     write_solution_box,
 )
-from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
+from deboom.study.delivery import Demand, PartVerdict, judged_delivery, limited_axes
 from deboom.study.overview import command_of
 from pinned_pages import hold
 
@@ -59,21 +59,21 @@ def judged(folder, factors, uncertainty=0.0, platform=None, mount="TSM"):
 def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     delivery = judged(tmp_path, [0.8, 1.0, 0.799, 1.001, 0.9])
     verdicts = [one.verdict for one in delivery.parts]
-    assert verdicts == [Verdict.passed] * 2 + [Verdict.failed] * 2 + [Verdict.passed]
-    assert delivery.batches[0].verdict is Verdict.failed
+    assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
+    assert delivery.batches[0].verdict is PartVerdict.failed
     assert delivery.batches[0].reason == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
     verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
-    assert verdicts == [Verdict.undecided] * 3 + [Verdict.failed, Verdict.passed]
+    assert verdicts == [PartVerdict.undecided] * 3 + [PartVerdict.failed, PartVerdict.passed]
 
 
 def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
     scatter = np.linspace(-0.03, 0.03, 4)
     few = judged(tmp_path, 0.9 + scatter).batches[0]
-    assert few.verdict is Verdict.undecided
+    assert few.verdict is PartVerdict.undecided
     assert "measure more" in few.reason
     many = judged(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 30)).batches[0]
-    assert many.verdict is Verdict.passed
+    assert many.verdict is PartVerdict.passed
     assert many.pieces.low > 0.99
     # Cp of a uniform row: 0.2 over 6 times its standard deviation
     sigma = np.std(np.linspace(-0.03, 0.03, 30), ddof=1)
@@ -82,9 +82,9 @@ def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
 
 def test_a_single_part_has_a_verdict_but_no_capability(tmp_path):
     batch = judged(tmp_path, [0.9]).batches[0]
-    assert batch.parts[0].verdict is Verdict.passed
+    assert batch.parts[0].verdict is PartVerdict.passed
     assert batch.capabilities == {}
-    assert batch.verdict is Verdict.undecided
+    assert batch.verdict is PartVerdict.undecided
 
 
 def test_copied_measurements_are_named(tmp_path):
@@ -131,7 +131,7 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     path.write_text("part,batch,mount,x [1],y [1],z [1]\n1,B1,TSM,0.9,,\n2,B1,TSM,1.02,,\n")
     parts = read_delivered_parts(path, axes, over_today=True)
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
-    assert [one.verdict for one in delivery.parts] == [Verdict.passed, Verdict.failed]
+    assert [one.verdict for one in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
     assert delivery.parts[1].reason == "x outside: 1.020 of today's, asked 0.800 to 1.000"
     with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
         judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)

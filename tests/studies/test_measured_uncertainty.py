@@ -44,14 +44,14 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     front = SimpleNamespace(
         model=SimpleNamespace(space=space),
         designs=np.array([[0.9] * 12, [1.1] * 12]),
-        picks={"best mean": 0},
+        picks={"best-mean": 0},
     )
     monkeypatch.setattr(STUDY.module, "compared_run", lambda *_: front)
     asked = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}
     result = run_study(STUDY, tmp_path, asked)
 
     picks = pd.read_csv(result / "picks.csv")
-    assert picks["design"].tolist() == ["today's", "best mean"]
+    assert picks["design"].tolist() == ["today's", "best-mean"]
     # all stiffnesses by 0.9: the level falls by 20 lg 0.9, and no error can change that
     assert picks["change [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
     assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))

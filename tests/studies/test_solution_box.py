@@ -51,7 +51,7 @@ def test_the_box_keeps_its_share_and_its_file_says_what_a_supplier_needs(finishe
 
 
 def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):
-    options = {"quantity": STUDY.module.Quantity.peak, "limit": 74.5, "worst_vehicle": True}
+    options = {"quantity": STUDY.module.LimitedLevel.peak, "limit": 74.5, "worst_vehicle": True}
     folder = run(tmp_path, **options)
     box = read_solution_box(folder / "acceptance_box.json")
     assert box.together

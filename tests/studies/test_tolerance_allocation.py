@@ -43,7 +43,7 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
     options = {**BUDGET, "limit": ["+0.5"], "share": 0.85, "parts": PARTS, "pick": Pick.best_sigma}
     run = run_study(STUDY, tmp_path, options)
     summary = json.loads((run / "summary.json").read_text())
-    assert summary["design"] == "best sigma"
+    assert summary["design"] == "best-sigma"
     assert summary["target"] == "share"
     assert summary["share_verified"] >= 0.85
     assert summary["share_lower_bound"] <= summary["share_verified"]

@@ -14,6 +14,7 @@ from scipy.spatial.distance import squareform
 from scipy.stats import rankdata
 
 from deboom.arrays import RealArray, checked
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
@@ -21,8 +22,6 @@ from deboom.tabled import Tabled
 
 FEWEST = 10
 """Designs that a correlation needs at least."""
-CONFIDENCE = 0.95
-"""Share of cases in which an interval is to hold the true coefficient [1]."""
 _CHUNK = 2**19  # numbers in memory at a time
 
 

@@ -19,12 +19,11 @@ from scipy.special import ndtri
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import BoolArray, RealArray, checked
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import TRUNCATION
 from deboom.explore.space import DesignSpace, checked_seed
 
-CONFIDENCE = 0.95
-"""Share of cases in which an interval is to hold the true index [1]."""
 LEVELS = 4
 """Levels of each variable in the designs of Morris."""
 

@@ -17,9 +17,6 @@ from deboom.errors import InputError
 SIGMAS_PER_TOLERANCE = 3.0
 """Standard deviations of the scatter in the half width of a tolerance [1]."""
 
-Progress = Callable[[int, int, str], None]
-"""Called after each step with its number, the number of steps, and a line of text."""
-
 
 @checked(nominal="k ?", lower="k ?", upper="k ?", tolerance="k ?")
 class DesignSpace:

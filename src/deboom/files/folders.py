@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
@@ -22,7 +23,6 @@ from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
-from deboom.mounts.mount import AXES
 
 FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.platform: (PLATFORM_FILE, PlatformFile),

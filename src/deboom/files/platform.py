@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pydantic import Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.common import AXES
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     ANY_REFERENCE,
@@ -48,7 +49,7 @@ from deboom.files.schema import (
 from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.powertrain import Powertrain
 

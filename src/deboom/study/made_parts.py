@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import (
@@ -39,7 +40,6 @@ from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_sca
 from deboom.report import Report
 from deboom.study.options import Aim, factor_space, robust_response
 
-PERCENT = 100.0
 REFERENCE = 0.15
 """Tolerance whose price is 1 per direction unless a table says otherwise [1]."""
 ROUNDS = 5

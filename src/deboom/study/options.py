@@ -235,7 +235,7 @@ def tolerance_sample(
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
 
 
-class Quantity(Enum):
+class LimitedLevel(Enum):
     """What is limited in every vehicle."""
 
     mean = "mean"
@@ -244,9 +244,9 @@ class Quantity(Enum):
     """Loudest line of the band."""
 
 
-def limited_response(quantity: Quantity, index: Any, band: Band) -> MeanLevel | PeakLevel:
+def limited_response(quantity: LimitedLevel, index: Any, band: Band) -> MeanLevel | PeakLevel:
     """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
-    return MeanLevel(index) if quantity is Quantity.mean else PeakLevel(index, band)
+    return MeanLevel(index) if quantity is LimitedLevel.mean else PeakLevel(index, band)
 
 
 def listed(names: Sequence[str]) -> str:

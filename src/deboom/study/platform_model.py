@@ -386,7 +386,7 @@ def motion_index(
         )
     settling = None
     if factor is Factor.part:
-        carriers = {mount.name for mount in runs.platform.mounts if mount.body_mass is None}
+        carriers = {mount.name for mount in runs.platform.mounts if mount.carries_powertrain}
         settling = library_model([part for part in runs.parts if part.mount.name in carriers])
         print(PART_WARNING, file=sys.stderr)
     return booming_model(

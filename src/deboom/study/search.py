@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.front import pareto_front, replicates, thinned, verify
@@ -28,12 +29,12 @@ from deboom.explore.robust import (
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.search import SearchResult, merge, nsga2
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import Progress, Requirements
+from deboom.explore.space import Requirements
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
@@ -197,7 +198,7 @@ def _quantities(
     content: LimitsFile, runs: Operation, factor: Factor
 ) -> list[tuple[Quantity, tuple[Limit, ...]]]:
     """Return what is limited with its limits, one per column."""
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
     found: list[tuple[Quantity, tuple[Limit, ...]]] = []
     if content.sag or content.travel:
         model = _kinematic_model(runs, carriers)
@@ -236,7 +237,7 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
     modes = natural_frequencies(runs)
     if not (runs.platform.folder / LIBRARY_FILE).is_file():
         return MountRequirements(names, (modes,))
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
     model, case = _kinematic_model(runs, carriers), runs.cases[0][0]
     places = [
         f"{mount.name} {piece}" if piece else mount.name
@@ -254,7 +255,7 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
 
 def natural_frequencies(runs: Operation) -> NaturalFrequencies:
     """Return the rigid-body modes of the powertrain, as `price` has them; errors likewise."""
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
     real = _real_stiffness(carriers, runs.cases[0][0], runs.band)
     return NaturalFrequencies(tuple(carriers), _powertrain(runs), real)
 

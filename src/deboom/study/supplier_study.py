@@ -18,6 +18,7 @@ from openpyxl import load_workbook
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
@@ -35,7 +36,7 @@ from deboom.files.platform import Platform, read_platform
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.study.platform_model import Factor, Operation, factor_name, operation, platform_sha256
 from deboom.study.rebuilt import ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE

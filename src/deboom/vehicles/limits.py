@@ -17,6 +17,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
+from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.mounts.mount import Mount
@@ -39,7 +40,6 @@ GRAVITY = 9.80665
 
 NEPER_TO_DB = 20.0 / np.log(10.0)
 MILLIMETRES = 1e3
-N_PER_MM = 1e-3
 
 _LineCase = PathContributions | CoupledMotion
 

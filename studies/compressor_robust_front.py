@@ -61,7 +61,7 @@ from deboom.study.front import Front
 from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.search import MountLimits, SearchOptions
+from deboom.study.search import MountLimits, SearchOptions, report_limits
 from deboom.study.sensitivity import index_table
 
 STEPS = 8
@@ -359,7 +359,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     _choice(report, front, options)
     _cars(report, front)
     _matters(report, front, options)
-    limits.append_to(report, front.search, front.named_designs)
+    report_limits(report, limits, front.search, front.named_designs)
     _trust(report, front, options)
     report.section(
         "How the search went",

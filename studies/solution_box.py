@@ -42,22 +42,22 @@ from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.plot.style import mount_colours
 from deboom.report import Report
 from deboom.study.made_parts import tolerance_cost
-from deboom.study.options import LimitedLevel, Seed, factor_space, limited_response
+from deboom.study.options import Seed, factor_space
 from deboom.study.platform_model import (
     MotionOptions,
-    MountSource,
-    Operation,
     PlatformOptions,
     motion_name,
     motion_report,
     platform_sha256,
+    report_runs,
 )
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.supplier_study import supplier_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.limits import MeanLevel, PeakLevel
+from deboom.vehicles.limits import LimitedLevel, MeanLevel, PeakLevel, limited_response
+from deboom.vehicles.platform import MountSource, Runs
 
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
@@ -101,7 +101,7 @@ class Options:
 class Model:
     """Levels of the vehicles, what is limited of them, and where parts may lie."""
 
-    runs: Operation
+    runs: Runs
     index: BoomingModel
     space: DesignSpace
     response: MeanLevel | PeakLevel
@@ -109,8 +109,8 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
-    runs = options.platform.operation()
-    index = options.motion.index(runs)
+    runs = options.platform.runs()
+    index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     band = (options.peak_from, options.peak_to)
     return Model(runs, index, space, limited_response(options.quantity, index, band))
@@ -184,7 +184,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     _box(report, study)
     _levels(report, study, certainty, what)
-    model.runs.append_to(report)
+    report_runs(report, model.runs)
     return report
 
 
@@ -244,7 +244,7 @@ class BoxStudy:
     - `found`: the largest box, verified.
     """
 
-    runs: Operation
+    runs: Runs
     index: BoomingModel
     space: DesignSpace
     point: RealArray

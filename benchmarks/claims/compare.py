@@ -18,8 +18,8 @@ from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import Comparison, JudgedRun, judged
 from deboom.study.options import Sampler, factor_space, tolerance_sample
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.rebuilt import ComparedRun
+from deboom.vehicles.booming_model import Motion
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SEEDS = range(1, 1 + draws(10))
@@ -59,8 +59,9 @@ def claims() -> list[Claim]:
 
 
 def _runs() -> list[ComparedRun]:
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
-    index = motion_index(runs, Motion.prescribed)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("U06"))
+    index = runs.model(Motion.prescribed)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
     found = []
     for sampler in (Sampler.sobol, Sampler.fresh):

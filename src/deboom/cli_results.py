@@ -275,7 +275,7 @@ def check(
     fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
     as mounts, vehicles, lines and runs; exit code 0.
     """
-    from deboom.study.platform_model import check_folder
+    from deboom.files.check import check_folder
 
     faults, waiting, summary = check_folder(folder)
     for number, fault in enumerate(faults, 1):

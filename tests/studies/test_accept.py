@@ -111,10 +111,11 @@ def test_the_command_writes_a_run(run):
 def test_levels_are_those_of_the_model_at_the_middle(run):
     # U06-1 with x at 0.9 of all mounts, the middle of the box
     from deboom.files.platform import read_platform
-    from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+    from deboom.vehicles.booming_model import Motion
 
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20.0, 60.0))
-    index = motion_index(runs, Motion.prescribed)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("U06"))
+    index = runs.model(Motion.prescribed)
     middle = index(np.full((1, 12), 0.9))[0, 0] / index.n_lines
     median = pd.read_csv(run / "levels.csv")["median [dB(A)]"][0]
     assert median == pytest.approx(middle, abs=0.25)

@@ -11,9 +11,9 @@ from command_line import call
 from deboom.errors import InputError
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import compare_runs, configuration_names
-from deboom.study.platform_model import Motion
 from deboom.study.rebuilt import ComparedRun
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 FRONT = """'''Which of five springs are best?'''

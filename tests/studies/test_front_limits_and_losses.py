@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import NaturalFrequencies
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"

@@ -12,8 +12,8 @@ from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.acceptance import read_solution_box
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"

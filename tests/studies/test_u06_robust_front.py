@@ -11,9 +11,10 @@ from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.files.run_folder import read_run
 from deboom.study.options import Aim
-from deboom.study.platform_model import LIBRARY_FILE, Motion, MountSource
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import LIBRARY_FILE, MountSource
 from pinned_pages import hold, run_aloud
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"

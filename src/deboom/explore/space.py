@@ -274,6 +274,12 @@ def checked_model(model: Evaluate) -> Evaluate:
     return model
 
 
+def check_fits(model: Evaluate, space: DesignSpace) -> None:
+    """Refuse a model that does not say its names, or has not the variables of the space."""
+    names = checked_model(model).variable_names
+    check_same_names("the model has the variables", names, space.names)
+
+
 def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -> None:
     """Refuse names that differ from those of the design space or of the limits: show both lists."""
     if tuple(names) != tuple(expected):

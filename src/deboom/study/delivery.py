@@ -22,17 +22,12 @@ from deboom.files.acceptance import (
     SheetDirection,
     SupplierSpecification,
 )
-from deboom.files.platform import Platform
 from deboom.plot.style import mount_of
-from deboom.study.options import LimitedLevel, limited_response
-from deboom.study.platform_model import (
-    Motion,
-    MountSource,
-    motion_index,
-    operation,
-    platform_sha256,
-)
+from deboom.study.platform_model import platform_sha256
 from deboom.tabled import Tabled
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.limits import LimitedLevel, limited_response
+from deboom.vehicles.platform import Platform
 
 MILLI = 1e-3
 """From N/m to N/mm."""
@@ -445,14 +440,13 @@ class _Levels:
     def __init__(self, box: AcceptanceBox, platform: Platform, seed: int) -> None:
         self.box, self.seed = box, seed
         groups = {vehicle.group for vehicle in platform.fleet.vehicles}
-        runs = operation(
-            platform,
+        runs = platform.runs(
             [f"{name}={weight!r}" for name, weight in box.load_cases],
-            MountSource(box.mounts),
-            box.group if box.group in groups else None,
-            box.band_hz,
+            fleet=platform.fleet.group(box.group) if box.group in groups else platform.fleet,
+            mounts=box.mounts,
+            band=box.band_hz,
         )
-        index = motion_index(runs, Motion(box.motion))
+        index = runs.model(Motion(box.motion))
         wanted = [variable.name for variable in box.variables]
         vehicles = [response.name for response in box.responses]
         if list(index.variable_names) != wanted or list(index.response_names) != vehicles:

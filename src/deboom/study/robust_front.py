@@ -16,25 +16,17 @@ from deboom.errors import InputError
 from deboom.explore.front import VERIFICATION, unbeaten
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.selection import indifference_intervals
-from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
 from deboom.study.front import Front, same_designs
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.study.options import aim_note, listed
-from deboom.study.platform_model import (
-    Factor,
-    Motion,
-    MotionReport,
-    Operation,
-    factor_name,
-    motion_name,
-    motion_report,
-)
+from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
 from deboom.study.search import price
-from deboom.vehicles.booming_model import BoomingModel, booming_model
-from deboom.vehicles.powertrain import library_model
+from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.platform import Platform, Runs
 
 NOTICEABLE = 0.1
 """Change of the mean level of the lines that counts as noticeable [dB]."""
@@ -72,7 +64,7 @@ class RobustFront(Front):
 
     Parameters
     ----------
-    runs : Operation
+    runs : Runs
         Platform, vehicles and load cases of the search.
     every : BoomingModel or None
         The same model in all load cases of the platform; None where they do not allow it.
@@ -80,7 +72,7 @@ class RobustFront(Front):
         The same search with prescribed motion.
     """
 
-    runs: Operation
+    runs: Runs
     every: BoomingModel | None = None
     prescribed: Front | None = None
 
@@ -180,18 +172,10 @@ class RobustFront(Front):
     @cached_property
     def as_softer_rubber(self) -> float:
         """Mean change by best-mean if its factors mean the rubber alone [dB]; nan: not known."""
-        runs, powertrain = self.runs, self.platform.powertrain
-        carriers = {mount.name for mount in self.platform.mounts if mount.carries_powertrain}
         if factor_name(self.index) == Factor.part.value or self.index.loss_factors:
             return float("nan")
         try:
-            part = booming_model(
-                *(runs.fleet, self.platform.mounts, runs.cases, runs.band),
-                motion=Motion.coupled,
-                powertrain=powertrain,
-                parts=runs.parts,
-                settling=library_model([p for p in runs.parts if p.mount.name in carriers]),
-            )
+            part = self.runs.model(Motion.coupled, Factor.part)
             both = part(np.stack([self.robust.space.nominal, self.pick_designs[Pick.best_mean]]))
         except InputError:
             return float("nan")

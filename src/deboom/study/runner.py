@@ -28,6 +28,7 @@ import typer
 from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
+from deboom.common import shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
 from deboom.files.run_folder import (
@@ -44,7 +45,7 @@ from deboom.files.run_folder import (
     start_run,
 )
 from deboom.report import PAGE, Report
-from deboom.study.options import expanded, filled, shipped_studies
+from deboom.study.options import expanded, filled
 from deboom.study.overview import command_of, refresh_overview
 from deboom.study.progress import one_sentence_errors
 from deboom.study.result import RunContext

@@ -20,10 +20,11 @@ from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.study.platform_model import Factor, Motion, factor_name, motion_index
+from deboom.study.platform_model import factor_name
 from deboom.study.supplier_study import Direction, SupplierStudy
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
-from deboom.vehicles.booming_model import model_of_other_data
+from deboom.vehicles.booming_model import Motion, model_of_other_data
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_model
 
 MEASURED_AGAIN = 120
@@ -127,7 +128,7 @@ class SupplierEffects:
         if factor_name(index) == Factor.part.value:
             return None
         try:
-            other = motion_index(self.study.runs, motion, loss_factors=index.loss_factors)
+            other = self.study.runs.model(motion, loss_factors=index.loss_factors)
         except InputError:
             return None
         changes = self._changes(other).mean(axis=1)

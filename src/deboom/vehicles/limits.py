@@ -11,6 +11,7 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
@@ -405,3 +406,19 @@ def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> 
     """Return the values of every direction of every piece, shape (n, n_direction)."""
     names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
     return np.column_stack([values[name] for name in names])
+
+
+class LimitedLevel(Enum):
+    """What is limited in every vehicle."""
+
+    mean = "mean"
+    """Mean level of the lines of the band."""
+    peak = "peak"
+    """Loudest line of the band."""
+
+
+def limited_response(
+    quantity: LimitedLevel, index: BoomingModel, band: Band
+) -> MeanLevel | PeakLevel:
+    """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
+    return MeanLevel(index) if quantity is LimitedLevel.mean else PeakLevel(index, band)

@@ -12,12 +12,11 @@ from deboom.arrays import RealArray
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import DirectionLaw, SuspendedBody, VirtualBench, load_bench
 from deboom.files.library_export import read_library_json
-from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.physics.sound_level import spl
-from deboom.study.platform_model import LIBRARY_FILE
 from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.platform import LIBRARY_FILE, Platform
 
 PLATFORM = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"
 OPTIMUM = {"TSM x": 0.80, "Du x": 0.80, "EnM x": 1.20, "GeM x": 1.14}

@@ -19,11 +19,11 @@ from deboom.bench.campaign import training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import write_library_json
+from deboom.files.platform import CATALOGUE_FILE
 from deboom.files.run_folder import hash_files
 from deboom.mounts.characterise import characterise, measuring_chains
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.study.campaigns import without_map
-from deboom.study.platform_model import CATALOGUE_FILE
 from deboom.study.progress import progress_bar
 from write_library import PLATFORM, SEED
 

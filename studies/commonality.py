@@ -29,6 +29,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import PERCENT, Progress
 from deboom.errors import InputError
 from deboom.explore.commonality import fewest_part_numbers, separate_sets
 from deboom.explore.scatter import sobol_sample
@@ -46,10 +47,11 @@ from deboom.plot.style import mount_of, signed
 from deboom.report import Report
 from deboom.study.made_parts import rows_of
 from deboom.study.options import Seed, at_least, factor_space
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
-from deboom.study.progress import Progress, progress_bar
+from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
+from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
+from deboom.vehicles.platform import Runs
 
 DRAWS = 8192
 """Of the scatter: for the margin of the search, and others for the check."""
@@ -57,7 +59,6 @@ SURE = 3.0
 """Standard errors of the share of `DRAWS` by which the search asks for more than --share."""
 ROUNDS = 5
 """Searches at most; each takes the margin that the sharing before it turned out to need."""
-PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -88,7 +89,7 @@ class Options:
 class Model:
     """Levels of the vehicles, their design space, and who must share."""
 
-    runs: Operation
+    runs: Runs
     index: Any
     space: DesignSpace
     parts: dict[str, list[str]]
@@ -108,8 +109,8 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform, build its model and check who is to share."""
-    runs = options.platform.operation()
-    index = options.motion.index(runs)
+    runs = options.platform.runs()
+    index = options.motion.model(runs)
     vehicles = tuple(index.response_names)
     if len(vehicles) < 2:
         raise InputError(f"only vehicle {vehicles[0]} was asked for: sharing needs two")
@@ -261,7 +262,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "the margin between it and the asked share of cars as made is taken off. "
         "The last column counts cars with draws of its own.",
     )
-    model.runs.append_to(report)
+    report_runs(report, model.runs)
     return report
 
 
@@ -439,7 +440,7 @@ def _refuse_missed(
         )
 
 
-def _group_sets(runs: Operation, problem: SharingProblem) -> Sharing | None:
+def _group_sets(runs: Runs, problem: SharingProblem) -> Sharing | None:
     """Sharing of one set per group of the platform; None if there is one group."""
     group_of = {vehicle.name: vehicle.group for vehicle in runs.fleet.vehicles}
     groups = list(dict.fromkeys(group_of.values()))

@@ -10,7 +10,7 @@ What it showed (seed 1): radial stiffness rules; -40 % of it takes 3 dB off on a
 sigma at 1.2 times the travel, and makes the peak at 24 Hz 3 to 5 dB louder in every car. Limit and
 bounds decide: softer mounts mostly isolate better.
 
-Keys of summary.json, best mean against today, over scatter: level_change_db_<car>, mean_change_db
+Keys of summary.json, best-mean against today, over scatter: level_change_db_<car>, mean_change_db
 (of cars), largest_rise_db (of a peak, without scatter), sigma_change_percent_best_mean|best_sigma;
 leading_stiffness (largest mean Sobol index, leading_total_index); travel_ratio,
 travel_limit_reached, at_bound (variables there); exact_mean_change_db (virtual cars only, without
@@ -32,7 +32,8 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
-from deboom.choices import CalibrationLevel
+from deboom.choices import CalibrationLevel, Pick
+from deboom.common import N_PER_MM, PERCENT
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
 from deboom.explore.front import replicates, verify
@@ -56,11 +57,11 @@ from deboom.study.compressor_fleet import (
     mounted_fleet,
     virtual_fleet,
 )
-from deboom.study.front import PERCENT, Front
+from deboom.study.front import Front
 from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.search import MountLimits, SearchOptions
+from deboom.study.search import MountLimits, SearchOptions, report_limits
 from deboom.study.sensitivity import index_table
 
 STEPS = 8
@@ -73,9 +74,7 @@ TRIED = 11
 """Values of each stiffness that are tried for it."""
 TILES = 2
 """Stiffnesses that the page begins with: those that matter most."""
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
-BEST, PLACES, SHEET = "best mean", "places", "supplier_sheet"
+PLACES, SHEET = "places", "supplier_sheet"
 
 
 class Parts(Enum):
@@ -259,8 +258,8 @@ class MountFront(Front):
 
     @property
     def best(self) -> RealArray:
-        """Best mean, shape (k,)."""
-        return self.pick_designs[BEST]
+        """Best-mean, shape (k,)."""
+        return self.pick_designs[Pick.best_mean]
 
     @property
     def chosen(self) -> list[int]:
@@ -284,8 +283,8 @@ class MountFront(Front):
 
     @cached_property
     def change(self) -> RealArray:
-        """Change of the mean level over lines and scatter by best mean, shape (v,) [dB]."""
-        after = self.values.mean[self.picks[BEST]]
+        """Change of the mean level over lines and scatter by best-mean, shape (v,) [dB]."""
+        after = self.values.mean[self.picks[Pick.best_mean]]
         return np.asarray((after - self.baseline.mean[0]) / self.index.n_lines)
 
     def stiffness(self, design: RealArray) -> RealArray:
@@ -302,7 +301,7 @@ class MountFront(Front):
 
     @property
     def at_bound(self) -> tuple[str, ...]:
-        """Chosen variables that best mean has at a bound, in words."""
+        """Chosen variables that best-mean has at a bound, in words."""
         space = self.robust.space
         place = (self.best - space.lower)[self.chosen] / (space.upper - space.lower)[self.chosen]
         words = np.select([place < 0.01, place > 0.99], ["lower", "upper"], "")
@@ -310,7 +309,7 @@ class MountFront(Front):
 
     @cached_property
     def indifference(self) -> RealArray:
-        """Interval of each chosen variable around best mean without a noticeable change, (n, 2)."""
+        """Interval of each chosen variable around best-mean without a noticeable change, (n, 2)."""
         change = NOTICEABLE * self.index.n_lines
         both = np.column_stack(indifference_intervals(self.robust, self.best, change, TRIED))
         return np.asarray(both[self.chosen])
@@ -360,7 +359,7 @@ def front_report(front: MountFront, options: Options, limits: MountLimits) -> Re
     _choice(report, front, options)
     _cars(report, front)
     _matters(report, front, options)
-    limits.append_to(report, front.search, front.named_designs)
+    report_limits(report, limits, front.search, front.named_designs)
     _trust(report, front, options)
     report.section(
         "How the search went",
@@ -385,15 +384,15 @@ def _tell(report: Report, front: MountFront) -> None:
     sigma = {
         name: PERCENT
         * float(front.values.sigma_sum[front.picks[name]] / front.baseline.sigma_sum[0] - 1)
-        for name in (BEST, "best sigma")
+        for name in (Pick.best_mean, Pick.best_sigma)
     }
     mean, travel = float(front.change.mean()), front.travel(front.best)
     today, best = (front.stiffness(design) for design in (front.robust.space.nominal, front.best))
     for k in np.argsort(front.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
         what = f"{front.names[k]}, |K| at {front.model.reference_line:g} Hz; today {today[k]:.1f}"
         report.tile(f"{best[k]:.1f} N/mm", what)
-    report.tile(f"{signed(mean, 1)} dB", "mean level, best mean against today")
-    report.tile(f"{signed(sigma[BEST], 0)} %", "σ of the mean level over the tolerance")
+    report.tile(f"{signed(mean, 1)} dB", "mean level, best-mean against today")
+    report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
     if changes:
         rise, peak, car = max(changes, key=lambda item: item[0])
         report.tile(f"{signed(rise, 1)} dB", f"at the peak that changes for the worst, {car}")
@@ -401,7 +400,7 @@ def _tell(report: Report, front: MountFront) -> None:
         louder = len({name for change, _, name in changes if change > RISE})
         if louder:
             report.warn(
-                f"Best mean makes peaks louder: by up to {rise:.1f} dB, at {peak.frequency:.0f} Hz "
+                f"Best-mean makes peaks louder: by up to {rise:.1f} dB, at {peak.frequency:.0f} Hz "
                 f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of {len(front.vehicles)} cars "
                 f"have a peak that rises by more than {RISE:g} dB."
             )
@@ -410,8 +409,8 @@ def _tell(report: Report, front: MountFront) -> None:
     }
     report.summary |= {
         "mean_change_db": mean,
-        "sigma_change_percent_best_mean": sigma[BEST],
-        "sigma_change_percent_best_sigma": sigma["best sigma"],
+        "sigma_change_percent_best_mean": sigma[Pick.best_mean],
+        "sigma_change_percent_best_sigma": sigma[Pick.best_sigma],
         "leading_stiffness": front.leading,
         "leading_total_index": float(front.sobol.total.mean(axis=1).max()),
         "travel_ratio": travel,
@@ -437,7 +436,7 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
         f"{what} Mounts stand within ± {options.place_tolerance:g} mm of where they are drawn.\n\n"
         "Softer mounts nearly always isolate better; what holds them back is that no mount may "
         f"move further under 1 g than {options.travel:g} times today's."
-        + (" Best mean uses all of that." if reached else "")
+        + (" Best-mean uses all of that." if reached else "")
         + (f" It is at the bound of {', '.join(front.at_bound)}." if front.at_bound else "")
         + (" The limit, not the noise, decides." if reached or front.at_bound else ""),
     )
@@ -460,7 +459,7 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
             front.shades,
             stiffness_label=f"|K| at {line:g} Hz [N/mm]",
         ),
-        "Best mean: stiffness factors within their bounds. The thin bars are ranges within which "
+        "Best-mean: stiffness factors within their bounds. The thin bars are ranges within which "
         f"the mean level stays within {NOTICEABLE} dB.",
     )
     rows = {name: (front.values, row) for name, row in front.picks.items()}
@@ -480,7 +479,7 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
     for name, design in front.named_designs.items():
         table[f"{name} [N/mm]"] = front.stiffness(design)
     for end, bound in zip(("from", "to"), front.indifference.T, strict=True):
-        table[f"{BEST} {end} [N/mm]"] = front.stiffness(space.nominal) * bound
+        table[f"{Pick.best_mean} {end} [N/mm]"] = front.stiffness(space.nominal) * bound
     stiffness = pd.DataFrame(table)
     caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
     report.table("stiffness", stiffness, caption)
@@ -496,10 +495,10 @@ def _cars(report: Report, front: MountFront) -> None:
     report.figure(
         "spl_curves",
         lambda: front.heard(front.best, change=front.change),
-        "Today and best mean.",
+        "Today and best-mean.",
     )
-    cars = front.vehicle_table(BEST, front.change)
-    report.table("cars", cars, "Mean level of the lines over scatter, best mean against today.")
+    cars = front.vehicle_table(Pick.best_mean, front.change)
+    report.table("cars", cars, "Mean level of the lines over scatter, best-mean against today.")
     peaks = front.peak_table(front.best)
     louder = peaks[peaks["change [dB]"] > RISE]
     caption = (
@@ -613,7 +612,7 @@ def _trust(report: Report, front: MountFront, options: Options) -> None:
     if exact is not None:
         report.summary["exact_mean_change_db"] = float(np.mean(exact))
         report.text(
-            "Without scatter best mean changes the mean level by "
+            "Without scatter best-mean changes the mean level by "
             f"{signed(float(np.mean(exact)), 2)} dB in the exact cars of the virtual bench, and by "
             f"{signed(float(front.splv_change(front.best).mean()), 2)} dB in the model."
         )

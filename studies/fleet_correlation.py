@@ -28,8 +28,9 @@ from typer import Option
 from deboom.report import Report
 from deboom.study.correlation import DoeRequest, Plan, correlation_report, correlation_study
 from deboom.study.options import Seed, at_least
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import MotionOptions, PlatformOptions, report_runs
 from deboom.study.result import RunContext
+from deboom.vehicles.platform import Runs
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,14 @@ class Options:
 class Model:
     """The vehicles that listen, and their booming index."""
 
-    runs: Operation
+    runs: Runs
     index: Any
 
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
-    runs = options.platform.operation()
-    return Model(runs, options.motion.index(runs))
+    runs = options.platform.runs()
+    return Model(runs, options.motion.model(runs))
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -82,5 +83,5 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         cut=asked.cut,
     )
     report = correlation_report(study, asked.apart)
-    model.runs.append_to(report)
+    report_runs(report, model.runs)
     return report

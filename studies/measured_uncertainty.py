@@ -11,7 +11,7 @@ cancel. For any vehicle and load case it is 0.6 dB: five vehicles are few, one m
 
 Keys of summary.json: level_db, level_half_width_db (today's, mean of the vehicles); change_db with
 change_lower_db, change_upper_db, change_half_width_db,
-change_half_width_db_<vehicle> (best mean against today's);
+change_half_width_db_<vehicle> (best-mean against today's);
 probability_quieter (than today's); next_measurement, next_narrower_percent, and with _series for
 any vehicle and load case; surface_difference_at_peaks_db.
 """
@@ -29,6 +29,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import replicates, verify
 from deboom.explore.robust import RobustResponse
@@ -54,13 +55,14 @@ from deboom.plot.style import signed
 from deboom.report import Report
 from deboom.study.made_parts import ScatterOptions
 from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
+from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
 from deboom.study.progress import progress_bar
 from deboom.study.rebuilt import compared_run
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
 from deboom.vehicles.fleet import Band, lines_inside
+from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources
 from deboom.vehicles.uncertain_data import (
     BUDGET,
@@ -91,7 +93,6 @@ HERE = "change, these vehicles and load cases"
 SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
 AS_IT_IS = "none: as it is"
-PERCENT = 100.0
 
 Questions = dict[str, tuple[VariancePart, ...]]
 """Number whose interval is to become narrower → what its variance consists of [dB²]."""
@@ -123,7 +124,7 @@ class Options:
 class Model:
     """Levels of the vehicles, their errors, and the same vehicles in all load cases."""
 
-    runs: Operation
+    runs: Runs
     robust: RobustResponse
     uncertain: UncertainIndex
     every_case: Any
@@ -132,10 +133,10 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and what is known of its errors, and build its models."""
-    runs = options.platform.operation()
+    runs = options.platform.runs()
     names = [case.name for case in runs.platform.load_cases]
-    every = replace(options.platform, load_case=names).operation()
-    index = options.motion.index(runs)
+    every = replace(options.platform, load_case=names).runs()
+    index = options.motion.model(runs)
     made = options.scatter.made(index.variable_names)
     sample = sobol_sample(made.n_draws, options.scatter.samples, seed=options.seed)
     transfer, files = measured_transfer(
@@ -145,7 +146,7 @@ def prepare(options: Options) -> Model:
         runs,
         made.response(index, sample),
         uncertain_index(index, runs.platform, runs.parts, transfer),
-        options.motion.index(every),
+        options.motion.model(every),
         (*runs.platform.input_files, *files, *made.inputs),
     )
 
@@ -211,7 +212,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.table("sources", sources, "Sources, independent of each other.")
     _next(report, following)
-    model.runs.append_to(report)
+    report_runs(report, model.runs)
     return report
 
 

@@ -41,8 +41,8 @@ import pandas as pd
 from typer import Option
 
 from deboom import plot
+from deboom.common import AXES, N_PER_MM
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
@@ -76,8 +76,6 @@ from deboom.study.second_engine import (
     virtual_engine,
 )
 
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
 ALONE = " alone [%]"

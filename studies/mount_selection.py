@@ -9,7 +9,7 @@ What it showed, with seed 1 and five further parts of each mount, which differ b
 per axis: parts as they are give 0.2 dB per line, re-tuned within 5 % they give 0.9 dB. Built into
 the virtual car, sets change as predicted (r 0.999; 0.95 had the motion been prescribed).
 
-Keys of summary.json: part_<mount> (of best mean); change_db_per_line (best mean against today's
+Keys of summary.json: part_<mount> (of best-mean); change_db_per_line (best-mean against today's
 parts, verified, mean over vehicles and lines) and change_parts_as_they_are_db_per_line (quietest
 set without re-tuning); sigma_change_percent_best_sigma; n_sets, n_set_front (sets, and those on
 their front); n_front, n_evaluated (designs); sigma_bias_percent (search minus verification);
@@ -37,7 +37,7 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
-from deboom.files.platform import Platform
+from deboom.files.platform import CATALOGUE_FILE
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.plot.style import signed
@@ -45,20 +45,12 @@ from deboom.report import Report
 from deboom.study.front import Front
 from deboom.study.made_parts import library_parts
 from deboom.study.options import Seed
-from deboom.study.platform_model import (
-    CATALOGUE_FILE,
-    LIBRARY_FILE,
-    Motion,
-    MotionOptions,
-    MountSource,
-    Operation,
-    PlatformOptions,
-    motion_report,
-)
+from deboom.study.platform_model import PlatformOptions, motion_report, report_runs
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
-from deboom.vehicles.booming_model import CatalogueModel
+from deboom.vehicles.booming_model import CatalogueModel, Motion
+from deboom.vehicles.platform import LIBRARY_FILE, MountSource, Platform, Runs
 
 TODAY = "today's"
 BATCH = 100
@@ -94,14 +86,14 @@ class Options:
 class Model:
     """Levels of the vehicles with every set of parts, and the parts."""
 
-    runs: Operation
+    runs: Runs
     catalogue: Catalogue
     robust: RobustResponse
 
 
 def prepare(options: Options) -> Model:
     """Read platform and catalogue, and build the model of all parts."""
-    runs = options.platform.operation()
+    runs = options.platform.runs()
     catalogue = platform_catalogue(runs.platform, options.catalogue, options.mount)
     inside = options.platform.mounts is MountSource.library_inside
     outside = Outside.KEEP_MEASURED if inside else Outside.REFUSE
@@ -136,7 +128,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         picks.insert(1 + place, column, parts)
     change = dict(zip(picks["design"], picks["change [dB]"], strict=True))
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
-    best = front.values.designs[front.picks["best mean"]]
+    best = front.values.designs[front.picks["best-mean"]]
 
     half = float(robust.space.tolerance.max())
     report = Report(
@@ -156,8 +148,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     parts_of_best = catalogue.labels(best[:n_mounts])
     for mount, part in zip(catalogue.parts, parts_of_best, strict=True):
         report.summary[f"part_{mount}"] = part
-    report.summary["change_db_per_line"] = float(change["best mean"])
-    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best sigma"])
+    report.summary["change_db_per_line"] = float(change["best-mean"])
+    report.summary["sigma_change_percent_best_sigma"] = float(sigma["best-sigma"])
     if sets is not None:
         as_they_are = float(change["quietest parts as they are"])
         quietest = ", ".join(catalogue.labels(set_front.designs[0, :n_mounts]))
@@ -166,7 +158,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         report.summary["n_set_front"] = len(set_front)
     retuned = f" re-tuned within ±{100 * options.retuning:.0f} %" if options.retuning else ""
     parts_named = f"mean level, parts{retuned}: {', '.join(parts_of_best)}"
-    report.tile(f"{signed(change['best mean'], 2)} dB", parts_named)
+    report.tile(f"{signed(change['best-mean'], 2)} dB", parts_named)
     report.summary |= {
         "n_sets": catalogue.n_sets,
         "n_front": len(search.front),
@@ -195,7 +187,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}
     if best_set is not None:
         vehicles["change, quietest parts as they are [dB]"] = front.splv_change(best_set)
-    vehicles["change, best mean [dB]"] = front.splv_change(best)
+    vehicles["change, best-mean [dB]"] = front.splv_change(best)
     report.table("vehicles", pd.DataFrame(vehicles), "Change of the mean level without scatter.")
 
     report.section("The front", front.text)
@@ -234,7 +226,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         }
         report.table("part_sets", pd.DataFrame(table))
 
-    runs.append_to(report)
+    report_runs(report, runs)
     return report
 
 
@@ -342,7 +334,7 @@ def platform_catalogue(
 
 
 def catalogue_index(
-    runs: Operation, catalogue: Catalogue, motion: Motion, outside: Outside
+    runs: Runs, catalogue: Catalogue, motion: Motion, outside: Outside
 ) -> CatalogueModel:
     """Build the booming index of all parts of a catalogue.
 
@@ -353,14 +345,13 @@ def catalogue_index(
             "parts of a catalogue cannot be combined under amplitude motion: use one of "
             f"{[Motion.prescribed.value, Motion.coupled.value]}"
         )
-    model = MotionOptions(motion)
-    levels = [model.index(runs)]
+    levels = [runs.model(motion)]
     for number in range(1, max(catalogue.n_parts)):
         mounts = [parts[min(number, len(parts) - 1)] for parts in catalogue.parts.values()]
         cases = [
             (surface_forces(case, mounts, outside).load_case, weight) for case, weight in runs.cases
         ]
-        levels.append(model.index(replace(runs, cases=cases)))
+        levels.append(replace(runs, cases=cases).model(motion))
     return CatalogueModel(runs.platform.mounts, tuple(levels), catalogue.n_parts)
 
 

@@ -28,6 +28,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import AXES, N_PER_MM, PERCENT, Progress
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import FoundBox, kept_offset, largest_box, tolerance_box
@@ -38,26 +39,25 @@ from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.measurement.uncertainty import Interval, pivotal_interval
-from deboom.mounts.mount import AXES
 from deboom.plot.style import mount_colours
 from deboom.report import Report
 from deboom.study.made_parts import tolerance_cost
-from deboom.study.options import Quantity, Seed, factor_space, limited_response
+from deboom.study.options import Seed, factor_space
 from deboom.study.platform_model import (
     MotionOptions,
-    MountSource,
-    Operation,
     PlatformOptions,
     motion_name,
     motion_report,
     platform_sha256,
+    report_runs,
 )
-from deboom.study.progress import Progress, progress_bar
+from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.supplier_study import supplier_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import BoomingModel
-from deboom.vehicles.limits import MeanLevel, PeakLevel
+from deboom.vehicles.limits import LimitedLevel, MeanLevel, PeakLevel, limited_response
+from deboom.vehicles.platform import MountSource, Runs
 
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
@@ -65,8 +65,6 @@ SHOWN_PARTS = 4096
 """Parts of the box whose levels are drawn, and of each of its faces."""
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
-PERCENT = 100.0
-N_PER_MM = 1e-3
 LAW = "uniform in the box"
 """How parts lie between the ends of their intervals: what an acceptance test promises."""
 TILES = 2
@@ -81,7 +79,7 @@ class Options:
     share: Annotated[float, Option(help="Share of parts and vehicles within it [1].")] = 0.95
     limit: Annotated[float | None, Option(help="Limit of all vehicles [dB(A)].")] = None
     below_today: Annotated[float | None, Option(help="Limit: each quieter by this [dB].")] = None
-    quantity: Annotated[Quantity, Option(help="What is limited.")] = Quantity.mean
+    quantity: Annotated[LimitedLevel, Option(help="What is limited.")] = LimitedLevel.mean
     peak_from: Annotated[float, Option(help="First line of a peak level [Hz].")] = 25.0
     peak_to: Annotated[float, Option(help="Last line of a peak level [Hz].")] = 40.0
     worst_vehicle: Annotated[bool, Option(help="A part must keep the limit in all.")] = False
@@ -103,7 +101,7 @@ class Options:
 class Model:
     """Levels of the vehicles, what is limited of them, and where parts may lie."""
 
-    runs: Operation
+    runs: Runs
     index: BoomingModel
     space: DesignSpace
     response: MeanLevel | PeakLevel
@@ -111,8 +109,8 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its model."""
-    runs = options.platform.operation()
-    index = options.motion.index(runs)
+    runs = options.platform.runs()
+    index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     band = (options.peak_from, options.peak_to)
     return Model(runs, index, space, limited_response(options.quantity, index, band))
@@ -186,7 +184,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     _box(report, study)
     _levels(report, study, certainty, what)
-    model.runs.append_to(report)
+    report_runs(report, model.runs)
     return report
 
 
@@ -209,7 +207,7 @@ def pareto_point(model: Model, options: Options, progress: Progress) -> RealArra
     robust = RobustResponse(model.index, space, sample)
     search = nsga2(robust, POPULATION, GENERATIONS, seed=options.seed, progress=progress)
     today = robust(space.nominal[np.newaxis])
-    row = pick(search.front, today).get(options.pick.value.replace("-", " "))
+    row = pick(search.front, today).get(options.pick)
     return np.asarray(space.nominal if row is None else search.front.designs[row])
 
 
@@ -246,7 +244,7 @@ class BoxStudy:
     - `found`: the largest box, verified.
     """
 
-    runs: Operation
+    runs: Runs
     index: BoomingModel
     space: DesignSpace
     point: RealArray

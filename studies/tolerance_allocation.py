@@ -25,32 +25,33 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import Allocator, ToleranceEffect
-from deboom.files.platform import Platform
 from deboom.report import Report
 from deboom.study.made_parts import (
     MadeParts,
     ScatterOptions,
     ToleranceTask,
+    report_parts,
     target_limits,
     tolerance_cost,
     with_draws,
 )
 from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, motion_report
+from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from deboom.study.supplier_study import supplier_study
+from deboom.vehicles.platform import Platform, Runs
 
 SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
-PERCENT = 100.0
 
 
 @dataclass(frozen=True)
@@ -79,7 +80,7 @@ class Options:
     @property
     def design_name(self) -> str:
         """The asked design in words."""
-        return self.pick.value.replace("-", " ") if self.point is None else f"point {self.point}"
+        return self.pick.value if self.point is None else f"point {self.point}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,7 +90,7 @@ class Model:
     platform: Platform
     robust: RobustResponse
     inputs: tuple[Path, ...]
-    runs: Operation | None = None
+    runs: Runs | None = None
     made: MadeParts | None = None
     picked: RealArray | None = None
 
@@ -107,8 +108,8 @@ def prepare(options: Options) -> Model:
         design = study.wanted if options.point is None else _numbered(designs, options.point)
         inputs = (*study.platform.input_files, *study.run.files)
         return Model(study.platform, study.model, inputs, picked=design)
-    runs = options.platform.operation()
-    index = options.motion.index(runs)
+    runs = options.platform.runs()
+    index = options.motion.model(runs)
     made = scatter.made(index.variable_names)
     robust = made.response(index, sobol_sample(made.n_draws, SEARCH_DRAWS, seed=options.seed))
     return Model(runs.platform, robust, runs.platform.input_files, runs, made)
@@ -284,9 +285,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     }
     report.inputs += [*model.inputs, *((options.cost_table,) if options.cost_table else ())]
     if model.made is not None:
-        model.made.append_to(report)
+        report_parts(report, model.made)
     if model.runs is not None:
-        model.runs.append_to(report)
+        report_runs(report, model.runs)
     return report
 
 
@@ -297,7 +298,7 @@ def _chosen(model: Model, options: Options, context: RunContext | None) -> RealA
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
     front = options.search.front(model.robust, options.seed, context, files).front
     nominal = model.robust.space.nominal
-    row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick.value.replace("-", " "))
+    row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick)
     design = nominal if row is None else front.designs[row]
     if options.point is not None:
         design = _numbered(front.designs, options.point)

@@ -38,12 +38,18 @@ from deboom.study.options import (
     robust_response,
     tolerance_sample,
 )
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions, in_all_load_cases
+from deboom.study.platform_model import (
+    MotionOptions,
+    PlatformOptions,
+    in_all_load_cases,
+    report_runs,
+)
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.robust_front import RobustFront, front_report
 from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.vehicles.platform import Runs
 
 VERIFIED = 1024
 """Draws of each scramble behind the verified front."""
@@ -97,21 +103,21 @@ class Options:
 class Model:
     """Levels of all vehicles and of one group, and the group's under scattering parts."""
 
-    everyone: Operation
+    everyone: Runs
     everyone_index: Any
-    runs: Operation
+    runs: Runs
     robust: RobustResponse
 
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its models."""
-    everyone = replace(options.platform, group=None).operation()
+    everyone = replace(options.platform, group=None).runs()
     runs = replace(everyone, fleet=options.platform.served(everyone.fleet))
-    index = options.motion.index(runs)
+    index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
     robust = robust_response(index, space, sample, Aim.mean)
-    return Model(everyone, options.motion.index(everyone), runs, robust)
+    return Model(everyone, options.motion.model(everyone), runs, robust)
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -180,7 +186,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             if section.title.startswith(title)
         ]
         report.include(step, name, names=names[name])
-    model.everyone.append_to(report)
+    report_runs(report, model.everyone)
     return report
 
 
@@ -223,9 +229,7 @@ def fleet_doe(model: Model, options: Options) -> CorrelationStudy | None:
     )
 
 
-def within_group(
-    study: CorrelationStudy | None, runs: Operation, index: Any
-) -> CorrelationStudy | None:
+def within_group(study: CorrelationStudy | None, runs: Runs, index: Any) -> CorrelationStudy | None:
     """Return the part of a fleet's DOE that some of its vehicles heard; nothing is run again."""
     names = index.response_names
     if study is None or len(names) < 2:

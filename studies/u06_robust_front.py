@@ -4,7 +4,7 @@ NSGA-II over the 12 stiffness factors of engine, gearbox, strut (TSM), wishbone 
 vehicles of mean SPLV and of its sigma; its picks go on by gradient. Where the data allow it the
 powertrain's motion answers (coupled), and the same search with prescribed motion, with whose picks
 the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
-sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best mean, no scatter); benefit_db,
+sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best-mean, no scatter); benefit_db,
 benefit_prescribed_db (fall of the mean level by the optimum of each motion), promised_prescribed_db
 (as prescribed motion sees it); r_min, slope_min, slope_max (coupled over prescribed change of the
 same designs); worst_load_case, worst_load_case_change_db; sigma_bias_percent,
@@ -26,18 +26,19 @@ from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.report import Report
 from deboom.study.front import Front
-from deboom.study.made_parts import MadeParts, ScatterOptions
+from deboom.study.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.study.platform_model import (
-    Motion,
     MotionOptions,
-    Operation,
     PlatformOptions,
     in_all_load_cases,
+    report_runs,
 )
 from deboom.study.result import RunContext
 from deboom.study.robust_front import RobustFront, front_report
-from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits
+from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits, report_limits
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import Runs
 
 VERIFIED = 1024
 """Draws of each scramble behind a verified number."""
@@ -76,7 +77,7 @@ class Model:
     `prescribed` is the same with prescribed motion, where `robust` has another one.
     """
 
-    runs: Operation
+    runs: Runs
     made: MadeParts
     robust: RobustResponse
     prescribed: RobustResponse | None
@@ -85,8 +86,8 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Read the platform and build its models."""
-    runs = options.platform.operation()
-    index = options.motion.index(runs, loss_factors=options.loss_factors)
+    runs = options.platform.runs()
+    index = options.motion.model(runs, loss_factors=options.loss_factors)
     made = options.scatter.made(index.variable_names)
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
@@ -96,7 +97,7 @@ def prepare(options: Options) -> Model:
     prescribed = None
     if index.motion is not Motion.prescribed:
         motion = MotionOptions(Motion.prescribed)
-        prescribed = replace(robust, evaluate=motion.index(runs, loss_factors=options.loss_factors))
+        prescribed = replace(robust, evaluate=motion.model(runs, loss_factors=options.loss_factors))
     return Model(runs, made, robust, prescribed, limits)
 
 
@@ -119,7 +120,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         prescribed=prescribed,
     )
     report = front_report(front)
-    model.limits.append_to(report, front.search, front.named_designs)
-    model.made.append_to(report)
-    model.runs.append_to(report)
+    report_limits(report, model.limits, front.search, front.named_designs)
+    report_parts(report, model.made)
+    report_runs(report, model.runs)
     return report

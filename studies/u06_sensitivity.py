@@ -23,10 +23,11 @@ from typer import Option
 
 from deboom.report import Report
 from deboom.study.options import Seed, at_least
-from deboom.study.platform_model import MotionOptions, Operation, PlatformOptions
+from deboom.study.platform_model import MotionOptions, PlatformOptions, report_runs
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.vehicles.platform import Runs
 
 
 @dataclass(frozen=True)
@@ -46,12 +47,12 @@ class Options:
     motion: MotionOptions = MotionOptions()
 
 
-def prepare(options: Options) -> Operation:
+def prepare(options: Options) -> Runs:
     """Read the platform."""
-    return options.platform.operation()
+    return options.platform.runs()
 
 
-def run(runs: Operation, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(runs: Runs, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
     """Evaluate, analyse and report."""
     plan = SensitivityPlan(
         options.analysis,
@@ -63,7 +64,7 @@ def run(runs: Operation, options: Options, context: RunContext | None = None) ->
         seed=options.seed,
     )
     with progress_bar("sensitivity") as bar:
-        found = sensitivity(runs.platform, options.motion.index(runs), plan, bar)
+        found = sensitivity(runs.platform, options.motion.model(runs), plan, bar)
     report = sensitivity_report(found)
-    runs.append_to(report)
+    report_runs(report, runs)
     return report

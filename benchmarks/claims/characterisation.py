@@ -37,7 +37,7 @@ from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING, load_bench
-from deboom.files.platform import Platform, read_platform
+from deboom.files.platform import read_platform
 from deboom.measurement.campaign import Campaign
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterise import CharacteriseOptions, characterise
@@ -51,8 +51,9 @@ from deboom.study.mount_characterisation import (
     direction_numbers,
     identified,
 )
-from deboom.study.platform_model import PEAKS, surface_check
+from deboom.vehicles.platform import Platform
 from deboom.vehicles.powertrain import KinematicModel
+from deboom.vehicles.surface_check import PEAKS, surface_check
 
 NOISE_FREE = ("M1", "M2")
 BAND = (20.0, 60.0)

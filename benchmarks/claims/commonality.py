@@ -8,8 +8,8 @@ from __future__ import annotations
 import time
 
 from claims import Claim, at_least, at_most, between
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study
+from deboom.vehicles.booming_model import Motion
 
 
 def claims() -> list[Claim]:

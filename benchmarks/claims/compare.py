@@ -11,15 +11,15 @@ from dataclasses import replace
 from pathlib import Path
 
 from claims import Claim, at_least, draws
-from deboom.explore.front import Verdict
+from deboom.explore.front import FrontVerdict
 from deboom.explore.robust import RobustResponse
 from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import Comparison, JudgedRun, judged
 from deboom.study.options import Sampler, factor_space, tolerance_sample
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
 from deboom.study.rebuilt import ComparedRun
+from deboom.vehicles.booming_model import Motion
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SEEDS = range(1, 1 + draws(10))
@@ -33,8 +33,8 @@ def claims() -> list[Claim]:
     shared, fresh = whole.fronts[:half], whole.fronts[half:]
     same = [_pair(whole, one, shared[(place + 1) % half]) for place, one in enumerate(shared)]
     other = [_pair(whole, one, two) for one, two in zip(shared, fresh, strict=True)]
-    noise = sum(found is Verdict.noise for found in same)
-    real = sum(found is Verdict.real for found in other)
+    noise = sum(found is FrontVerdict.noise for found in same)
+    real = sum(found is FrontVerdict.real for found in other)
     names = list(whole.groups)
     found = whole.pairs[names[0], names[1]]
     volumes = [float(whole.hypervolumes[name].mean()) for name in names]
@@ -52,15 +52,16 @@ def claims() -> list[Claim]:
             f"{half} seeds of each: hypervolume that fresh draws lose [%]",
             "real difference",
             f"{lost:.0f} ({found.verdict.value}; noise ±{100 * found.noise / volumes[0]:.1f})",
-            found.verdict is Verdict.real,
+            found.verdict is FrontVerdict.real,
         ),
         at_least("the same as level per line at equal σ, louder by [dB]", 0.1, gap),
     ]
 
 
 def _runs() -> list[ComparedRun]:
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", band=(20, 60))
-    index = motion_index(runs, Motion.prescribed)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("U06"))
+    index = runs.model(Motion.prescribed)
     space = factor_space(index.variable_names, half_width=0.20, tolerance=0.15)
     found = []
     for sampler in (Sampler.sobol, Sampler.fresh):
@@ -74,7 +75,7 @@ def _runs() -> list[ComparedRun]:
     return found
 
 
-def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> Verdict:
+def _pair(whole: Comparison, first: JudgedRun, second: JudgedRun) -> FrontVerdict:
     """Compare two runs alone, in their own box."""
     two = (replace(first, name="first"), replace(second, name="second"))
     return replace(whole, fronts=two).pairs["first", "second"].verdict

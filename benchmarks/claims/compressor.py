@@ -44,10 +44,10 @@ import pandas as pd
 from scipy.stats import binom
 
 from claims import CASES, Claim, at_least, at_most, between, draws, in_processes, over_draws
-from deboom.arrays import AXES
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
 from deboom.choices import CalibrationLevel
+from deboom.common import DOFS
 from deboom.compressor.acceptance import (
     DYNAMIC,
     RISK,
@@ -334,7 +334,7 @@ def _judged(
         (STATIC, unbalance_characteristic(found, STATIC), abs(true.static)),
         (DYNAMIC, unbalance_characteristic(found, DYNAMIC), abs(true.dynamic)),
     ]
-    for place, direction in enumerate(AXES):
+    for place, direction in enumerate(DOFS):
         limit = StiffnessLimit(direction, STIFFNESS_BAND, Bounds(at_most=1.0))
         measured = stiffness_characteristic(struck, limit)
         size = np.abs(truth.model.gain.at(measured.lines)) * truth.model.stiffness[place, place]

@@ -4,7 +4,7 @@ The whole way in laboratories (level C2: gains of 2 %, places of 1.5 mm, angles 
 shipped one with the five shipped cars, each drawn one with a car of a drawn fleet: compressor and
 sweeps identified, bodies struck with the compressor out, and 20 designs that nobody measured
 predicted at the local maxima of the exact curves, 20 to 140 Hz. Then the study itself with its own
-budget: what best mean does in the exact cars.
+budget: what best-mean does in the exact cars.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def _study() -> list[Claim]:
     sigma = float(summary["sigma_change_percent_best_mean"])
     return [
         Claim(
-            "Best mean of the study within 1.2 times the travel: mean level, model and exact cars",
+            "Best-mean of the study within 1.2 times the travel: mean level, model and exact cars",
             "a fall; within 0.3 dB of each other",
             f"{model:.2f} dB, {exact:.2f} dB",
             exact < 0 and abs(model - exact) <= 0.3,

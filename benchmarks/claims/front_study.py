@@ -35,20 +35,20 @@ def claims() -> list[Claim]:
     moved = [
         at_most(f"{pick}, {column}, over {len(SEEDS)} seeds: moves by", limit, np.ptp(values), 4)
         for pick, column, limit in (
-            ("best mean", "change [dB]", 0.02),
-            ("best sigma", "sigma of the level [dB]", 0.005),
-            ("sigma kept", "change [dB]", 0.1),
+            ("best-mean", "change [dB]", 0.02),
+            ("best-sigma", "sigma of the level [dB]", 0.005),
+            ("sigma-kept", "change [dB]", 0.1),
         )
         for values in [[table.loc[pick, column] for table in picks]]
     ]
     return [
         at_most(
-            "mean level of the lines, U06-1…5, best mean, seed 1 [dB]",
+            "mean level of the lines, U06-1…5, best-mean, seed 1 [dB]",
             [-2.5, -2.5, -2.5, -2.5, 0.2],
             level,
         ),
         at_least(
-            "best mean found coupled over that found prescribed, both judged coupled, "
+            "best-mean found coupled over that found prescribed, both judged coupled, "
             f"{len(SEEDS)} seeds [dB]",
             0,
             gained,

@@ -32,7 +32,7 @@ from deboom.bench.sensors import (
     measured_noise_transfer,
     measured_run,
 )
-from deboom.files.platform import Platform, read_platform
+from deboom.files.platform import read_platform
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import method_difference, pivotal_interval
 from deboom.mounts.characterise import CharacteriseOptions
@@ -42,6 +42,7 @@ from deboom.study.mount_characterisation import characterise_virtual
 from deboom.study.uncertain_index import UncertainIndex
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.platform import Platform
 from deboom.vehicles.platform_uncertainty import force_sources, transfer_sources
 from deboom.vehicles.uncertain_data import UncertainData, UncertaintySource
 from write_library import PLATFORM

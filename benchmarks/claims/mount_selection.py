@@ -16,9 +16,10 @@ from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
-from deboom.study.platform_model import Motion, MountSource, Operation, operation
 from deboom.study.runner import load_study
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import path_transfer
+from deboom.vehicles.platform import MountSource, Runs
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 STUDY = load_study(PLATFORM.parents[1] / "mount_selection.py").module
@@ -28,7 +29,7 @@ SETS_BUILT = 120
 def claims() -> list[Claim]:
     """Compare the prediction with the virtual car."""
     platform = read_platform(PLATFORM)
-    runs = operation(platform, None, MountSource.library_inside, "U06", band=(20.0, 60.0))
+    runs = platform.runs(fleet=platform.fleet.group("U06"), mounts=MountSource.library_inside)
     catalogue = STUDY.platform_catalogue(platform, None)
     index = {
         motion: STUDY.catalogue_index(runs, catalogue, motion, Outside.KEEP_MEASURED)
@@ -66,7 +67,7 @@ def claims() -> list[Claim]:
     return rows
 
 
-def _true_level(numbers: np.ndarray, runs: Operation) -> float:
+def _true_level(numbers: np.ndarray, runs: Runs) -> float:
     """Mean level of the group with a set of parts built into the virtual car [dB(A)]."""
     bench = load_bench()
     mounts = [mount.name for mount in runs.platform.mounts]

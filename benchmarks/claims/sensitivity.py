@@ -12,8 +12,8 @@ from __future__ import annotations
 import pandas as pd
 
 from claims import Claim, at_most
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study
+from deboom.vehicles.booming_model import Motion
 
 LOUD, BATTERY = [f"U06-{number}" for number in range(1, 5)], "U06-5"
 

@@ -27,7 +27,7 @@ from deboom.bench.powertrain import (
     static_deflection,
 )
 from deboom.files.acceptance import read_measured_sheet, read_specification
-from deboom.study.delivery import Demand, Verdict, judged_delivery
+from deboom.study.delivery import Demand, PartVerdict, judged_delivery
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_page import supplier_sheets
 from deboom.study.supplier_study import SheetFiles
@@ -145,7 +145,7 @@ def _deliveries(workbook: Path, path: Path, *, with_today: bool) -> tuple[float,
         delivery = judged_delivery(Demand.of_sheet(sheet, None), parts, None, UNCERTAINTY, seed=1)
         inside = (lower * reference <= stiffness) & (stiffness <= upper * reference)
         for judged, good in zip(delivery.parts, inside, strict=True):
-            undecided += judged.verdict is Verdict.undecided
-            wrong += judged.verdict is (Verdict.failed if good else Verdict.passed)
+            undecided += judged.verdict is PartVerdict.undecided
+            wrong += judged.verdict is (PartVerdict.failed if good else PartVerdict.passed)
     scale = 100.0 / (DELIVERIES * PARTS)
     return wrong * scale, undecided * scale

@@ -29,7 +29,7 @@ class Options:
 
 def prepare(options: Options) -> Any:
     """Read the platform and build its model."""
-    return options.motion.index(options.platform.operation())
+    return options.motion.model(options.platform.runs())
 
 
 def run(model: Any, options: Options, context: RunContext | None = None) -> Report:

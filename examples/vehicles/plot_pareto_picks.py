@@ -2,7 +2,7 @@
 Designs picked from a front
 ===========================
 
-Best mean, best scatter and what is quieter without a vehicle louder than today: what the front
+Best-mean, best scatter and what is quieter without a vehicle louder than today: what the front
 offers, told in decibels per line and vehicle instead of sums over all of them.
 """
 
@@ -23,9 +23,9 @@ picks[["pick", "mean per line and vehicle [dB(A)]", "sigma per line and vehicle 
 front.picture()
 
 # %%
-# What best mean asks of the mounts, and what it does in each vehicle.
+# What best-mean asks of the mounts, and what it does in each vehicle.
 
-quietest = front.pick_designs["best mean"]
+quietest = front.pick_designs["best-mean"]
 asked = {
     name: round(float(x), 2) for name, x in zip(front.variables, quietest, strict=True) if x != 1
 }

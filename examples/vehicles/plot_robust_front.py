@@ -37,7 +37,7 @@ axes.set(xlabel="Σ mean SPLV [dB(A)]", ylabel="Σ σ(SPLV) [dB]")
 axes.legend()
 
 # %%
-# The best mean in decibels per line and vehicle, which are easier to read than sums.
+# The best-mean in decibels per line and vehicle, which are easier to read than sums.
 
 gain = (today[0] - front.values.objectives[:, 0].min()) * front.per_line
 print(f"{gain:.2f} dB quieter per line and vehicle")

@@ -19,9 +19,6 @@ RealOrComplexArray: TypeAlias = RealArray | ComplexArray
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 IntArray: TypeAlias = npt.NDArray[np.int_]
 
-AXES = ("x", "y", "z", "rx", "ry", "rz")
-"""Degrees of freedom of a rigid body, in the order of every matrix."""
-
 _T = TypeVar("_T")
 _S = TypeVar("_S", bound=np.generic)
 _N = TypeVar("_N", np.float64, np.complex128)

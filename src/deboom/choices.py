@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from enum import Enum
+from enum import Enum, StrEnum
 
 
-class Pick(Enum):
-    """A named design of the front."""
+class Pick(StrEnum):
+    """A named design of the front, spelled like this in files, options and pages."""
 
     best_mean = "best-mean"
     """Least mean level."""

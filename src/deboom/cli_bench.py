@@ -95,8 +95,8 @@ def write(
     """
     from deboom.bench.platform_writer import write_platform
     from deboom.study.campaigns import write_platform_library
-    from deboom.study.platform_model import LIBRARY_FILE
     from deboom.study.progress import progress_bar
+    from deboom.vehicles.platform import LIBRARY_FILE
 
     with progress_bar("virtual bench") as progress:
         write_platform(

@@ -58,7 +58,7 @@ def compare(
     or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
     run folders with edited files.
     """
-    from deboom.study.compare import compare as compare_runs
+    from deboom.study.compare import compare_runs
 
     folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
     for verdict in verdicts:
@@ -275,7 +275,7 @@ def check(
     fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
     as mounts, vehicles, lines and runs; exit code 0.
     """
-    from deboom.study.platform_model import check_folder
+    from deboom.files.check import check_folder
 
     faults, waiting, summary = check_folder(folder)
     for number, fault in enumerate(faults, 1):

@@ -1,11 +1,15 @@
-"""Results that a notebook shows as a table, and tables as CSV."""
+"""Results that a notebook shows as a table; tables as CSV, records as JSON."""
 
 from __future__ import annotations
 
+import json
 import re
 from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 SHOWN_ROWS = 12
@@ -41,6 +45,20 @@ def csv_text(table: pd.DataFrame) -> str:
     for name in table.select_dtypes(include=["object", "string"]).columns:
         plain[name] = table[name].map(_escaped)
     return str(plain.to_csv(index=False, lineterminator="\n"))
+
+
+def json_text(content: Mapping[str, Any]) -> str:
+    """Return a mapping as JSON; a number that is not finite is refused."""
+    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_json_form)
+    return text + "\n"
+
+
+def _json_form(value: Any) -> Any:
+    if isinstance(value, np.generic | np.ndarray):
+        return value.tolist()
+    if isinstance(value, Path):
+        return value.as_posix()
+    raise TypeError(f"{type(value).__name__} has no form in JSON")
 
 
 def unescaped(cell: str) -> str:

@@ -13,11 +13,12 @@ import pytest
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.platform_writer import write_platform
 from deboom.files.library_export import read_library_json
-from deboom.files.platform import read_platform
+from deboom.files.platform import CATALOGUE_FILE, read_platform
 from deboom.files.rows import read_torque_table
 from deboom.files.uff import read_uff
 from deboom.mounts.surface_forces import surface_forces
-from deboom.study.platform_model import CATALOGUE_FILE, LIBRARY_FILE, PEAKS, surface_check
+from deboom.vehicles.platform import LIBRARY_FILE
+from deboom.vehicles.surface_check import PEAKS, surface_check
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 NOT_IDENTIFIED = ["EnM y", "GeM y", "TSM y"]

@@ -11,9 +11,10 @@ import numpy as np
 import pandas as pd
 from scipy.io import savemat
 
+from deboom.common import AXES
 from deboom.files.library_export import write_library_json
 from deboom.mounts import characterised_mount
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.rigid_body import forward_matrices, mass_matrix, mount_stiffness_matrix
 

@@ -50,7 +50,7 @@ def front(n=N, lines=LINES, vehicles=VEHICLES, **changes):
         facts=("One load case.",),
         axes=tuple(axes),
         points=list(range(1, n + 1)),
-        picks=["best mean", *[""] * (n - 2), "sigma kept"],
+        picks=["best-mean", *[""] * (n - 2), "sigma-kept"],
         vehicles=tuple(vehicles),
         vehicle_colours=("#0072B2",) * len(vehicles),
         frequency=lines,

@@ -19,7 +19,7 @@ from deboom.files.acceptance import (
     read_solution_box,
     write_solution_box,
 )
-from deboom.study.delivery import Demand, Verdict, judged_delivery, limited_axes
+from deboom.study.delivery import Demand, PartVerdict, judged_delivery, limited_axes
 from deboom.study.overview import command_of
 from pinned_pages import hold
 
@@ -59,21 +59,21 @@ def judged(folder, factors, uncertainty=0.0, platform=None, mount="TSM"):
 def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     delivery = judged(tmp_path, [0.8, 1.0, 0.799, 1.001, 0.9])
     verdicts = [one.verdict for one in delivery.parts]
-    assert verdicts == [Verdict.passed] * 2 + [Verdict.failed] * 2 + [Verdict.passed]
-    assert delivery.batches[0].verdict is Verdict.failed
+    assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
+    assert delivery.batches[0].verdict is PartVerdict.failed
     assert delivery.batches[0].reason == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
     verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
-    assert verdicts == [Verdict.undecided] * 3 + [Verdict.failed, Verdict.passed]
+    assert verdicts == [PartVerdict.undecided] * 3 + [PartVerdict.failed, PartVerdict.passed]
 
 
 def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
     scatter = np.linspace(-0.03, 0.03, 4)
     few = judged(tmp_path, 0.9 + scatter).batches[0]
-    assert few.verdict is Verdict.undecided
+    assert few.verdict is PartVerdict.undecided
     assert "measure more" in few.reason
     many = judged(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 30)).batches[0]
-    assert many.verdict is Verdict.passed
+    assert many.verdict is PartVerdict.passed
     assert many.pieces.low > 0.99
     # Cp of a uniform row: 0.2 over 6 times its standard deviation
     sigma = np.std(np.linspace(-0.03, 0.03, 30), ddof=1)
@@ -82,9 +82,9 @@ def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
 
 def test_a_single_part_has_a_verdict_but_no_capability(tmp_path):
     batch = judged(tmp_path, [0.9]).batches[0]
-    assert batch.parts[0].verdict is Verdict.passed
+    assert batch.parts[0].verdict is PartVerdict.passed
     assert batch.capabilities == {}
-    assert batch.verdict is Verdict.undecided
+    assert batch.verdict is PartVerdict.undecided
 
 
 def test_copied_measurements_are_named(tmp_path):
@@ -111,10 +111,11 @@ def test_the_command_writes_a_run(run):
 def test_levels_are_those_of_the_model_at_the_middle(run):
     # U06-1 with x at 0.9 of all mounts, the middle of the box
     from deboom.files.platform import read_platform
-    from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+    from deboom.vehicles.booming_model import Motion
 
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (20.0, 60.0))
-    index = motion_index(runs, Motion.prescribed)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("U06"))
+    index = runs.model(Motion.prescribed)
     middle = index(np.full((1, 12), 0.9))[0, 0] / index.n_lines
     median = pd.read_csv(run / "levels.csv")["median [dB(A)]"][0]
     assert median == pytest.approx(middle, abs=0.25)
@@ -131,7 +132,7 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     path.write_text("part,batch,mount,x [1],y [1],z [1]\n1,B1,TSM,0.9,,\n2,B1,TSM,1.02,,\n")
     parts = read_delivered_parts(path, axes, over_today=True)
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
-    assert [one.verdict for one in delivery.parts] == [Verdict.passed, Verdict.failed]
+    assert [one.verdict for one in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
     assert delivery.parts[1].reason == "x outside: 1.020 of today's, asked 0.800 to 1.000"
     with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
         judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)

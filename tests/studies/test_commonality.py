@@ -4,8 +4,8 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 STUDY = load_study("commonality")

@@ -10,10 +10,10 @@ import pytest
 from command_line import call
 from deboom.errors import InputError
 from deboom.files.run_folder import RunEntry
-from deboom.study.compare import compare, configuration_names
-from deboom.study.platform_model import Motion
+from deboom.study.compare import compare_runs, configuration_names
 from deboom.study.rebuilt import ComparedRun
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 FRONT = """'''Which of five springs are best?'''
@@ -117,14 +117,14 @@ def pair(springs):
 def judged(studies):
     def judge(runs, out, **changes):
         options = {"out": out, "studies": studies, "samples": 1024, "seed": 1, **changes}
-        return compare(runs, **options)
+        return compare_runs(runs, **options)
 
     return judge
 
 
 @pytest.fixture(scope="module")
 def compared(pair, results, studies):
-    return compare(pair, out=results, studies=studies, samples=1024, seed=1)
+    return compare_runs(pair, out=results, studies=studies, samples=1024, seed=1)
 
 
 def test_two_seeds_of_one_study(compared):
@@ -168,7 +168,7 @@ def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
     budget |= {"mount": ["TSM", "Du"], "motion": Motion.prescribed}
     runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (1, 6)]
     monkeypatch.setattr("deboom.study.compare.FEWEST", 64)
-    folder, (verdict,) = compare(runs, out=tmp_path, studies=None, samples=64, seed=1)
+    folder, (verdict,) = compare_runs(runs, out=tmp_path, studies=None, samples=64, seed=1)
     assert "generations 6" in verdict
     assert not verdict.startswith("generations 1 is")
     fronts = pd.read_csv(folder / "fronts.csv")

@@ -8,8 +8,8 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
 from deboom.study.correlation import DoeRequest, Plan
-from deboom.study.platform_model import MountSource
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
 
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"

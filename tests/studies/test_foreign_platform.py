@@ -13,9 +13,11 @@ from pathlib import Path
 import foreign_platform_samples
 import pytest
 
+from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import Motion, MountSource, check_platform
 from deboom.study.runner import load_study, run_study, study_files
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import MountSource
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in foreign_platform_samples.PLACES for axis in "xyz"]

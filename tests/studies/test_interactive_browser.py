@@ -63,17 +63,17 @@ def cells(page, table, row):
 def test_it_opens_with_today_and_two_picks(page):
     assert selected(page) == "9 of 9 designs selected, no brush"
     assert page.value("document.getElementById('pin-a').selectedOptions[0].text") == (
-        "design 1, best mean"
+        "design 1, best-mean"
     )
     assert page.value("document.getElementById('pin-b').selectedOptions[0].text") == (
-        "design 9, sigma kept"
+        "design 9, sigma-kept"
     )
     told = ["Front x", "100", "70", "130", "+60", "0.700", "1.300"]
     assert cells(page, "stiffness", 0)[:7] == told
     assert cells(page, "stiffness", 1)[1:5] == ["–"] * 4
     assert cells(page, "stiffness", 1)[7] == "no requirement"
     assert cells(page, "vehicles", 1)[:5] == [VEHICLES[1], "60.00", "50.00", "58.00", "+8.00"]
-    assert page.text("#stiffness caption").startswith("A is design 1, best mean; B is design 9")
+    assert page.text("#stiffness caption").startswith("A is design 1, best-mean; B is design 9")
 
 
 def test_a_drag_along_an_axis_and_its_sliders_brush_alike(page):
@@ -136,7 +136,7 @@ def test_keys_walk_through_the_selection_and_pin(page):
     page.focus("#parallel svg")
     page.key("Home")
     page.key("Enter")
-    assert page.text("#stiffness caption").startswith("A is design 3; B is design 1, best mean.")
+    assert page.text("#stiffness caption").startswith("A is design 3; B is design 1, best-mean.")
 
 
 def test_a_pin_can_be_chosen_from_the_list_even_todays(page):
@@ -175,7 +175,7 @@ def test_the_selection_is_exported_as_csv(page):
     given = front()
     assert 0 < len(rows) == shown < N
     assert [row["point"] for row in rows] == [str(k + 1) for k in range(shown)]
-    assert rows[0]["pick"] == "best mean"
+    assert rows[0]["pick"] == "best-mean"
     assert rows[0]["pin"] == "A"
     assert "Front y [N/mm]" not in rows[0]
     for k, row in enumerate(rows):
@@ -357,11 +357,11 @@ def test_the_page_is_one_file_and_holds_every_number():
 def test_a_large_front_is_thinned_evenly_keeps_its_picks_and_says_so():
     given = front(n=1500, lines=np.linspace(20.0, 60.0, 400), vehicles=("a", "b", "c", "d"))
     picks = [""] * 1500
-    picks[1], picks[1498] = "best mean", "knee"
+    picks[1], picks[1498] = "best-mean", "knee"
     html = render_interactive(replace(given, picks=picks))
     data = data_of(html)
     assert 5_500_000 < len(html.encode()) <= interactive.MAX_BYTES == 6_000_000
-    assert {"best mean", "knee"} <= set(data["picks"])
+    assert {"best-mean", "knee"} <= set(data["picks"])
     shown = len(data["points"])
     assert f"{shown} of the 1500 designs are shown" in html
     assert max(np.diff(data["points"])) <= 2

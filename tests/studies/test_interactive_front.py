@@ -17,9 +17,10 @@ from deboom.errors import InputError
 from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import interactive_front, overlaid, write_interactive_page
-from deboom.study.platform_model import Motion, MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.supplier_study import supplier_study
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import MountSource
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]

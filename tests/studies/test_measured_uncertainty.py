@@ -11,10 +11,10 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import Factor, Motion, MountSource, motion_index, operation
 from deboom.study.runner import load_study, run_study
 from deboom.study.uncertain_index import uncertain_index
-from deboom.vehicles.booming_model import model_of_other_data
+from deboom.vehicles.booming_model import Motion, model_of_other_data
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays
 from pinned_pages import hold
 
@@ -44,14 +44,14 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     front = SimpleNamespace(
         model=SimpleNamespace(space=space),
         designs=np.array([[0.9] * 12, [1.1] * 12]),
-        picks={"best mean": 0},
+        picks={"best-mean": 0},
     )
     monkeypatch.setattr(STUDY.module, "compared_run", lambda *_: front)
     asked = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}
     result = run_study(STUDY, tmp_path, asked)
 
     picks = pd.read_csv(result / "picks.csv")
-    assert picks["design"].tolist() == ["today's", "best mean"]
+    assert picks["design"].tolist() == ["today's", "best-mean"]
     # all stiffnesses by 0.9: the level falls by 20 lg 0.9, and no error can change that
     assert picks["change [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
     assert picks["change, to [dB]"].iloc[1] == pytest.approx(20 * np.log10(0.9))
@@ -69,8 +69,9 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     ],
 )
 def test_every_model_of_the_motion_is_built_again(motion, factor, loss_factors):
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "U06", (25, 30))
-    index = motion_index(runs, motion, factor, loss_factors=loss_factors)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("U06"), band=(25, 30))
+    index = runs.model(motion, factor, loss_factors=loss_factors)
     uncertain = uncertain_index(index, runs.platform, runs.parts)
     designs = np.ones((2, len(index.variable_names)))
     designs[1, 6] = 0.9

@@ -12,8 +12,8 @@ from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.acceptance import read_solution_box
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -51,7 +51,7 @@ def test_the_box_keeps_its_share_and_its_file_says_what_a_supplier_needs(finishe
 
 
 def test_a_peak_in_the_worst_vehicle_at_a_limit_of_its_own(tmp_path):
-    options = {"quantity": STUDY.module.Quantity.peak, "limit": 74.5, "worst_vehicle": True}
+    options = {"quantity": STUDY.module.LimitedLevel.peak, "limit": 74.5, "worst_vehicle": True}
     folder = run(tmp_path, **options)
     box = read_solution_box(folder / "acceptance_box.json")
     assert box.together

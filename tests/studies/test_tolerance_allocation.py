@@ -10,8 +10,8 @@ import pytest
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.study.made_parts import target_limits, tolerance_cost
-from deboom.study.platform_model import Motion
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -43,7 +43,7 @@ def test_a_share_within_limits_is_reached_with_parts_that_have_something_in_comm
     options = {**BUDGET, "limit": ["+0.5"], "share": 0.85, "parts": PARTS, "pick": Pick.best_sigma}
     run = run_study(STUDY, tmp_path, options)
     summary = json.loads((run / "summary.json").read_text())
-    assert summary["design"] == "best sigma"
+    assert summary["design"] == "best-sigma"
     assert summary["target"] == "share"
     assert summary["share_verified"] >= 0.85
     assert summary["share_lower_bound"] <= summary["share_verified"]

@@ -10,16 +10,10 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import (
-    PART_WARNING,
-    Factor,
-    Motion,
-    MountSource,
-    motion_index,
-    motion_report,
-    operation,
-)
+from deboom.study.platform_model import PART_WARNING, motion_report
 from deboom.study.runner import run_study
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.design_factor import Factor
 
 STUDY = Path(__file__).parents[2] / "studies" / "u06_robust_front.py"
 BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "load_case": ["g6_wot160"]}
@@ -28,7 +22,7 @@ BUDGET = {"seed": 1, "generations": 1, "population": 4, "samples": 4, "load_case
 @pytest.fixture(scope="module")
 def runs():
     platform = read_platform(STUDY.parent / "data" / "u06_f39_f45")
-    return operation(platform, ["g6_wot160"], MountSource.library, "U06", (20, 60))
+    return platform.runs(["g6_wot160"], fleet=platform.fleet.group("U06"))
 
 
 def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
@@ -54,7 +48,7 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_
 
 def test_compiled_and_plain_kernel_agree_on_parts(runs):
     pytest.importorskip("numba")
-    compiled = motion_index(runs, Motion.amplitude, Factor.part)
+    compiled = runs.model(Motion.amplitude, Factor.part)
     plain = replace(compiled, compiled=False)
     designs = np.random.default_rng(1).uniform(0.8, 1.2, (70, 12))
     whole = compiled(designs)
@@ -65,18 +59,18 @@ def test_compiled_and_plain_kernel_agree_on_parts(runs):
 
 
 def test_coupled_motion_of_parts_is_that_of_held_amplitudes(runs):
-    index = motion_index(runs, Motion.coupled, Factor.part)
+    index = runs.model(Motion.coupled, Factor.part)
     report = motion_report(index, np.ones((1, 12)))
     assert index.cases[0].follows.sum() == 0
     assert report.warnings == (PART_WARNING,)
     assert report.summary["held_amplitude_share"] == 0.0
-    coupled = motion_index(runs, Motion.coupled)
+    coupled = runs.model(Motion.coupled)
     np.testing.assert_allclose(index(np.ones((1, 12))), coupled(np.ones((1, 12))), atol=1e-8)
 
 
 def test_refuses_what_does_not_go_together(runs):
     with pytest.raises(InputError, match="--factor part goes with --motion coupled or amplitude"):
-        motion_index(runs, Motion.prescribed, Factor.part)
-    spectra = operation(runs.platform, ["g6_wot160"], MountSource.spectra, "U06", (20, 60))
+        runs.model(Motion.prescribed, Factor.part)
+    spectra = runs.platform.runs(["g6_wot160"], fleet=runs.fleet, mounts="spectra")
     with pytest.raises(InputError, match="take --mounts library"):
-        motion_index(spectra, Motion.amplitude)
+        spectra.model(Motion.amplitude)

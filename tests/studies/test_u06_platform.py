@@ -9,9 +9,11 @@ import pytest
 
 from deboom.files.run_folder import read_run
 from deboom.study import correlation
-from deboom.study.platform_model import Motion, MountSource, PlatformOptions, motion_index
+from deboom.study.platform_model import PlatformOptions
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import MountSource
 
 STUDY = load_study("u06_platform")
 SEARCH = {"seed": 1, "generations": 3, "population": 8, "samples": 8, "polish": False}
@@ -31,7 +33,7 @@ def few_trajectories_and_pictures():
 
 @pytest.fixture(scope="module")
 def runs():
-    return PlatformOptions(group=None, mounts=MountSource.spectra).operation()
+    return PlatformOptions(group=None, mounts=MountSource.spectra).runs()
 
 
 def test_one_run_says_what_the_four_studies_say(summary):
@@ -59,7 +61,7 @@ def test_the_front_is_that_of_the_front_study(finished, tmp_path):
 
 def test_the_vehicles_of_the_group_hear_the_same_model_as_the_fleet(finished, runs):
     doe = pd.read_csv(finished / "doe.csv", keep_default_na=False)
-    index = motion_index(replace(runs, fleet=runs.fleet.group("U06")), Motion.prescribed)
+    index = replace(runs, fleet=runs.fleet.group("U06")).model(Motion.prescribed)
     designs = doe[[f"{name} [1]" for name in index.variable_names]].to_numpy()
     heard = doe[[f"{name} [dB(A)]" for name in index.response_names]].to_numpy()
     assert np.abs(index(designs) - heard).max() < 1e-9 * heard.max()

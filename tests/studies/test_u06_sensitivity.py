@@ -9,11 +9,11 @@ import pytest
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
 from deboom.study import sensitivity as room
-from deboom.study.platform_model import Motion, MountSource
 from deboom.study.runner import load_study, run_study
 from deboom.study.sensitivity import Analysis, sensitivity_report
-from deboom.vehicles.booming_model import BoomingModel, booming_model
+from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
 
 STUDY = load_study("u06_sensitivity")

@@ -14,8 +14,8 @@ from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import DRAWING, MIX, load_bench, with_mount_set
 from deboom.bench.sensors import WHEEL_END_TOLERANCE
 from deboom.errors import InputError
+from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import check_platform
 from deboom.vehicles.fleet import path_contributions
 
 BENCH = load_bench()

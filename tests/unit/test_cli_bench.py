@@ -14,7 +14,7 @@ from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.study import campaigns as platform_library
-from deboom.study.platform_model import LIBRARY_FILE
+from deboom.vehicles.platform import LIBRARY_FILE
 
 RUNS = campaign.TRAINING_RUNS[:1]
 pytestmark = pytest.mark.usefixtures("few_chains")

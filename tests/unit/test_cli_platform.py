@@ -10,6 +10,7 @@ import pytest
 from command_line import call
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.errors import InputError
+from deboom.files.check import check_platform
 from deboom.files.folders import FILES, Names, new_folder
 from deboom.files.platform import Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
@@ -17,7 +18,6 @@ from deboom.files.rows import ChannelRow
 from deboom.files.schema import _sections, load_toml
 from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
-from deboom.study.platform_model import check_platform
 
 LINES = 20.0 + 2.0 * np.arange(21)
 

@@ -6,10 +6,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.arrays import AXES, derivatives
+from deboom.arrays import derivatives
 from deboom.bench.compressor_truth import CompressorPlan, true_compressor
 from deboom.bench.electric_car import MOUNTS as MOUNT_NAMES
 from deboom.choices import CompressorCase
+from deboom.common import DOFS
 from deboom.compressor.acceptance import (
     DYNAMIC,
     STATIC,
@@ -168,10 +169,10 @@ def test_shapes_and_shares_of_a_body_on_a_mount_at_its_centre():
     table = modal_table(model)
     static = np.sqrt(np.diag(stiffness) / np.diag(model.mass_matrix)) / (2 * np.pi)
     for number, motion in enumerate(table.leading):
-        axis = AXES.index(motion)
+        axis = DOFS.index(motion)
         f = table.frequency[number]
         assert f == pytest.approx(static[axis] * np.sqrt(1.85 - 1 / (0.06 * f + 2.2)), rel=1e-10)
-    assert sorted(table.leading) == sorted(AXES)
+    assert sorted(table.leading) == sorted(DOFS)
     gains = GAIN.at(table.frequency)
     np.testing.assert_allclose(table.loss_factor, gains.imag / gains.real, rtol=1e-12)
     np.testing.assert_allclose(table.energy.sum(axis=0), 1, rtol=1e-12)

@@ -242,7 +242,7 @@ def rows(*objectives):
 )
 def test_picks_by_hand(objectives, expected):
     assert selection.pick(rows(*objectives)) == dict(
-        zip(("best mean", "best sigma"), expected, strict=True)
+        zip(("best-mean", "best-sigma"), expected, strict=True)
     )
 
 
@@ -260,12 +260,12 @@ def test_picks_that_keep_what_today_has():
     today = vehicles((10, 10, 4))
     found = vehicles((2, 11, 5), (6, 9, 5), (7, 9, 4), (9, 9.5, 3), (12, 12, 1))
     assert selection.pick(found, today) == {
-        "best mean": 0,
-        "none louder": 1,
-        "sigma kept": 2,
-        "best sigma": 4,
+        "best-mean": 0,
+        "none-louder": 1,
+        "sigma-kept": 2,
+        "best-sigma": 4,
     }
-    assert "none louder" not in selection.pick(vehicles((2, 11, 5), (10, 10, 4)), today)
+    assert "none-louder" not in selection.pick(vehicles((2, 11, 5), (10, 10, 4)), today)
 
 
 def test_nothing_to_pick_is_said():
@@ -397,7 +397,7 @@ def test_improved_picks_reach_the_optimum_and_keep_what_they_must(make):
     drawn = exact(0.8 + 0.4 * np.random.default_rng(2).random((3000, 6)))
     best = selection.pick(drawn, today)
     for name, row in after.items():
-        column = 1 if name == "best sigma" else 0
+        column = 1 if name == "best-sigma" else 0
         reached = better.objectives[row, column]
         if name in before:
             assert reached <= search.evaluated.objectives[before[name], column]

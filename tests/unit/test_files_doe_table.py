@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.doe import run_doe
+from deboom.explore.doe import doe_frame, run_doe
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from deboom.files.doe_table import doe_frame, read_designs
+from deboom.files.doe_table import read_designs
 
 SPACE = stiffness_factor_space(("EnM x", "TSM x"), half_width=0.15)
 DESIGNS = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.85]])

@@ -40,7 +40,7 @@ BOUNDS = ([1.0, 2.0], [0.5, 1.5], [1.5, 2.6])
 ALLOWED = IntervalPanel("level [dB(A)]", {"today's": BOUNDS}, allowed=([0, 0], [3, 3]))
 TWO = [
     IntervalPanel("level [dB(A)]", {"today's": BOUNDS}),
-    IntervalPanel("change [dB]", {"best mean": BOUNDS, "knee": BOUNDS}, "against today's"),
+    IntervalPanel("change [dB]", {"best-mean": BOUNDS, "knee": BOUNDS}, "against today's"),
 ]
 rows = picture("interval_panels", ["V-1", "V-2"], TWO)
 

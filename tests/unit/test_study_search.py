@@ -51,7 +51,7 @@ def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
         )
         for polish in (False, True)
     ]
-    plain, polished = (front.values.mean_sum[front.picks["best mean"]] for front in fronts)
+    plain, polished = (front.values.mean_sum[front.picks["best-mean"]] for front in fronts)
     assert polished < plain
     assert "by gradient" in fronts[1].note
     assert "by gradient" not in fronts[0].note

@@ -9,8 +9,8 @@ import pytest
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import SurfaceForces
-from deboom.study.platform_model import PEAKS, SurfaceCheck, level_differences, surface_check
 from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.surface_check import PEAKS, SurfaceCheck, level_differences, surface_check
 
 FREQUENCY = np.linspace(20.0, 60.0, 161)
 BAND = (20.0, 60.0)

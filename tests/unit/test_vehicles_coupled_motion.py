@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.fleet import Fleet, Vehicle, path_contributions
 from deboom.vehicles.powertrain import Powertrain

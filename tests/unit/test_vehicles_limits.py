@@ -10,7 +10,7 @@ from deboom.files.platform import read_platform
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.mount import Mount
 from deboom.physics.rigid_body import mount_stiffness_matrix, rigid_body_modes
-from deboom.study.platform_model import Motion, MountSource, motion_index, operation
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import (
     GRAVITY,
@@ -32,12 +32,13 @@ BAND = (25.0, 40.0)
 @pytest.fixture(scope="module")
 def runs():
     cases = ["g5_wot220", "g6_wot160=0.5"]
-    return operation(read_platform(PLATFORM), cases, MountSource.spectra, "F39", (20, 60))
+    platform = read_platform(PLATFORM)
+    return platform.runs(cases, fleet=platform.fleet.group("F39"), mounts="spectra")
 
 
 @pytest.fixture(scope="module", params=[Motion.prescribed, Motion.coupled])
 def index(request, runs):
-    return motion_index(runs, request.param)
+    return runs.model(request.param)
 
 
 def designs(index, count):
@@ -94,8 +95,9 @@ def test_a_band_without_lines_is_refused(index):
 
 
 def test_a_motion_that_follows_the_amplitude_is_refused():
-    runs = operation(read_platform(PLATFORM), None, MountSource.library, "F39", (20, 60))
-    follows = motion_index(runs, Motion.amplitude)
+    platform = read_platform(PLATFORM)
+    runs = platform.runs(fleet=platform.fleet.group("F39"))
+    follows = runs.model(Motion.amplitude)
     with pytest.raises(InputError, match="prescribed or coupled motion"):
         PeakLevel(follows, BAND)(np.ones((1, 12)))
     with pytest.raises(InputError, match="levels with scatter need prescribed"):

@@ -267,7 +267,7 @@ def test_equal_configurations_are_called_different_in_one_case_of_a_hundred(n_ru
             )
             for name in "ab"
         ]
-        alarms += front.difference(*both).verdict is front.Verdict.real
+        alarms += front.difference(*both).verdict is front.FrontVerdict.real
     # 20 expected; three standard deviations are 13, and Welch's t is careful with three runs
     assert alarms <= 33
     assert alarms >= 2
@@ -283,5 +283,5 @@ def test_a_difference_of_five_standard_errors_is_found():
             front.Contestant("a", 0.8 + shift + seeds[0], np.full(10, np.nan)),
             front.Contestant("b", 0.8 + seeds[1], np.full(10, np.nan)),
         )
-        found += front.difference(*pair).verdict is front.Verdict.real
+        found += front.difference(*pair).verdict is front.FrontVerdict.real
     assert found >= 270

@@ -21,8 +21,9 @@ from deboom.bench.platform_writer import (
     powertrain_section,
     write_powertrain_truth,
 )
-from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench, with_mount_set
+from deboom.bench.powertrain import SIDES, VirtualBench, load_bench, with_mount_set
 from deboom.bench.sensors import DataSheet, draw_data_sheet, exact_data_sheet
+from deboom.common import AXES, Progress
 from deboom.files import campaign as campaign_file
 from deboom.files import rows, tables
 from deboom.files.disk import complete_or_not_at_all
@@ -42,7 +43,7 @@ def write_campaign(
     seed: int,
     plan: campaign.CampaignPlan = campaign.FULL_PLAN,
     errors: campaign.CampaignErrors | None = None,
-    progress: writing.Progress | None = None,
+    progress: Progress | None = None,
     bench: VirtualBench | None = None,
 ) -> Path:
     """Measure a campaign on the virtual bench and write its files.

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.linalg import block_diag
 
-from deboom.arrays import AXES, ComplexArray, RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import compressor_rig as rig
 from deboom.bench.compressor_truth import COMPRESSOR_DATA, Compressor, Hose
 from deboom.bench.fleet import Body, Cabin, noise_transfer, read_cabin, receptance
@@ -27,6 +27,7 @@ from deboom.bench.vehicle_acquisition import (
     PUSHES,
 )
 from deboom.bench.writing import check_seed, triple
+from deboom.common import DOFS
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
@@ -92,10 +93,10 @@ class ElectricCarBody:
         return receptance(self.body, frequency)
 
 
-def columns_of(points: tuple[str, ...], n_motion: int = len(AXES)) -> list[int]:
+def columns_of(points: tuple[str, ...], n_motion: int = len(DOFS)) -> list[int]:
     """Return the places of some points' first motions among all motions of `POINTS`."""
     return [
-        len(AXES) * POINTS.index(point) + motion for point in points for motion in range(n_motion)
+        len(DOFS) * POINTS.index(point) + motion for point in points for motion in range(n_motion)
     ]
 
 
@@ -412,7 +413,7 @@ def strike_body(
 
     functions, coherences = [], []
     for number, placed in enumerate(setup):
-        columns = slice(len(AXES) * number, len(AXES) * (number + 1))
+        columns = slice(len(DOFS) * number, len(DOFS) * (number + 1))
         answer = np.concatenate([seen[:, :, columns], transfer[:, None, columns]], axis=1)
         n_impact = len(placed.sheet.impacts)
         wrenches = placed.scattered_wrenches(plan.hits, plan.scatter, generator)
@@ -487,7 +488,7 @@ def sweep_car(
     hoses = () if soft else built.compressor.hoses
     run = run_car(car, built.compressor, source, frequency, hoses, rig.gas_factor(pressure))
     squared = (2 * np.pi * frequency[:, None]) ** 2
-    motion = run.body_motion[:, columns_of(MOUNTS)].reshape(len(squared), -1, len(AXES))
+    motion = run.body_motion[:, columns_of(MOUNTS)].reshape(len(squared), -1, len(DOFS))
     rows, microphone = sensors
     holder = np.hstack([motion[:, number] @ row.T for number, row in enumerate(rows)])
     seen = run.displacement @ built.placed.response_rows().T

@@ -18,7 +18,8 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.bench.powertrain import AXES, SIDES, read_data
+from deboom.bench.powertrain import SIDES, read_data
+from deboom.common import AXES
 
 FROZEN_SEED = 1
 

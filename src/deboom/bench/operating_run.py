@@ -9,7 +9,6 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import fleet
 from deboom.bench.powertrain import (
-    AXES,
     SIDES,
     SuspendedBody,
     VirtualBench,
@@ -19,6 +18,7 @@ from deboom.bench.powertrain import (
     static_forces,
 )
 from deboom.bench.signals import complex_normal, ripple
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.order_tracking import rpm_of_frequency

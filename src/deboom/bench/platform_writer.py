@@ -11,7 +11,8 @@ from deboom.arrays import ComplexArray
 from deboom.bench import layout, sensors, writing
 from deboom.bench.fleet import FROZEN_SEED, BenchFleet, ear_transfer, load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
-from deboom.bench.powertrain import AXES, SIDES, VirtualBench, load_bench
+from deboom.bench.powertrain import SIDES, VirtualBench, load_bench
+from deboom.common import AXES, Progress
 from deboom.files import platform, rows, tables
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.schema import dump_toml
@@ -36,7 +37,7 @@ decimals to which it does."""
 def write_platform(
     folder: Path,
     seed: int,
-    progress: writing.Progress | None = None,
+    progress: Progress | None = None,
     *,
     per_piece: bool = False,
     truth_seed: int = 1,

@@ -8,12 +8,13 @@ import zlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib import resources
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from scipy.special import expit
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrix, mass_matrix
 
@@ -274,7 +275,6 @@ def operating_stiffness(
     return stiffness
 
 
-AXES: tuple[Literal["x", "y", "z"], ...] = ("x", "y", "z")
 SIDES = ("left", "right")
 
 AMPLITUDE_COUPLING = 0.15

@@ -9,8 +9,9 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import fleet
 from deboom.bench.layout import FIRST_EAR_NODE, Place, points
-from deboom.bench.powertrain import AXES, VirtualBench
+from deboom.bench.powertrain import VirtualBench
 from deboom.bench.signals import complex_normal
+from deboom.common import AXES
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix
 
 FIRST_IMPACT_NODE, FIRST_BODY_SENSOR_NODE = 301, 401

@@ -38,7 +38,7 @@ from deboom.bench.operating_run import (
     drive,
 )
 from deboom.bench.platform_writer import engine_section, mount_rows, mount_sections
-from deboom.bench.powertrain import AXES, VirtualBench, load_bench, read_data, with_mount_set
+from deboom.bench.powertrain import VirtualBench, load_bench, read_data, with_mount_set
 from deboom.bench.sensors import ErrorBudget, draw_wheel_end_mass, exact_data_sheet
 from deboom.bench.signals import order_noise
 from deboom.bench.vehicle_acquisition import (
@@ -54,6 +54,7 @@ from deboom.bench.vehicle_acquisition import (
     listen_at_panels,
     strike,
 )
+from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.files.disk import complete_or_not_at_all
 from deboom.files.rows import CampaignChannel, ImpactRow, MountRow, PanelRow, SensorRow
@@ -120,7 +121,7 @@ def write_vehicle(
     errors: VehicleErrors | None = None,
     load_cases: tuple[PlannedRun, ...] = LOAD_CASES,
     accelerance: bool = True,
-    progress: writing.Progress | None = None,
+    progress: Progress | None = None,
     truth_seed: int = 1,
 ) -> Path:
     """Measure one vehicle and write its files.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -17,9 +17,6 @@ from deboom.errors import InputError
 from deboom.files.disk import replace_text
 from deboom.files.rows import SensorRow
 from deboom.files.uff import UffFunction
-
-Progress = Callable[[int, int, str], None]
-"""Called with the files written so far, all files, and the name of the last one."""
 
 SPECTRUM, TIME_SIGNAL, FRF, COHERENCE = 0, 1, 4, 6
 """UFF function types."""
@@ -133,9 +130,9 @@ def stacked(parts: Iterable[Any], *names: str) -> dict[str, Any]:
 
 def write_json(path: Path, content: dict[str, Any]) -> None:
     """Write a truth as JSON: arrays as lists, complex numbers as pairs."""
-    replace_text(path, json.dumps(content, indent=1, default=_plain) + "\n")
+    replace_text(path, json.dumps(content, indent=1, default=_as_lists) + "\n")
 
 
-def _plain(value: Any) -> Any:
+def _as_lists(value: Any) -> Any:
     """Return what JSON has of an array or a complex number."""
     return [value.real, value.imag] if isinstance(value, complex) else value.tolist()

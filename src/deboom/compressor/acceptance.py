@@ -10,7 +10,8 @@ from pathlib import Path
 import numpy as np
 from scipy.special import ndtri
 
-from deboom.arrays import AXES, RealArray, checked
+from deboom.arrays import RealArray, checked
+from deboom.common import DOFS
 from deboom.compressor.identifiability import propagated
 from deboom.compressor.identify import ALARM, Identification
 from deboom.compressor.model import CompressorModel
@@ -74,7 +75,7 @@ class Characteristic:
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ComponentVerdict:
     """What was decided, at the line that decides.
 
     `value`, `deviation`: at the line nearest to breaking its limit, counted in deviations; `line`:
@@ -106,7 +107,7 @@ class Verdict:
         return int(np.ceil(1.0 / max(self.shrinkage, 1e-3) ** 2))
 
 
-def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdict:
+def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> ComponentVerdict:
     """Decide whether a part keeps a limit.
 
     Parameters
@@ -153,7 +154,7 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
         else:
             shrinkage = margin / to_pass if margin > 0 else -margin / to_fail
     deviation = float(measured.deviations[worst])
-    return Verdict(
+    return ComponentVerdict(
         measured.name,
         decision,
         bounds,
@@ -167,7 +168,7 @@ def judge(measured: Characteristic, bounds: Bounds, risk: float = RISK) -> Verdi
     )
 
 
-def overall(verdicts: Sequence[Verdict]) -> Decision:
+def overall(verdicts: Sequence[ComponentVerdict]) -> Decision:
     """Decide on the part: it passes with every limit and fails with any.
 
     A bad part passes with at most the risk of one limit; a good one fails with at most the sum over
@@ -224,7 +225,7 @@ class ComponentLimits:
     stiffness: tuple[StiffnessLimit, ...] = ()
 
 
-def component_verdicts(found: Unbalance, limits: ComponentLimits) -> tuple[Verdict, ...]:
+def component_verdicts(found: Unbalance, limits: ComponentLimits) -> tuple[ComponentVerdict, ...]:
     """Judge every limit of a compressor.
 
     - `found`: its chosen route's fit over all sweeps gives the unbalances, its hammer test the
@@ -250,7 +251,7 @@ def stiffness_characteristic(found: Identification, limit: StiffnessLimit) -> Ch
     Returns ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted
     where the model has an alarm, or the band reaches beyond those of the fit.
     """
-    place, lines = AXES.index(limit.direction), limit.lines
+    place, lines = DOFS.index(limit.direction), limit.lines
     known = found.calibrated
 
     def size(model: CompressorModel) -> RealArray:

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 REACTION_BANDS = ((30.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.0, 150.0))
 """In which the reaction is judged; the upper end belongs to the last only [Hz]."""
-CONFIDENCE = 0.99
+PRESENT_FROM = 0.99
 """Share of tests without hoses that stay below the floor."""
 ALARM = 1.5
 """Misfit without hoses above which something besides rotor, gas and mounts is at work."""
@@ -151,7 +151,7 @@ def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -
             noise, squared = scaled[lines], float(np.mean(share[lines] ** 2))
             mean = float(np.trace(noise, axis1=1, axis2=2).real.mean())
             variance = float(np.sum(np.abs(noise) ** 2)) / len(noise) ** 2
-            floor = gamma.ppf(CONFIDENCE, mean**2 / variance, scale=variance / mean)
+            floor = gamma.ppf(PRESENT_FROM, mean**2 / variance, scale=variance / mean)
             roots = np.sqrt([max(squared - mean, 0.0), floor, squared])
             judged.append(ReactionBand(low, high, *(float(root) for root in roots)))
     return HoseReaction(pair.pressure, reaction, tuple(judged))

@@ -9,7 +9,8 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import qr
 
-from deboom.arrays import AXES, ComplexArray, RealArray, derivatives
+from deboom.arrays import ComplexArray, RealArray, derivatives
+from deboom.common import AXES, DOFS
 from deboom.compressor.calibrate import SelfCalibration
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.parameters import INERTIA_ENTRIES, INERTIA_NAMES
@@ -160,7 +161,7 @@ def quantities(model: CompressorModel) -> Quantities:
     rows: list[tuple[str, str, float]] = [("mass", "kg", model.mass)]
     rows += [
         (f"centre {axis}", "mm", 1e3 * value)
-        for axis, value in zip(AXES[:3], model.centre, strict=True)
+        for axis, value in zip(AXES, model.centre, strict=True)
     ]
     rows += [
         (name, "kg cm²", 1e4 * model.inertia[entry])
@@ -169,7 +170,11 @@ def quantities(model: CompressorModel) -> Quantities:
     blocks = (("N/mm", 1e-3, 0, 0), ("N/rad", 1.0, 0, 3), ("N m/rad", 1.0, 3, 3))
     for unit, factor, first_row, first_column in blocks:
         rows += [
-            (f"K {AXES[row]} {AXES[column]}", unit, factor * (scale * model.stiffness[row, column]))
+            (
+                f"K {DOFS[row]} {DOFS[column]}",
+                unit,
+                factor * (scale * model.stiffness[row, column]),
+            )
             for row in range(first_row, first_row + 3)
             for column in range(max(row, first_column), first_column + 3)
         ]

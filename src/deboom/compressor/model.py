@@ -8,7 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import AXES, ComplexArray, RealArray, RealOrComplexArray, checked
+from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
+from deboom.common import DOFS
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
@@ -241,7 +242,7 @@ class ModalTable:
     @property
     def leading(self) -> tuple[str, ...]:
         """Motion with the largest share of each mode."""
-        return tuple(AXES[int(np.argmax(column))] for column in self.energy.T)
+        return tuple(DOFS[int(np.argmax(column))] for column in self.energy.T)
 
 
 def modal_table(model: CompressorModel) -> ModalTable:

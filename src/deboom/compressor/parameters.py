@@ -8,7 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from deboom.arrays import AXES, ComplexArray, RealArray, derivatives
+from deboom.arrays import ComplexArray, RealArray, derivatives
+from deboom.common import AXES, DOFS
 from deboom.compressor.model import (
     GAIN_PARAMETERS,
     GAIN_SHAPE_NAMES,
@@ -117,7 +118,7 @@ class MinimalParameters(Parametrisation):
     @property
     def names(self) -> tuple[str, ...]:
         """Name of each parameter."""
-        entries = (f"K {AXES[row]} {AXES[column]} / scale" for row, column in _STIFFNESS_ENTRIES)
+        entries = (f"K {DOFS[row]} {DOFS[column]} / scale" for row, column in _STIFFNESS_ENTRIES)
         return (*MASS_PARAMETER_NAMES, *entries, *GAIN_SHAPE_NAMES)
 
     @property
@@ -174,11 +175,11 @@ class ThesisParameters(Parametrisation):
         """Name of each parameter."""
         mounts = self.mount_names
         return (
-            *(f"{mount} position {axis}" for mount in mounts for axis in AXES[:3]),
-            *(f"{mount} rotation {axis}" for mount in mounts for axis in AXES[:3]),
+            *(f"{mount} position {axis}" for mount in mounts for axis in AXES),
+            *(f"{mount} rotation {axis}" for mount in mounts for axis in AXES),
             *(f"{mount} stiffness {axis}" for mount in mounts for axis in STIFFNESS_AXES),
             *INERTIA_NAMES,
-            *(f"centre {axis}" for axis in AXES[:3]),
+            *(f"centre {axis}" for axis in AXES),
             "mass",
             *(f"gain {name}" for name in GAIN_PARAMETERS),
             "gain v_rel",

@@ -15,11 +15,10 @@ import numpy.typing as npt
 from scipy.special import ndtr
 
 from deboom.arrays import BoolArray, RealArray, checked, checked_array
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.space import Differentiable, check_gradient, checked_seed, generator, responses
 
-CONFIDENCE = 0.95
-"""Confidence of the one-sided bound on a verified share [1]."""
 VERIFICATION = 131072
 """Parts of a verification."""
 

@@ -11,6 +11,7 @@ from scipy.optimize import Bounds, LinearConstraint, milp
 from scipy.sparse import block_diag, csr_array, hstack, identity, vstack
 
 from deboom.arrays import IntArray, RealArray
+from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.sharing import (
     OwnOptima,
@@ -20,7 +21,7 @@ from deboom.explore.sharing import (
     quietest_within_limits,
     shared_design,
 )
-from deboom.explore.space import Progress, responses
+from deboom.explore.space import responses
 
 _BESIDE = 3  # counts above the first within the limits that are worked out as well
 _WIDTH = 3  # sharings of each count whose numbers are merged in pairs

@@ -14,15 +14,15 @@ from scipy.spatial.distance import squareform
 from scipy.stats import rankdata
 
 from deboom.arrays import RealArray, checked
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
+from deboom.explore.doe import Experiment
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace, Evaluate, generator, responses
 from deboom.tabled import Tabled
 
 FEWEST = 10
 """Designs that a correlation needs at least."""
-CONFIDENCE = 0.95
-"""Share of cases in which an interval is to hold the true coefficient [1]."""
 _CHUNK = 2**19  # numbers in memory at a time
 
 
@@ -114,6 +114,38 @@ def correlations(
     low, high = np.nanquantile(drawn, ends, axis=0)
     pearson, spearman = (np.asarray(np.corrcoef(of)) for of in (flat, rankdata(flat, axis=1)))
     return Correlations(tuple(names), pearson, low, high, spearman, n, m)
+
+
+def correlation(experiment: Experiment, *, seed: int = 1, resamples: int = 1000) -> Correlations:
+    """Correlate all pairs of responses over the designs of a DOE (thesis, figures 44 and 45).
+
+    Parameters
+    ----------
+    experiment : Experiment
+        Of at least two responses and ten designs, see `doe`.
+    seed, resamples : int
+        Seed from 1 and resamples, at least 100, of the bootstrap behind the intervals.
+
+    Returns
+    -------
+    Correlations
+        Pearson's coefficients with 95 % intervals, and Spearman's, shape (r, r) [1].
+
+    Raises
+    ------
+    InputError
+        One response, too few designs or resamples, or a response that does not vary.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> two = deboom.ResponseFunction(lambda x: np.c_[x, 2 * x], ("a",), ("y", "z"), "dB")
+    >>> experiment = deboom.doe(two, two.design_space(), n=16)
+    >>> round(float(deboom.correlation(experiment, resamples=100).pearson[0, 1]), 6)
+    1.0
+    """
+    computed = experiment.doe
+    return correlations(computed.computed, computed.response_names, seed=seed, resamples=resamples)
 
 
 def _checked(values: RealArray, names: Sequence[str], resamples: int) -> RealArray:

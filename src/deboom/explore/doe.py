@@ -6,7 +6,10 @@ the space-filling plans say more per design.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
+import pandas as pd
 from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked
@@ -14,16 +17,19 @@ from deboom.errors import InputError
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
+    check_fits,
     check_same_names,
     generator,
     responses,
     sobol_points,
 )
+from deboom.tabled import Tabled
 
 SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
 MOST_CORNERS = 16
 """Variables of the largest full factorial: a plan of more designs is a slip of the keyboard."""
+_RESERVED = ("doe", "design", "plan", "failure")
 
 
 def sobol_designs(space: DesignSpace, n_designs: int, *, seed: int) -> RealArray:
@@ -239,3 +245,90 @@ def _evaluated(evaluate: Evaluate, designs: RealArray) -> tuple[RealArray, list[
     failed = np.asarray(~np.isfinite(values).all(axis=1))
     values = np.where(failed[:, np.newaxis], np.nan, values)
     return values, [failure if bad else "" for bad in failed]
+
+
+def doe_frame(doe: Doe) -> pd.DataFrame:
+    """Return a DOE as a table.
+
+    - raises InputError: a response with the name of a variable or of one of the table's own
+      columns.
+    """
+    taken = [*_RESERVED, *doe.space.names]
+    for name in doe.response_names:
+        if name in taken:
+            raise InputError(f"response '{name}' has the name of another column: rename it")
+    return pd.DataFrame(
+        {
+            "doe": doe.name,
+            "design": np.arange(1, len(doe) + 1),
+            "plan": doe.plan,
+            **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
+            **{
+                f"{name} [{doe.response_unit}]": column
+                for name, column in zip(doe.response_names, doe.responses.T, strict=True)
+            },
+            "failure": list(doe.failures),
+        }
+    )
+
+
+@dataclass(frozen=True, eq=False)
+class Experiment(Tabled):
+    """Designs with their responses.
+
+    Parameters
+    ----------
+    doe : Doe
+        Designs, responses, failures.
+    n_lines : int
+        Lines that each response is the sum of.
+    """
+
+    doe: Doe
+    n_lines: int = 1
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per design: variables, responses, their sum, and mean per response and line."""
+        unit, names = self.doe.response_unit, self.doe.response_names
+        table = doe_frame(self.doe)
+        total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
+        mean = total / (len(names) * self.n_lines)
+        return table.assign(**{f"sum [{unit}]": total, f"mean per line [{unit}]": mean})
+
+
+def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> Experiment:
+    """Evaluate a Latin hypercube of designs.
+
+    Parameters
+    ----------
+    model : BoomingModel or any other evaluation
+        Designs, shape (n, k) → responses, shape (n, r).
+    space : DesignSpace
+        Bounds of the designs.
+    n : int
+        Number of designs, at least 2.
+    seed : int
+        Seed from 1.
+
+    Returns
+    -------
+    Experiment
+        ``table``: variables [units of the space], responses, their sums; ``doe``: the arrays.
+
+    Raises
+    ------
+    InputError
+        A model without names; variables that differ; fewer than 2 designs; a seed below 1.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
+    >>> deboom.doe(square, square.design_space(), n=16).table.shape[0]
+    16
+    """
+    check_fits(model, space)
+    designs = latin_hypercube(space, n, seed=seed)
+    run = run_doe(model, space, designs, name="notebook", plan=f"{n} designs, seed {seed}")
+    return Experiment(run, getattr(model, "n_lines", 1))

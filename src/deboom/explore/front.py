@@ -21,7 +21,7 @@ from deboom.explore.robust import RobustResponse, RobustValues, chosen, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.tabled import Tabled
 
-CONFIDENCE = 0.99
+REAL_FROM = 0.99
 """Confidence from which a difference of two fronts is called real [1]."""
 LAST_PART = 0.2
 """Last part of the generations, whose gain says how far a single search can be trusted [1]."""
@@ -293,7 +293,7 @@ def _best_first(front: RealArray, levels: RealArray) -> RealArray:
     return np.asarray(best[np.searchsorted(front[order, 1], levels, side="right") - 1])
 
 
-class Verdict(Enum):
+class FrontVerdict(Enum):
     """What a comparison of two fronts says."""
 
     real = "real difference"
@@ -330,7 +330,7 @@ class Difference(Tabled):
 
     - `value`, `draw_error`, `search_error`: difference of the mean merits, and its standard errors
       from the draws and the searches.
-    - `noise`, `verdict`: largest difference that `CONFIDENCE` still calls chance, NaN if not known,
+    - `noise`, `verdict`: largest difference that `REAL_FROM` still calls chance, NaN if not known,
       and what follows.
     """
 
@@ -338,7 +338,7 @@ class Difference(Tabled):
     draw_error: float
     search_error: float
     noise: float
-    verdict: Verdict
+    verdict: FrontVerdict
 
     @property
     def table(self) -> pd.DataFrame:
@@ -356,7 +356,7 @@ def difference(first: Contestant, second: Contestant) -> Difference:
     variance for integrals of smooth functions", Annals of Statistics 25, 1997); what all fronts
     have in common cancels. The searches: from three seeds on the standard error over the seeds;
     with fewer, the gain of the last fifth of a search's generations stands for its standard
-    deviation. ``t`` is Student's, two-sided at `CONFIDENCE`, with the degrees of freedom of B. L.
+    deviation. ``t`` is Student's, two-sided at `REAL_FROM`, with the degrees of freedom of B. L.
     Welch (Biometrika 34, 1947).
     """
     if first.merit.shape[1] != second.merit.shape[1]:
@@ -368,9 +368,9 @@ def difference(first: Contestant, second: Contestant) -> Difference:
     search_error = float(np.hypot(parts[1][0], parts[2][0]))
     error = float(np.hypot(draw_error, search_error))
     if not np.isfinite(error):
-        return Difference(value, draw_error, search_error, float("nan"), Verdict.open)
+        return Difference(value, draw_error, search_error, float("nan"), FrontVerdict.open)
     noise = _student(parts, error) * error
-    verdict = Verdict.real if abs(value) > noise else Verdict.noise
+    verdict = FrontVerdict.real if abs(value) > noise else FrontVerdict.noise
     return Difference(value, draw_error, search_error, noise, verdict)
 
 
@@ -378,7 +378,7 @@ def _student(parts: list[tuple[float, float]], error: float) -> float:
     """Quantile for errors of different degrees of freedom."""
     spread = sum(part**4 / freedom for part, freedom in parts)
     freedom = error**4 / spread if spread > 0.0 else np.inf
-    quantile = 0.5 + CONFIDENCE / 2.0
+    quantile = 0.5 + REAL_FROM / 2.0
     t = stats.t.ppf(quantile, freedom) if np.isfinite(freedom) else stats.norm.ppf(quantile)
     return float(t)
 

@@ -18,9 +18,9 @@ from scipy.optimize import minimize
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
+from deboom.common import CONFIDENCE, Progress
 from deboom.errors import InputError
 from deboom.explore.box import (
-    CONFIDENCE,
     VERIFICATION,
     Box,
     BoxQuestion,
@@ -29,7 +29,7 @@ from deboom.explore.box import (
     smooth_share,
     verified_share,
 )
-from deboom.explore.space import Progress, checked_seed, sobol_points
+from deboom.explore.space import checked_seed, sobol_points
 from deboom.explore.workers import process_pool
 from deboom.tabled import Tabled
 

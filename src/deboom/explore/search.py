@@ -18,11 +18,12 @@ from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
 from deboom.arrays import BoolArray, RealArray, checked
+from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.explore.doe import checked_within
 from deboom.explore.front import hypervolume, pareto_front
 from deboom.explore.robust import Around, Robust, RobustValues, joined
-from deboom.explore.space import DesignSpace, Progress, checked_seed
+from deboom.explore.space import DesignSpace, checked_seed
 
 FAILED_OBJECTIVE = 1e30
 """All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.robust import Robust, RobustValues, chosen, joined
 from deboom.explore.space import DesignSpace, Evaluate, responses
@@ -21,25 +22,37 @@ KEPT_BY = 5e-3
 """Distance of a pick from what it must keep, as a share of the standard deviation [1]."""
 
 
-BEST_MEAN, NONE_LOUDER, SIGMA_KEPT, BEST_SIGMA = PICKS = (
-    "best mean",
-    "none louder",
-    "sigma kept",
-    "best sigma",
-)
-"""Names of picked designs: smallest first objective; the same among designs in which no response is
-above today's; the same if the sum of sigma is not above today's either; smallest second objective.
-"""
+_Picked = TypeVar("_Picked")
 
 
-def pick(values: RobustValues, today: RobustValues | None = None) -> dict[str, int]:
-    """Return the rows of values, such as those of a front, that have a name of `PICKS`.
+class ByPick(dict[str, _Picked]):
+    """What belongs to each pick; a `Pick` and its text are the same key.
+
+    - raises InputError: on looking up a name that is no pick, or a pick that no design has.
+    """
+
+    def __missing__(self, name: str) -> _Picked:
+        here = ", ".join(self)
+        near = str(name).replace(" ", "-").replace("_", "-")
+        if near in self:
+            raise InputError(f"a pick is spelled '{near}', not '{name}'")
+        if name in tuple(Pick):
+            raise InputError(f"no design is '{name}', none is better than today's: take {here}")
+        raise InputError(f"there is no pick '{name}': take {here}")
+
+
+def pick(values: RobustValues, today: RobustValues | None = None) -> ByPick[int]:
+    """Return the rows of values, such as those of a front, that are a `Pick`.
+
+    Best-mean has the smallest first objective; none-louder the same among designs in which no
+    response is above today's, sigma-kept among those whose sum of sigma is not above today's
+    either; best-sigma the smallest second objective.
 
     - `values`: at least one feasible row, with two objectives.
-    - `today`: today's design under the same draws, one row; without it only `BEST_MEAN` and
-      `BEST_SIGMA` are picked.
-    - returns: rows by name, of equals the better in the other objective. `NONE_LOUDER` and
-      `SIGMA_KEPT` are missing where no design is better than today's.
+    - `today`: today's design under the same draws, one row; without it only best-mean and
+      best-sigma are picked.
+    - returns: rows by name, of equals the better in the other objective. None-louder and
+      sigma-kept are missing where no design is better than today's.
 
     Raises
     ------
@@ -55,14 +68,14 @@ def pick(values: RobustValues, today: RobustValues | None = None) -> dict[str, i
             "its objectives"
         )
     every = np.ones(rows.size, dtype=bool)
-    kept = {BEST_MEAN: (every, (0, 1))}
+    kept = {Pick.best_mean: (every, (0, 1))}
     if today is not None:
         quieter = values.objectives[rows, 0] < today.objectives[0, 0]
         quieter &= np.all(values.mean[rows] <= today.mean[0], axis=1)
         tight = quieter & (values.sigma_sum[rows] <= today.sigma_sum[0])
-        kept |= {NONE_LOUDER: (quieter, (0, 1)), SIGMA_KEPT: (tight, (0, 1))}
-    kept[BEST_SIGMA] = (every, (1, 0))
-    found = {}
+        kept |= {Pick.none_louder: (quieter, (0, 1)), Pick.sigma_kept: (tight, (0, 1))}
+    kept[Pick.best_sigma] = (every, (1, 0))
+    found: ByPick[int] = ByPick()
     for name, (among, (first, then)) in kept.items():
         if among.any():
             left = rows[among]
@@ -160,7 +173,7 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
 
 
 def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> RobustValues:
-    """Search each pick of `PICKS` on from the best design that is known, by gradient.
+    """Search each `Pick` on from the best design that is known, by gradient.
 
     - `robust`: response of the search, smooth, whose designs share their draws.
     - `evaluated`: designs of the search.
@@ -173,7 +186,7 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
     """
     goal = _Goal(robust, today)
     found = [evaluated, today]
-    for name in PICKS:
+    for name in Pick:
         known = joined(found)
         start = known.designs[pick(known, today).get(name, len(evaluated))]
         found.append(robust(goal.descend(name, start)[np.newaxis]))
@@ -203,13 +216,13 @@ class _Goal:
             self.known = {place.tobytes(): (sums[0], gradient)}
         return self.known[place.tobytes()]
 
-    def descend(self, name: str, start: RealArray) -> RealArray:
+    def descend(self, name: Pick, start: RealArray) -> RealArray:
         """Return the design where the search for one pick ends."""
-        row = 1 if name == BEST_SIGMA else 0
+        row = 1 if name is Pick.best_sigma else 0
         limits = np.concatenate([self.today.sigma_sum, self.today.mean[0]])
         distance = KEPT_BY * np.concatenate([self.today.sigma_sum, self.today.sigma[0]])
         kept = (limits - distance) / self.scale
-        first = {NONE_LOUDER: 1, SIGMA_KEPT: 0}.get(name, len(kept))
+        first = {Pick.none_louder: 1, Pick.sigma_kept: 0}.get(name, len(kept))
         keep: dict[str, Any] = {
             "type": "ineq",
             "fun": lambda place: kept[first:] - self.at(place)[0][1 + first :],

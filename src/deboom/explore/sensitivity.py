@@ -9,22 +9,23 @@ first needed: it takes two seconds.
 from __future__ import annotations
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import pandas as pd
 from scipy.special import ndtri
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import BoolArray, RealArray, checked
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import TRUNCATION
-from deboom.explore.space import DesignSpace, checked_seed
+from deboom.explore.space import DesignSpace, Evaluate, check_fits, checked_seed, responses
+from deboom.tabled import Tabled
 
-CONFIDENCE = 0.95
-"""Share of cases in which an interval is to hold the true index [1]."""
 LEVELS = 4
 """Levels of each variable in the designs of Morris."""
 
@@ -429,3 +430,135 @@ def _nothing_global() -> Iterator[None]:
     finally:
         np.random.set_state(state)  # noqa: NPY002
         warnings.formatwarning = layout
+
+
+@dataclass(frozen=True, eq=False)
+class Sensitivities(Tabled):
+    """Indices of an analysis by SALib.
+
+    Parameters
+    ----------
+    problem : mapping
+        SALib's own problem dictionary.
+    indices : SobolIndices or MorrisEffects
+        As arrays, (factor, output).
+    unit : str
+        Unit of the responses.
+    n_lines : int
+        Lines that each response is the sum of.
+    """
+
+    problem: Mapping[str, Any]
+    indices: SobolIndices | MorrisEffects
+    unit: str
+    n_lines: int = 1
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per variable and response."""
+        indices = self.indices
+        if isinstance(indices, SobolIndices):
+            columns = {
+                "first [1]": indices.first,
+                "total [1]": indices.total,
+                "total ± 95 % [1]": indices.total_interval,
+            }
+        else:
+            columns = {
+                f"mu* [{self.unit}]": indices.mu_star,
+                f"sigma [{self.unit}]": indices.sigma,
+                f"mu* per line [{self.unit}]": indices.mu_star / self.n_lines,
+            }
+        rows = pd.MultiIndex.from_product(
+            (indices.factors, indices.outputs), names=("variable", "response")
+        ).to_frame(index=False)
+        return rows.assign(**{name: values.ravel() for name, values in columns.items()})
+
+
+def sobol(
+    model: Evaluate, space: DesignSpace, *, n: int = 1024, seed: int = 1, resamples: int = 100
+) -> Sensitivities:
+    """Return Sobol indices of every response, computed by SALib.
+
+    Parameters
+    ----------
+    model : BoomingModel or any other evaluation
+        Designs, shape (n, k) → responses, shape (n, r).
+    space : DesignSpace
+        Range of the variables.
+    n : int
+        Base points, a power of two from 8; n (k + 2) designs are evaluated.
+    seed, resamples : int
+        Seed from 1 and bootstrap resamples of the intervals, at least 2.
+
+    Returns
+    -------
+    Sensitivities
+        First and total indices, shape (k, r) [1], with 95 % intervals; ``problem`` is SALib's
+        dictionary.
+
+    Raises
+    ------
+    InputError
+        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> add = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
+    >>> table = deboom.sobol(add, add.design_space(), n=256).table
+    >>> table["total [1]"].round(1).tolist()
+    [0.2, 0.8]
+    """
+    check_fits(model, space)
+    inputs = design_inputs(space)
+    designs = sobol_designs(inputs, n, seed=seed)
+    values = responses(model, designs)
+    names, outputs = space.names, model.response_names
+    indices = sobol_indices(values, names, outputs, seed=seed, n_resamples=resamples)
+    lines = getattr(model, "n_lines", 1)
+    return Sensitivities(salib_problem(inputs), indices, model.response_unit, lines)
+
+
+def morris(
+    model: Evaluate, space: DesignSpace, *, trajectories: int = 50, seed: int = 1
+) -> Sensitivities:
+    """Return the elementary effects of Morris of every response, computed by SALib.
+
+    Parameters
+    ----------
+    model : BoomingModel or any other evaluation
+        Designs, shape (n, k) → responses, shape (n, r).
+    space : DesignSpace
+        Range of the variables.
+    trajectories : int
+        Trajectories, at least 2; each takes k + 1 designs.
+    seed : int
+        Seed from 1.
+
+    Returns
+    -------
+    Sensitivities
+        ``mu*`` and ``sigma``, shape (k, r) [unit of the responses]; ``problem`` is SALib's
+        dictionary.
+
+    Raises
+    ------
+    InputError
+        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> add = deboom.ResponseFunction(lambda x: x @ [[1.0], [2.0]], ("a", "b"), ("y",), "dB")
+    >>> table = deboom.morris(add, add.design_space(), trajectories=8).table
+    >>> (table["mu* [dB]"] / table["mu* [dB]"][0]).round(6).tolist()
+    [1.0, 2.0]
+    """
+    check_fits(model, space)
+    inputs = design_inputs(space)
+    designs = morris_designs(inputs, trajectories, seed=seed)
+    values = responses(model, designs)
+    effects = morris_analysis(inputs, designs, values, model.response_names, seed=seed)
+    lines = getattr(model, "n_lines", 1)
+    return Sensitivities(salib_problem(inputs), effects, model.response_unit, lines)

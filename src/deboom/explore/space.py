@@ -17,9 +17,6 @@ from deboom.errors import InputError
 SIGMAS_PER_TOLERANCE = 3.0
 """Standard deviations of the scatter in the half width of a tolerance [1]."""
 
-Progress = Callable[[int, int, str], None]
-"""Called after each step with its number, the number of steps, and a line of text."""
-
 
 @checked(nominal="k ?", lower="k ?", upper="k ?", tolerance="k ?")
 class DesignSpace:
@@ -275,6 +272,12 @@ def checked_model(model: Evaluate) -> Evaluate:
             "a scikit-learn regressor the function is its predict"
         )
     return model
+
+
+def check_fits(model: Evaluate, space: DesignSpace) -> None:
+    """Refuse a model that does not say its names, or has not the variables of the space."""
+    names = checked_model(model).variable_names
+    check_same_names("the model has the variables", names, space.names)
 
 
 def check_same_names(what: str, names: Sequence[str], expected: Sequence[str]) -> None:

@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, TypeAlias
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 from scipy.optimize import brentq, minimize
 from scipy.special import ndtr
@@ -371,3 +372,53 @@ def _reached(excess: Callable[[float], float], low: float, high: float) -> float
         root -= step
         step *= 2.0
     return max(root, low)
+
+
+def allocate_tolerances(
+    robust: RobustResponse,
+    design: npt.ArrayLike,
+    *,
+    sigma: float | None = None,
+    tightest: float = 0.05,
+    widest: float = 0.30,
+) -> Allocation:
+    """Return the cheapest tolerances of a design that keep the scatter of its responses.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Model with a gradient, and draws of the scatter.
+    design : array, shape (k,)
+        Design that is made [units of the space].
+    sigma : float, optional
+        Sum of the standard deviations that is kept [unit of the responses]; by default that of
+        today's tolerances.
+    tightest, widest : float
+        Bounds of every tolerance, half widths of three standard deviations [1].
+
+    Returns
+    -------
+    Allocation
+        ``tolerance``, shape (k,) [1]; the price of each is today's tolerance over it, so that
+        today's costs 1.
+
+    Raises
+    ------
+    InputError
+        A model without gradient; bounds that cannot be; a scatter that the tightest ones miss.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="prescribed")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> table = deboom.allocate_tolerances(robust, robust.space.nominal).table
+    >>> table.loc[table["tolerance [%]"].idxmin(), "variable"]
+    'TSM x'
+    """
+    space = robust.space
+    cost = ToleranceCost(space.names, np.ones(space.n_variables), space.tolerance)
+    effect = ToleranceEffect(robust, np.asarray(design, dtype=float))
+    allocator = Allocator(effect, cost, np.asarray(tightest), np.asarray(widest))
+    kept = allocator.at(allocator.today).sigma_sum if sigma is None else sigma
+    return allocator.cheapest(SigmaTarget(kept))

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, model_validator
 
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.disk import read_document, replace_text
 from deboom.files.run_folder import RECORD, check_files, read_run
@@ -34,7 +35,7 @@ from deboom.files.tables import Row, read_rows, refuse_second, sheet_names
 
 FORMAT, VERSION = "deboom acceptance box", 2
 BOX_FILE = "acceptance_box.json"
-AXES = ("x", "y", "z")
+
 _AGAIN = "run the study solution_box again"
 _CHECKSUM = "sha256"
 ON_BOUND = 1e-6
@@ -562,7 +563,7 @@ def read_delivered_parts(
             raise row.error(
                 f"part '{name}': the box knows no mount '{mount}', only {', '.join(required)}"
             )
-        stiffness = {}
+        stiffness: dict[str, float] = {}
         for axis in AXES:
             if row.cells[axis]:
                 stiffness[axis] = row.number(axis)
@@ -571,10 +572,10 @@ def read_delivered_parts(
                     f"part '{name}': {mount} {axis} was not measured, and the box limits it: "
                     "measure it"
                 )
-        for axis, value in stiffness.items():
+        for direction, value in stiffness.items():
             if not value > 0.0:
                 raise row.error(
-                    f"part '{name}': {mount} {axis} is {value:g} N/m, a stiffness is above 0: "
+                    f"part '{name}': {mount} {direction} is {value:g} N/m, a stiffness is above 0: "
                     "correct the measurement"
                 )
         parts.append(DeliveredPart(name, row.filled("batch"), mount, stiffness))

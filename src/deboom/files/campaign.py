@@ -10,6 +10,7 @@ from typing import Any, Literal
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.function_table import IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
 from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
@@ -42,14 +43,7 @@ from deboom.files.schema import (
 from deboom.files.tables import read_table
 from deboom.files.time_data import time_functions
 from deboom.files.uff import UffFunction, write_uff
-from deboom.measurement.campaign import (
-    AXES,
-    Campaign,
-    OperatingRun,
-    ShakerRun,
-    StaticCurve,
-    TimeRun,
-)
+from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve, TimeRun
 from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.mounts.mount import Mount

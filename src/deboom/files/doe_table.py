@@ -1,7 +1,6 @@
-"""Designs of experiments as tables: a user's own designs in, and a whole DOE out.
+"""A user's own designs as a table, CSV or Excel.
 
-CSV or Excel. A column per design variable with its unit in the header, such as ``TSM x [1]``; a
-whole DOE has the columns ``doe, design, plan``, its responses and ``failure`` beside them.
+A column per design variable with its unit in the header, such as ``TSM x [1]``.
 """
 
 from __future__ import annotations
@@ -9,16 +8,13 @@ from __future__ import annotations
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.doe import SAME, Doe
+from deboom.explore.doe import SAME
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import read_rows
 from deboom.files.units import Unit, parse_unit
-
-_RESERVED = ("doe", "design", "plan", "failure")
 
 
 def read_designs(path: Path, space: DesignSpace) -> RealArray:
@@ -54,28 +50,3 @@ def _unit(label: str) -> Unit:
         return parse_unit(label)
     except InputError:
         return Unit(label, "", 1.0)
-
-
-def doe_frame(doe: Doe) -> pd.DataFrame:
-    """Return a DOE as a table.
-
-    - raises InputError: a response with the name of a variable or of one of the table's own
-      columns.
-    """
-    taken = [*_RESERVED, *doe.space.names]
-    for name in doe.response_names:
-        if name in taken:
-            raise InputError(f"response '{name}' has the name of another column: rename it")
-    return pd.DataFrame(
-        {
-            "doe": doe.name,
-            "design": np.arange(1, len(doe) + 1),
-            "plan": doe.plan,
-            **dict(zip(doe.space.labels, doe.designs.T, strict=True)),
-            **{
-                f"{name} [{doe.response_unit}]": column
-                for name, column in zip(doe.response_names, doe.responses.T, strict=True)
-            },
-            "failure": list(doe.failures),
-        }
-    )

@@ -10,6 +10,7 @@ from pathlib import Path
 import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
@@ -17,12 +18,12 @@ from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_e
 from deboom.files.hammer_test import HAMMER_TEST_FILE, HammerTestFile, read_hammer_test
 from deboom.files.inertance_test import INERTANCE_TEST_FILE, InertanceTestFile, read_inertance_test
 from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile, read_operating_test
-from deboom.files.platform import PLATFORM_FILE, MountEntry, PlatformFile
+from deboom.files.platform import MountEntry, PlatformFile
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
-from deboom.mounts.mount import AXES
+from deboom.vehicles.platform import PLATFORM_FILE
 
 FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.platform: (PLATFORM_FILE, PlatformFile),

@@ -13,6 +13,7 @@ import numpy.typing as npt
 from pydantic import Field, ValidationInfo, field_validator
 
 from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.common import AXES, shipped_studies
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     ANY_REFERENCE,
@@ -25,6 +26,7 @@ from deboom.files.function_table import (
     read_function_table,
     same_lines,
 )
+from deboom.files.library_export import read_library_json
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, read_torque_table
 from deboom.files.schema import (
     AtLeastOne,
@@ -48,8 +50,10 @@ from deboom.files.schema import (
 from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
+from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
 
 FRF = 4
@@ -364,64 +368,26 @@ def mounts_of(
     )
 
 
-PLATFORM_FILE = "platform.toml"
+DEMONSTRATION = shipped_studies() / "data" / "u06_f39_f45"
+"""The shipped virtual platform."""
+CATALOGUE_FILE = "catalogue.library.json"
+"""Further parts in a platform folder, an exported mount library."""
 
 
-@dataclass(frozen=True, eq=False)
-class Platform:
-    """Everything measured on one platform.
-
-    - `name`, `title`, `description`: short key, a name for readers, a paragraph.
-    - `folder`: where it was read from.
-    - `mounts`: in the order of the design variables.
-    - `powertrain`: nominal mass and inertia, with tolerances, as the data sheet states them; None:
-      not stated.
-    - `fleet`: the vehicles, each with its noise transfer functions from a force at each path,
-      inputs ``<mount> <axis>``, to the pressure at the driver's ear.
-    - `load_cases`: all on the same frequency lines as the noise transfer functions.
-    - `default_load_case`: name of the load case that is meant when none is asked for.
-    - `input_files`: every file that was read.
-    - `cylinders`: of the engine; None for an electric drive.
-    """
-
-    name: str
-    title: str
-    description: str
-    folder: Path
-    mounts: tuple[Mount, ...]
-    powertrain: Powertrain | None
-    fleet: Fleet
-    load_cases: tuple[LoadCase, ...]
-    default_load_case: str
-    input_files: tuple[Path, ...]
-    cylinders: int | None = None
-
-    def load_case(self, name: str) -> LoadCase:
-        """Return a load case by its name.
-
-        - raises InputError: no such load case.
-        """
-        for case in self.load_cases:
-            if case.name == name:
-                return case
-        known = ", ".join(case.name for case in self.load_cases)
-        raise InputError(
-            f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {known}"
-        )
-
-
-def read_platform(folder: Path) -> Platform:
-    """Read a platform folder and check that its files fit together.
+def read_platform(folder: str | Path) -> Platform:
+    """Read a platform, the shipped demonstration or a folder of your own, and check that it fits.
 
     Parameters
     ----------
-    folder : Path
-        Holds ``platform.toml``.
+    folder : str or Path
+        ``"u06"`` for the demonstration, a virtual platform of 15 vehicles in three groups on one
+        powertrain with four mounts; otherwise a folder with ``platform.toml``.
 
     Returns
     -------
     Platform
-        In SI.
+        Mounts, vehicles and load cases in SI. A mount library that is missing or damaged is
+        refused when it is needed.
 
     Raises
     ------
@@ -429,7 +395,14 @@ def read_platform(folder: Path) -> Platform:
         A file that is missing, damaged or truncated; a key, column, channel, unit or DoF that is
         missing, unknown or doubled; a vehicle without one of the paths; frequency axes that
         differ. The sentence names the file, the item and the remedy.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_platform("u06").fleet.names[:2]
+    ('U06-1', 'U06-2')
     """
+    folder = DEMONSTRATION if str(folder).lower() == "u06" else Path(folder)
     file = load_toml(folder / PLATFORM_FILE, PlatformFile)
     return assembled(folder, file, read_contents(folder, file))
 
@@ -545,6 +518,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
+    library, library_fault = _library(folder / LIBRARY_FILE)
     return Platform(
         name=file.name,
         title=file.title,
@@ -557,7 +531,23 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
         cylinders=file.engine.cylinders,
+        library=library,
+        library_fault=library_fault,
     )
+
+
+def _library(path: Path) -> tuple[tuple[CharacterisedMount, ...], InputError | None]:
+    """Mounts of the library beside a platform, or why there are none."""
+    if not path.is_file():
+        return (), MissingLibrary(
+            f"{path}: the platform has no mount library: export one there as JSON (deboom "
+            "characterise, then deboom library export; a virtual platform: deboom bench write "
+            "--library), or take the mounts from the measured spectra (--mounts spectra)"
+        )
+    try:
+        return read_library_json(path)[1], None
+    except InputError as error:
+        return (), error
 
 
 def _powertrain(entry: PowertrainEntry | None) -> Powertrain | None:

@@ -34,6 +34,7 @@ from pydantic import BaseModel, ConfigDict, Field
 from deboom.errors import InputError
 from deboom.files.disk import read_bytes, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
+from deboom.tabled import json_text
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -58,7 +59,7 @@ class Run:
 
         - raises ValueError: A number that is not finite: JSON has no word for it.
         """
-        self.save_text(name, _json_text(content))
+        self.save_text(name, json_text(content))
 
     def save_text(self, name: str, text: str) -> None:
         """Save text as UTF-8 with the line ends it has."""
@@ -109,7 +110,7 @@ def start_run(out: Path, study: str, *, seed: int, record: Mapping[str, Any]) ->
     try:
         parent.mkdir(parents=True, exist_ok=True)
         name = f"{datetime.now(UTC):%Y-%m-%d_%H%M%S}_seed{seed}"
-        folder = _new_folder(parent, name, _json_text(record))
+        folder = _new_folder(parent, name, json_text(record))
     except OSError as error:
         _remove_empty(created)
         raise InputError(
@@ -221,19 +222,6 @@ def _relative_name(path: Path, folder: Path) -> str:
         return Path(os.path.relpath(path, folder)).as_posix()
     except ValueError:  # another drive on Windows
         return path.name
-
-
-def _json_text(content: Mapping[str, Any]) -> str:
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
-    return text + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    if isinstance(value, Path):
-        return value.as_posix()
-    raise TypeError(f"{type(value).__name__} has no form in JSON")
 
 
 def _version(name: str) -> str | None:

@@ -167,7 +167,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         source_sensors=tuple(
             sensor_of(row) for row in sensor_rows if row.sensor in file.source_sensors
         ),
-        powertrain_mounts=tuple(mount.name for mount in mounts if mount.body_mass is None),
+        powertrain_mounts=tuple(mount.name for mount in mounts if mount.carries_powertrain),
         impacts={
             point: tuple(impact_of(row) for row in impact_rows if _point(row) == point)
             for point in points

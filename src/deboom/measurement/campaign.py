@@ -14,8 +14,6 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 
-AXES = ("x", "y", "z")
-
 
 class MeasuredMount(Protocol):
     """What a campaign knows of a mount; `deboom.mounts.mount.Mount` is one."""

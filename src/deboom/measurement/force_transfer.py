@@ -7,8 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES, ShakerRun
+from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor
 

@@ -13,13 +13,14 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
-from deboom.arrays import AXES, ComplexArray, RealArray, checked, frozen_copy
+from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
+from deboom.common import DOFS
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
 from deboom.measurement.sensors import Impact, Sensor
 from deboom.physics.rigid_body import forward_matrices
 
-RIGID_MOTIONS = AXES
+RIGID_MOTIONS = DOFS
 RIGID_LOADS = ("fx", "fy", "fz", "mx", "my", "mz")
 SINGULAR = 1e6
 """Scaled condition number from which a motion counts as not seen at all: three sensors that miss a

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
+from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.culprit import culprit_of_responses
@@ -33,15 +34,12 @@ from deboom.mounts.measuring_chain import (
     instrumented_bodies,
     stated_alignment,
 )
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.mounts.self_calibration import FreeBody, self_calibrated
 from deboom.tabled import Tabled
-
-Progress = Callable[[int, int, str], None]
-"""Called with the steps done, their total, and a short text."""
 
 SCATTER = "scatter of the force transfer matrix [1]"
 STEPS = ("measuring chains", "operating maps", "response surfaces", "error budget")

@@ -10,9 +10,10 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 
 Setting = str | int | float | bool | None

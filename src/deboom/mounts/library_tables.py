@@ -114,7 +114,7 @@ def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
 def entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
     """Return the fields of a dataclass as plain values by their keys, which state the units."""
     names = [field.name for field in fields(value) if field.name not in left_out]
-    return {key: _plain(content) for key, content in _labelled(value, *names).items()}
+    return {key: _stored(content) for key, content in _labelled(value, *names).items()}
 
 
 def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
@@ -149,7 +149,7 @@ def _surface(direction: CharacterisedDirection) -> dict[str, Any]:
         "units": units,
         "lower": surface.region_.lower.tolist(),
         "upper": surface.region_.upper.tolist(),
-        "arrays": _plain(surface.to_arrays()),
+        "arrays": _stored(surface.to_arrays()),
         "settings": dict(direction.settings),
     }
 
@@ -199,12 +199,12 @@ def _direction_of(mount: str, entry: Mapping[str, Any]) -> CharacterisedDirectio
     )
 
 
-def _plain(value: Any) -> Any:
+def _stored(value: Any) -> Any:
     """Value of a field as JSON keeps it."""
     if isinstance(value, Mapping):
-        return {name: _plain(content) for name, content in value.items()}
+        return {name: _stored(content) for name, content in value.items()}
     if isinstance(value, tuple):
-        return [_plain(content) for content in value]
+        return [_stored(content) for content in value]
     if not isinstance(value, np.ndarray):
         return value.item() if isinstance(value, np.generic) else value
     flat = value.ravel()

@@ -11,8 +11,9 @@ import numpy.typing as npt
 from scipy.linalg import block_diag
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.campaign import AXES, Campaign, MeasuredMount, OperatingRun
+from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances

@@ -8,11 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
-
-AXES = ("x", "y", "z")
 
 
 @dataclass(frozen=True)
@@ -50,6 +49,11 @@ class Mount:
                 f"mount {self.name}: a body of {self.body_mass} ± {self.body_mass_tolerance} kg: "
                 "give a mass above 0 and a smaller tolerance"
             )
+
+    @property
+    def carries_powertrain(self) -> bool:
+        """Whether the mount carries the powertrain, not a body of its own."""
+        return self.body_mass is None
 
     @property
     def variables(self) -> tuple[str, ...]:

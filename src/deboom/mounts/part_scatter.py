@@ -9,10 +9,10 @@ import numpy as np
 from scipy.stats import chi2, f
 
 from deboom.arrays import RealArray
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED
-from deboom.mounts.mount import AXES
 
 ENOUGH = 20
 """Parts from which on the measured scatter stands alone."""

@@ -11,10 +11,10 @@ import numpy.typing as npt
 from scipy.signal import savgol_filter
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import AXES
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
@@ -88,7 +88,7 @@ def _directions_of_channels(
     load_case: LoadCase, mounts: Sequence[CharacterisedMount]
 ) -> dict[str, tuple[CharacterisedMount, str]]:
     """Find mount and axis of every channel; each mount must have a channel."""
-    by_channel = {
+    by_channel: dict[str, tuple[CharacterisedMount, str]] = {
         channel: (mount, axis)
         for mount in mounts
         for axis in AXES

@@ -17,7 +17,7 @@ const byId = (id) => document.getElementById(id);
 
 const state = {
   brushes: new Map(), // axis → [lowest step, highest step]
-  pins: { a: startPin(["best mean"], 0), b: startPin(["sigma kept", "best sigma"], TODAY) },
+  pins: { a: startPin(["best-mean"], 0), b: startPin(["sigma-kept", "best-sigma"], TODAY) },
   stiffness: true, // numbers in N/mm, otherwise as factors
   vehicles: false, // whether vehicles have axes of their own
   across: axes.find((axis) => axis.kind === "objective") || axes[0],

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import base64
-import json
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -20,7 +19,7 @@ from deboom.errors import InputError
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
-from deboom.tabled import csv_text
+from deboom.tabled import csv_text, json_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -274,13 +273,13 @@ class Report:
         """
         contents = {f"{stem}.csv": csv_text(frame).encode() for stem, frame in self.tables.items()}
         contents |= {f"figures/{stem}.png": png for stem, png in self.figures.items()}
-        contents |= {f"{s}.json": _json(c).encode() for s, c in self.documents.items()}
+        contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
         known = {
             key: None if isinstance(value, float | np.floating) and not isfinite(value) else value
             for key, value in self.summary.items()
         }
-        contents[SUMMARY] = _json(known).encode()
+        contents[SUMMARY] = json_text(known).encode()
         return contents
 
     def write(self, folder: Path) -> Path:
@@ -348,20 +347,6 @@ def as_image(picture: Picture) -> dict[str, str | int]:
         "width": round(width / _PIXELS_PER_CSS_PIXEL),
         "height": round(height / _PIXELS_PER_CSS_PIXEL),
     }
-
-
-def _json(content: Mapping[str, Any]) -> str:
-    """Write JSON as every file of a run folder has it; a number that is not finite is refused."""
-    text = json.dumps(content, indent=2, ensure_ascii=False, allow_nan=False, default=_plain)
-    return text + "\n"
-
-
-def _plain(value: Any) -> Any:
-    if isinstance(value, np.generic | np.ndarray):
-        return value.tolist()
-    if isinstance(value, Path):
-        return value.as_posix()
-    raise TypeError(f"{type(value).__name__} has no form in JSON")
 
 
 def _groups(section: Section) -> Iterator[tuple[str, list[Any]]]:

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom import plot
+from deboom.common import PERCENT, Progress
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     SupplierSpecification,
@@ -24,11 +25,16 @@ from deboom.files.acceptance import (
 from deboom.files.platform import read_platform
 from deboom.report import Report
 from deboom.report.sheet import Sheet
-from deboom.study.delivery import INTERVAL, Delivery, Demand, Verdict, judged_delivery, limited_axes
-from deboom.study.progress import Progress
+from deboom.study.delivery import (
+    INTERVAL,
+    Delivery,
+    Demand,
+    PartVerdict,
+    judged_delivery,
+    limited_axes,
+)
 from deboom.study.runner import run_command
 
-PERCENT = 100.0
 MOST_SHOWN = 40
 """How many of the parts that do not pass the supplier's page lists at most."""
 _ENGLISH: Literal["en", "de"] = "en"
@@ -51,8 +57,8 @@ SHARES = [
 def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     """Report a judged delivery to the vehicle side; `inputs` are the files that were read."""
     demand, verdicts = delivery.demand, [judged.verdict for judged in delivery.parts]
-    passed = sum(batch.verdict is Verdict.passed for batch in delivery.batches)
-    failed, open_ = verdicts.count(Verdict.failed), verdicts.count(Verdict.undecided)
+    passed = sum(batch.verdict is PartVerdict.passed for batch in delivery.batches)
+    failed, open_ = verdicts.count(PartVerdict.failed), verdicts.count(PartVerdict.undecided)
     report = Report(
         "Acceptance of a delivery", f"Do these parts keep the intervals of {demand.title}?"
     )
@@ -74,12 +80,12 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         )
     report.summary |= {
         "n_parts": len(verdicts),
-        "n_passed": verdicts.count(Verdict.passed),
+        "n_passed": verdicts.count(PartVerdict.passed),
         "n_failed": failed,
         "n_undecided": open_,
         "n_batches": len(delivery.batches),
         "n_batches_passed": passed,
-        "n_batches_failed": sum(b.verdict is Verdict.failed for b in delivery.batches),
+        "n_batches_failed": sum(b.verdict is PartVerdict.failed for b in delivery.batches),
         "share_stated": demand.share_stated,
     }
     bounds = [c.cpk_bound for batch in delivery.batches for c in batch.capabilities.values()]
@@ -129,7 +135,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "Median, smallest and largest part of each batch; grey: the interval.",
     )
     parts = delivery.table
-    others = parts.loc[parts["verdict"] != Verdict.passed.value, ["part", "verdict", "reason"]]
+    others = parts.loc[parts["verdict"] != PartVerdict.passed.value, ["part", "verdict", "reason"]]
     caption = "" if others.empty else "Parts that do not pass; parts.csv has all of them."
     report.table("parts", parts, caption, shown=others)
 
@@ -201,9 +207,9 @@ def _batch_table(delivery: Delivery) -> pd.DataFrame:
             {
                 "batch": f"{batch.mount} {batch.name}",
                 "parts": len(batch.parts),
-                "passed": counts[Verdict.passed],
-                "failed": counts[Verdict.failed],
-                "undecided": counts[Verdict.undecided],
+                "passed": counts[PartVerdict.passed],
+                "failed": counts[PartVerdict.failed],
+                "undecided": counts[PartVerdict.undecided],
                 "verdict": batch.verdict.value,
                 "pieces inside [%]": PERCENT * pieces.middle if pieces else np.nan,
                 "at least [%]": PERCENT * pieces.low if pieces else np.nan,
@@ -249,16 +255,16 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet
     title = delivery.demand.title
     page.subtitle = say(title, title.replace("mount ", "Lager ", 1))
     german = {
-        Verdict.passed: "bestanden",
-        Verdict.failed: "nicht bestanden",
-        Verdict.undecided: "unentschieden",
+        PartVerdict.passed: "bestanden",
+        PartVerdict.failed: "nicht bestanden",
+        PartVerdict.undecided: "unentschieden",
     }
-    words = {verdict: say(verdict.value, german[verdict]) for verdict in Verdict}
+    words = {verdict: say(verdict.value, german[verdict]) for verdict in PartVerdict}
     stated = f"± {page.local(PERCENT * delivery.uncertainty)} %" if delivery.uncertainty else ""
     page.fields(
         {
             say("measured parts", "gemessene Teile"): str(len(verdicts)),
-            **{words[verdict]: str(verdicts.count(verdict)) for verdict in Verdict},
+            **{words[verdict]: str(verdicts.count(verdict)) for verdict in PartVerdict},
             say("measuring uncertainty, 95 %", "Messunsicherheit, 95 %"): stated,
             say("asked share of the pieces", "geforderter Anteil der Stücke"): (
                 f"{page.local(PERCENT * delivery.demand.share_stated)} %"
@@ -283,7 +289,7 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet
         page.section(say("Capability", "Prozessfähigkeit"))
         table = _capability_table(delivery).drop(columns=["outside, normal law [%]"])
         page.table(table.set_axis(_CAPABILITY_DE, axis=1) if language == "de" else table)
-    others = [judged for judged in delivery.parts if judged.verdict is not Verdict.passed]
+    others = [judged for judged in delivery.parts if judged.verdict is not PartVerdict.passed]
     if others:
         page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))
         columns = [say("part", "Teil"), say("verdict", "Urteil"), say("reason", "Grund")]

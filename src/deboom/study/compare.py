@@ -15,16 +15,17 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import PERCENT, Progress
 from deboom.errors import InputError
 from deboom.explore.front import (
-    CONFIDENCE,
     ENOUGH_SEEDS,
     LAST_PART,
+    REAL_FROM,
     CommonBox,
     Contestant,
     Difference,
+    FrontVerdict,
     Replicates,
-    Verdict,
     attainment,
     common_box,
     coverage,
@@ -37,7 +38,7 @@ from deboom.explore.front import (
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import RobustResponse
 from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.explore.space import Progress, checked_seed
+from deboom.explore.space import checked_seed
 from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
 from deboom.report import Report
@@ -60,7 +61,6 @@ FEWEST = 1024
 """Draws of the common sample, at least."""
 CHUNK = 50
 """Designs between two signs of progress."""
-PERCENT = 100.0
 QUESTION = "Which of these fronts is better, and is the difference real?"
 SHOWN_PAIRS = 15
 """Pairs that a page shows of many."""
@@ -164,8 +164,8 @@ class Comparison:
         pairs = {}
         for first, second in combinations(self.contestants, 2):
             found = difference(self.contestants[first], self.contestants[second])
-            if found.verdict is not Verdict.real and self.covers(first, second):
-                found = replace(found, verdict=Verdict.real)
+            if found.verdict is not FrontVerdict.real and self.covers(first, second):
+                found = replace(found, verdict=FrontVerdict.real)
             pairs[first, second] = found
         return pairs
 
@@ -197,10 +197,10 @@ class Comparison:
             (set(pair) - {best}).pop(): found for pair, found in self.pairs.items() if best in pair
         }
         verdicts = {found.verdict for found in pairs.values()}
-        if verdicts == {Verdict.real}:
+        if verdicts == {FrontVerdict.real}:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
-        alike = [name for name, found in pairs.items() if found.verdict is not Verdict.real]
+        alike = [name for name, found in pairs.items() if found.verdict is not FrontVerdict.real]
         return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
 
     def gap(self, first: str, second: str) -> float:
@@ -392,9 +392,9 @@ def comparison_report(study: Comparison) -> Report:
         "n_runs": len(study.fronts),
         "n_configurations": len(study.groups),
         "n_pairs": len(verdicts),
-        "n_real": verdicts.count(Verdict.real),
-        "n_within_noise": verdicts.count(Verdict.noise),
-        "n_not_decided": verdicts.count(Verdict.open),
+        "n_real": verdicts.count(FrontVerdict.real),
+        "n_within_noise": verdicts.count(FrontVerdict.noise),
+        "n_not_decided": verdicts.count(FrontVerdict.open),
         "first": first,
         "second": second,
         "verdict": found.verdict.value,
@@ -441,7 +441,7 @@ def _verdict(report: Report, study: Comparison) -> None:
     if not all(rows):
         report.text(f"All {len(pairs)} pairs are in pairs.csv.")
     asked = {judged.run.configuration for judged in study.fronts}
-    if len(asked) == 1 and any(d.verdict is Verdict.real for d in study.pairs.values()):
+    if len(asked) == 1 and any(d.verdict is FrontVerdict.real for d in study.pairs.values()):
         report.text(
             "These runs differ in nothing but their seed. A real difference between them says that "
             "the search of the worse one had come to rest elsewhere: give it more generations, or "
@@ -590,13 +590,13 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     """Say in one sentence what came out for two configurations."""
     first, second = pair
     found = study.pairs[pair]
-    if found.verdict is Verdict.open:
+    if found.verdict is FrontVerdict.open:
         return (
             f"{first} against {second}: not decided, a single run that keeps no convergence.csv "
             f"does not say how far to trust it; run {ENOUGH_SEEDS} seeds of each."
         )
     value, noise = PERCENT * found.value, PERCENT * found.noise
-    if found.verdict is Verdict.noise:
+    if found.verdict is FrontVerdict.noise:
         return (
             f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "
             f"alone may give ±{noise:.2f} %)."
@@ -635,7 +635,7 @@ def _method(study: Comparison) -> str:
         f"({nadir}). The reference point of the hypervolume ({corner}) lies a tenth of the box "
         "beyond the nadir; the hypervolume is given as the share of the box up to there.\n\n"
         f"A difference is called real when chance gives it in less than "
-        f"{PERCENT * (1 - CONFIDENCE):g} % of all cases. Chance is in the draws (spread of the "
+        f"{PERCENT * (1 - REAL_FROM):g} % of all cases. Chance is in the draws (spread of the "
         f"difference over the {SETS} sets) and in the searches: with {ENOUGH_SEEDS} seeds or more "
         "of a configuration their own spread counts; with fewer, what the last "
         f"{PERCENT * LAST_PART:g} % of the generations have gained stands for it, since a search "
@@ -651,7 +651,7 @@ def sentences(studies: Sequence[Comparison]) -> list[str]:
     return lines + [f"As {study.judge_name} sees it: {study.headline}" for study in studies]
 
 
-def compare(
+def compare_runs(
     folders: Sequence[Path], *, out: Path, studies: Path | None, samples: int, seed: int
 ) -> tuple[Path, list[str]]:
     """Compare the fronts of runs and write ``<out>/compare/<run>/``.

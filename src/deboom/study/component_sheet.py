@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from deboom.compressor.acceptance import DYNAMIC, STATIC, Decision, Verdict, overall
+from deboom.compressor.acceptance import DYNAMIC, STATIC, ComponentVerdict, Decision, overall
 from deboom.files.tables import workbook_bytes
 from deboom.report import Report
 from deboom.study.compressor_unbalance import MeasuredUnbalance
@@ -109,7 +109,7 @@ def _condition_table(measured: MeasuredUnbalance, command: str) -> pd.DataFrame:
     return pd.DataFrame({"condition": list(rows), "in this test": list(rows.values())})
 
 
-def verdict_table(verdicts: Sequence[Verdict]) -> pd.DataFrame:
+def verdict_table(verdicts: Sequence[ComponentVerdict]) -> pd.DataFrame:
     """Write one row per limit, in its unit; from and to are the value, guard band to each side."""
     rows = []
     for verdict in verdicts:
@@ -154,14 +154,14 @@ def shown_verdicts(table: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _characteristic(verdict: Verdict) -> str:
+def _characteristic(verdict: ComponentVerdict) -> str:
     """Name the characteristic, and the line that decides where it has several."""
     if not verdict.line or "–" not in verdict.name or verdict.doubt:
         return verdict.name
     return f"{verdict.name}; decided at {verdict.line:.3g} Hz"
 
 
-def _unit_of(verdict: Verdict) -> tuple[str, float]:
+def _unit_of(verdict: ComponentVerdict) -> tuple[str, float]:
     """Return the unit of a verdict's table, and its size in SI."""
     if verdict.name == STATIC:
         return "g mm", 1e-6
@@ -170,7 +170,7 @@ def _unit_of(verdict: Verdict) -> tuple[str, float]:
     return ("N m/rad", 1.0) if "stiffness r" in verdict.name else ("N/mm", 1e3)
 
 
-def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
+def open_points(verdicts: Sequence[ComponentVerdict]) -> pd.DataFrame:
     """Say what was not decided, and which measurement would decide it: a row per open limit."""
     rows = [
         {"not decided": _characteristic(verdict), "what would decide it": _remedy(verdict)}
@@ -180,7 +180,7 @@ def open_points(verdicts: Sequence[Verdict]) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=["not decided", "what would decide it"])
 
 
-def _remedy(verdict: Verdict) -> str:
+def _remedy(verdict: ComponentVerdict) -> str:
     """Say which measurement would decide a limit that is open."""
     if verdict.doubt:
         return f"{verdict.doubt[:1].upper()}{verdict.doubt[1:].rstrip('.')}."

@@ -12,7 +12,7 @@ import numpy as np
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.compressor.acceptance import ComponentLimits, Verdict, component_verdicts
+from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
 from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.unbalance import (
@@ -126,7 +126,7 @@ class MeasuredUnbalance:
     with_hoses: RouteResult | None
     reactions: tuple[HoseReaction, ...]
     limits: ComponentLimits | None
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[ComponentVerdict, ...]
     truth: UnbalanceTruth | None
     seconds: float
 
@@ -185,7 +185,7 @@ def measured_unbalance(
         step("hoses")
         with_hoses = _with_hoses(test, hammer, evaluation)
         reactions = _reactions(evaluation, with_hoses)
-        verdicts: tuple[Verdict, ...] = ()
+        verdicts: tuple[ComponentVerdict, ...] = ()
         if plan.limits is not None:
             verdicts = component_verdicts(evaluation, plan.limits)
     seconds = time.perf_counter() - begin

@@ -27,6 +27,7 @@ from deboom.explore.doe import (
     Doe,
     box_behnken,
     central_composite,
+    doe_frame,
     fractional_factorial,
     full_factorial,
     latin_hypercube,
@@ -34,13 +35,13 @@ from deboom.explore.doe import (
     sobol_designs,
 )
 from deboom.explore.space import DesignSpace
-from deboom.files.doe_table import doe_frame, read_designs
+from deboom.files.doe_table import read_designs
 from deboom.plot.correlations import MOST
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
 from deboom.study.options import factor_space
-from deboom.study.platform_model import Operation
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.platform import Runs
 
 SHOWN = 6
 """Design variables that a grid of levels shows."""
@@ -189,7 +190,7 @@ class CorrelationStudy:
     - `inputs`: files that the designs came from.
     """
 
-    runs: Operation
+    runs: Runs
     index: BoomingModel
     doe: Doe
     plan: str
@@ -256,7 +257,7 @@ class CorrelationStudy:
 
 
 def correlation_study(
-    runs: Operation,
+    runs: Runs,
     index: BoomingModel,
     request: DoeRequest,
     *,

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.explore.scatter import Capability, capability, fewest_pieces, predicted_pieces
 from deboom.explore.space import sobol_points
@@ -21,17 +22,12 @@ from deboom.files.acceptance import (
     SheetDirection,
     SupplierSpecification,
 )
-from deboom.files.platform import Platform
 from deboom.plot.style import mount_of
-from deboom.study.options import Quantity, limited_response
-from deboom.study.platform_model import (
-    Motion,
-    MountSource,
-    motion_index,
-    operation,
-    platform_sha256,
-)
+from deboom.study.platform_model import platform_sha256
 from deboom.tabled import Tabled
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.limits import LimitedLevel, limited_response
+from deboom.vehicles.platform import Platform
 
 MILLI = 1e-3
 """From N/m to N/mm."""
@@ -39,11 +35,9 @@ PROCESSES, CARS = 100, 256
 """Processes that a batch may come from, and cars of each, for the predicted levels."""
 INTERVAL = (0.05, 0.95)
 """Of predicted shares [1]."""
-CONFIDENCE = 0.95
-"""Of the lower bounds of Cp and Cpk [1]."""
 
 
-class Verdict(Enum):
+class PartVerdict(Enum):
     """What the measurement says of a part or a batch."""
 
     passed = "pass"
@@ -62,18 +56,18 @@ class JudgedPart:
 
     part: DeliveredPart
     factors: Mapping[str, float]
-    axes: Mapping[str, Verdict]
+    axes: Mapping[str, PartVerdict]
     reason: str
     reason_de: str
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> PartVerdict:
         """Failed with one axis, passed with all."""
         found = set(self.axes.values())
-        for verdict in (Verdict.failed, Verdict.undecided):
+        for verdict in (PartVerdict.failed, PartVerdict.undecided):
             if verdict in found:
                 return verdict
-        return Verdict.passed
+        return PartVerdict.passed
 
 
 @dataclass(frozen=True)
@@ -121,29 +115,33 @@ class Batch:
     share_stated: float
 
     @property
-    def counts(self) -> dict[Verdict, int]:
+    def counts(self) -> dict[PartVerdict, int]:
         """Parts by verdict."""
-        return {verdict: sum(part.verdict is verdict for part in self.parts) for verdict in Verdict}
+        return {
+            verdict: sum(part.verdict is verdict for part in self.parts) for verdict in PartVerdict
+        }
 
     @property
-    def verdict(self) -> Verdict:
+    def verdict(self) -> PartVerdict:
         """Failed with a part outside; passed if all pass and enough pieces beyond doubt will."""
-        if self.counts[Verdict.failed]:
-            return Verdict.failed
+        if self.counts[PartVerdict.failed]:
+            return PartVerdict.failed
         proven = self.pieces is not None and self.pieces.low >= self.share_stated
-        if proven and not self.counts[Verdict.undecided]:
-            return Verdict.passed
-        return Verdict.undecided
+        if proven and not self.counts[PartVerdict.undecided]:
+            return PartVerdict.passed
+        return PartVerdict.undecided
 
     @property
     def reason(self) -> str:
         """Why it is not passed, and that too few cars keep the limit; empty where all is well."""
         words = []
-        if self.counts[Verdict.failed]:
-            words.append(f"{self.counts[Verdict.failed]} of {len(self.parts)} parts are outside")
-        elif self.counts[Verdict.undecided]:
-            words.append(f"{self.counts[Verdict.undecided]} parts too near to an end to decide")
-        elif self.verdict is Verdict.undecided:
+        if self.counts[PartVerdict.failed]:
+            words.append(
+                f"{self.counts[PartVerdict.failed]} of {len(self.parts)} parts are outside"
+            )
+        elif self.counts[PartVerdict.undecided]:
+            words.append(f"{self.counts[PartVerdict.undecided]} parts too near to an end to decide")
+        elif self.verdict is PartVerdict.undecided:
             words.append("too few measured parts to speak for the others: measure more")
         if self.cars is not None and self.cars.within.high < self.share_stated:
             words.append("too few cars will keep the limit: the batch lies in a corner of the box")
@@ -315,7 +313,7 @@ def judged_delivery(
     Returns
     -------
     Delivery
-        Verdict of each part and batch; ``table``, one row per part.
+        PartVerdict of each part and batch; ``table``, one row per part.
 
     Raises
     ------
@@ -376,15 +374,15 @@ def _judged(
             continue
         factor = factors[axis] = stiffness / (1.0 if reference is None else reference)
         low, high = factor * (1.0 - uncertainty), factor * (1.0 + uncertainty)
-        verdict = verdicts[axis] = Verdict.passed
+        verdict = verdicts[axis] = PartVerdict.passed
         if high < variable.lower or low > variable.upper:
-            verdict = verdicts[axis] = Verdict.failed
+            verdict = verdicts[axis] = PartVerdict.failed
         elif low < variable.lower or high > variable.upper:
-            verdict = verdicts[axis] = Verdict.undecided
-        if verdict is Verdict.passed:
+            verdict = verdicts[axis] = PartVerdict.undecided
+        if verdict is PartVerdict.passed:
             continue
-        what = "outside" if verdict is Verdict.failed else "too near to an end"
-        if cannot_decide(variable, uncertainty) and verdict is Verdict.undecided:
+        what = "outside" if verdict is PartVerdict.failed else "too near to an end"
+        if cannot_decide(variable, uncertainty) and verdict is PartVerdict.undecided:
             what = "not decided, the uncertainty exceeds the interval"
         size, digits, unit = (1.0, 3, "") if reference is None else (MILLI * reference, 1, " N/mm")
         ends = (factor, variable.lower, variable.upper)
@@ -442,14 +440,13 @@ class _Levels:
     def __init__(self, box: AcceptanceBox, platform: Platform, seed: int) -> None:
         self.box, self.seed = box, seed
         groups = {vehicle.group for vehicle in platform.fleet.vehicles}
-        runs = operation(
-            platform,
+        runs = platform.runs(
             [f"{name}={weight!r}" for name, weight in box.load_cases],
-            MountSource(box.mounts),
-            box.group if box.group in groups else None,
-            box.band_hz,
+            fleet=platform.fleet.group(box.group) if box.group in groups else platform.fleet,
+            mounts=box.mounts,
+            band=box.band_hz,
         )
-        index = motion_index(runs, Motion(box.motion))
+        index = runs.model(Motion(box.motion))
         wanted = [variable.name for variable in box.variables]
         vehicles = [response.name for response in box.responses]
         if list(index.variable_names) != wanted or list(index.response_names) != vehicles:
@@ -460,7 +457,7 @@ class _Levels:
             )
         by_name = {
             one.quantity: one
-            for one in (limited_response(quantity, index, box.band_hz) for quantity in Quantity)
+            for one in (limited_response(quantity, index, box.band_hz) for quantity in LimitedLevel)
         }
         if box.quantity not in by_name:
             raise InputError(f"the box limits '{box.quantity}', this deboom knows {list(by_name)}")

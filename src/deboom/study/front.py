@@ -12,11 +12,12 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import BoolArray, RealArray
+from deboom.common import PERCENT
 from deboom.explore.doe import sobol_designs
 from deboom.explore.front import Replicates, search_bias, unbeaten
 from deboom.explore.robust import RobustResponse, RobustValues
 from deboom.explore.search import SearchResult
-from deboom.explore.selection import at_nominal, pick, variables_without_effect
+from deboom.explore.selection import ByPick, at_nominal, pick, variables_without_effect
 from deboom.explore.space import DesignSpace
 from deboom.plot.style import FULL_WIDTH, vehicle_colours
 from deboom.report import Scalar
@@ -27,7 +28,6 @@ from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
 
-PERCENT = 100.0
 PEAK_COLUMNS = (
     "vehicle",
     "frequency before [Hz]",
@@ -106,7 +106,7 @@ class Front(Tabled):
         return float(1.0 / (getattr(self.index, "n_lines", 1) * len(self.vehicles)))
 
     @cached_property
-    def picks(self) -> dict[str, int]:
+    def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
         return pick(self.values, self.baseline)
 
@@ -116,10 +116,10 @@ class Front(Tabled):
         return variables_without_effect(self.index, self.robust.space)
 
     @cached_property
-    def pick_designs(self) -> dict[str, RealArray]:
+    def pick_designs(self) -> ByPick[RealArray]:
         """Design of each pick, shape (k,); variables without effect are at nominal [1]."""
         designs = at_nominal(self.values.designs, self.robust.space, self.without_effect)
-        return {name: designs[row] for name, row in self.picks.items()}
+        return ByPick((name, designs[row]) for name, row in self.picks.items())
 
     @property
     def named_designs(self) -> dict[str, RealArray]:

@@ -9,8 +9,9 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
+from deboom.choices import Pick
+from deboom.common import PERCENT
 from deboom.errors import InputError
-from deboom.explore.selection import BEST_MEAN
 from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
 from deboom.plot.style import mount_colours, mount_of
@@ -20,7 +21,6 @@ from deboom.study.search import natural_frequencies
 if TYPE_CHECKING:
     from deboom.study.robust_front import RobustFront
 
-PERCENT = 100.0
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
 DYNAMIC = 40.0
@@ -33,7 +33,7 @@ def pictures_behind(report: Report, front: RobustFront) -> None:
     """Append the pictures behind the answer, folded; each has its table."""
     report.section(
         "More pictures: maps, paths, all designs, modes",
-        "Best mean against today's mounts, without scatter.",
+        "Best-mean against today's mounts, without scatter.",
         folded=True,
     )
     _maps(report, front)
@@ -44,11 +44,11 @@ def pictures_behind(report: Report, front: RobustFront) -> None:
 
 def heard_by_the_driver(report: Report, front: RobustFront) -> None:
     """Show the levels at the driver's ear before and after, with their booming peaks."""
-    best = front.pick_designs[BEST_MEAN]
+    best = front.pick_designs[Pick.best_mean]
     peaks = front.peak_table(best)
     report.section(
         "What the driver hears",
-        f"{front.load_case.title}. Best mean against today's mounts, without scatter.",
+        f"{front.load_case.title}. Best-mean against today's mounts, without scatter.",
     )
     report.figure(
         "spl_curves",
@@ -58,8 +58,8 @@ def heard_by_the_driver(report: Report, front: RobustFront) -> None:
     )
     report.table(
         "vehicles",
-        front.vehicle_table(BEST_MEAN, front.splv_change(best)),
-        "Before: today's mounts; after: best mean. Levels are means over the lines "
+        front.vehicle_table(Pick.best_mean, front.splv_change(best)),
+        "Before: today's mounts; after: best-mean. Levels are means over the lines "
         "and over the scatter, changes are those of the designs without scatter.",
     )
     report.table(
@@ -78,7 +78,7 @@ def heard_by_the_driver(report: Report, front: RobustFront) -> None:
 def _maps(report: Report, front: RobustFront) -> None:
     """Show the levels of all load cases and vehicles over speed, before, after, difference."""
     model = front.index if front.every is None else front.every
-    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
+    both = np.stack([front.robust.space.nominal, front.pick_designs[Pick.best_mean]])
     cases = {name: model.levels(both, name) for name in model.load_case_names}
     before, after = np.concatenate(list(cases.values()), axis=1)
     rows = [(case, vehicle) for case in cases for vehicle in front.vehicles]
@@ -95,7 +95,7 @@ def _maps(report: Report, front: RobustFront) -> None:
     scale = ("SPL [dB(A)]", (loudest - DYNAMIC, loudest), "inferno")
     maps = [
         plot.LineMap("today", before, *scale),
-        plot.LineMap(BEST_MEAN, after, *scale),
+        plot.LineMap(Pick.best_mean, after, *scale),
         plot.LineMap("difference", change, "change [dB]", (-reach, reach), "PuOr_r"),
     ]
     names = [f"{vehicle}, {case}" for case, vehicle in rows]
@@ -111,7 +111,7 @@ def _maps(report: Report, front: RobustFront) -> None:
 def _paths(report: Report, front: RobustFront) -> None:
     """Show which paths make up the booming peaks, and how they add up at the loudest one."""
     names = list(front.stiffness_variables)
-    today, best = front.robust.space.nominal, front.pick_designs[BEST_MEAN]
+    today, best = front.robust.space.nominal, front.pick_designs[Pick.best_mean]
     rows, panels, sums = [], [], []
     changes = front.peak_changes(best)
     for vehicle in front.vehicles:
@@ -123,7 +123,7 @@ def _paths(report: Report, front: RobustFront) -> None:
             shares = [_towards(values, both[0].sum()) for values in both]
             for k, name in enumerate(names):
                 of = {"vehicle": vehicle, "frequency [Hz]": peak.frequency, "path": name}
-                for state, values, share in zip(("today", "best mean"), both, shares, strict=True):
+                for state, values, share in zip(("today", "best-mean"), both, shares, strict=True):
                     of[f"real, {state} [Pa]"] = values[k].real
                     of[f"imaginary, {state} [Pa]"] = values[k].imag
                     of[f"share, {state} [%]"] = share[k]
@@ -132,7 +132,7 @@ def _paths(report: Report, front: RobustFront) -> None:
                 label = f"{vehicle}, {peak.frequency:g} Hz [%]"
                 groups = {
                     state: (share, np.minimum(share, 0.0), np.maximum(share, 0.0))
-                    for state, share in zip(("today", BEST_MEAN), shares, strict=True)
+                    for state, share in zip(("today", Pick.best_mean), shares, strict=True)
                 }
                 panels.append((peak.level, plot.IntervalPanel(label, groups)))
                 sums.append((peak.level, vehicle, peak.frequency, both))
@@ -154,7 +154,7 @@ def _paths(report: Report, front: RobustFront) -> None:
         "vector_sum",
         lambda: plot.vector_sum(
             names,
-            {name: turned * x for name, x in zip(("today", BEST_MEAN), both, strict=True)},
+            {name: turned * x for name, x in zip(("today", Pick.best_mean), both, strict=True)},
             paint,
         ),
         f"How the paths add up at the loudest peak, {vehicle} at {frequency:g} Hz: head to tail, "
@@ -211,9 +211,9 @@ def _designs(report: Report, front: RobustFront) -> None:
 
 
 def _modes(report: Report, front: RobustFront) -> None:
-    """Show the rigid-body modes of the powertrain in motion, with today's mounts and best mean."""
+    """Show the rigid-body modes of the powertrain in motion, with today's mounts and best-mean."""
     names = front.stiffness_variables
-    both = np.stack([front.robust.space.nominal, front.pick_designs[BEST_MEAN]])
+    both = np.stack([front.robust.space.nominal, front.pick_designs[Pick.best_mean]])
     try:
         modes = natural_frequencies(front.runs)
         frequency, shapes = modes.solved({name: both[:, k] for k, name in enumerate(names)})
@@ -234,7 +234,7 @@ def _modes(report: Report, front: RobustFront) -> None:
         lambda: plot.mode_shapes(
             plot.BodyMotion(labels, places, np.zeros_like(places), titles, motion)
         ),
-        "The powertrain's rigid-body modes with best mean, in motion at the mounts.",
+        "The powertrain's rigid-body modes with best-mean, in motion at the mounts.",
     )
-    table = {"mode": range(1, 7), "today [Hz]": frequency[0], "best mean [Hz]": frequency[1]}
+    table = {"mode": range(1, 7), "today [Hz]": frequency[0], "best-mean [Hz]": frequency[1]}
     report.table("modes", pd.DataFrame({**table, **columns}))

@@ -12,6 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
+from deboom.common import Progress
 from deboom.compressor.identifiability import (
     PRIOR_DOMINATED,
     REFERENCE_FREQUENCY,
@@ -38,7 +39,7 @@ from deboom.study.compressor_identification import (
     placement_table,
     read_test,
 )
-from deboom.study.progress import Progress, counted
+from deboom.study.progress import counted
 from deboom.study.runner import run_command
 
 if TYPE_CHECKING:

@@ -219,7 +219,7 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         "Mean level and σ are verified with draws that the search never saw, parts scattered "
         f"within ±{tolerance:.0f} %, per line of the band.",
         f"° {NO_REQUIREMENT}: no vehicle depends on it, so it is left at today's value; "
-        f"{ANY}: around the best mean its whole range makes no noticeable difference.",
+        f"{ANY}: around the best-mean its whole range makes no noticeable difference.",
     )
 
 

@@ -73,7 +73,7 @@ def write_run_ups(
     paths = []
     for v, vehicle in enumerate(model.response_names):
         for d, name in enumerate(designs):
-            paths.append(place / f"{vehicle} {name.replace('-', ' ')}.wav")
+            paths.append(place / f"{vehicle} {name}.wav")
             replace_bytes(paths[-1], _wav(fade * sounds[:, d, v] / full_scale))
     facts = {
         "run": run.entry.name,

@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.explore.scatter import (
@@ -39,7 +40,6 @@ from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_sca
 from deboom.report import Report
 from deboom.study.options import Aim, factor_space, robust_response
 
-PERCENT = 100.0
 REFERENCE = 0.15
 """Tolerance whose price is 1 per direction unless a table says otherwise [1]."""
 ROUNDS = 5
@@ -129,15 +129,6 @@ class MadeParts:
             )
         return " ".join(words)
 
-    def append_to(self, report: Report) -> None:
-        """Add a section and a table ``parts`` to a report; nothing without a file."""
-        if self.structure is None:
-            return
-        report.section("How parts scatter", self.text)
-        caption = "Half widths of the scatter are three standard deviations."
-        report.table("parts", self.table, caption)
-        report.inputs += self.inputs
-
 
 @dataclass(frozen=True)
 class ScatterOptions:
@@ -189,6 +180,16 @@ def _measured(library: Path, content: PartScatterFile, entry: MeasuredEntry) -> 
         return library_scatter(parts, ScatterPrior(entry.prior_sigma, entry.prior_weight))
     except InputError as error:
         raise InputError(f"{library}: {error}") from None
+
+
+def report_parts(report: Report, made: MadeParts) -> None:
+    """Add a section and a table ``parts`` to a report; nothing without a file."""
+    if made.structure is None:
+        return
+    report.section("How parts scatter", made.text)
+    caption = "Half widths of the scatter are three standard deviations."
+    report.table("parts", made.table, caption)
+    report.inputs += made.inputs
 
 
 def library_parts(path: Path) -> Sequence[CharacterisedMount]:

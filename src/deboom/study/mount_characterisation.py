@@ -17,6 +17,7 @@ from scipy.spatial import cKDTree
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.campaign import NO_ERRORS, TRAINING_RUNS, CampaignErrors, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import OperatingRun
@@ -33,7 +34,6 @@ from deboom.mounts.response_surface import (
     compare_models,
     standard_models,
 )
-from deboom.study.progress import Progress
 
 
 @dataclass(frozen=True, eq=False)

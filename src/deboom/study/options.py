@@ -7,13 +7,11 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
-from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 import numpy as np
 from typer import CallbackParam, Option
 
-import deboom
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
 from deboom.explore.robust import RobustResponse
@@ -25,11 +23,7 @@ from deboom.explore.scatter import (
     sobol_sample,
 )
 from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
-from deboom.files.platform import Platform
-from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import refuse_active_mounts
-from deboom.vehicles.fleet import LOSS_SUFFIX, Band
-from deboom.vehicles.limits import MeanLevel, PeakLevel
+from deboom.vehicles.fleet import LOSS_SUFFIX
 
 
 def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
@@ -51,13 +45,6 @@ Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.
 """Option of every study."""
 
 _T = TypeVar("_T")
-
-
-def shipped_studies() -> Path:
-    """Return the folder of deboom's own studies: in the package, in a clone beside ``src``."""
-    package = Path(deboom.__file__).parent
-    inside = package / "studies"
-    return inside if inside.is_dir() else package.parents[1] / "studies"
 
 
 def expanded(options: Any) -> dict[str, inspect.Parameter]:
@@ -109,34 +96,6 @@ def band_of(text: str) -> tuple[float, float]:
     if not (0 < low < high and math.isfinite(high)):
         raise InputError(f"--band {text}: the band must rise from above 0 Hz")
     return low, high
-
-
-def weighted_load_cases(
-    platform: Platform, requests: Sequence[str] | None
-) -> list[tuple[LoadCase, float]]:
-    """Look up load cases with their weights, in the order asked for, not yet normalised [1].
-
-    - `requests`: ``name`` (weight 1) or ``name=weight``; None or empty takes the platform's
-      default.
-    - raises InputError: an unknown or repeated name, a weight that is no number above 0, or a load
-      case in which a mount has a negative stiffness or a negative loss.
-    """
-    chosen: dict[str, float] = {}
-    for request in requests or [platform.default_load_case]:
-        name, has_weight, text = request.partition("=")
-        try:
-            weight = float(text) if has_weight else 1.0
-        except ValueError:
-            weight = -1.0
-        if not 0.0 < weight < float("inf"):
-            raise InputError(f"load case '{request}': write name=weight with a weight above 0")
-        if name in chosen:
-            raise InputError(f"load case '{name}' is asked for twice: give it one weight")
-        chosen[name] = weight
-    cases = [(platform.load_case(name), weight) for name, weight in chosen.items()]
-    for case, _ in cases:
-        refuse_active_mounts(case)
-    return cases
 
 
 TAIL = 0.95
@@ -233,20 +192,6 @@ def tolerance_sample(
     - raises InputError: seed 0, or a number of draws that the sampler refuses.
     """
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
-
-
-class Quantity(Enum):
-    """What is limited in every vehicle."""
-
-    mean = "mean"
-    """Mean level of the lines of the band."""
-    peak = "peak"
-    """Loudest line of the band."""
-
-
-def limited_response(quantity: Quantity, index: Any, band: Band) -> MeanLevel | PeakLevel:
-    """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
-    return MeanLevel(index) if quantity is Quantity.mean else PeakLevel(index, band)
 
 
 def listed(names: Sequence[str]) -> str:

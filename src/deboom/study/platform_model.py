@@ -1,310 +1,31 @@
-"""From the options of a study to the booming model of a platform."""
+"""From the options of a study to the booming model of a platform, and what is to say about it."""
 
 from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
-from functools import cached_property
 from pathlib import Path
 from typing import Annotated
 
-import numpy as np
-import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.choices import FolderKind
 from deboom.errors import InputError
-from deboom.files.library_export import read_library_json
-from deboom.files.platform import (
-    PLATFORM_FILE,
-    Platform,
-    PlatformFile,
-    assembled,
-    read_contents,
-    read_platform,
-)
+from deboom.files.check import pieces_in_words, unidentified_in_words
+from deboom.files.platform import DEMONSTRATION, read_platform
 from deboom.files.run_folder import hash_files
-from deboom.files.schema import load_toml, noting
-from deboom.files.units import RANGES
-from deboom.measurement.channels import LoadCase
-from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import (
-    Mount,
-    mean_operating_stiffness,
-    not_identified,
-    refuse_active_mounts,
-)
-from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.physics.frf import corr_f
-from deboom.physics.order_tracking import rpm_of_frequency
-from deboom.physics.sound_level import spl
 from deboom.report import Report
-from deboom.study.options import shipped_studies, weighted_load_cases
 from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, compare_starts
-from deboom.vehicles.booming_model import BoomingModel, booming_model
-from deboom.vehicles.booming_model import Motion as Motion
-from deboom.vehicles.booming_peaks import compare_peaks
-from deboom.vehicles.coupled_motion import coupled_motion
-from deboom.vehicles.design_factor import Factor as Factor
-from deboom.vehicles.fleet import Band, Fleet, path_contributions
-from deboom.vehicles.powertrain import library_model
+from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.platform import MountSource, Platform, Runs
+from deboom.vehicles.surface_check import PEAK_AGREEMENT
 
-PEAK_AGREEMENT = 0.3
-"""Surfaces and spectra agree if no booming peak differs by more [dB]."""
-
-PEAKS = "largest difference at peaks [dB]"
-RMS = "rms difference [dB]"
-
-
-@dataclass(frozen=True, eq=False)
-class SurfaceCheck:
-    """Levels with forces from response surfaces against those with measured forces.
-
-    - `table`: one row per load case and vehicle, see `level_differences`.
-    - `kept`: channels that keep a measured force, each with its reason.
-    """
-
-    table: pd.DataFrame
-    kept: tuple[str, ...]
-
-    @property
-    def at_peaks(self) -> float:
-        """Largest difference at a booming peak; nan where no curve has one [dB]."""
-        return float(self.table[PEAKS].max())
-
-    @property
-    def agrees(self) -> bool:
-        """Whether there are booming peaks, and all agree within `PEAK_AGREEMENT`."""
-        return self.at_peaks <= PEAK_AGREEMENT
-
-    @property
-    def text(self) -> str:
-        """The outcome in a few sentences."""
-        peaks = f"booming peaks differ by up to {self.at_peaks:.2f} dB"
-        if np.isnan(self.at_peaks):
-            peaks = "there is no booming peak to compare"
-        sentence = (
-            "Forces come from the mounts' response surfaces. With the measured spectra instead, "
-            f"{peaks}, all lines by {self.table[RMS].max():.2f} dB rms."
-        )
-        kept = f" The measured force stays in {'; '.join(self.kept)}." if self.kept else ""
-        return sentence + kept
-
-
-def surface_check(
-    fleet: Fleet,
-    mounts: Sequence[Mount],
-    pairs: Sequence[tuple[LoadCase, SurfaceForces]],
-    band: Band,
-) -> SurfaceCheck:
-    """Compare runs with their measured forces and with those from response surfaces.
-
-    - `fleet`, `mounts`: who listens, and the platform's mounts.
-    - `pairs`: each run as measured, and with its forces exchanged.
-    - `band`: lower and upper edge, both inside [Hz].
-    - raises InputError: see `deboom.vehicles.fleet.path_contributions`.
-    """
-    tables = []
-    kept: dict[str, None] = {}
-    for measured, modelled in pairs:
-        table = level_differences(fleet, mounts, measured, modelled.load_case, band)
-        table.insert(0, "load case", measured.name)
-        tables.append(table)
-        kept |= {f"{name} ({why})": None for name, why in modelled.measured.items()}
-    return SurfaceCheck(pd.concat(tables, ignore_index=True), tuple(kept))
-
-
-def level_differences(
-    fleet: Fleet, mounts: Sequence[Mount], measured: LoadCase, modelled: LoadCase, band: Band
-) -> pd.DataFrame:
-    """Compare the pressure at each ear between two versions of a run.
-
-    - `measured`, `modelled`: the same run with measured and with modelled forces.
-    - `band`: lower and upper edge, both inside [Hz].
-    - returns one row per vehicle: ``corr_f`` of the complex pressure, rms difference of SPL over
-      all lines, number of booming peaks and of those that one curve has alone, largest difference
-      at a peak with its frequency (nan where there is none). Peaks are paired by frequency; where
-      one curve has none, its highest level nearby counts.
-    - raises InputError: see `deboom.vehicles.fleet.path_contributions`.
-    """
-    both = [path_contributions(fleet, mounts, case, band) for case in (measured, modelled)]
-    nominal = np.ones((1, len(both[0].variable_names)))
-    first, second = (case.pressure(nominal)[0] for case in both)
-    before, after = (spl(heard, both[0].frequency, axis=-1) for heard in (first, second))
-    shape = corr_f(second.T, first.T)
-    rows = []
-    for vehicle, name in enumerate(fleet.names):
-        changes = compare_peaks(before[vehicle], after[vehicle], both[0].frequency, measured.order)
-        worst = max(changes, key=lambda c: abs(c.level_after - c.level_before), default=None)
-        rows.append(
-            {
-                "vehicle": name,
-                "corr_f [1]": float(shape[vehicle]),
-                RMS: float(np.sqrt(np.mean((after - before)[vehicle] ** 2))),
-                "peaks": len(changes),
-                "peaks of one curve only": sum(not (c.before and c.after) for c in changes),
-                PEAKS: abs(worst.level_after - worst.level_before) if worst else np.nan,
-                "frequency of that peak [Hz]": worst.frequency if worst else np.nan,
-            }
-        )
-    return pd.DataFrame(rows)
-
-
-LIBRARY_FILE = "mounts.library.json"
-"""Exported mount library in a platform folder."""
-CATALOGUE_FILE = "catalogue.library.json"
-"""Further parts in a platform folder, an exported mount library."""
-
-
-class MountSource(Enum):
-    """Where the forces of the mounts come from.
-
-    ``library`` refuses lines outside of the region that a mount was measured in; at those lines
-    ``library_inside`` takes the measured force.
-    """
-
-    library = "library"
-    library_inside = "library-inside"
-    spectra = "spectra"
-
-
-@dataclass(frozen=True, eq=False)
-class Operation:
-    """The runs that a study is about, and who listens.
-
-    - `platform`: with these runs, and every file that was read.
-    - `fleet`: vehicles of the group.
-    - `cases`: runs with their weights.
-    - `band`: lower and upper edge, both inside [Hz].
-    - `check`: surfaces against spectra; None if the forces are the measured ones.
-    - `parts`: the library's mounts that the forces come from; empty if they are the measured ones.
-    """
-
-    platform: Platform
-    fleet: Fleet
-    cases: list[tuple[LoadCase, float]]
-    band: Band
-    check: SurfaceCheck | None
-    parts: tuple[CharacterisedMount, ...] = ()
-
-    @cached_property
-    def not_coupled(self) -> str:
-        """What coupled motion lacks in these data, in a sentence; empty if nothing."""
-        platform = self.platform
-        try:
-            for case, _ in self.cases:
-                coupled_motion(self.fleet, platform.mounts, platform.powertrain, case, self.band)
-        except InputError as error:
-            return f"These data do not allow coupled motion: {error}."
-        return ""
-
-    def characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
-        """Return a direction of the library's mounts; None if it is not among them."""
-        directions = (d for part in self.parts if part.mount.name == mount for d in part.directions)
-        return next((one for one in directions if one.axis == axis), None)
-
-    def identified(self, mount: str, axis: str) -> bool:
-        """Whether a direction's stiffness is known well enough to be asked for in N/m."""
-        known = self.characterised(mount, axis)
-        return known is not None and known.surface is not None and known.quality.identified
-
-    def stiffness(self, case: LoadCase, band: Band) -> RealArray:
-        """Mean |K| of a run in a band by variable, shape (k,) [N/m]; nan: not measured."""
-        mounts = self.platform.mounts
-        return np.concatenate([mean_operating_stiffness(one, case, band) for one in mounts])
-
-    def append_to(self, report: Report) -> None:
-        """Add to a report how far surfaces and spectra agree, and print it on standard error.
-
-        The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
-        section, and a warning where they do not agree; nothing if forces are the measured ones. It
-        also says what coupled motion lacks.
-        """
-        report.warn(self.not_coupled)
-        if words := pieces_in_words(self.platform):
-            report.facts["pieces"] = words
-        if words := unidentified_in_words([case for case, _ in self.cases]):
-            report.facts["not identified"] = words
-        check = self.check
-        if check is None:
-            return
-        print(check.text, file=sys.stderr)
-        report.section(
-            "Response surfaces against measured spectra",
-            f"{check.text}\n\nPeaks are compared with peaks. Beside them, in a notch where paths "
-            "cancel, a small change of one force is a large one of the level.",
-            folded=True,
-        )
-        report.table("surface_check", check.table, "With today's mounts.", {"corr_f [1]": 5})
-        report.summary["surface_difference_at_peaks_db"] = check.at_peaks
-        if not check.agrees:
-            report.warn(
-                "Response surfaces and measured spectra are not shown to agree within "
-                f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
-                "either."
-            )
-
-
-def operation(
-    platform: Platform,
-    requests: Sequence[str] | None,
-    source: MountSource,
-    group: str | None,
-    band: Band,
-) -> Operation:
-    """Look up load cases and give them the forces of the mounts' response surfaces.
-
-    - `platform`: as measured; its mount library lies beside its files, see `LIBRARY_FILE`.
-    - `requests`: as for `deboom.study.options.weighted_load_cases`.
-    - `source`: whether forces come from the library, and are compared with the measured ones.
-    - `group`: vehicles to listen in; None: all of them.
-    - `band`: lower and upper edge, both inside [Hz].
-    - raises InputError: an unknown load case or group; a platform without a mount library; a run
-      without engine torque, or with lines outside of the region that a mount was measured in.
-    """
-    fleet = platform.fleet if group is None else platform.fleet.group(group)
-    cases = weighted_load_cases(platform, requests)
-    if source is MountSource.spectra:
-        return Operation(platform, fleet, cases, band, None)
-    path = platform.folder / LIBRARY_FILE
-    mounts = _library(path)
-    outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
-    try:
-        pairs = [(case, surface_forces(case, mounts, outside)) for case, _ in cases]
-    except InputError as error:
-        raise InputError(
-            f"{path}: {error} (--mounts library-inside keeps the measured force at lines outside, "
-            "--mounts spectra everywhere)"
-        ) from None
-    check = surface_check(fleet, platform.mounts, pairs, band)
-    modelled = {case.name: forces.load_case for case, forces in pairs}
-    changed = replace(
-        platform,
-        load_cases=tuple(modelled.get(case.name, case) for case in platform.load_cases),
-        input_files=(*platform.input_files, path),
-    )
-    from_library = [(modelled[case.name], weight) for case, weight in cases]
-    return Operation(changed, fleet, from_library, band, check, mounts)
-
-
-DEMONSTRATION = shipped_studies() / "data" / "u06_f39_f45"
-"""The virtual platform that every study runs with if no other is given."""
 DEMONSTRATED = "U06"
 """Its group of vehicles that studies serve."""
-BAND = (20.0, 60.0)
-"""What the studies sum over by default; both edges belong to it [Hz]."""
 BAND_DEFAULT = "20 60; all lines of data that begin above 20 or end below 60"
-
-
-def study_band(platform: Platform) -> Band:
-    """Return the lines that count by default: `BAND`, or all of data that do not span it [Hz]."""
-    lines = platform.load_cases[0].force.frequency
-    spans = lines[0] <= BAND[0] and lines[-1] >= BAND[1]
-    return BAND if spans else (float(lines[0]), float(lines[-1]))
 
 
 @dataclass(frozen=True)
@@ -323,13 +44,11 @@ class PlatformOptions:
     ] = None
     mounts: Annotated[MountSource, Option(help="Source of forces.")] = MountSource.library
 
-    def operation(self) -> Operation:
-        """Read the platform and look up what was asked for; see `operation`."""
+    def runs(self) -> Runs:
+        """Read the platform and look up the runs; see `deboom.vehicles.platform.Platform.runs`."""
         platform = read_platform(self.platform)
-        band = study_band(platform) if self.band is None else self.band
-        served = self.served(platform.fleet)
-        group = None if served is platform.fleet else served.vehicles[0].group
-        return operation(platform, self.load_case, self.mounts, group, band)
+        fleet = self.served(platform.fleet)
+        return platform.runs(self.load_case, fleet=fleet, mounts=self.mounts, band=self.band)
 
     def served(self, fleet: Fleet) -> Fleet:
         """Return the vehicles of the group; of a platform with one group all, by default."""
@@ -339,67 +58,10 @@ class PlatformOptions:
         return fleet.group(self.group or DEMONSTRATED)
 
 
-def _library(path: Path) -> tuple[CharacterisedMount, ...]:
-    if not path.is_file():
-        raise InputError(
-            f"{path}: the platform has no mount library: export one there as JSON (deboom "
-            "characterise, then deboom library export; a virtual platform: deboom bench write "
-            "--library), or take the mounts from the measured spectra (--mounts spectra)"
-        )
-    return read_library_json(path)[1]
-
-
 PART_WARNING = (
     "A stiffness factor means the rubber itself, with its stops where they were: a softer part "
     "rides deeper into its stop and most of the benefit is lost."
 )
-
-
-def motion_index(
-    runs: Operation,
-    motion: Motion,
-    factor: Factor = Factor.dynamic,
-    *,
-    loss_factors: bool = False,
-) -> BoomingModel:
-    """Build the booming model of a study's runs under one model of the motion.
-
-    - `factor`: what a stiffness factor means; the warning that ``part`` needs is printed.
-    - `loss_factors`: whether the loss factors are variables, too.
-    - raises InputError: options that do not go together, or data that do not fit together.
-    """
-    by_surface = motion is Motion.amplitude or factor is Factor.part
-    if loss_factors and by_surface:
-        raise InputError(
-            "loss factors are variables with --motion prescribed or coupled and --factor dynamic: "
-            "there the mounts stay where they are"
-        )
-    if factor is Factor.part and motion is Motion.prescribed:
-        raise InputError(
-            "a part that settles elsewhere moves otherwise too: --factor part goes with --motion "
-            "coupled or amplitude"
-        )
-    if by_surface and not runs.parts:
-        raise InputError(
-            "amplitude-dependent motion and --factor part need the surfaces and static curves of "
-            "the mount library: take --mounts library"
-        )
-    settling = None
-    if factor is Factor.part:
-        carriers = {mount.name for mount in runs.platform.mounts if mount.body_mass is None}
-        settling = library_model([part for part in runs.parts if part.mount.name in carriers])
-        print(PART_WARNING, file=sys.stderr)
-    return booming_model(
-        runs.fleet,
-        runs.platform.mounts,
-        runs.cases,
-        runs.band,
-        motion=motion,
-        powertrain=runs.platform.powertrain,
-        parts=runs.parts,
-        settling=settling,
-        loss_factors=loss_factors,
-    )
 
 
 MOTION_DEFAULT = "coupled; prescribed where the data do not allow it"
@@ -415,12 +77,12 @@ class MotionOptions:
     ] = None
     factor: Annotated[Factor, Option(help="What a stiffness factor means.")] = Factor.dynamic
 
-    def index(self, runs: Operation, *, loss_factors: bool = False) -> BoomingModel:
-        """Build the booming model of the runs; see `motion_index`."""
-        motion = self.motion
-        if motion is None:
-            motion = Motion.prescribed if runs.not_coupled else Motion.coupled
-        return motion_index(runs, motion, self.factor, loss_factors=loss_factors)
+    def model(self, runs: Runs, *, loss_factors: bool = False) -> BoomingModel:
+        """Build the booming model of the runs; the warning that ``part`` needs is printed."""
+        model = runs.model(self.motion, self.factor, loss_factors=loss_factors)
+        if self.factor is Factor.part:
+            print(PART_WARNING, file=sys.stderr)
+        return model
 
 
 MOTION_WARNING = (
@@ -508,6 +170,38 @@ def motion_report(index: BoomingModel, designs: RealArray) -> MotionReport:
     return MotionReport((meaning, *alarms), "\n\n".join(texts), terms, summary)
 
 
+def report_runs(report: Report, runs: Runs) -> None:
+    """Add to a report how far surfaces and spectra agree, and print it on standard error.
+
+    The report gets a table ``surface_check``, the key ``surface_difference_at_peaks_db``, a
+    section, and a warning where they do not agree; nothing if forces are the measured ones. It
+    also says what coupled motion lacks.
+    """
+    report.warn(runs.not_coupled)
+    if words := pieces_in_words(runs.platform):
+        report.facts["pieces"] = words
+    if words := unidentified_in_words([case for case, _ in runs.cases]):
+        report.facts["not identified"] = words
+    check = runs.check
+    if check is None:
+        return
+    print(check.text, file=sys.stderr)
+    report.section(
+        "Response surfaces against measured spectra",
+        f"{check.text}\n\nPeaks are compared with peaks. Beside them, in a notch where paths "
+        "cancel, a small change of one force is a large one of the level.",
+        folded=True,
+    )
+    report.table("surface_check", check.table, "With today's mounts.", {"corr_f [1]": 5})
+    report.summary["surface_difference_at_peaks_db"] = check.at_peaks
+    if not check.agrees:
+        report.warn(
+            "Response surfaces and measured spectra are not shown to agree within "
+            f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
+            "either."
+        )
+
+
 def platform_sha256(platform: Platform) -> str:
     """Return a hash over names and contents of every file that was read, in hexadecimal."""
     hashes = hash_files(platform.input_files, relative_to=platform.folder)
@@ -515,219 +209,8 @@ def platform_sha256(platform: Platform) -> str:
     return hashlib.sha256(joined.encode()).hexdigest()
 
 
-@dataclass(frozen=True, eq=False)
-class PlatformCheck:
-    """What a check found.
-
-    - `faults`: a sentence each; `waiting`: what could not be looked at because of them.
-    - `platform`: what studies would read; None with a fault in its files.
-    """
-
-    faults: tuple[str, ...]
-    waiting: tuple[str, ...]
-    platform: Platform | None
-
-    @property
-    def summary(self) -> str:
-        """What a platform without a fault holds, one item a line; empty with one."""
-        if self.faults or self.platform is None:
-            return ""
-        return _aligned(list(_summary(self.platform)))
-
-
-def _aligned(lines: Sequence[tuple[str, str]]) -> str:
-    width = max(len(name) for name, _ in lines) + 2
-    return "\n".join(f"{name:<{width}}{text}" for name, text in lines)
-
-
-def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
-    """List what is wrong in a folder of any kind, or say what it holds.
-
-    - `folder`: its file, such as ``campaign.toml``, says of which kind it is.
-    - returns `faults`, `waiting`, `summary`: as in `PlatformCheck`.
-    """
-    from deboom.files.folders import FILES, kind_of_folder, summary_of
-
-    faults: list[InputError] = []
-    try:
-        kind = kind_of_folder(folder)
-        if kind is FolderKind.platform:
-            found = check_platform(folder)
-            return found.faults, found.waiting, found.summary
-        load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
-        if faults:
-            return tuple(map(str, faults)), ("the files that it names",), ""
-        return (), (), _aligned(summary_of(folder, kind))
-    except InputError as error:
-        return tuple(str(error).splitlines()), (), ""
-
-
-def check_platform(folder: Path) -> PlatformCheck:
-    """Read a platform folder to its end and list what is wrong.
-
-    Parameters
-    ----------
-    folder : Path
-        With ``platform.toml``.
-
-    Returns
-    -------
-    PlatformCheck
-        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
-        mount library that does not fit.
-
-    Raises
-    ------
-    InputError
-        Never for a fault of the platform: faults are in the result.
-
-    Examples
-    --------
-    >>> import deboom
-    >>> from pathlib import Path
-    >>> deboom.check_platform(Path("nowhere")).faults[0]
-    'nowhere: there is no such folder: `deboom new platform nowhere` writes one'
-    """
-    faults: list[InputError] = []
-    waiting: list[str] = []
-    platform = None
-    if not folder.is_dir():
-        sentence = f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
-        return PlatformCheck((sentence,), (), None)
-    with noting(faults.append):
-        file = load_toml(folder / PLATFORM_FILE, PlatformFile, faults.append)
-        contents = read_contents(folder, file, faults.append)
-        if contents.mounts is None:
-            waiting.append("whether the tables fit the mounts")
-        if not contents.channels:
-            waiting.append("whether the files hold the channels")
-        if faults:
-            waiting.append("signs, frequency band and mount library")
-        else:
-            platform = assembled(folder, file, contents)
-    if platform is not None:
-        for case in platform.load_cases:
-            with noting(faults.append):
-                refuse_active_mounts(case)
-        band = study_band(platform)
-        if not faults and (folder / LIBRARY_FILE).exists():
-            with noting(faults.append):
-                every = [case.name for case in platform.load_cases]
-                operation(platform, every, MountSource.library_inside, None, band)
-    sentences = dict.fromkeys(str(fault) for fault in faults)
-    return PlatformCheck(tuple(sentences), tuple(waiting), platform)
-
-
-def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
-    case = platform.load_cases[0]
-    lines = case.force.frequency
-    band = study_band(platform)
-    inside = lines[(lines >= band[0]) & (lines <= band[1])]
-    rpm = rpm_of_frequency(inside[[0, -1]], case.order)
-    variables = sum(len(mount.variables) for mount in platform.mounts)
-    groups = dict.fromkeys(vehicle.group for vehicle in platform.fleet.vehicles)
-    steps = np.diff(lines)
-    even = np.ptp(steps) <= 1e-3 * steps.mean()
-    yield "platform", f"{platform.name}: {platform.title}"
-    engine = (
-        f"engine of {platform.cylinders} cylinders"
-        if platform.cylinders
-        else "electric drive, because [engine] states no cylinders"
-    )
-    yield "drive", engine
-    yield (
-        "mounts",
-        f"{len(platform.mounts)}, {variables} variables: "
-        + ", ".join(
-            mount.name
-            + (f" ({', '.join(mount.pieces)})" if len(mount.pieces) > 1 else "")
-            + f" {''.join(mount.transfer_axes) or 'no path'}"
-            for mount in platform.mounts
-        ),
-    )
-    if words := pieces_in_words(platform):
-        yield "pieces", words
-    if words := unidentified_in_words(platform.load_cases):
-        yield "not identified", words
-    for group in groups:
-        names = [one.name for one in platform.fleet.vehicles if one.group == group]
-        yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
-    yield (
-        "lines",
-        f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
-        + (f"every {steps.mean():.4g} Hz" if even else "unevenly spaced"),
-    )
-    for one in platform.load_cases:
-        default = " (default)" if one.name == platform.default_load_case else ""
-        torque = "with engine torque" if one.engine_torque is not None else "no engine torque"
-        yield "load case", f"{one.name}{default}: {one.title}; gear {one.gear}, {torque}"
-    yield (
-        "band",
-        f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
-        f"of order {case.order:g}",
-    )
-    for name, sizes in _sizes(platform).items():
-        yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
-    if (platform.folder / LIBRARY_FILE).exists():
-        yield "library", f"{LIBRARY_FILE} fits all mounts"
-    else:
-        yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
-
-
-def pieces_in_words(platform: Platform) -> str:
-    """Say whether the pieces of a mount keep their own noise transfer functions."""
-    inputs = platform.fleet.vehicles[0].noise_transfer.inputs
-    words = []
-    for mount in platform.mounts:
-        if len(mount.pieces) > 1 and mount.paths:
-            apart = set(mount.channels(mount.transfer_axes[0])) <= set(inputs)
-            words.append(
-                f"{mount.name}: each piece with its own noise transfer function"
-                if apart
-                else f"{mount.name}: one noise transfer function times the summed forces of its "
-                "pieces, right only where these are alike"
-            )
-    return "; ".join(words)
-
-
-def unidentified_in_words(load_cases: Sequence[LoadCase]) -> str:
-    """Name the mount directions that hardly move; empty where all of them do."""
-    cases = {case.name: not_identified(case) for case in load_cases}
-    words = [f"{', '.join(names)} ({case})" for case, names in cases.items() if names]
-    if not words:
-        return ""
-    return (
-        f"{'; '.join(words)}: hardly moves, so that force and displacement do not go together; the "
-        "force counts as measured, the stiffness is not known"
-    )
-
-
-def _sizes(platform: Platform) -> dict[str, RealArray]:
-    """Return magnitudes of what was measured: of a channel, the median over its lines."""
-    cases = platform.load_cases
-    forces = [np.median(np.abs(case.force.values), axis=0) for case in cases]
-    motions = [np.median(np.abs(case.displacement.values), axis=0) for case in cases]
-    vehicles = platform.fleet.vehicles
-    transfer = [np.median(np.abs(each.noise_transfer.values), axis=0) for each in vehicles]
-    levels = []
-    for case in cases:
-        paths = path_contributions(platform.fleet, platform.mounts, case, study_band(platform))
-        pressure = paths.pressure(np.ones((1, len(paths.variable_names))))[0]
-        levels.append(spl(pressure, paths.frequency, axis=-1).max(axis=-1))
-    sizes = {
-        "position": np.abs([place for mount in platform.mounts for place in mount.positions]),
-        "displacement": np.concatenate(motions),
-        "force": np.concatenate(forces),
-        "stiffness": np.concatenate([f / s for f, s in zip(forces, motions, strict=True)]),
-        "noise transfer function": np.concatenate(transfer, axis=None),
-        "level": np.concatenate(levels),
-    }
-    torques = [np.abs(case.engine_torque) for case in cases if case.engine_torque is not None]
-    return sizes | ({"engine torque": np.concatenate(torques)} if torques else {})
-
-
 def in_all_load_cases(
-    platform: PlatformOptions, runs: Operation, motion: MotionOptions, *, loss_factors: bool = False
+    platform: PlatformOptions, runs: Runs, motion: MotionOptions, *, loss_factors: bool = False
 ) -> BoomingModel | None:
     """Return the model of a study in all load cases; None where their data do not allow it."""
     names = [case.name for case in runs.platform.load_cases]
@@ -735,7 +218,7 @@ def in_all_load_cases(
     if source is MountSource.library:
         source = MountSource.library_inside
     try:
-        every = replace(platform, load_case=names, mounts=source).operation()
-        return motion.index(replace(every, fleet=runs.fleet), loss_factors=loss_factors)
+        every = replace(platform, load_case=names, mounts=source).runs()
+        return motion.model(replace(every, fleet=runs.fleet), loss_factors=loss_factors)
     except InputError:
         return None

@@ -10,10 +10,8 @@ from typing import TypeVar
 import typer
 from tqdm import tqdm
 
+from deboom.common import Progress
 from deboom.errors import IncompleteReport, InputError
-
-Progress = Callable[[int, int, str], None]
-"""Called with what is done, the total, and a short text."""
 
 LOG_LINES = 4
 

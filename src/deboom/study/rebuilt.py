@@ -127,7 +127,13 @@ class ComparedRun:
         """Rows of the front by name of the pick."""
         front = pd.read_csv(self.entry.folder / FRONT)
         named = front.get("pick", pd.Series(dtype=str)).fillna("")
-        return {n: row for row, names in enumerate(named) for n in names.split(" = ") if n}
+        # deboom 0.2.0 wrote best mean
+        return {
+            name.replace(" ", "-"): row
+            for row, names in enumerate(named)
+            for name in names.split(" = ")
+            if name
+        }
 
     def picked(self, pick: Pick) -> RealArray:
         """Return a design of the front by name, as the search found it, (k,) [units of the space].
@@ -137,13 +143,12 @@ class ComparedRun:
         InputError
             The front has no design of this name.
         """
-        name = pick.value.replace("-", " ")
-        if name not in self.picks:
+        if pick not in self.picks:
             raise InputError(
-                f"{self.entry.folder / FRONT} names no design '{name}': none is better than "
+                f"{self.entry.folder / FRONT} names no design '{pick}': none is better than "
                 "today's, or the study picks none; use best-mean"
             )
-        return np.asarray(self.designs[self.picks[name]])
+        return np.asarray(self.designs[self.picks[pick]])
 
     @property
     def files(self) -> tuple[Path, ...]:

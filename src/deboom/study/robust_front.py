@@ -10,29 +10,23 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.choices import Pick
+from deboom.common import N_PER_MM, PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import VERIFICATION, unbeaten
 from deboom.explore.robust import RobustValues, chosen
-from deboom.explore.selection import BEST_MEAN, indifference_intervals
-from deboom.files.platform import Platform
+from deboom.explore.selection import indifference_intervals
 from deboom.measurement.channels import LoadCase
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
-from deboom.study.front import PERCENT, Front, same_designs
+from deboom.study.front import Front, same_designs
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.study.options import aim_note, listed
-from deboom.study.platform_model import (
-    Factor,
-    Motion,
-    MotionReport,
-    Operation,
-    factor_name,
-    motion_name,
-    motion_report,
-)
+from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
 from deboom.study.search import price
-from deboom.vehicles.booming_model import BoomingModel, booming_model
-from deboom.vehicles.powertrain import library_model
+from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.platform import Platform, Runs
 
 NOTICEABLE = 0.1
 """Change of the mean level of the lines that counts as noticeable [dB]."""
@@ -42,8 +36,6 @@ AT_THE_EDGE = 0.005
 """Distance from a bound of the search at which a factor lies there [1]."""
 FURTHER = 0.1
 """How much further than the search a factor at its edge is tried [1]."""
-N_PER_MM = 1e-3
-"""From N/m to N/mm."""
 NO_REQUIREMENT = "no requirement"
 BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
@@ -72,7 +64,7 @@ class RobustFront(Front):
 
     Parameters
     ----------
-    runs : Operation
+    runs : Runs
         Platform, vehicles and load cases of the search.
     every : BoomingModel or None
         The same model in all load cases of the platform; None where they do not allow it.
@@ -80,7 +72,7 @@ class RobustFront(Front):
         The same search with prescribed motion.
     """
 
-    runs: Operation
+    runs: Runs
     every: BoomingModel | None = None
     prescribed: Front | None = None
 
@@ -116,8 +108,8 @@ class RobustFront(Front):
 
     @property
     def worst_vehicle(self) -> int:
-        """Row of the vehicle that best mean helps least."""
-        return int(np.argmax(self.splv_change(self.pick_designs[BEST_MEAN])))
+        """Row of the vehicle that best-mean helps least."""
+        return int(np.argmax(self.splv_change(self.pick_designs[Pick.best_mean])))
 
     @cached_property
     def nominal_stiffness(self) -> RealArray:
@@ -136,16 +128,16 @@ class RobustFront(Front):
 
     @cached_property
     def indifference(self) -> RealArray:
-        """Interval of each variable around best mean without a noticeable change, shape (k, 2)."""
+        """Interval of each variable around best-mean without a noticeable change, shape (k, 2)."""
         change = NOTICEABLE * self.index.n_lines
         return np.column_stack(
-            indifference_intervals(self.robust, self.pick_designs[BEST_MEAN], change)
+            indifference_intervals(self.robust, self.pick_designs[Pick.best_mean], change)
         )
 
     @cached_property
     def telling(self) -> list[int]:
-        """Variables that bring `TELLING` of best mean's change alone, the strongest first."""
-        today, best = self.robust.space.nominal, self.pick_designs[BEST_MEAN]
+        """Variables that bring `TELLING` of best-mean's change alone, the strongest first."""
+        today, best = self.robust.space.nominal, self.pick_designs[Pick.best_mean]
         alone = np.where(np.eye(len(best), dtype=bool), best, today)
         order = np.argsort([self.splv_change(design).mean() for design in alone], kind="stable")
         whole = self.splv_change(best).mean()
@@ -156,9 +148,9 @@ class RobustFront(Front):
         return columns
 
     def only(self, columns: list[int]) -> float:
-        """Mean change of the level if only some variables go to best mean [dB]."""
+        """Mean change of the level if only some variables go to best-mean [dB]."""
         design = self.robust.space.nominal.copy()
-        design[columns] = self.pick_designs[BEST_MEAN][columns]
+        design[columns] = self.pick_designs[Pick.best_mean][columns]
         return float(self.splv_change(design).mean())
 
     def edges(self, design: RealArray) -> list[int]:
@@ -171,7 +163,7 @@ class RobustFront(Front):
     @property
     def beyond(self) -> float:
         """What the telling variables at an edge bring, moved on by `FURTHER` [dB]."""
-        space, best = self.robust.space, self.pick_designs[BEST_MEAN]
+        space, best = self.robust.space, self.pick_designs[Pick.best_mean]
         moved = best.copy()
         for column in set(self.edges(best)) & set(self.telling):
             moved[column] += FURTHER if best[column] > space.nominal[column] else -FURTHER
@@ -179,20 +171,12 @@ class RobustFront(Front):
 
     @cached_property
     def as_softer_rubber(self) -> float:
-        """Mean change by best mean if its factors mean the rubber alone [dB]; nan: not known."""
-        runs, powertrain = self.runs, self.platform.powertrain
-        carriers = {mount.name for mount in self.platform.mounts if mount.body_mass is None}
+        """Mean change by best-mean if its factors mean the rubber alone [dB]; nan: not known."""
         if factor_name(self.index) == Factor.part.value or self.index.loss_factors:
             return float("nan")
         try:
-            part = booming_model(
-                *(runs.fleet, self.platform.mounts, runs.cases, runs.band),
-                motion=Motion.coupled,
-                powertrain=powertrain,
-                parts=runs.parts,
-                settling=library_model([p for p in runs.parts if p.mount.name in carriers]),
-            )
-            both = part(np.stack([self.robust.space.nominal, self.pick_designs[BEST_MEAN]]))
+            part = self.runs.model(Motion.coupled, Factor.part)
+            both = part(np.stack([self.robust.space.nominal, self.pick_designs[Pick.best_mean]]))
         except InputError:
             return float("nan")
         return float((both[1] - both[0]).mean() / self.index.n_lines)
@@ -249,7 +233,7 @@ def front_report(front: RobustFront) -> Report:
     motion = front.motion_report
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
     report.warn(*motion.warnings, front.robust.sample.warning)
-    picks, best = _picks(front), front.pick_designs[BEST_MEAN]
+    picks, best = _picks(front), front.pick_designs[Pick.best_mean]
     changes = front.splv_change(best)
     report.summary["n_front"] = front.counts["n_front"]
     for vehicle, splv in zip(front.vehicles, changes, strict=True):
@@ -257,7 +241,7 @@ def front_report(front: RobustFront) -> Report:
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
     mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
     for name in front.picks:
-        key = name.replace(" ", "_")
+        key = name.replace("-", "_")
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
     report.summary["sigma_bias_percent"] = front.sigma_bias_percent
@@ -287,8 +271,8 @@ def front_report(front: RobustFront) -> Report:
 
 def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     """Say what to build, what it brings, what it costs, and where the search ended."""
-    best, space = front.pick_designs[BEST_MEAN], front.robust.space
-    row = picks[picks["design"] == BEST_MEAN]
+    best, space = front.pick_designs[Pick.best_mean], front.robust.space
+    row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
     peaks = [
         (c.level_after - c.level_before, c.frequency, name)
@@ -359,14 +343,12 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "worst_vehicle",
         lambda: front.heard(best, [worst], BESIDE_WIDTH),
         f"The vehicle that gains least, {front.vehicles[worst]}: SPL at the driver's ear with "
-        "today's mounts (dashed) and with best mean.",
+        "today's mounts (dashed) and with best-mean.",
     )
     if isinstance(front.price, str):
         report.text(f"The price in sag, travel and modes is not known: {front.price}.")
     else:
-        shown = front.price[["number", "today's", BEST_MEAN]].rename(
-            columns={BEST_MEAN: "best mean"}
-        )
+        shown = front.price[["number", "today's", Pick.best_mean]]
         sag = front.price["number"].str.contains("sag").any()
         report.table(
             "price",
@@ -375,7 +357,7 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
             if sag
             else "The price: rigid-body modes. Without static curves (a mount library) sag and "
             "travel are not known.",
-            {"today's": 1, "best mean": 1},
+            {"today's": 1, "best-mean": 1},
             shown=shown,
         )
 
@@ -396,15 +378,15 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     )
     missing = (
         ""
-        if "sigma kept" in front.picks
+        if Pick.sigma_kept in front.picks
         else (
             " No design found keeps σ and every vehicle at today's and is quieter: today's stays."
         )
     )
     report.section(
         "The picks",
-        "Best mean: least mean level. None louder: the same among designs in which no vehicle is "
-        "louder than today. Sigma kept: the same with no more scatter than today. Best sigma: "
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
+        "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
         f"least scatter. Here: {'; '.join(names)}.{missing}",
     )
     report.table(
@@ -418,13 +400,13 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         _motions(report, front, front.prescribed)
     cases = front.by_load_case
     if len(cases):
-        column = f"{BEST_MEAN} [dB]"
+        column = f"{Pick.best_mean} [dB]"
         worst = cases.iloc[int(cases[column].argmax())]
         by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
         report.table(
             "load_cases",
             cases,
-            "Change of the mean level in all load cases, mean over the vehicles. Best mean does "
+            "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
             f"least in {worst['load case']}, {worst['vehicle']}: {signed(worst[column], 1)} dB.",
             shown=by_case.reset_index(),
         )
@@ -460,12 +442,12 @@ def _motions(report: Report, front: RobustFront, prescribed: Front) -> None:
             table[f"σ, {judge} [%]"] = PERCENT * (values.sigma_sum / today.sigma_sum[0] - 1.0)
         tables.append(pd.DataFrame(table))
     whole = pd.concat(tables, ignore_index=True)
-    best = whole[whole["pick"] == BEST_MEAN][[f"{judge} [dB]" for judge in motions]]
+    best = whole[whole["pick"] == Pick.best_mean][[f"{judge} [dB]" for judge in motions]]
     (own, _), (real, promised) = best.to_numpy(float)
     same = same_designs(prescribed.index, front.index, front.robust.space)
     report.text(
         f"The powertrain answers here ({mine} motion); with prescribed motion it stays as "
-        f"measured. Prescribed motion promises {signed(promised, 2)} dB for its best mean, {mine} "
+        f"measured. Prescribed motion promises {signed(promised, 2)} dB for its best-mean, {mine} "
         f"motion gives it {signed(real, 2)} dB and finds {signed(own, 2)} dB itself. Prescribed "
         f"motion ranks the same designs alike (correlation from "
         f"{same['correlation [1]'].min():.3f}) and sees "
@@ -498,14 +480,14 @@ def _supplier(report: Report, front: RobustFront) -> None:
     first, last = front.frequency[0], front.frequency[-1]
     report.section(
         "What the supplier should build",
-        "The stiffnesses of best mean within their bounds, and beside them those of the "
+        "The stiffnesses of best-mean within their bounds, and beside them those of the "
         f"other picks. N/mm are {front.stiffness_state}.",
     )
     report.figure(
         "stiffness_bars",
         plot.stiffness_bars(
             variables,
-            front.pick_designs[BEST_MEAN][:n],
+            front.pick_designs[Pick.best_mean][:n],
             space.lower[:n],
             space.upper[:n],
             nominal,
@@ -522,7 +504,7 @@ def _supplier(report: Report, front: RobustFront) -> None:
         table[f"{name} factor [1]"] = design[:n]
         table[f"{name} [N/mm]"] = nominal * design[:n]
     for column, end in (("from", 0), ("to", 1)):
-        table[f"best mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
+        table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
     anywhere = (interval[:, 0] <= space.lower[:n]) & (interval[:, 1] >= space.upper[:n])
     table["requirement"] = np.select(
         [free, anywhere], [NO_REQUIREMENT, "any in bounds"], "as chosen"
@@ -531,16 +513,16 @@ def _supplier(report: Report, front: RobustFront) -> None:
     columns = [
         "variable",
         "nominal [N/mm]",
-        "best mean [N/mm]",
-        "best mean from [N/mm]",
-        "best mean to [N/mm]",
-        *(f"{name} [N/mm]" for name in front.picks if name != BEST_MEAN),
+        "best-mean [N/mm]",
+        "best-mean from [N/mm]",
+        "best-mean to [N/mm]",
+        *(f"{name} [N/mm]" for name in front.picks if name != Pick.best_mean),
         "requirement",
     ]
     report.table(
         "stiffness",
         stiffness,
-        "Stiffnesses of the named designs. From and to: the range around best mean "
+        "Stiffnesses of the named designs. From and to: the range around best-mean "
         f"within which the mean level stays within {NOTICEABLE} dB.",
         {column: 0 for column in columns if column.endswith("[N/mm]")},
         shown=stiffness[columns],
@@ -551,7 +533,7 @@ def _supplier(report: Report, front: RobustFront) -> None:
         losses: dict[str, object] = {"variable": list(names)}
         losses |= {f"{name} factor [1]": x[n:] for name, x in front.pick_designs.items()}
         for column, end in (("from", 0), ("to", 1)):
-            losses[f"best mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
+            losses[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
         report.table(
             "loss_factors",
             pd.DataFrame(losses),

@@ -28,6 +28,7 @@ import typer
 from pydantic import TypeAdapter, ValidationError
 from threadpoolctl import threadpool_limits
 
+from deboom.common import shipped_studies
 from deboom.errors import IncompleteReport, InputError
 from deboom.files.disk import read_text
 from deboom.files.run_folder import (
@@ -44,7 +45,7 @@ from deboom.files.run_folder import (
     start_run,
 )
 from deboom.report import PAGE, Report
-from deboom.study.options import expanded, filled, shipped_studies
+from deboom.study.options import expanded, filled
 from deboom.study.overview import command_of, refresh_overview
 from deboom.study.progress import one_sentence_errors
 from deboom.study.result import RunContext
@@ -211,7 +212,7 @@ def _module(path: Path) -> ModuleType:
     return module
 
 
-def _plain(value: Any) -> Any:
+def _recorded(value: Any) -> Any:
     if isinstance(value, Enum):
         return value.value
     if isinstance(value, Path):
@@ -219,7 +220,7 @@ def _plain(value: Any) -> Any:
         inside = value.is_absolute() and value.is_relative_to(here)
         return (value.relative_to(here) if inside else value).as_posix()
     if isinstance(value, list | tuple):
-        return [_plain(item) for item in value]
+        return [_recorded(item) for item in value]
     return value
 
 
@@ -285,7 +286,7 @@ def arguments_of(
     """
     recorded = dict(entry.record["arguments"])
     for name, value in (given or {}).items():
-        plain = _plain(value)
+        plain = _recorded(value)
         if name in SAME_RESULT:
             recorded[name] = plain
         elif recorded.get(name) != plain:
@@ -332,7 +333,7 @@ def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
         "study": study.name,
         "question": study.question,
         "seed": arguments["seed"],
-        "arguments": {name: _plain(value) for name, value in arguments.items()},
+        "arguments": {name: _recorded(value) for name, value in arguments.items()},
         "environment": environment_record(PACKAGES),
         "study_text": study.path.read_text(encoding="utf-8"),
     }

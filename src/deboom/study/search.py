@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.front import pareto_front, replicates, thinned, verify
@@ -28,19 +29,19 @@ from deboom.explore.robust import (
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.search import SearchResult, merge, nsga2
 from deboom.explore.selection import improved, pick
-from deboom.explore.space import Progress, Requirements
+from deboom.explore.space import Requirements
 from deboom.explore.workers import workers_for
-from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
 from deboom.study.options import at_least
-from deboom.study.platform_model import LIBRARY_FILE, Factor, Motion, Operation
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import lines_inside
 from deboom.vehicles.limits import (
     MountRequirements,
@@ -50,7 +51,8 @@ from deboom.vehicles.limits import (
     TorqueTravel,
     WeightSag,
 )
-from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
+from deboom.vehicles.platform import MissingLibrary, Runs
+from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
 
 def robust_search(
@@ -120,51 +122,54 @@ class MountLimits:
         made = self.every_part.made if self.every_part else None
         return LimitedResponse(robust, self.requirements, self.limits, made)
 
-    def append_to(
-        self, report: Report, search: SearchResult, designs: Mapping[str, RealArray]
-    ) -> None:
-        """Add to a report what the limits did; nothing without limits.
 
-        The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and
-        a section, and warns of a named design that misses a limit because variables without effect
-        on the noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
-        """
-        if self.requirements is None or self.limits is None:
-            return
-        for name, design in list(designs.items())[1:]:
-            excess = self.limits.excess(self.requirements(design[np.newaxis, :]))
-            if np.any(excess > 0.0):
-                report.warn(f"The design '{name}' misses a limit: {self.limits.closest(excess)}.")
-        whose = "every drawn part" if self.every_part else "the design itself"
-        report.section(
-            "Limits",
-            f"Limits had to be kept by {whose}: {search.infeasible.sum()} "
-            f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
-        )
-        table = self._table(self.requirements, self.limits, designs)
-        report.table("limits", table, "Limited numbers of the named designs, without scatter.")
-        beyond = _beyond(search, self.requirements.variable_names, self.limits)
-        report.table("beyond_limits", beyond)
-        report.summary["n_beyond_limits"] = int(search.infeasible.sum())
-        report.inputs += self.inputs
+def report_limits(
+    report: Report, limits: MountLimits, search: SearchResult, designs: Mapping[str, RealArray]
+) -> None:
+    """Add to a report what the limits did; nothing without limits.
 
-    def _table(
-        self, requirements: Requirements, limits: Limits, designs: Mapping[str, RealArray]
-    ) -> pd.DataFrame:
-        numbers = requirements(np.stack(list(designs.values())))
-        bounds = limits.limits
-        labels = [f"{one.response} [{one.unit}]" for one in bounds]
-        table: dict[str, Sequence[object]] = {"number": labels}
-        for name, row in zip(designs, numbers, strict=True):
-            table[name] = row.tolist()
-        for side in ("at_least", "at_most"):
-            values = np.array([getattr(one, side) for one in bounds])
-            table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
-        return pd.DataFrame(table)
+    The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and a
+    section, and warns of a named design that misses a limit because variables without effect on the
+    noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
+    """
+    requirements, bounds = limits.requirements, limits.limits
+    if requirements is None or bounds is None:
+        return
+    for name, design in list(designs.items())[1:]:
+        excess = bounds.excess(requirements(design[np.newaxis, :]))
+        if np.any(excess > 0.0):
+            report.warn(f"The design '{name}' misses a limit: {bounds.closest(excess)}.")
+    whose = "every drawn part" if limits.every_part else "the design itself"
+    report.section(
+        "Limits",
+        f"Limits had to be kept by {whose}: {search.infeasible.sum()} "
+        f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
+    )
+    table = _limited_numbers(requirements, bounds, designs)
+    report.table("limits", table, "Limited numbers of the named designs, without scatter.")
+    report.table("beyond_limits", _beyond(search, requirements.variable_names, bounds))
+    report.summary["n_beyond_limits"] = int(search.infeasible.sum())
+    report.inputs += limits.inputs
+
+
+def _limited_numbers(
+    requirements: Requirements, limits: Limits, designs: Mapping[str, RealArray]
+) -> pd.DataFrame:
+    """One row per limited number: its value in each design, and its bounds."""
+    numbers = requirements(np.stack(list(designs.values())))
+    bounds = limits.limits
+    labels = [f"{one.response} [{one.unit}]" for one in bounds]
+    table: dict[str, Sequence[object]] = {"number": labels}
+    for name, row in zip(designs, numbers, strict=True):
+        table[name] = row.tolist()
+    for side in ("at_least", "at_most"):
+        values = np.array([getattr(one, side) for one in bounds])
+        table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
+    return pd.DataFrame(table)
 
 
 def mount_limits(
-    path: Path | None, runs: Operation, robust: RobustResponse, factor: Factor = Factor.dynamic
+    path: Path | None, runs: Runs, robust: RobustResponse, factor: Factor = Factor.dynamic
 ) -> MountLimits:
     """Read the limits of a study.
 
@@ -188,19 +193,19 @@ def mount_limits(
     for name, number in zip(requirements.response_names, nominal, strict=True):
         if not np.isfinite(number):
             raise InputError(f"{path}: {name} of today's design lies beyond its measured curve")
-    library = (runs.platform.folder / LIBRARY_FILE,) if content.sag or content.travel else ()
+    library = (runs.platform.library_file,) if content.sag or content.travel else ()
     every_part = robust if content.kept_by == "every part" else None
     return MountLimits(requirements, limits, every_part, (path, *library))
 
 
 def _quantities(
-    content: LimitsFile, runs: Operation, factor: Factor
+    content: LimitsFile, runs: Runs, factor: Factor
 ) -> list[tuple[Quantity, tuple[Limit, ...]]]:
     """Return what is limited with its limits, one per column."""
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
     found: list[tuple[Quantity, tuple[Limit, ...]]] = []
     if content.sag or content.travel:
-        model = _kinematic_model(runs, carriers)
+        model = _static_curves(runs)
         for sag in content.sag:
             quantity = WeightSag(model, _powertrain(runs), (sag.mount,))
             found.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
@@ -225,7 +230,7 @@ def _quantities(
     return found
 
 
-def price(runs: Operation, factor: Factor) -> MountRequirements:
+def price(runs: Runs, factor: Factor) -> MountRequirements:
     """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
 
     Without a mount library, and so without static curves, only modes.
@@ -234,10 +239,10 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
     """
     names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
     modes = natural_frequencies(runs)
-    if not (runs.platform.folder / LIBRARY_FILE).is_file():
+    if isinstance(runs.platform.library_fault, MissingLibrary):
         return MountRequirements(names, (modes,))
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
-    model, case = _kinematic_model(runs, carriers), runs.cases[0][0]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
+    model, case = _static_curves(runs), runs.cases[0][0]
     places = [
         f"{mount.name} {piece}" if piece else mount.name
         for mount in carriers
@@ -252,9 +257,9 @@ def price(runs: Operation, factor: Factor) -> MountRequirements:
     return MountRequirements(names, quantities)
 
 
-def natural_frequencies(runs: Operation) -> NaturalFrequencies:
+def natural_frequencies(runs: Runs) -> NaturalFrequencies:
     """Return the rigid-body modes of the powertrain, as `price` has them; errors likewise."""
-    carriers = [mount for mount in runs.platform.mounts if mount.body_mass is None]
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
     real = _real_stiffness(carriers, runs.cases[0][0], runs.band)
     return NaturalFrequencies(tuple(carriers), _powertrain(runs), real)
 
@@ -267,7 +272,7 @@ def _limits(
     return tuple(Limit(name, quantity.unit, low, high) for name in quantity.names)
 
 
-def _powertrain(runs: Operation) -> Powertrain:
+def _powertrain(runs: Runs) -> Powertrain:
     if runs.platform.powertrain is None:
         raise InputError(
             "sag and natural frequencies need mass and inertia: fill in [powertrain] of "
@@ -276,15 +281,14 @@ def _powertrain(runs: Operation) -> Powertrain:
     return runs.platform.powertrain
 
 
-def _kinematic_model(runs: Operation, carriers: Sequence[Mount]) -> KinematicModel:
-    path = runs.platform.folder / LIBRARY_FILE
-    if not path.is_file():
+def _static_curves(runs: Runs) -> KinematicModel:
+    platform = runs.platform
+    if isinstance(platform.library_fault, MissingLibrary):
         raise InputError(
-            f"sag and travel need static curves, and there is no mount library {path}: export one "
-            "there, or leave out [[sag]] and [[travel]]"
+            f"sag and travel need static curves, and there is no mount library "
+            f"{platform.library_file}: export one there, or leave out [[sag]] and [[travel]]"
         )
-    names = [mount.name for mount in carriers]
-    return library_model([one for one in read_library_json(path)[1] if one.mount.name in names])
+    return platform.static_curves()
 
 
 def _real_stiffness(

@@ -18,6 +18,7 @@ from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.bench.campaign import CampaignPlan, second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_second_engine
+from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.measurement.campaign import Campaign
@@ -38,7 +39,6 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report
 from deboom.study.mount_characterisation import SetTruth, read_set_truth
-from deboom.study.progress import Progress
 from deboom.vehicles.powertrain import library_model
 
 if TYPE_CHECKING:

@@ -13,6 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.common import Progress
 from deboom.explore.sensitivity import (
     SensitivityInputs,
     SobolIndices,
@@ -23,15 +24,14 @@ from deboom.explore.sensitivity import (
     tolerance_inputs,
 )
 from deboom.explore.space import stiffness_factor_space
-from deboom.files.platform import Platform
 from deboom.mounts.mount import Mount
 from deboom.plot import IntervalPanel, LineMap, interval_panels, line_maps
 from deboom.report import Report, Scalar
 from deboom.study.options import listed
 from deboom.study.platform_model import factor_name, motion_name, motion_report
-from deboom.study.progress import Progress
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.booming_peaks import booming_peaks
+from deboom.vehicles.platform import Platform
 
 if TYPE_CHECKING:
     from deboom.plot import Figure

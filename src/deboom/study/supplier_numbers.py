@@ -11,18 +11,20 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.robust import RobustResponse
 from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.study.platform_model import Factor, Motion, factor_name, motion_index
+from deboom.study.platform_model import factor_name
 from deboom.study.supplier_study import Direction, SupplierStudy
 from deboom.study.uncertain_index import UncertainIndex, uncertain_index
-from deboom.vehicles.booming_model import model_of_other_data
+from deboom.vehicles.booming_model import Motion, model_of_other_data
+from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.powertrain import KinematicModel, MonotoneCurve, library_model
 
 MEASURED_AGAIN = 120
@@ -126,7 +128,7 @@ class SupplierEffects:
         if factor_name(index) == Factor.part.value:
             return None
         try:
-            other = motion_index(self.study.runs, motion, loss_factors=index.loss_factors)
+            other = self.study.runs.model(motion, loss_factors=index.loss_factors)
         except InputError:
             return None
         changes = self._changes(other).mean(axis=1)
@@ -257,7 +259,7 @@ def machine_states(
         A frequency of the programme at which a stiffness was not measured.
     """
     case, _ = study.load_cases[0]
-    carriers = {mount.name for mount in study.platform.mounts if mount.body_mass is None}
+    carriers = {mount.name for mount in study.platform.mounts if mount.carries_powertrain}
     parts = [part for part in study.parts if part.mount.name in carriers]
     try:
         model = library_model(parts) if parts else None

@@ -17,7 +17,7 @@ from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.tables import workbook_bytes
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
-from deboom.study.platform_model import Factor, factor_name
+from deboom.study.platform_model import factor_name
 from deboom.study.supplier_numbers import MachineState, SupplierEffects
 from deboom.study.supplier_sheet import N_PER_MM, MountSheet
 from deboom.study.supplier_study import (
@@ -32,6 +32,7 @@ from deboom.study.supplier_study import (
     supplier_study,
     workbook_text,
 )
+from deboom.vehicles.design_factor import Factor
 
 SHORT_HASH = 12
 """Characters of a hash that a sheet shows."""

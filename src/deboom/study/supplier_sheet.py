@@ -10,6 +10,7 @@ import pandas as pd
 from scipy.stats import norm
 
 from deboom.choices import Language
+from deboom.common import CONFIDENCE
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     DATA_SHEET,
@@ -24,8 +25,6 @@ from deboom.mounts.mount import Mount
 from deboom.study.supplier_numbers import ALL, PICKED, MachineState, SupplierEffects, machine_states
 from deboom.study.supplier_study import Direction, Need, SheetSources, SupplierStudy, bands
 
-CONFIDENCE = 0.95
-"""Of the lower bound of a capability [1]."""
 ABOVE = 1.25
 """A process is taken to run at this multiple of the usual Cpk when that one is to be proven [1]."""
 PERCENT, N_PER_MM, MILLI, MM = 100.0, 1e-3, 1e3, 1e3

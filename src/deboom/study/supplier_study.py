@@ -18,6 +18,7 @@ from openpyxl import load_workbook
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import RobustResponse
@@ -31,16 +32,18 @@ from deboom.files.acceptance import (
     read_solution_box,
     read_specification,
 )
-from deboom.files.platform import Platform, read_platform
+from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import AXES, Mount
-from deboom.study.platform_model import Factor, Operation, factor_name, operation, platform_sha256
+from deboom.mounts.mount import Mount
+from deboom.study.platform_model import factor_name, platform_sha256
 from deboom.study.rebuilt import ComparedRun, compared_run, study_of
 from deboom.study.robust_front import NOTICEABLE
 from deboom.study.runner import arguments_of
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.platform import Platform, Runs
 
 DRAWS = 1024
 """Draws of the tolerance behind every scatter on the page; no search has seen them."""
@@ -99,14 +102,14 @@ class SupplierStudy:
     ----------
     run : ComparedRun
         Finished, checked, with its model built again.
-    runs : Operation
+    runs : Runs
         Platform and load cases with the forces of the run.
     pick : Pick
         The design that is wanted.
     """
 
     run: ComparedRun
-    runs: Operation
+    runs: Runs
     pick: Pick
 
     @property
@@ -271,12 +274,11 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
             "platform's mounts: this command takes such fronts, as of u06_robust_front"
         )
     frequency = model.frequency
-    runs = operation(
-        read_platform(given["platform"]),
+    # all vehicles: parts belong to the platform, and the model knows its own vehicles
+    runs = read_platform(given["platform"]).runs(
         given["load_case"],
-        given["mounts"],
-        None,  # parts belong to the platform; the model knows its vehicles
-        (float(frequency[0]), float(frequency[-1])),
+        mounts=given["mounts"],
+        band=(float(frequency[0]), float(frequency[-1])),
     )
     return SupplierStudy(run, runs, pick)
 

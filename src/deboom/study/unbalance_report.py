@@ -13,6 +13,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import Progress
 from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
 from deboom.compressor.sources import UnbalanceCurve, case_name
 from deboom.compressor.unbalance import RouteResult, SweepUnbalance
@@ -31,7 +32,7 @@ from deboom.study.compressor_unbalance import (
     measured_unbalance,
 )
 from deboom.study.overview import command_of
-from deboom.study.progress import Progress, counted
+from deboom.study.progress import counted
 from deboom.study.runner import run_command
 
 COMMAND = "unbalance"

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from deboom.files.library_export import read_library_json
-from deboom.files.platform import Platform
 from deboom.measurement.sensors import Tolerances
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.study.platform_model import LIBRARY_FILE
 from deboom.vehicles.booming_model import model_of_other_data
 from deboom.vehicles.fleet import Fleet
+from deboom.vehicles.platform import LIBRARY_FILE, Platform
 from deboom.vehicles.platform_uncertainty import (
     PRIOR,
     force_sources,

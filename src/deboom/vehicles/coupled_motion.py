@@ -8,9 +8,10 @@ from dataclasses import replace
 import numpy as np
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, refuse_doubled
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.physics import rigid_body
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.vehicles.fleet import (
@@ -338,7 +339,7 @@ def coupled_motion(
             transfer=to_ear,
         )
 
-    on_powertrain = [d for m in mounts if m.body_mass is None for d in _directions(m, AXES)]
+    on_powertrain = [d for m in mounts if m.carries_powertrain for d in _directions(m, AXES)]
     wheel_ends = [
         body([direction], np.full((1, 1), float(mount.body_mass)))
         for mount in mounts

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import AXES
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.powertrain import KinematicModel

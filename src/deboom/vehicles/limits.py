@@ -11,12 +11,14 @@ from __future__ import annotations
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import Enum
 from functools import cached_property
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
+from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
 from deboom.mounts.mount import Mount
@@ -39,7 +41,6 @@ GRAVITY = 9.80665
 
 NEPER_TO_DB = 20.0 / np.log(10.0)
 MILLIMETRES = 1e3
-N_PER_MM = 1e-3
 
 _LineCase = PathContributions | CoupledMotion
 
@@ -405,3 +406,19 @@ def _of_directions(mounts: Sequence[Mount], values: Mapping[str, RealArray]) -> 
     """Return the values of every direction of every piece, shape (n, n_direction)."""
     names = [name for mount in mounts for _ in mount.pieces for name in mount.variables]
     return np.column_stack([values[name] for name in names])
+
+
+class LimitedLevel(Enum):
+    """What is limited in every vehicle."""
+
+    mean = "mean"
+    """Mean level of the lines of the band."""
+    peak = "peak"
+    """Loudest line of the band."""
+
+
+def limited_response(
+    quantity: LimitedLevel, index: BoomingModel, band: Band
+) -> MeanLevel | PeakLevel:
+    """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
+    return MeanLevel(index) if quantity is LimitedLevel.mean else PeakLevel(index, band)

@@ -7,13 +7,14 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.sensors import Tolerances
 from deboom.measurement.uncertainty import MethodDifference
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.error_budget import TWO_SIDED
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.uncertain_data import (
     BUDGET,
@@ -136,7 +137,7 @@ def force_sources(
     motion_gain, leakage, cell_gain, angle = {}, {}, {}, {}
     turned = math.hypot(stated.sensor_angle, stated.sensor_cross_axis)
     for mount in mounts:
-        carries = mount.body_mass is None
+        carries = mount.carries_powertrain
         for piece, position in zip(mount.pieces, mount.positions, strict=True):
             point, distance = f"{mount.name} {piece}".strip(), math.hypot(*position)
             if carries and distance == 0.0:

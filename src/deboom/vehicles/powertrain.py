@@ -11,10 +11,11 @@ import numpy.typing as npt
 from scipy.interpolate import PchipInterpolator
 
 from deboom.arrays import BoolArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.campaign import StaticCurve
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import Mount
 from deboom.physics import rigid_body
 from deboom.physics.rigid_body import forward_matrices
 

@@ -19,10 +19,10 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
-from deboom.mounts.mount import AXES
 from deboom.vehicles.fleet import Band, Fleet, lines_inside
 
 NEPER_PER_DB = np.log(10.0) / 20.0

@@ -1,0 +1,231 @@
+"""Check a folder of any kind: what is wrong in it, or what it holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from deboom.arrays import RealArray
+from deboom.choices import FolderKind
+from deboom.errors import InputError
+from deboom.files.folders import FILES, kind_of_folder, summary_of
+from deboom.files.platform import PlatformFile, assembled, read_contents
+from deboom.files.schema import load_toml, noting
+from deboom.files.units import RANGES
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.mount import not_identified, refuse_active_mounts
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.sound_level import spl
+from deboom.vehicles.fleet import path_contributions
+from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
+
+
+@dataclass(frozen=True, eq=False)
+class PlatformCheck:
+    """What a check found.
+
+    - `faults`: a sentence each; `waiting`: what could not be looked at because of them.
+    - `platform`: what studies would read; None with a fault in its files.
+    """
+
+    faults: tuple[str, ...]
+    waiting: tuple[str, ...]
+    platform: Platform | None
+
+    @property
+    def summary(self) -> str:
+        """What a platform without a fault holds, one item a line; empty with one."""
+        if self.faults or self.platform is None:
+            return ""
+        return _aligned(list(_summary(self.platform)))
+
+
+def _aligned(lines: Sequence[tuple[str, str]]) -> str:
+    width = max(len(name) for name, _ in lines) + 2
+    return "\n".join(f"{name:<{width}}{text}" for name, text in lines)
+
+
+def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
+    """List what is wrong in a folder of any kind, or say what it holds.
+
+    - `folder`: its file, such as ``campaign.toml``, says of which kind it is.
+    - returns `faults`, `waiting`, `summary`: as in `PlatformCheck`.
+    """
+    faults: list[InputError] = []
+    try:
+        kind = kind_of_folder(folder)
+        if kind is FolderKind.platform:
+            found = check_platform(folder)
+            return found.faults, found.waiting, found.summary
+        load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
+        if faults:
+            return tuple(map(str, faults)), ("the files that it names",), ""
+        return (), (), _aligned(summary_of(folder, kind))
+    except InputError as error:
+        return tuple(str(error).splitlines()), (), ""
+
+
+def check_platform(folder: Path) -> PlatformCheck:
+    """Read a platform folder to its end and list what is wrong.
+
+    Parameters
+    ----------
+    folder : Path
+        With ``platform.toml``.
+
+    Returns
+    -------
+    PlatformCheck
+        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
+        mount library that does not fit.
+
+    Raises
+    ------
+    InputError
+        Never for a fault of the platform: faults are in the result.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> from pathlib import Path
+    >>> deboom.check_platform(Path("nowhere")).faults[0]
+    'nowhere: there is no such folder: `deboom new platform nowhere` writes one'
+    """
+    faults: list[InputError] = []
+    waiting: list[str] = []
+    platform = None
+    if not folder.is_dir():
+        sentence = f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
+        return PlatformCheck((sentence,), (), None)
+    with noting(faults.append):
+        file = load_toml(folder / PLATFORM_FILE, PlatformFile, faults.append)
+        contents = read_contents(folder, file, faults.append)
+        if contents.mounts is None:
+            waiting.append("whether the tables fit the mounts")
+        if not contents.channels:
+            waiting.append("whether the files hold the channels")
+        if faults:
+            waiting.append("signs, frequency band and mount library")
+        else:
+            platform = assembled(folder, file, contents)
+    if platform is not None:
+        for case in platform.load_cases:
+            with noting(faults.append):
+                refuse_active_mounts(case)
+        if not faults and (folder / LIBRARY_FILE).exists():
+            with noting(faults.append):
+                every = [case.name for case in platform.load_cases]
+                platform.runs(every, mounts=MountSource.library_inside)
+    sentences = dict.fromkeys(str(fault) for fault in faults)
+    return PlatformCheck(tuple(sentences), tuple(waiting), platform)
+
+
+def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
+    case = platform.load_cases[0]
+    lines = case.force.frequency
+    band = platform.band
+    inside = lines[(lines >= band[0]) & (lines <= band[1])]
+    rpm = rpm_of_frequency(inside[[0, -1]], case.order)
+    variables = sum(len(mount.variables) for mount in platform.mounts)
+    groups = dict.fromkeys(vehicle.group for vehicle in platform.fleet.vehicles)
+    steps = np.diff(lines)
+    even = np.ptp(steps) <= 1e-3 * steps.mean()
+    yield "platform", f"{platform.name}: {platform.title}"
+    engine = (
+        f"engine of {platform.cylinders} cylinders"
+        if platform.cylinders
+        else "electric drive, because [engine] states no cylinders"
+    )
+    yield "drive", engine
+    yield (
+        "mounts",
+        f"{len(platform.mounts)}, {variables} variables: "
+        + ", ".join(
+            mount.name
+            + (f" ({', '.join(mount.pieces)})" if len(mount.pieces) > 1 else "")
+            + f" {''.join(mount.transfer_axes) or 'no path'}"
+            for mount in platform.mounts
+        ),
+    )
+    if words := pieces_in_words(platform):
+        yield "pieces", words
+    if words := unidentified_in_words(platform.load_cases):
+        yield "not identified", words
+    for group in groups:
+        names = [one.name for one in platform.fleet.vehicles if one.group == group]
+        yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
+    yield (
+        "lines",
+        f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz, "
+        + (f"every {steps.mean():.4g} Hz" if even else "unevenly spaced"),
+    )
+    for one in platform.load_cases:
+        default = " (default)" if one.name == platform.default_load_case else ""
+        torque = "with engine torque" if one.engine_torque is not None else "no engine torque"
+        yield "load case", f"{one.name}{default}: {one.title}; gear {one.gear}, {torque}"
+    yield (
+        "band",
+        f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
+        f"of order {case.order:g}",
+    )
+    for name, sizes in _sizes(platform).items():
+        yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
+    if (platform.folder / LIBRARY_FILE).exists():
+        yield "library", f"{LIBRARY_FILE} fits all mounts"
+    else:
+        yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def pieces_in_words(platform: Platform) -> str:
+    """Say whether the pieces of a mount keep their own noise transfer functions."""
+    inputs = platform.fleet.vehicles[0].noise_transfer.inputs
+    words = []
+    for mount in platform.mounts:
+        if len(mount.pieces) > 1 and mount.paths:
+            apart = set(mount.channels(mount.transfer_axes[0])) <= set(inputs)
+            words.append(
+                f"{mount.name}: each piece with its own noise transfer function"
+                if apart
+                else f"{mount.name}: one noise transfer function times the summed forces of its "
+                "pieces, right only where these are alike"
+            )
+    return "; ".join(words)
+
+
+def unidentified_in_words(load_cases: Sequence[LoadCase]) -> str:
+    """Name the mount directions that hardly move; empty where all of them do."""
+    cases = {case.name: not_identified(case) for case in load_cases}
+    words = [f"{', '.join(names)} ({case})" for case, names in cases.items() if names]
+    if not words:
+        return ""
+    return (
+        f"{'; '.join(words)}: hardly moves, so that force and displacement do not go together; the "
+        "force counts as measured, the stiffness is not known"
+    )
+
+
+def _sizes(platform: Platform) -> dict[str, RealArray]:
+    """Return magnitudes of what was measured: of a channel, the median over its lines."""
+    cases = platform.load_cases
+    forces = [np.median(np.abs(case.force.values), axis=0) for case in cases]
+    motions = [np.median(np.abs(case.displacement.values), axis=0) for case in cases]
+    vehicles = platform.fleet.vehicles
+    transfer = [np.median(np.abs(each.noise_transfer.values), axis=0) for each in vehicles]
+    levels = []
+    for case in cases:
+        paths = path_contributions(platform.fleet, platform.mounts, case, platform.band)
+        pressure = paths.pressure(np.ones((1, len(paths.variable_names))))[0]
+        levels.append(spl(pressure, paths.frequency, axis=-1).max(axis=-1))
+    sizes = {
+        "position": np.abs([place for mount in platform.mounts for place in mount.positions]),
+        "displacement": np.concatenate(motions),
+        "force": np.concatenate(forces),
+        "stiffness": np.concatenate([f / s for f, s in zip(forces, motions, strict=True)]),
+        "noise transfer function": np.concatenate(transfer, axis=None),
+        "level": np.concatenate(levels),
+    }
+    torques = [np.abs(case.engine_torque) for case in cases if case.engine_torque is not None]
+    return sizes | ({"engine torque": np.concatenate(torques)} if torques else {})

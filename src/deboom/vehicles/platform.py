@@ -1,0 +1,381 @@
+"""A platform with its runs: from what was measured to the model of its noise."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from deboom.arrays import RealArray
+from deboom.common import choice, word_of
+from deboom.errors import InputError
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
+from deboom.mounts.mount import Mount, mean_operating_stiffness, refuse_active_mounts
+from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
+from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Band, Fleet
+from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
+from deboom.vehicles.surface_check import SurfaceCheck, surface_check
+
+PLATFORM_FILE = "platform.toml"
+LIBRARY_FILE = "mounts.library.json"
+"""Exported mount library in a platform folder."""
+BAND = (20.0, 60.0)
+"""Lines that count unless a band is given; both edges belong to it [Hz]."""
+
+
+class MissingLibrary(InputError):
+    """There is no mount library beside a platform."""
+
+
+class MountSource(Enum):
+    """Where the forces of the mounts come from.
+
+    ``library`` refuses lines outside of the region that a mount was measured in; at those lines
+    ``library_inside`` takes the measured force.
+    """
+
+    library = "library"
+    library_inside = "library-inside"
+    spectra = "spectra"
+
+
+@dataclass(frozen=True, eq=False)
+class Platform:
+    """Everything measured on one platform, and the model of its noise; made by `read_platform`.
+
+    Parameters
+    ----------
+    name, title, description : str
+        Short key, a name for readers, a paragraph.
+    folder : Path
+        Folder that it was read from.
+    mounts : tuple of Mount
+        Mounts in the order of the design variables, positions in m.
+    powertrain : Powertrain or None
+        Nominal mass [kg] and inertia [kg m²] with tolerances, as the data sheet states them; None:
+        not stated.
+    fleet : Fleet
+        Vehicles with their noise transfer functions from a force at each path, inputs ``<mount>
+        <axis>``, to the pressure at the driver's ear, (n_frequency, 1, n_path) [Pa/N].
+    load_cases : tuple of LoadCase
+        Runs on the lines of the noise transfer functions: displacements [m] and forces [N] at the
+        mounts, (n_frequency, n_channel).
+    default_load_case : str
+        Name of the load case that is meant when none is asked for.
+    input_files : tuple of Path
+        Every file that the numbers come from.
+    cylinders : int or None
+        Cylinders of the engine, None for an electric drive.
+    library : tuple of CharacterisedMount
+        Mounts of the library beside the platform; empty if there is none or it cannot be read.
+    library_fault : InputError or None
+        Why the library cannot be used, kept until it is needed.
+
+    Raises
+    ------
+    InputError
+        `model`, `runs` and `load_case`: a word or name that the platform does not know.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> platform = deboom.read_platform("u06")
+    >>> platform.name, len(platform.fleet.names)
+    ('u06_f39_f45', 15)
+    """
+
+    name: str
+    title: str
+    description: str
+    folder: Path
+    mounts: tuple[Mount, ...]
+    powertrain: Powertrain | None
+    fleet: Fleet
+    load_cases: tuple[LoadCase, ...]
+    default_load_case: str
+    input_files: tuple[Path, ...]
+    cylinders: int | None = None
+    library: tuple[CharacterisedMount, ...] = ()
+    library_fault: InputError | None = None
+
+    @property
+    def library_file(self) -> Path:
+        """Where the mount library lies, if there is one."""
+        return self.folder / LIBRARY_FILE
+
+    @property
+    def band(self) -> Band:
+        """Lines that count by default: `BAND`, or all of data that do not span it [Hz]."""
+        lines = self.load_cases[0].force.frequency
+        spans = lines[0] <= BAND[0] and lines[-1] >= BAND[1]
+        return BAND if spans else (float(lines[0]), float(lines[-1]))
+
+    def load_case(self, name: str) -> LoadCase:
+        """Return a load case by its name.
+
+        - raises InputError: no such load case.
+        """
+        for case in self.load_cases:
+            if case.name == name:
+                return case
+        known = ", ".join(case.name for case in self.load_cases)
+        raise InputError(
+            f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {known}"
+        )
+
+    def model(
+        self,
+        vehicles: str | Sequence[str] | None = None,
+        *,
+        band: Band | None = None,
+        motion: str | Motion | None = None,
+        mounts: str | MountSource = MountSource.library,
+        load_cases: Sequence[str] | None = None,
+        factor: str | Factor = Factor.dynamic,
+        loss_factors: bool = False,
+    ) -> BoomingModel:
+        """Return the model that says how loud a design of the mounts is.
+
+        Parameters
+        ----------
+        vehicles : str or sequence of str, optional
+            Names of vehicles or groups of vehicles; by default all.
+        band : (float, float), optional
+            Lines that count, both edges included [Hz]; by default 20 to 60 Hz, or all lines of
+            data that do not span them.
+        motion : str, optional
+            ``"prescribed"``: the powertrain moves as measured; ``"coupled"``: it answers the new
+            stiffnesses, by default wherever the data allow it; ``"amplitude"``: coupled, and
+            stiffnesses follow the amplitudes, too.
+        mounts : str
+            ``"library"``: forces of the response surfaces in the platform's mount library;
+            ``"library-inside"``: the same where they are backed by measurements, else measured
+            forces; ``"spectra"``: measured forces.
+        load_cases : sequence of str, optional
+            Load cases such as ``"g5_wot220"`` or ``"g5_wot220=2"`` with a weight; by default the
+            platform's default one.
+        factor : str
+            ``"dynamic"``: a factor scales the whole curve of stiffness over preload; ``"part"``:
+            the rubber, with its stops where they were.
+        loss_factors : bool
+            Whether the loss factors are variables, too.
+
+        Returns
+        -------
+        BoomingModel
+            Designs, shape (n, k) [1] → SPLV of each vehicle, shape (n, v) [dB(A)].
+
+        Raises
+        ------
+        InputError
+            An unknown word, vehicle or load case; a band that reaches beyond the measured lines;
+            data that the motion needs and the platform does not have.
+
+        Examples
+        --------
+        >>> import deboom
+        >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="coupled")
+        >>> len(model.variable_names), model.response_names[0]
+        (12, 'U06-1')
+        """
+        lines, band = self.load_cases[0].force.frequency, band or self.band
+        low, high = band
+        if not (lines[0] <= low < high <= lines[-1]):
+            raise InputError(
+                f"the band from {low:g} to {high:g} Hz is not inside the measured "
+                f"{lines[0]:g} to {lines[-1]:g} Hz: give a lower and an upper edge within them"
+            )
+        runs = self.runs(load_cases, fleet=self._chosen(vehicles), mounts=mounts, band=band)
+        return runs.model(motion, factor, loss_factors=loss_factors)
+
+    def _chosen(self, vehicles: str | Sequence[str] | None) -> Fleet:
+        """Return some of the vehicles, by their names and those of their groups."""
+        members = self.fleet.vehicles
+        if vehicles is None:
+            return self.fleet
+        names = [vehicles] if isinstance(vehicles, str) else list(vehicles)
+        for name in names:
+            word_of(name, [*self.fleet.names, *(member.group for member in members)], "vehicle")
+        return Fleet(tuple(one for one in members if one.name in names or one.group in names))
+
+    def runs(
+        self,
+        load_cases: Sequence[str] | None = None,
+        *,
+        fleet: Fleet | None = None,
+        mounts: str | MountSource = MountSource.library,
+        band: Band | None = None,
+    ) -> Runs:
+        """Look up load cases and give them the forces of the mounts' response surfaces.
+
+        - `load_cases`: as for `weighted_load_cases`.
+        - `fleet`: vehicles to listen in; by default all of them.
+        - `mounts`: whether forces come from the library, and are compared with the measured ones.
+        - `band`: lower and upper edge, both inside; by default `band` of the platform [Hz].
+        - raises InputError: an unknown load case; a platform without a mount library; a run without
+          engine torque, or with lines outside of the region that a mount was measured in.
+        """
+        fleet, band = fleet or self.fleet, band or self.band
+        source = choice(MountSource, mounts, "mounts")
+        cases = self.weighted_load_cases(load_cases)
+        if source is MountSource.spectra:
+            return Runs(platform=self, fleet=fleet, cases=cases, band=band)
+        if self.library_fault is not None:
+            raise self.library_fault
+        outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
+        try:
+            pairs = [(case, surface_forces(case, self.library, outside)) for case, _ in cases]
+        except InputError as error:
+            raise InputError(
+                f"{self.library_file}: {error} (--mounts library-inside keeps the measured force "
+                "at lines outside, --mounts spectra everywhere)"
+            ) from None
+        modelled = {case.name: forces.load_case for case, forces in pairs}
+        changed = replace(
+            self,
+            load_cases=tuple(modelled.get(case.name, case) for case in self.load_cases),
+            input_files=(*self.input_files, self.library_file),
+        )
+        return Runs(
+            platform=changed,
+            fleet=fleet,
+            cases=[(modelled[case.name], weight) for case, weight in cases],
+            band=band,
+            check=surface_check(fleet, self.mounts, pairs, band),
+            parts=self.library,
+        )
+
+    def weighted_load_cases(self, requests: Sequence[str] | None) -> list[tuple[LoadCase, float]]:
+        """Look up load cases with their weights, in the order asked for, not yet normalised [1].
+
+        - `requests`: ``name`` (weight 1) or ``name=weight``; None or empty takes the default.
+        - raises InputError: an unknown or repeated name, a weight that is no number above 0, or a
+          load case in which a mount has a negative stiffness or a negative loss.
+        """
+        chosen: dict[str, float] = {}
+        for request in requests or [self.default_load_case]:
+            name, has_weight, text = request.partition("=")
+            try:
+                weight = float(text) if has_weight else 1.0
+            except ValueError:
+                weight = -1.0
+            if not 0.0 < weight < float("inf"):
+                raise InputError(f"load case '{request}': write name=weight with a weight above 0")
+            if name in chosen:
+                raise InputError(f"load case '{name}' is asked for twice: give it one weight")
+            chosen[name] = weight
+        cases = [(self.load_case(name), weight) for name, weight in chosen.items()]
+        for case, _ in cases:
+            refuse_active_mounts(case)
+        return cases
+
+    def static_curves(self) -> KinematicModel:
+        """Return how the powertrain rides on the static curves of the mounts that carry it.
+
+        - raises InputError: a library that cannot be read, or a direction without its curve.
+        """
+        if self.library_fault is not None:
+            raise self.library_fault
+        return library_model(self.carrying(self.library))
+
+    def carrying(self, parts: Sequence[CharacterisedMount]) -> list[CharacterisedMount]:
+        """Return those parts that carry the powertrain."""
+        names = {mount.name for mount in self.mounts if mount.carries_powertrain}
+        return [part for part in parts if part.mount.name in names]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Runs:
+    """Load cases of a platform with the forces that count, and who listens; see `Platform.runs`.
+
+    - `platform`: with these runs, and every file that they come from.
+    - `fleet`: vehicles that listen.
+    - `cases`: runs with their weights.
+    - `band`: lower and upper edge, both inside [Hz].
+    - `check`: surfaces against spectra; None if the forces are the measured ones.
+    - `parts`: the library's mounts that the forces come from; empty if they are the measured ones.
+    """
+
+    platform: Platform
+    fleet: Fleet
+    cases: list[tuple[LoadCase, float]]
+    band: Band
+    check: SurfaceCheck | None = None
+    parts: tuple[CharacterisedMount, ...] = ()
+
+    @cached_property
+    def not_coupled(self) -> str:
+        """What coupled motion lacks in these data, in a sentence; empty if nothing."""
+        platform = self.platform
+        try:
+            for case, _ in self.cases:
+                coupled_motion(self.fleet, platform.mounts, platform.powertrain, case, self.band)
+        except InputError as error:
+            return f"These data do not allow coupled motion: {error}."
+        return ""
+
+    def model(
+        self,
+        motion: str | Motion | None = None,
+        factor: str | Factor = Factor.dynamic,
+        *,
+        loss_factors: bool = False,
+    ) -> BoomingModel:
+        """Build the booming model of the runs; see `Platform.model`.
+
+        - raises InputError: options that do not go together, or data that do not fit together.
+        """
+        if motion is None:
+            motion = Motion.prescribed if self.not_coupled else Motion.coupled
+        motion, factor = choice(Motion, motion, "motion"), choice(Factor, factor, "factor")
+        by_surface = motion is Motion.amplitude or factor is Factor.part
+        if loss_factors and by_surface:
+            raise InputError(
+                "loss factors are variables with --motion prescribed or coupled and --factor "
+                "dynamic: there the mounts stay where they are"
+            )
+        if factor is Factor.part and motion is Motion.prescribed:
+            raise InputError(
+                "a part that settles elsewhere moves otherwise too: --factor part goes with "
+                "--motion coupled or amplitude"
+            )
+        if by_surface and not self.parts:
+            raise InputError(
+                "amplitude-dependent motion and --factor part need the surfaces and static curves "
+                "of the mount library: take --mounts library"
+            )
+        settles = factor is Factor.part
+        return booming_model(
+            self.fleet,
+            self.platform.mounts,
+            self.cases,
+            self.band,
+            motion=motion,
+            powertrain=self.platform.powertrain,
+            parts=self.parts,
+            settling=library_model(self.platform.carrying(self.parts)) if settles else None,
+            loss_factors=loss_factors,
+        )
+
+    def characterised(self, mount: str, axis: str) -> CharacterisedDirection | None:
+        """Return a direction of the library's mounts; None if it is not among them."""
+        directions = (d for part in self.parts if part.mount.name == mount for d in part.directions)
+        return next((direction for direction in directions if direction.axis == axis), None)
+
+    def identified(self, mount: str, axis: str) -> bool:
+        """Whether a direction's stiffness is known well enough to be asked for in N/m."""
+        known = self.characterised(mount, axis)
+        return known is not None and known.surface is not None and known.quality.identified
+
+    def stiffness(self, case: LoadCase, band: Band) -> RealArray:
+        """Mean |K| of a run in a band by variable, shape (k,) [N/m]; nan: not measured."""
+        mounts = self.platform.mounts
+        return np.concatenate([mean_operating_stiffness(mount, case, band) for mount in mounts])

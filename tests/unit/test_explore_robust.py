@@ -263,7 +263,8 @@ def test_moments_have_exact_derivatives_by_every_response(degree):
     random = np.random.default_rng(1)
     normals, values, step = random.normal(size=(16, 3)), random.normal(size=(16, 2)), 1e-6
     estimator = Estimator(degree)(normals)
-    mean, sigma = estimator.derivatives(values, estimator.moments(values).sigma)
+    derivatives = estimator.derivatives(values)
+    mean, sigma = derivatives.by_mean, derivatives.by_sigma
     for row, column in np.ndindex(values.shape):
         change = np.zeros_like(values)
         change[row, column] = step

@@ -92,6 +92,25 @@ class Fit(NamedTuple):
     explained: RealArray
     unexplained: RealArray
 
+    @property
+    def sigma(self) -> RealArray:
+        """Standard deviation of each response, shape (r,) [response unit]."""
+        return np.asarray(np.sqrt(self.explained.sum(axis=0) + self.unexplained))
+
+
+class Derivatives(NamedTuple):
+    """Mean and sigma of each response, and their derivatives by the responses, draw by draw.
+
+    - `mean`, `sigma` (r,): moments [response unit].
+    - `by_mean` (n_samples,): derivative of a mean, the same for every response [1].
+    - `by_sigma` (n_samples, r): derivative of each sigma, zero where nothing scatters [1].
+    """
+
+    mean: RealArray
+    sigma: RealArray
+    by_mean: RealArray
+    by_sigma: RealArray
+
 
 @dataclass(frozen=True, eq=False)
 class PreparedEstimator:
@@ -129,7 +148,7 @@ class PreparedEstimator:
         """Return the moments of responses, shape (n_samples, r), not finite where these are not."""
         fit = self.fit(values)
         with np.errstate(over="ignore", invalid="ignore"):
-            sigma = np.sqrt(fit.explained.sum(axis=0) + fit.unexplained)
+            sigma = fit.sigma
             weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
             # as large as the rest would be, had its draw been left out of the fit
             rest = fit.rest / (1.0 - self.leverage)[:, None]
@@ -138,18 +157,19 @@ class PreparedEstimator:
             sigma_error = _standard_error(np.einsum("tr,r->t", influence, weight))
         return Moments(fit.intercept, sigma, mean_error, sigma_error)
 
-    def derivatives(self, values: RealArray, sigma: RealArray) -> tuple[RealArray, RealArray]:
-        """Return the derivatives of mean (n_samples,) and sigma (n_samples, r) by each response.
-
-        Those of a mean are the same for every response; those of a sigma without scatter are zero.
-        """
+    def derivatives(self, values: RealArray) -> Derivatives:
+        """Return mean and sigma of responses (n_samples, r) with their derivatives by each."""
         n_samples, n_terms = self.terms.shape
         fit = self.fit(values)
+        sigma = fit.sigma
         middle = self.terms.sum(axis=0) / n_samples
-        mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, self.solver)
-        along = np.einsum("pt,pr->tr", self.solver, fit.slope * self.variance[:, None])
-        variance = along + fit.rest / (n_samples - 1 - n_terms)
-        return mean, variance * np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
+        by_mean = 1.0 / n_samples - np.einsum("p,pt->t", middle, self.solver)
+        variance = fit.rest / (n_samples - 1 - n_terms)
+        if n_terms:
+            weighted = fit.slope * self.variance[:, None]
+            variance = variance + np.einsum("pt,pr->tr", self.solver, weighted)
+        by_sigma = variance * np.divide(1.0, sigma, out=np.zeros_like(sigma), where=sigma > 0.0)
+        return Derivatives(fit.intercept, sigma, by_mean, by_sigma)
 
 
 def _standard_error(influence: RealArray) -> float:

@@ -136,13 +136,11 @@ class ToleranceEffect:
         robust = replace(self.robust, space=space)
         model: Any = robust.evaluate
         made, values = robust.made_responses(self.design)
-        estimator = self.robust.prepared(self.design)
-        sigma = estimator.moments(values).sigma
+        derivatives = self.robust.prepared(self.design).derivatives(values)
         made_by_tolerance = self.design * robust.scatter(self.design) / SIGMAS_PER_TOLERANCE
         by_tolerance = model.gradient(made) * made_by_tolerance[:, None]
-        weights = estimator.derivatives(values, sigma)[1]
-        slope = np.einsum("tr,trk->rk", weights, by_tolerance)
-        return Scattered(np.asarray(tolerance), values, by_tolerance, sigma, slope)
+        slope = np.einsum("tr,trk->rk", derivatives.by_sigma, by_tolerance)
+        return Scattered(np.asarray(tolerance), values, by_tolerance, derivatives.sigma, slope)
 
 
 @checked(sigma_sum=">0 <inf")

@@ -21,7 +21,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion, amplitude_motion, 
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
-from deboom.vehicles.kernels import Case, LevelSum, level_sum, numba_installed
+from deboom.vehicles.kernels import Case, LevelSum, PullBack, level_sum, numba_installed
 from deboom.vehicles.path_analysis import PathAnalysis
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
@@ -172,6 +172,35 @@ class BoomingModel:
             total += weight * summed(factors)
         return total
 
+    @property
+    def is_smooth(self) -> bool:
+        """Whether SPLV has exact derivatives: motion prescribed or coupled, parts that stay."""
+        return not any(isinstance(case, AmplitudeMotion) for case in self.cases)
+
+    def linearised(self, designs: npt.ArrayLike) -> tuple[RealArray, PullBack]:
+        """Return SPLV of each design in each vehicle, and the pull-back of weights.
+
+        - `designs` (n, k): stiffness factors, then loss factors if there are any [1].
+        - returns (n, v) [dB(A)], and a function from weights (o, n, v) to ``Σ_v w_onv
+          ∂SPLV_nv/∂x_nk``, shape (o, n, k) [dB(A) per unit factor].
+        - raises InputError: designs of another shape, or not finite.
+        """
+        factors = self._factors(designs)
+        total = np.full((len(factors), len(self.response_names)), self._one_pascal)
+        pulls = []
+        for weight, summed in zip(self.weights, self._level_sums, strict=True):
+            level, pull = summed.linearised(factors)
+            total += weight * level
+            pulls.append((weight, pull))
+
+        def pull_back(weights: RealArray) -> RealArray:
+            slopes = np.zeros((len(weights), *factors.shape))
+            for weight, pull in pulls:
+                slopes += weight * pull(weights)
+            return self._by_stated_factors(designs, slopes)
+
+        return total, pull_back
+
     def pressure(self, designs: npt.ArrayLike, load_case: str | None = None) -> ComplexArray:
         """Return the pressure at the ears in one load case.
 
@@ -242,11 +271,15 @@ class BoomingModel:
             with np.errstate(divide="ignore", invalid="ignore"):
                 total += weight * case.neper_gradient(factors)
         total *= 20.0 / np.log(10.0)
+        # vehicles stand where the pull-back has its sets of weights
+        return np.moveaxis(self._by_stated_factors(designs, np.moveaxis(total, 1, 0)), 0, 1)
+
+    def _by_stated_factors(self, designs: npt.ArrayLike, slopes: RealArray) -> RealArray:
+        """Return derivatives (..., n, k) by stiffness and loss factors, from those by x and x y."""
         if not self.loss_factors:
-            return total
-        rows = np.asarray(designs, dtype=float)[:, np.newaxis, :]
-        stiffness, loss = np.split(rows, 2, axis=-1)
-        elastic, lossy = np.split(total, 2, axis=-1)
+            return slopes
+        stiffness, loss = np.split(np.asarray(designs, dtype=float), 2, axis=-1)
+        elastic, lossy = np.split(slopes, 2, axis=-1)
         return np.concatenate([elastic + loss * lossy, stiffness * lossy], axis=-1)
 
     def clipped(self, designs: RealArray) -> tuple[float, float]:

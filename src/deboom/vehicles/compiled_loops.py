@@ -26,6 +26,9 @@ PRESCRIBED_LANES = 128
 COUPLED_LANES = 64
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
+SLOPE_LANES = 32
+"""Designs side by side where slopes are summed: as many as a search for branches has draws."""
+
 GROUP = 16
 """Lines multiplied before the product is checked."""
 
@@ -126,6 +129,52 @@ def prescribed_loop(n_variables: int) -> Callable[..., None]:
                                 p_real += real[k] * x[k, lane]
                                 p_imag += imag[k] * x[k, lane]
                             product[lane] *= p_real * p_real + p_imag * p_imag
+                    _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
+
+    return run
+
+
+@lru_cache
+def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
+    """Return the loop that writes sums of levels and their slopes for prescribed motion.
+
+    It reads and writes as that of `prescribed_loop`, with `SLOPE_LANES`, and writes
+    ``Σ_f Re(C_fk / p_f)`` to `slopes` (chunk, v, k, lane).
+    """
+    lanes = SLOPE_LANES
+
+    @_compile
+    def run(factors, table, products, slopes, trusted):  # type: ignore[no-untyped-def]
+        n_vehicles, n_lines = table.shape[:2]
+        x = np.empty((n_variables, lanes))
+        product = np.empty(lanes)
+        inverse = np.empty((2, lanes))
+        for chunk in range(factors.shape[0]):
+            x[:] = factors[chunk]
+            for vehicle in range(n_vehicles):
+                products[chunk, vehicle] = 1.0
+                slope = slopes[chunk, vehicle]
+                slope[:] = 0.0
+                for first in range(0, n_lines, GROUP):
+                    product[:] = 1.0
+                    for line in range(first, min(first + GROUP, n_lines)):
+                        real, imag = table[vehicle, line, 0], table[vehicle, line, 1]
+                        for lane in range(lanes):
+                            p_real = 0.0
+                            p_imag = 0.0
+                            for k in range(n_variables):
+                                p_real += real[k] * x[k, lane]
+                                p_imag += imag[k] * x[k, lane]
+                            square = p_real * p_real + p_imag * p_imag
+                            product[lane] *= square
+                            size = 1.0 / square
+                            inverse[0, lane] = p_real * size
+                            inverse[1, lane] = p_imag * size
+                        for k in range(n_variables):
+                            for lane in range(lanes):
+                                slope[k, lane] += (
+                                    real[k] * inverse[0, lane] + imag[k] * inverse[1, lane]
+                                )
                     _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
 
     return run

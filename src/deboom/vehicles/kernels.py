@@ -8,6 +8,7 @@ end of the range of numbers. Both agree within 1e-9 dB.
 from __future__ import annotations
 
 import importlib.util
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,6 +22,9 @@ from deboom.vehicles.fleet import PathContributions
 Case = PathContributions | CoupledMotion
 """One load case in a fleet, with a model of the motion."""
 
+PullBack = Callable[[RealArray], RealArray]
+"""Map from weights (o, n, v) to weighted derivatives (o, n, k)."""
+
 BLOCK = 128
 """Designs whose pressure the numpy path holds at a time."""
 
@@ -30,6 +34,9 @@ CHUNKS = 16
 LARGEST_FACTOR = 1e3
 """Designs with a largest factor beyond this, or below its inverse, go to numpy at once: between
 these bounds no product can leave the range of numbers within a group and come back unseen."""
+
+DECIBEL = 20.0 / np.log(10.0)
+"""Decibels of a neper [dB]."""
 
 NOTCH = 1e-3
 """Nominal over largest contribution of a line below which the latter scales it [1]."""
@@ -78,6 +85,50 @@ class LevelSum:
             level[first : first + CHUNKS * lanes] = summed
         return level
 
+    def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return the sums of designs (n, k), (n, v) [dB re 1 Pa], and the pull-back of weights.
+
+        The pull-back maps weights (o, n, v) to ``Σ_v w_onv ∂level_nv/∂x_nk``, (o, n, k).
+        """
+        if self.tables is not None and isinstance(self.case, PathContributions):
+            return self._prescribed_slopes(designs)
+
+        def pull_back(weights: RealArray) -> RealArray:
+            with np.errstate(divide="ignore", invalid="ignore"):
+                inverse = 1.0 / self.case.pressure(designs)
+                by_vehicle = self.case.weighted_gradient(designs, inverse)
+            return np.asarray(DECIBEL * np.einsum("onv,nvk->onk", weights, by_vehicle))
+
+        return self(designs), pull_back
+
+    def _prescribed_slopes(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return what `linearised` does for prescribed motion, from one compiled loop."""
+        from deboom.vehicles import compiled_loops
+
+        lanes, n = compiled_loops.SLOPE_LANES, len(designs)
+        factors = np.ascontiguousarray(_in_lanes(designs, lanes)[:, self.columns])
+        n_vehicles, n_lines = self.tables.shape[:2]
+        products = np.empty((len(factors), n_vehicles, -(-n_lines // compiled_loops.STORED), lanes))
+        slopes = np.empty((len(factors), n_vehicles, self.columns.size, lanes))
+        trusted = np.ones((len(factors), lanes), dtype=bool)
+        run = compiled_loops.prescribed_slopes_loop(self.columns.size)
+        with np.errstate(all="ignore"):
+            run(factors, self.tables, products, slopes, trusted)
+        level, trust = self._settled(designs, products, trusted)
+        by_vehicle = np.zeros((n, n_vehicles, designs.shape[1]))
+        by_vehicle[..., self.columns] = slopes.transpose(0, 3, 1, 2).reshape(
+            -1, n_vehicles, self.columns.size
+        )[:n]
+        if not trust.all():
+            level[~trust] = self._plain(designs[~trust])
+            with np.errstate(divide="ignore", invalid="ignore"):
+                by_vehicle[~trust] = self.case.neper_gradient(designs[~trust])
+
+        def pull_back(weights: RealArray) -> RealArray:
+            return np.asarray(DECIBEL * np.einsum("onv,nvk->onk", weights, by_vehicle))
+
+        return level, pull_back
+
     def _plain(self, designs: RealArray) -> RealArray:
         """Return the sums from pressures, in numpy."""
         level = np.empty((len(designs), len(self.case.vehicle_names)))
@@ -108,8 +159,15 @@ class LevelSum:
                 run = compiled_loops.coupled_loop(n_mounts, n_end, tables.transfer_real.shape[2])
                 tolerance = getattr(self.case, "tolerance", TOLERANCE)
                 run(factors, self._ratio(designs, lanes), tables, tolerance, products, trusted)
-            neper = np.log(products).sum(axis=2).transpose(0, 2, 1).reshape(-1, n_vehicles)
+        return self._settled(designs, products, trusted)
+
+    def _settled(
+        self, designs: RealArray, products: RealArray, trusted: BoolArray
+    ) -> tuple[RealArray, BoolArray]:
+        """Return the sums of levels from products of ``|p|²``, and which of them can be trusted."""
         n = len(designs)
+        with np.errstate(all="ignore"):
+            neper = np.log(products).sum(axis=2).transpose(0, 2, 1).reshape(-1, products.shape[1])
         largest = np.abs(designs[:, self.columns]).max(axis=1)
         in_range = (largest > 1.0 / LARGEST_FACTOR) & (largest < LARGEST_FACTOR)
         level = 10.0 / np.log(10.0) * neper[:n] + self.scale_level

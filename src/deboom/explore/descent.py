@@ -1,0 +1,425 @@
+"""The whole front of two smooth objectives, by descents along exact gradients.
+
+An evolutionary search finds the branches of a front and stays short of its ends; descents own the
+ends and miss branches. Here many descents with few draws find the branches, descents with all draws
+bring a net of points onto the front, and the net is refined where it still loses most.
+
+The scalarisation is that of A. Pascoletti and P. Serafini, "Scalarizing vector optimization
+problems", Journal of Optimization Theory and Applications 42 (1984) 499; the descents are those of
+D. Kraft (SLSQP) in scipy.
+"""
+
+from __future__ import annotations
+
+import heapq
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+from typing import Any, NamedTuple, Protocol, runtime_checkable
+
+import numpy as np
+from scipy.optimize import minimize
+
+from deboom.arrays import RealArray
+from deboom.common import Progress
+from deboom.explore.front import nondominated
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.robust import RobustResponse
+from deboom.explore.scatter import ToleranceSample, ToleranceSampler
+from deboom.explore.space import generator
+
+FEW_DRAWS = 16
+"""Draws that find the branches of a front; a prefix of the Sobol points of the search."""
+TARGETS, STARTS = 16, 10
+"""Targets along the front with few draws, and random descents at each of them."""
+END_STARTS = (6, 24)
+"""Random descents with few draws to the best first and to the best second objective: the best sigma
+has a small basin, which 50 to 70 % of them miss."""
+APART, SAME = 0.7, 0.5
+"""Distance in scaled designs above which two designs are of different branches, and below which
+designs between them are worth an evaluation."""
+REFINEMENTS = 80
+"""Most targets that are added where the net loses most."""
+ENOUGH = 5e-4
+"""Hypervolume, as a share of the box of the front, that the net may still lose."""
+FILL = 2
+"""Designs evaluated between two neighbours of one branch: there a straight line errs by the square
+of its length."""
+
+PullBack = Callable[[RealArray], RealArray]
+"""Map from weights (o, n, r) to ``Σ_r w_onr ∂y_nr/∂x_nk``, shape (o, n, k) [response unit per unit
+of the space]."""
+
+
+@runtime_checkable
+class Differentiable(Protocol):
+    """A model whose responses have exact derivatives by its variables."""
+
+    @property
+    def is_smooth(self) -> bool:
+        """Whether the derivatives exist and are exact, at all designs."""
+
+    def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return the responses of designs (n, k), shape (n, r), and the pull-back of weights.
+
+        Products of weights and derivatives cost one adjoint solution for each set of weights, while
+        all derivatives would cost one for each response.
+        """
+
+
+def is_smooth(robust: RobustResponse) -> bool:
+    """Say whether the objectives of a robust response have exact gradients.
+
+    They do for the sums of means and sigmas of a `Differentiable` model whose designs share their
+    draws, without whole-number variables.
+    """
+    return (
+        robust.objectives == (MEAN_SUM, SIGMA_SUM)
+        and isinstance(robust.sample, ToleranceSample)
+        and not robust.nominal_mean
+        and not robust.space.integer.any()
+        and isinstance(robust.evaluate, Differentiable)
+        and robust.evaluate.is_smooth
+    )
+
+
+def objectives_and_gradients(
+    robust: RobustResponse, design: RealArray
+) -> tuple[RealArray, RealArray]:
+    """Return the mean and the sigma sum of a design (k,), and their gradients.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Response for which `is_smooth` holds.
+    design : array, shape (k,)
+        Design [units of the space].
+
+    Returns
+    -------
+    objectives : array, shape (2,)
+        Sums over the responses of their means and standard deviations [response unit].
+    gradients : array, shape (2, k)
+        Derivatives by each variable [response unit per unit of the space].
+
+    Notes
+    -----
+    With draws ``x_t = x (1 + σ z_t)`` and responses ``y_tr``,
+    ``∂/∂x_k = Σ_t (1 + σ_k z_tk) Σ_r w_tr ∂y_tr/∂x_k``, where w are the derivatives of the
+    objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for the
+    sigma of plain moments.
+    """
+    made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
+    values, pull_back = robust.evaluate.linearised(design * made_per_design)  # type: ignore[attr-defined]
+    moments = robust.prepared(design).derivatives(values)
+    weights = np.empty((2, *values.shape))
+    weights[0], weights[1] = moments.by_mean[:, np.newaxis], moments.by_sigma
+    slopes = pull_back(weights)
+    objectives = np.array([moments.mean.sum(), moments.sigma.sum()])
+    return objectives, np.einsum("otk,tk->ok", slopes, made_per_design)
+
+
+class _Point(NamedTuple):
+    """A scaled design (k,) from 0 to 1, and its objectives (2,), scaled."""
+
+    place: RealArray
+    value: RealArray
+
+
+@dataclass
+class _Landscape:
+    """Objectives over scaled designs from 0 to 1, and all designs that were evaluated.
+
+    - `size` (2,): what an objective is divided by, so that one tolerance serves both.
+    """
+
+    robust: RobustResponse
+    size: RealArray = field(default_factory=lambda: np.ones(2))
+    places: list[RealArray] = field(default_factory=list)
+    values: list[RealArray] = field(default_factory=list)
+    gradient: RealArray = field(default_factory=lambda: np.empty((2, 0)))
+
+    def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
+        """Return the objectives (2,) and their gradients (2, k) at a scaled design (k,)."""
+        if not self.places or not np.array_equal(self.places[-1], place):
+            space = self.robust.space
+            design = space.lower + place * (space.upper - space.lower)
+            value, gradient = objectives_and_gradients(self.robust, design)
+            self.places.append(place.copy())
+            self.values.append(value / self.size)
+            # contiguous: SLSQP reads a strided row as if it were not
+            self.gradient = np.ascontiguousarray(
+                gradient * (space.upper - space.lower) / self.size[:, np.newaxis]
+            )
+        return self.values[-1], self.gradient
+
+    def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
+        """Return where a descent of one objective ends."""
+        end = minimize(
+            lambda place: self.at(place)[0][row],
+            start,
+            jac=lambda place: self.at(place)[1][row],
+            method="SLSQP",
+            bounds=[(0.0, 1.0)] * len(start),
+            options={"maxiter": steps, "ftol": goal},
+        )
+        return self.point(end.x)
+
+    def reach(
+        self, start: RealArray, target: RealArray, box: RealArray, *, goal: float, steps: int
+    ) -> _Point:
+        """Return where a descent towards a target ends: min t with ``f ≤ target + t box``."""
+        n = len(start)
+        slope = np.r_[np.zeros(n), 1.0]
+        constraint: dict[str, Any] = {
+            "type": "ineq",
+            "fun": lambda y: y[-1] - (self.at(y[:-1])[0] - target) / box,
+            "jac": lambda y: np.hstack([-self.at(y[:-1])[1] / box[:, np.newaxis], np.ones((2, 1))]),
+        }
+        first = np.max((self.at(start)[0] - target) / box)
+        end = minimize(
+            lambda y: y[-1],
+            np.r_[start, first],
+            jac=lambda _: slope,
+            method="SLSQP",
+            constraints=[constraint],
+            bounds=[(0.0, 1.0)] * n + [(None, None)],
+            options={"maxiter": steps, "ftol": goal},
+        )
+        return self.point(end.x[:-1])
+
+    def point(self, place: RealArray) -> _Point:
+        """Return the objectives at a place, clipped into the bounds."""
+        inside = np.clip(place, 0.0, 1.0)
+        return _Point(inside, self.at(inside)[0])
+
+
+@dataclass(frozen=True)
+class _Line:
+    """The line from the best first to the best second objective, and the box between them.
+
+    - `first`, `second` (2,): objectives of both ends, scaled.
+    """
+
+    first: RealArray
+    second: RealArray
+
+    @property
+    def box(self) -> RealArray:
+        """Size of the box of the front, shape (2,); positive."""
+        gap = np.array([self.second[0] - self.first[0], self.first[1] - self.second[1]])
+        return np.maximum(gap, 1e-9)
+
+    def target(self, share: float) -> RealArray:
+        """Return the point of the line at a share of its length, (2,)."""
+        return self.first + share * (self.second - self.first)
+
+    def excess(self, value: RealArray, share: float) -> float:
+        """Return by how many boxes objectives lie beyond a target; negative if below [1]."""
+        return float(np.max((value - self.target(share)) / self.box))
+
+
+def converged_front(
+    robust: RobustResponse, *, seed: int, progress: Progress | None = None
+) -> RealArray:
+    """Return designs of a converged front of two smooth objectives.
+
+    Parameters
+    ----------
+    robust : RobustResponse
+        Response for which `is_smooth` holds.
+    seed : int
+        Seed from 1 upwards of the random designs that find the branches.
+    progress : callable, optional
+        Called after each stage.
+
+    Returns
+    -------
+    array, shape (n, k)
+        Designs that no other evaluated design beats [units of the space].
+
+    Notes
+    -----
+    1. With a few draws, random designs descend to both ends of the front and to targets between
+       them (Pascoletti-Serafini, along the line between the ends): this finds its branches.
+    2. Both ends, with all draws, from the distinct ends of the first stage.
+    3. The targets, with all draws, from the distinct optima of the first stage, and from the
+       neighbours on another branch, there and back.
+    4. The interval between two neighbours that loses most hypervolume is halved, again and again.
+    5. Designs on the straight line between neighbours of one branch are evaluated.
+
+    The objectives of few draws are shifted, and have a box of their own.
+    """
+    random = generator(seed, "converged front")
+    n = robust.space.n_variables
+    stages = _Stages(progress)
+    few = replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS))
+    size = _size(few, random.random((16, n)))
+    ends, branches = _branches(_Landscape(few, size), random)
+    stages.done("branches")
+    landscape = _Landscape(robust, size)
+    net = _Net(landscape, _ends(landscape, ends, branches))
+    stages.done("ends")
+    for share, points in branches.items():
+        net.solve(share, _distinct(points, 2, APART))
+    for shares in (sorted(net.points), sorted(net.points, reverse=True)):
+        for before, share in pairwise(shares[:-1]):
+            if _distance(net.points[before], net.points[share]) > APART:
+                net.solve(share, [net.points[before].place])
+    stages.done("targets")
+    net.refine()
+    stages.done("refined")
+    net.fill()
+    stages.done("filled")
+    places, values = np.array(landscape.places), np.array(landscape.values)
+    best = nondominated(values)
+    space = robust.space
+    return np.asarray(space.lower + places[best] * (space.upper - space.lower))
+
+
+class _Stages:
+    """Tells a progress bar which of the five stages are done."""
+
+    def __init__(self, progress: Progress | None) -> None:
+        self.progress, self.n_done = progress, 0
+
+    def done(self, words: str) -> None:
+        self.n_done += 1
+        if self.progress is not None:
+            self.progress(self.n_done, 5, words)
+
+
+def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
+    """Return the first draws of a sample: of a power of two, a Sobol net again."""
+    assert isinstance(sample, ToleranceSample)
+    return replace(sample, values=sample.values[:n])
+
+
+def _size(robust: RobustResponse, places: RealArray) -> RealArray:
+    """Return the standard deviation of each objective over random designs, shape (2,)."""
+    space = robust.space
+    values = robust(space.lower + places * (space.upper - space.lower))
+    spread = values.objectives[~values.failed].std(axis=0)
+    return np.asarray(np.where(spread > 0.0, spread, 1.0))
+
+
+def _branches(
+    few: _Landscape, random: np.random.Generator
+) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
+    """Return both ends and the optima at each target, all with few draws, the best first."""
+    n = few.robust.space.n_variables
+    ends = [
+        sorted(
+            (few.descend(random.random(n), row, goal=1e-5, steps=30) for _ in range(starts)),
+            key=lambda point: float(point.value[row]),
+        )
+        for row, starts in enumerate(END_STARTS)
+    ]
+    line = _Line(ends[0][0].value, ends[1][0].value)
+    branches = {}
+    for share in (np.arange(TARGETS) + 0.5) / TARGETS:
+        target = line.target(share)
+        points = [
+            few.reach(random.random(n), target, line.box, goal=1e-4, steps=20)
+            for _ in range(STARTS)
+        ]
+        points.sort(key=lambda point: line.excess(point.value, share))
+        lowest = line.excess(points[0].value, share)
+        branches[float(share)] = [
+            point for point in points if line.excess(point.value, share) < lowest + 0.05
+        ]
+    return ends, branches
+
+
+def _ends(
+    landscape: _Landscape, ends: list[list[_Point]], branches: dict[float, list[_Point]]
+) -> list[_Point]:
+    """Return both ends with all draws."""
+    best = []
+    nearest = (min(branches), max(branches))
+    for row in range(2):
+        starts = _distinct(ends[row], 6, 0.3) + _distinct(branches[nearest[row]], 2, APART)
+        points = [landscape.descend(place, row, goal=1e-6, steps=25) for place in starts]
+        first = min(points, key=lambda point: float(point.value[row]))
+        best.append(landscape.descend(first.place, row, goal=1e-10, steps=60))
+    return best
+
+
+class _Net:
+    """Points on the front, by their share of the line between its ends."""
+
+    def __init__(self, landscape: _Landscape, ends: Sequence[_Point]) -> None:
+        self.landscape = landscape
+        self.line = _Line(ends[0].value, ends[1].value)
+        self.points = {0.0: ends[0], 1.0: ends[1]}
+        self.reached: dict[float, float] = {}
+
+    def solve(self, share: float, starts: Sequence[RealArray]) -> None:
+        """Bring the point of a target as far down as any start leads."""
+        target, box = self.line.target(share), self.line.box
+        for start in starts:
+            point = self.landscape.reach(start, target, box, goal=1e-6, steps=40)
+            excess = self.line.excess(point.value, share)
+            if excess < self.reached.get(share, np.inf) - 1e-9:
+                self.points[share], self.reached[share] = point, excess
+
+    def _loss(self, left: float, right: float) -> float:
+        """Hypervolume that the staircase between two neighbours may lose, share of the box [1]."""
+        gap = np.abs(self.points[left].value - self.points[right].value) / self.line.box
+        return float(0.5 * gap.prod())
+
+    def refine(self) -> None:
+        """Halve the interval that loses most, until the net loses little or long enough."""
+        shares = sorted(self.points)
+        heap = [(-self._loss(left, right), left, right) for left, right in pairwise(shares)]
+        heapq.heapify(heap)
+        total, left_over = -sum(loss for loss, *_ in heap), REFINEMENTS
+        while heap and left_over and total > ENOUGH:
+            loss, left, right = heapq.heappop(heap)
+            total += loss
+            if right - left < 5e-4:
+                continue
+            middle = 0.5 * (left + right)
+            self.solve(middle, self._starts(left, right, middle))
+            left_over -= 1
+            for part in ((left, middle), (middle, right)):
+                heapq.heappush(heap, (-self._loss(*part), *part))
+                total += self._loss(*part)
+
+    def _starts(self, left: float, right: float, middle: float) -> list[RealArray]:
+        """Return where the descents to a new target begin: between, or on both branches."""
+        first, second = self.points[left], self.points[right]
+        if _distance(first, second) < SAME:
+            starts = [0.5 * (first.place + second.place)]
+        else:
+            starts = [first.place, second.place]
+        values = np.array(self.landscape.values)
+        excess = np.max((values - self.line.target(middle)) / self.line.box, axis=1)
+        nearest = self.landscape.places[int(excess.argmin())]
+        if min(np.linalg.norm(nearest - start) for start in starts) > 0.5 * APART:
+            starts.append(nearest)
+        return starts
+
+    def fill(self) -> None:
+        """Evaluate designs on the straight line between neighbours of one branch."""
+        shares = sorted(self.points)
+        for left, right in pairwise(shares):
+            first, second = self.points[left], self.points[right]
+            if _distance(first, second) < SAME:
+                for part in (np.arange(FILL) + 1.0) / (FILL + 1.0):
+                    self.landscape.point(first.place + part * (second.place - first.place))
+
+
+def _distance(first: _Point, second: _Point) -> float:
+    return float(np.linalg.norm(first.place - second.place))
+
+
+def _distinct(points: Sequence[_Point], n: int, apart: float) -> list[RealArray]:
+    """Return the places of the first n points that lie apart from each other."""
+    places: list[RealArray] = []
+    for point in points:
+        if all(np.linalg.norm(point.place - place) > apart for place in places):
+            places.append(point.place)
+        if len(places) == n:
+            break
+    return places

@@ -340,6 +340,8 @@ def mounts_of(
     """
     known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
+    # an angle at fault has been told
+    angles = {(r.mount, r.piece): r.angles for r in rows if np.all(np.isfinite(r.angles))}
     with telling(note) as tell:
         for mount, piece in sorted(positions.keys() - known):
             sentence = f"{table}: mount '{mount}', piece '{piece}' is not in {path}: "
@@ -359,6 +361,9 @@ def mounts_of(
             transfer_axes=entry.transfer_axes,
             body_mass=entry.body_mass_kg,
             body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
+            rotations=tuple(
+                angles.get((entry.name, piece), (0.0,) * 3) for piece in entry.piece_names
+            ),
         )
         for entry in entries
     )

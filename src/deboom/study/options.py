@@ -27,7 +27,7 @@ from deboom.explore.scatter import (
 from deboom.explore.space import DesignSpace, Evaluate, stiffness_factor_space
 from deboom.files.platform import Platform
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import refuse_active_mounts
+from deboom.mounts.mount import in_mount_axes, refuse_active_mounts
 from deboom.vehicles.fleet import LOSS_SUFFIX, Band
 from deboom.vehicles.limits import MeanLevel, PeakLevel
 
@@ -135,7 +135,7 @@ def weighted_load_cases(
         chosen[name] = weight
     cases = [(platform.load_case(name), weight) for name, weight in chosen.items()]
     for case, _ in cases:
-        refuse_active_mounts(case)
+        refuse_active_mounts(in_mount_axes(platform.mounts, case))
     return cases
 
 

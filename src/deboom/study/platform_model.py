@@ -34,11 +34,12 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import (
     Mount,
+    in_mount_axes,
     mean_operating_stiffness,
     not_identified,
     refuse_active_mounts,
 )
-from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
+from deboom.mounts.surface_forces import Outside, SurfaceForces, as_mounted, surface_forces
 from deboom.physics.frf import corr_f
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
@@ -227,7 +228,7 @@ class Operation:
         report.warn(self.not_coupled)
         if words := pieces_in_words(self.platform):
             report.facts["pieces"] = words
-        if words := unidentified_in_words([case for case, _ in self.cases]):
+        if words := unidentified_in_words(self.platform, [case for case, _ in self.cases]):
             report.facts["not identified"] = words
         check = self.check
         if check is None:
@@ -271,7 +272,7 @@ def operation(
     if source is MountSource.spectra:
         return Operation(platform, fleet, cases, band, None)
     path = platform.folder / LIBRARY_FILE
-    mounts = _library(path)
+    mounts = as_mounted(_library(path), platform.mounts)
     outside = Outside.REFUSE if source is MountSource.library else Outside.KEEP_MEASURED
     try:
         pairs = [(case, surface_forces(case, mounts, outside)) for case, _ in cases]
@@ -608,7 +609,7 @@ def check_platform(folder: Path) -> PlatformCheck:
     if platform is not None:
         for case in platform.load_cases:
             with noting(faults.append):
-                refuse_active_mounts(case)
+                refuse_active_mounts(in_mount_axes(platform.mounts, case))
         band = study_band(platform)
         if not faults and (folder / LIBRARY_FILE).exists():
             with noting(faults.append):
@@ -647,7 +648,7 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     )
     if words := pieces_in_words(platform):
         yield "pieces", words
-    if words := unidentified_in_words(platform.load_cases):
+    if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
@@ -690,9 +691,10 @@ def pieces_in_words(platform: Platform) -> str:
     return "; ".join(words)
 
 
-def unidentified_in_words(load_cases: Sequence[LoadCase]) -> str:
+def unidentified_in_words(platform: Platform, load_cases: Sequence[LoadCase]) -> str:
     """Name the mount directions that hardly move; empty where all of them do."""
-    cases = {case.name: not_identified(case) for case in load_cases}
+    along = [in_mount_axes(platform.mounts, case) for case in load_cases]
+    cases = {case.name: not_identified(case) for case in along}
     words = [f"{', '.join(names)} ({case})" for case, names in cases.items() if names]
     if not words:
         return ""

@@ -33,7 +33,8 @@ from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import AXES, Mount
+from deboom.mounts.mount import AXES, Mount, in_mount_axes
+from deboom.mounts.surface_forces import as_mounted
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
@@ -284,13 +285,15 @@ def _kinematic_model(runs: Operation, carriers: Sequence[Mount]) -> KinematicMod
             "there, or leave out [[sag]] and [[travel]]"
         )
     names = [mount.name for mount in carriers]
-    return library_model([one for one in read_library_json(path)[1] if one.mount.name in names])
+    parts = as_mounted(read_library_json(path)[1], carriers)
+    return library_model([one for one in parts if one.mount.name in names])
 
 
 def _real_stiffness(
     mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
 ) -> dict[str, float]:
     """Mean real part over the lines of a run, per piece, by variable [N/m]."""
+    case = in_mount_axes(mounts, case)
     inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
     found = {}
     for mount in mounts:

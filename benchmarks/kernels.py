@@ -13,6 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
+from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
 from deboom.arrays import ComplexArray, RealArray
@@ -26,6 +27,7 @@ from interleaved import quiet_seconds
 
 LOOP = "loop over draws"
 NUMPY, NUMBA = "model, numpy", "model, numba"
+BESIDE = "model, numba, without"
 SWEEPS = 6
 LARGEST = 2.0
 """Amplitude up to which the drawn stiffnesses soften [mm]."""
@@ -135,11 +137,33 @@ def amplitude_problem(shape: Shape, seed: int = 1, softening: float = 0.30) -> A
     return AmplitudeMotion(**vars(coupled), cubic=cubic, lowest=lowest, highest=highest)
 
 
+def tilted(case: CoupledMotion, seed: int = 3) -> CoupledMotion:
+    """Turn every powertrain mount of a problem by up to 45 degrees about each axis."""
+    rng = np.random.default_rng(seed)
+    powertrain = case.bodies[0]
+    forward = powertrain.forward.reshape(-1, 3, 6)
+    angles = rng.uniform(-45.0, 45.0, (len(forward), 3))
+    turns = Rotation.from_euler("xyz", angles, degrees=True).as_matrix()
+    turned = (turns.swapaxes(1, 2) @ forward).reshape(-1, 6)
+    return replace(case, bodies=(replace(powertrain, forward=turned), *case.bodies[1:]))
+
+
+def tilted_problem(shape: Shape) -> CoupledMotion:
+    """Draw the powertrain of `coupled_problem` on tilted mounts."""
+    return tilted(coupled_problem(shape))
+
+
 PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {
     Motion.prescribed: prescribed_problem,
     Motion.coupled: coupled_problem,
     Motion.amplitude: amplitude_problem,
 }
+
+
+OTHER_PROBLEMS: dict[str, Callable[[Shape], Case]] = {
+    "coupled motion of tilted mounts": tilted_problem,
+}
+"""Measured beside coupled motion without what the title names."""
 
 
 def designs(shape: Shape, seed: int = 2) -> RealArray:
@@ -198,15 +222,19 @@ def exact(case: Case, rows: RealArray) -> RealArray:
     return loop(case, rows)
 
 
-def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
+def measure(
+    motion: Motion, shape: Shape, seconds: float, problem: Callable[[Shape], Case] | None = None
+) -> pd.DataFrame:
     """Time all rivals side by side; one row each."""
-    case = PROBLEMS[motion](shape)
+    case = (problem or PROBLEMS[motion])(shape)
     rows = designs(shape)
     one = rows[: shape.n_draws]
     plain, compiled = (level_sum(case, compiled=compiled) for compiled in (False, True))
     few = one[: {Motion.prescribed: 25, Motion.coupled: 3, Motion.amplitude: 2}[motion]]
     rivals: dict[str, tuple[Sums, RealArray]] = {LOOP: (lambda x: loop(case, x), few)}
     rivals |= {NUMPY: (plain, one), NUMBA: (compiled, rows)}
+    if problem is not None:
+        rivals |= {BESIDE: (level_sum(PROBLEMS[motion](shape), compiled=True), rows)}
 
     def bind(sums: Sums, x: RealArray) -> Callable[[], object]:
         return lambda: sums(x)
@@ -218,7 +246,8 @@ def measure(motion: Motion, shape: Shape, seconds: float) -> pd.DataFrame:
         calls = {name: bind(*rival) for name, rival in rivals.items()}
         quiet = quiet_seconds(calls, seconds, calls=2 if motion is Motion.amplitude else 4)
         truth = exact(case, one)
-        errors = {name: np.abs(sums(one) - truth).max() for name, (sums, _) in rivals.items()}
+        same = [name for name in rivals if name != BESIDE]
+        errors = {name: np.abs(rivals[name][0](one) - truth).max() for name in same}
     each = pd.Series({name: quiet[name] * len(one) / len(x) for name, (_, x) in rivals.items()})
     return pd.DataFrame(
         {
@@ -238,6 +267,11 @@ def report() -> str:
             formats = ("{:.0f}".format, "{:.1f}".format, "{:.0e}".format)
             text = table.to_string(formatters=dict(zip(table.columns, formats, strict=True)))
             tables.append(f"{motion.value} motion, {shape.title}\n{text}")
+    for title, problem in OTHER_PROBLEMS.items():
+        for shape in SHAPES:
+            table = measure(Motion.coupled, shape, seconds=8.0, problem=problem)
+            text = table.to_string(formatters=dict(zip(table.columns, formats, strict=True)))
+            tables.append(f"{title}, {shape.title}\n{text}")
     return "\n\n".join(tables)
 
 

@@ -31,6 +31,13 @@ TruthSeed = Annotated[
         "such platforms bring -4.3 to -2.6 dB per line (10 to 90 %), that of seed 1 -3.1."
     ),
 ]
+Tilt = Annotated[
+    float,
+    typer.Option(
+        help="Turn each powertrain mount by this angle, about an axis that --truth-seed draws "
+        "[deg]; its laws turn with it, and mounts.csv states the angles."
+    ),
+]
 NoiseFree = Annotated[
     bool, typer.Option("--noise-free", help="Let every sensor and hit be as stated, without noise.")
 ]
@@ -80,6 +87,7 @@ def write(
     folder: Folder,
     seed: Seed = 1,
     truth_seed: TruthSeed = 1,
+    tilt: Tilt = 0.0,
     library: Annotated[
         bool, typer.Option("--library", help="Characterise the mounts as well; half a minute.")
     ] = False,
@@ -100,11 +108,16 @@ def write(
 
     with progress_bar("virtual bench") as progress:
         write_platform(
-            folder, seed=seed, progress=progress, per_piece=per_piece, truth_seed=truth_seed
+            folder,
+            seed=seed,
+            progress=progress,
+            per_piece=per_piece,
+            truth_seed=truth_seed,
+            tilt=tilt,
         )
     if library:
         with progress_bar("mount library") as progress:
-            write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed)
+            write_platform_library(folder / LIBRARY_FILE, seed, progress, truth_seed, tilt)
     else:
         typer.echo(
             "no mount library: studies need --mounts spectra, or write the platform with --library",
@@ -118,6 +131,7 @@ def campaign(
     folder: Folder,
     seed: Seed = 1,
     truth_seed: TruthSeed = 1,
+    tilt: Tilt = 0.0,
     mount_set: Annotated[
         list[str] | None,
         typer.Option(help="M0 as drawn, M1, … scattered, EnM1-GeM2-TSM3-Du4 mixed; repeatable."),
@@ -152,7 +166,7 @@ def campaign(
     )
     errors = NO_ERRORS if noise_free else CampaignErrors()
     with progress_bar("virtual bench") as progress:
-        write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed))
+        write_campaign(folder, seed, plan, errors, progress, load_bench(truth_seed, tilt))
     typer.echo(folder.as_posix())
 
 
@@ -161,6 +175,7 @@ def vehicle(
     folder: Folder,
     seed: Seed = 1,
     truth_seed: TruthSeed = 1,
+    tilt: Tilt = 0.0,
     name: Annotated[str, typer.Option("--vehicle", help="Vehicle of the fleet.")] = "U06-1",
     mount_set: Annotated[
         str, typer.Option(help="Parts under its powertrain, such as M0, M1 or EnM1-GeM2-TSM3-Du4.")
@@ -180,7 +195,14 @@ def vehicle(
     with progress_bar("virtual vehicle") as progress:
         errors = NO_VEHICLE_ERRORS if noise_free else VehicleErrors()
         write_vehicle(
-            folder, seed, name, mount_set, errors, progress=progress, truth_seed=truth_seed
+            folder,
+            seed,
+            name,
+            mount_set,
+            errors,
+            progress=progress,
+            truth_seed=truth_seed,
+            tilt=tilt,
         )
         typer.echo(folder.as_posix())
 

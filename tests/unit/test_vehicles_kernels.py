@@ -107,15 +107,26 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
 
 
 @COMPILED
-def test_springs_off_the_axes_are_computed_in_numpy():
+@pytest.mark.parametrize("motion", [Motion.coupled, Motion.amplitude])
+def test_tilted_mounts_are_compiled(motion, monkeypatch):
+    case = bench.tilted(CASES[motion])
+    n = 16 if motion is Motion.amplitude else 128
+    plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
+    assert compiled.tables is not None
+    expected = plain(DESIGNS[:n])
+    monkeypatch.setattr(LevelSum, "_plain", None)  # no design falls back on numpy
+    np.testing.assert_allclose(compiled(DESIGNS[:n]), expected, rtol=0, atol=1e-9)
+    assert_same_bits_in_any_company(compiled, DESIGNS[:n], (1, 7, 64))
+
+
+@COMPILED
+def test_bodies_that_the_loops_do_not_know_are_computed_in_numpy():
     motion = CASES[Motion.coupled]
-    forward = motion.bodies[0].forward.copy()
-    forward[0, :3] = [0.8, 0.6, 0.0]
-    bodies = (replace(motion.bodies[0], forward=forward), *motion.bodies[1:])
-    oblique = level_sum(replace(motion, bodies=bodies), compiled=True)
-    assert oblique.tables is None
+    end = replace(motion.bodies[1], forward=np.full((1, 1), 0.5))
+    other = level_sum(replace(motion, bodies=(motion.bodies[0], end)), compiled=True)
+    assert other.tables is None
     assert level_sum(motion, compiled=True).tables is not None
-    assert np.isfinite(oblique(DESIGNS[:3])).all()
+    assert np.isfinite(other(DESIGNS[:3])).all()
 
 
 @TIERS

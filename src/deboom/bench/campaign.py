@@ -275,7 +275,7 @@ def clean_channels(
     to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
     powertrain = (to_acceleration * run.powertrain.motion) @ sensing.T
     sides = (to_acceleration * run.wheel_end.displacement) * side_sensing.reshape(1, -1)
-    force = run.powertrain.force.reshape(n_line, -1, 3)
+    force = run.powertrain_force.reshape(n_line, -1, 3)
     cells = np.einsum("mcab,fmb->fmca", sensors.cells, force).reshape(n_line, -1)
     side_cells = run.wheel_end.force * sensors.side_cells[:, :, 0].reshape(1, -1)
     flexible = chain.flexibility(run.frequency)[:, None]

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, replace
+from typing import TypeVar
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import fleet
@@ -22,6 +24,8 @@ from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.order_tracking import rpm_of_frequency
+
+Values = TypeVar("Values", RealArray, ComplexArray)
 
 TORQUE_AXIS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
 """The crankshaft lies along y, and the bench drives forward: the reaction turns about +y."""
@@ -85,11 +89,14 @@ class BodyState:
 class OperatingRun:
     """The truth of one run; `channels` names the columns of displacement, stiffness and force.
 
+    Displacement and force are in vehicle axes, the stiffness is along the axes of the mounts.
+
     - `frequency` (f,): frequency of the engine order [Hz].
     - `engine_torque` (f,) [N m].
     - `powertrain`, `wheel_end`: steady states; the wheel end stands for both sides, which are
       alike.
     - `mount_names`: mounts of the powertrain in the order of its directions.
+    - `turn` (n, n): their directions → vehicle axes; None where no mount is tilted.
     """
 
     frequency: RealArray
@@ -97,6 +104,7 @@ class OperatingRun:
     powertrain: BodyState
     wheel_end: BodyState
     mount_names: tuple[str, ...]
+    turn: RealArray | None = None
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -107,7 +115,13 @@ class OperatingRun:
     @property
     def displacement(self) -> ComplexArray:
         """Relative displacement at the virtual points, shape (f, n_channel) [m]."""
-        return _with_both_sides(self.powertrain.displacement, self.wheel_end.displacement)
+        moved = in_vehicle_axes(self.powertrain.displacement, self.turn)
+        return _with_both_sides(moved, self.wheel_end.displacement)
+
+    @property
+    def powertrain_force(self) -> ComplexArray:
+        """Force of the powertrain's mounts on the receiver, (f, n_direction) [N]."""
+        return in_vehicle_axes(self.powertrain.force, self.turn)
 
     @property
     def stiffness(self) -> ComplexArray:
@@ -117,12 +131,17 @@ class OperatingRun:
     @property
     def force(self) -> ComplexArray:
         """Force on the receiver, shape (f, n_channel) [N]."""
-        return _with_both_sides(self.powertrain.force, self.wheel_end.force)
+        return _with_both_sides(self.powertrain_force, self.wheel_end.force)
 
     @property
     def path_force(self) -> ComplexArray:
         """Force into the body per path, both wishbone mounts summed, shape (f, n_path) [N]."""
-        return np.hstack([self.powertrain.force, len(SIDES) * self.wheel_end.force])
+        return np.hstack([self.powertrain_force, len(SIDES) * self.wheel_end.force])
+
+
+def in_vehicle_axes(values: Values, turn: RealArray | None) -> Values:
+    """Turn values (f, n_direction) along the axes of the mounts into vehicle axes."""
+    return values if turn is None else values @ turn.T
 
 
 def steady_state(
@@ -188,7 +207,8 @@ def operate(
         bench.driveline.load(order_torque, ratio, frequency)[:, None],
         frequency,
     )
-    return OperatingRun(frequency, engine_torque, powertrain, wheel_end, bench.mount_names)
+    names = bench.mount_names
+    return OperatingRun(frequency, engine_torque, powertrain, wheel_end, names, bench.turn)
 
 
 def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> OperatingRun:
@@ -221,7 +241,8 @@ def true_run(bench: VirtualBench, planned: PlannedRun, frequency: RealArray) -> 
 
 def static_direction_forces(bench: VirtualBench, run: OperatingRun) -> RealArray:
     """Return the static force of every channel of a run, both sides, shape (f, n_channel) [N]."""
-    powertrain = static_forces(bench.powertrain, run.powertrain.static_deflection)
+    along = static_forces(bench.powertrain, run.powertrain.static_deflection)
+    powertrain = in_vehicle_axes(along, bench.turn)
     side = static_forces(bench.wheel_end, run.wheel_end.static_deflection)
     return np.hstack([powertrain, *[side] * len(SIDES)])
 
@@ -334,6 +355,7 @@ def drive(
     load[:, n_rigid : n_rigid + n_side] = wheel_load[:, None]
 
     relative, flexibility = _relative_motion(bench, body)
+    turn = _turn_of_all(bench, len(relative))
     impedance = _without_mounts(bench, body, frequency)
     remembered = _static_states(bench, engine_torque * ratio)
     log_amplitude = np.full((frequency.size, len(relative)), np.log(1e-4))
@@ -341,10 +363,17 @@ def drive(
         stiffness = mount_stiffness * _stiffness(
             bench, remembered, np.exp(log_amplitude), frequency
         )
-        in_series = stiffness / (1 + stiffness * flexibility)
-        matrix = impedance + (relative.T * in_series[:, None, :]) @ relative
+        if turn is None:
+            in_series = stiffness / (1 + stiffness * flexibility)
+            matrix = impedance + (relative.T * in_series[:, None, :]) @ relative
+        else:
+            # the body gives way along its own axes, the mounts along theirs
+            gives_way = np.eye(len(relative)) / stiffness[:, None, :]
+            joined = np.linalg.inv(gives_way + (turn.T * flexibility) @ turn)
+            matrix = impedance + relative.T @ joined @ relative
         motion: ComplexArray = np.asarray(np.linalg.solve(matrix, load[..., None])[..., 0], complex)
-        force = in_series * (motion @ relative.T)
+        moved = motion @ relative.T
+        force = in_series * moved if turn is None else (joined @ moved[..., None])[..., 0]
         deflection = force / stiffness
         change = np.log(np.abs(deflection)) - log_amplitude
         log_amplitude = log_amplitude + change
@@ -353,6 +382,7 @@ def drive(
     else:
         raise ArithmeticError(f"amplitudes do not settle within {MOST_ITERATIONS} iterations")
     modes = motion[:, n_rigid + n_side :]
+    force, deflection = in_vehicle_axes(force, turn), in_vehicle_axes(deflection, turn)
     to_ears = fleet.panel_pressure(cabin, frequency) @ body.shapes_at_panels.T
     return CoupledRun(
         frequency=frequency,
@@ -387,11 +417,21 @@ def _relative_motion(bench: VirtualBench, body: fleet.Body) -> tuple[RealArray, 
         [shapes[:, :n_mount, : len(AXES)].reshape(len(shapes), -1), shapes[:, n_mount:, 0]], axis=1
     )
     forward = bench.powertrain.forward
+    if bench.turn is not None:
+        n = len(forward)
+        on_body = np.hstack([on_body[:, :n] @ bench.turn, on_body[:, n:]])
     source = np.zeros((len(forward) + n_side, forward.shape[1] + n_side))
     source[: len(forward), : forward.shape[1]] = forward
     source[len(forward) :, forward.shape[1] :] = np.eye(n_side)
     flexibility = np.concatenate([local[:n_mount].ravel(), local[n_mount:, 0]])
     return np.hstack([source, -on_body.T]), flexibility
+
+
+def _turn_of_all(bench: VirtualBench, n_channel: int) -> RealArray | None:
+    """Directions of all mounts → vehicle axes; wheel ends move along x as they are."""
+    if bench.turn is None:
+        return None
+    return np.asarray(block_diag(bench.turn, np.eye(n_channel - len(bench.turn))))
 
 
 def _without_mounts(bench: VirtualBench, body: fleet.Body, frequency: RealArray) -> ComplexArray:

@@ -41,6 +41,7 @@ def write_platform(
     *,
     per_piece: bool = False,
     truth_seed: int = 1,
+    tilt: float = 0.0,
 ) -> Path:
     """Measure the virtual platform and write its files.
 
@@ -57,6 +58,9 @@ def write_platform(
         Measure noise transfer functions at each wishbone mount, not one for both.
     truth_seed : int
         1 is the frozen powertrain and its mounts; every other seed draws them.
+    tilt : float
+        Angle by which each powertrain mount stands away from the vehicle's axes, about an axis that
+        `truth_seed` draws [deg].
 
     Returns
     -------
@@ -66,11 +70,12 @@ def write_platform(
     Raises
     ------
     InputError
-        Seed below 1; a folder that is not empty or cannot be written.
+        Seed below 1; a tilt below 0 or above 90 degrees; a folder that is not empty or cannot be
+        written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = load_fleet(seed), load_bench(truth_seed)
+    fleet, bench = load_fleet(seed), load_bench(truth_seed, tilt)
     n_file = len(layout.LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         for done, name in enumerate(_write_files(unfinished, seed, fleet, bench, per_piece), 1):
@@ -81,9 +86,13 @@ def write_platform(
 
 def mount_rows(bench: VirtualBench, sheet: sensors.DataSheet) -> list[rows.MountRow]:
     """Return the mount table: positions from the centre of gravity of the data sheet."""
+    angles = dict(zip(bench.mount_names, bench.rotations, strict=True))
     return [
         rows.MountRow(
-            point.mount, point.piece, writing.triple(point.position + sheet.centre_error, 4)
+            point.mount,
+            point.piece,
+            writing.triple(point.position + sheet.centre_error, 4),
+            writing.triple(angles.get(point.mount, np.zeros(3)), 12),
         )
         for point in layout.points(bench)
     ]

@@ -6,17 +6,19 @@ import json
 import re
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from importlib import resources
 from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
+from scipy.spatial.transform import Rotation
 from scipy.special import expit
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.physics.rigid_body import forward_matrix, mass_matrix
+from deboom.physics.rigid_body import forward_matrix, mass_matrix, rotation_matrix
 
 CROSS_WIDTH = 1.0e-3
 """Deflection over which the transverse directions stiffen [m]; an engineering judgement."""
@@ -410,6 +412,8 @@ class VirtualBench:
     - `order_torque`: dominant order of the engine.
     - `ramp`: torque over a run-up.
     - `cylinders`: number of cylinders of the engine.
+    - `rotations` (n_mount, 3): turns of vehicle axes into the axes of each powertrain mount, about
+      the fixed axes x, then y, then z; laws are along the axes of the mounts [rad].
     """
 
     mass: float
@@ -422,6 +426,14 @@ class VirtualBench:
     order_torque: OrderTorque
     ramp: FullLoadRamp
     cylinders: int
+    rotations: RealArray = field(default_factory=lambda: np.zeros((3, 3)))
+
+    @property
+    def turn(self) -> RealArray | None:
+        """Directions of the powertrain's mounts → vehicle axes, (n, n); None: none is tilted."""
+        if not self.rotations.any():
+            return None
+        return np.asarray(block_diag(*rotation_matrix(self.rotations)))
 
     @property
     def mount_names(self) -> tuple[str, ...]:
@@ -441,13 +453,37 @@ def read_data(name: str) -> dict[str, Any]:
     return data
 
 
-def load_bench(truth_seed: int = 1) -> VirtualBench:
+TILT_DIGITS = 1
+"""Mounts stand at angles of whole tenths of a degree, as their table states them."""
+
+
+def load_bench(truth_seed: int = 1, tilt: float = 0.0) -> VirtualBench:
     """Build the bench with the frozen truth of ``data/powertrain.json``, or one drawn around it.
 
     - `truth_seed`: 1 is the frozen truth; every other seed draws from a prior around it.
+    - `tilt`: angle by which each powertrain mount stands away from the vehicle's axes, about an
+      axis that the seed draws [deg].
+    - raises InputError: a tilt below 0 or above 90 degrees.
     """
+    if not 0.0 <= tilt <= 90.0:
+        raise InputError(f"a tilt of {tilt:g} deg: give 0 to 90")
     data = read_data("powertrain.json")
-    return _bench(data if truth_seed == 1 else _drawn(data, truth_seed))
+    bench = _bench(data if truth_seed == 1 else _drawn(data, truth_seed))
+    return _tilted(bench, tilt, truth_seed) if tilt > 0.0 else bench
+
+
+def _tilted(bench: VirtualBench, tilt: float, truth_seed: int) -> VirtualBench:
+    """Turn every powertrain mount, with its laws, by an angle about an axis of its own."""
+    generator = np.random.default_rng([truth_seed, zlib.crc32(b"tilt")])
+    about = generator.normal(size=(len(bench.mount_names), len(AXES)))
+    about *= np.deg2rad(tilt) / np.linalg.norm(about, axis=1, keepdims=True)
+    angles = np.rad2deg(Rotation.from_rotvec(about).as_euler("xyz"))
+    rotations = np.deg2rad(np.round(angles, TILT_DIGITS))
+    mounts = tuple(
+        replace(mount, forward=turn.T @ mount.forward)
+        for mount, turn in zip(bench.powertrain.mounts, rotation_matrix(rotations), strict=True)
+    )
+    return replace(bench, powertrain=replace(bench.powertrain, mounts=mounts), rotations=rotations)
 
 
 def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:

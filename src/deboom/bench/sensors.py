@@ -175,7 +175,7 @@ def measured_run(
     n_line = run.frequency.size
     to_acceleration = -((2 * np.pi * run.frequency[:, None]) ** 2)
     clean = (to_acceleration * run.powertrain.motion) @ instrumentation.sensing.T
-    mount_force = run.powertrain.force.reshape(n_line, -1, 3)
+    mount_force = run.powertrain_force.reshape(n_line, -1, 3)
     cells = np.einsum("mab,fmb->fma", instrumentation.cell_transfer, mount_force)
     cells = cells.reshape(n_line, -1) * budget.flexibility(run.frequency)[:, None]
     side_clean = (

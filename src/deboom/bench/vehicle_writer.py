@@ -123,6 +123,7 @@ def write_vehicle(
     accelerance: bool = True,
     progress: Progress | None = None,
     truth_seed: int = 1,
+    tilt: float = 0.0,
 ) -> Path:
     """Measure one vehicle and write its files.
 
@@ -146,6 +147,9 @@ def write_vehicle(
         Called with the files written so far, all files, and the name of the last one.
     truth_seed : int
         1 is the frozen powertrain and its mounts; every other seed draws them.
+    tilt : float
+        Angle by which each powertrain mount stands away from the vehicle's axes, about an axis that
+        `truth_seed` draws [deg].
 
     Returns
     -------
@@ -160,7 +164,7 @@ def write_vehicle(
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = load_fleet(seed), with_mount_set(load_bench(truth_seed), parts)
+    fleet, bench = load_fleet(seed), with_mount_set(load_bench(truth_seed, tilt), parts)
     if vehicle not in fleet.bodies:
         raise InputError(
             f"there is no vehicle '{vehicle}' in the fleet: use {', '.join(fleet.bodies)}"

@@ -155,7 +155,7 @@ class _Landscape:
 
     def descend(self, start: RealArray, row: int, *, goal: float, steps: int) -> _Point:
         """Return where a descent of one objective ends."""
-        end = minimize(
+        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda place: self.at(place)[0][row],
             start,
             jac=lambda place: self.at(place)[1][row],
@@ -177,7 +177,7 @@ class _Landscape:
             "jac": lambda y: np.hstack([-self.at(y[:-1])[1] / box[:, np.newaxis], np.ones((2, 1))]),
         }
         first = np.max((self.at(start)[0] - target) / box)
-        end = minimize(
+        end = minimize(  # type: ignore[call-overload]  # the stubs know no array of any length
             lambda y: y[-1],
             np.r_[start, first],
             jac=lambda _: slope,
@@ -212,7 +212,7 @@ class _Line:
 
     def target(self, share: float) -> RealArray:
         """Return the point of the line at a share of its length, (2,)."""
-        return self.first + share * (self.second - self.first)
+        return np.asarray(self.first + share * (self.second - self.first))
 
     def excess(self, value: RealArray, share: float) -> float:
         """Return by how many boxes objectives lie beyond a target; negative if below [1]."""

@@ -16,7 +16,7 @@ from deboom.files.platform import PlatformFile, assembled, read_contents
 from deboom.files.schema import load_toml, noting
 from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import not_identified, refuse_active_mounts
+from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
 from deboom.vehicles.fleet import path_contributions
@@ -114,7 +114,7 @@ def check_platform(folder: Path) -> PlatformCheck:
     if platform is not None:
         for case in platform.load_cases:
             with noting(faults.append):
-                refuse_active_mounts(case)
+                refuse_active_mounts(in_mount_axes(platform.mounts, case))
         if not faults and (folder / LIBRARY_FILE).exists():
             with noting(faults.append):
                 every = [case.name for case in platform.load_cases]
@@ -152,7 +152,7 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
     )
     if words := pieces_in_words(platform):
         yield "pieces", words
-    if words := unidentified_in_words(platform.load_cases):
+    if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
@@ -195,9 +195,10 @@ def pieces_in_words(platform: Platform) -> str:
     return "; ".join(words)
 
 
-def unidentified_in_words(load_cases: Sequence[LoadCase]) -> str:
+def unidentified_in_words(platform: Platform, load_cases: Sequence[LoadCase]) -> str:
     """Name the mount directions that hardly move; empty where all of them do."""
-    cases = {case.name: not_identified(case) for case in load_cases}
+    along = [in_mount_axes(platform.mounts, case) for case in load_cases]
+    cases = {case.name: not_identified(case) for case in along}
     words = [f"{', '.join(names)} ({case})" for case, names in cases.items() if names]
     if not words:
         return ""

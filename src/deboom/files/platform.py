@@ -52,6 +52,7 @@ from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
+from deboom.mounts.surface_forces import as_mounted
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
@@ -344,6 +345,8 @@ def mounts_of(
     """
     known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
+    # an angle at fault has been told
+    angles = {(r.mount, r.piece): r.angles for r in rows if np.all(np.isfinite(r.angles))}
     with telling(note) as tell:
         for mount, piece in sorted(positions.keys() - known):
             sentence = f"{table}: mount '{mount}', piece '{piece}' is not in {path}: "
@@ -363,6 +366,9 @@ def mounts_of(
             transfer_axes=entry.transfer_axes,
             body_mass=entry.body_mass_kg,
             body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
+            rotations=tuple(
+                angles.get((entry.name, piece), (0.0,) * 3) for piece in entry.piece_names
+            ),
         )
         for entry in entries
     )
@@ -518,7 +524,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
-    library, library_fault = _library(folder / LIBRARY_FILE)
+    library, library_fault = _library(folder / LIBRARY_FILE, contents.mounts or ())
     return Platform(
         name=file.name,
         title=file.title,
@@ -536,8 +542,10 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
     )
 
 
-def _library(path: Path) -> tuple[tuple[CharacterisedMount, ...], InputError | None]:
-    """Mounts of the library beside a platform, or why there are none."""
+def _library(
+    path: Path, mounts: Sequence[Mount]
+) -> tuple[tuple[CharacterisedMount, ...], InputError | None]:
+    """Mounts of the library beside a platform, as they stand there, or why there are none."""
     if not path.is_file():
         return (), MissingLibrary(
             f"{path}: the platform has no mount library: export one there as JSON (deboom "
@@ -545,7 +553,7 @@ def _library(path: Path) -> tuple[tuple[CharacterisedMount, ...], InputError | N
             "--library), or take the mounts from the measured spectra (--mounts spectra)"
         )
     try:
-        return read_library_json(path)[1], None
+        return as_mounted(read_library_json(path)[1], mounts), None
     except InputError as error:
         return (), error
 

@@ -19,6 +19,7 @@ from deboom.files.tables import (
     MayBeEmpty,
     Numbers,
     TableRow,
+    ZeroWithoutColumns,
     read_rows,
     write_frame,
     write_sheets,
@@ -34,21 +35,33 @@ Blank = Annotated[str, MayBeEmpty]
 _Place = Annotated[Vector, Numbers(_AXES, "m")]
 _PlaceInMillimetres = Annotated[Vector, Numbers(_AXES, "m", written="mm")]
 _Angles = Annotated[Vector, Numbers(("rx", "ry", "rz"), "rad", written="deg")]
+_Turn = Annotated[Vector, Numbers(("rx", "ry", "rz"), "rad", written="deg"), ZeroWithoutColumns]
 _Direction = Annotated[Vector, Numbers(("dx", "dy", "dz"))]
 
 
 @dataclass(frozen=True)
 class MountRow(TableRow):
-    """Position of one piece of a mount.
+    """Position of one piece of a mount, and how it stands.
 
     - `mount`, `piece`: names; the piece of a single one is ``""``.
     - `position`: virtual point in vehicle axes, from the powertrain's centre of gravity [m].
+    - `angles`: turns of vehicle axes into the mount's axes, about the fixed axes x, then y, then z,
+      as of sensors [rad]. A table without the columns has mounts along the vehicle's axes.
     """
 
     unique = ("'{0.name}'",)
     mount: str
     piece: Blank
     position: _Place
+    angles: _Turn = (0.0, 0.0, 0.0)
+
+    def _check(self) -> None:
+        if any(abs(angle) > math.tau for angle in self.angles):
+            turns = ", ".join(f"{math.degrees(angle):g}" for angle in self.angles)
+            raise InputError(
+                f"mount '{self.name}' is turned by {turns} deg: give at most a whole turn, in the "
+                "unit of the columns"
+            )
 
     @property
     def name(self) -> str:

@@ -110,6 +110,7 @@ def read_rows(
     with_unit: Mapping[str, str],
     sheet: str | None = None,
     note: Note | None = None,
+    optional: Sequence[Sequence[str]] = (),
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
 
@@ -118,6 +119,7 @@ def read_rows(
     - `with_unit`: columns with a unit in their header, and the SI unit of it.
     - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
     - `note`: gets every fault of the header; without, they are raised as one error.
+    - `optional`: groups of those columns that a table may lack as a whole.
     - returns: rows that are not empty; none if the header is at fault.
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
@@ -135,7 +137,8 @@ def read_rows(
         if name in with_unit:
             with noting(faults.append):
                 units[name] = _column_unit(f"{path}: column '{text}'", text, label, with_unit[name])
-    wanted = [*plain, *with_unit]
+    absent = {name for group in optional if not set(group) & set(names) for name in group}
+    wanted = [name for name in (*plain, *with_unit) if name not in absent]
     separated = "" if _is_excel(path) else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
         if names.count(name) != 1 or name not in wanted:
@@ -319,6 +322,10 @@ class MayBeEmpty:
     """Mark of a text that may be empty."""
 
 
+class ZeroWithoutColumns:
+    """Mark beside `Numbers`: their columns may all be left out, which means zeros."""
+
+
 class InUnitOfRow:
     """Mark of a number in the unit of its row; empty is infinite."""
 
@@ -379,7 +386,7 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
     plain, with_unit = _headers(columns)
     read: list[_Row] = []
     with telling(note) as tell:
-        rows = read_rows(path, plain, with_unit, kind.sheet, tell)
+        rows = read_rows(path, plain, with_unit, kind.sheet, tell, _optional(kind))
         seen: dict[str, int] = {}
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
@@ -430,6 +437,13 @@ def _columns(kind: type[TableRow]) -> dict[str, Any]:
     }
 
 
+def _optional(kind: type[TableRow]) -> list[tuple[str, ...]]:
+    """Return the groups of columns that a table may lack."""
+    hints = get_type_hints(kind, include_extras=True)
+    marks: list[tuple[Any, ...]] = [getattr(hint, "__metadata__", ()) for hint in hints.values()]
+    return [mark[0].names for mark in marks if ZeroWithoutColumns in mark]
+
+
 def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
     plain: list[str] = []
     with_unit: dict[str, str] = {}
@@ -445,6 +459,8 @@ def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
 def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
     """One field of a row; a fault of it is told."""
     if isinstance(column, Numbers):
+        if not set(column.names) & set(row.cells):
+            return (0.0,) * len(column.names)
         numbers = [math.nan] * len(column.names)
         for place, name in enumerate(column.names):
             with noting(tell):
@@ -477,7 +493,13 @@ def _stated(row: Row, column: str) -> Unit:
 def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
     """Table of rows in the units that are written."""
     columns = _columns(kind)
-    pairs = columns.items()
+    absent = {
+        field
+        for field, column in columns.items()
+        if isinstance(column, Numbers) and column.names in _optional(kind)
+        if not any(any(getattr(row, field)) for row in rows)
+    }
+    pairs = [(field, column) for field, column in columns.items() if field not in absent]
     labels = [
         label
         for field, column in pairs

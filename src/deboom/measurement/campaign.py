@@ -38,6 +38,10 @@ class MeasuredMount(Protocol):
     def transfer_axes(self) -> tuple[str, ...]:
         """Axes whose force reaches the cabin."""
 
+    @property
+    def rotations(self) -> tuple[tuple[float, float, float], ...]:
+        """Turns of vehicle axes into the axes of each piece, ``Rz Ry Rx`` [rad]."""
+
     def channels(self, axis: str) -> tuple[str, ...]:
         """Names ``<mount> [<piece>] <axis>`` along one axis, one per piece."""
 

@@ -151,8 +151,9 @@ class Characterisation(Tabled):
             if f"{mount.name} {axis}" in self.directions
         ]
         known = mount.description, mount.pieces, mount.positions, mount.transfer_axes
+        part = Mount(mount.name, *known, rotations=mount.rotations)
         identity = MountIdentity(self.campaign.name, mount.name, self.mount_set)
-        return CharacterisedMount(identity, Mount(mount.name, *known), tuple(directions), quality)
+        return CharacterisedMount(identity, part, tuple(directions), quality)
 
     def _characterised_direction(self, mount: str, axis: str) -> CharacterisedDirection:
         """One direction; its lines near the floor have no confidence."""

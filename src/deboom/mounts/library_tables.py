@@ -101,11 +101,18 @@ def campaign_of(entry: Mapping[str, Any]) -> CampaignRecord:
 
 def mount_entry(value: CharacterisedMount) -> dict[str, Any]:
     """Return a mount as plain values."""
-    pieces = zip(value.mount.pieces, value.mount.positions, strict=True)
+    mount = value.mount
+    pieces = [
+        {"name": name, "position [m]": [*map(float, position)]}
+        | ({"rotation [rad]": [*map(float, angles)]} if any(angles) else {})
+        for name, position, angles in zip(
+            mount.pieces, mount.positions, mount.rotations, strict=True
+        )
+    ]
     return {
         "identity": entry(value.identity),
-        **entry(value.mount, "name", "pieces", "positions"),
-        "pieces": [{"name": name, "position [m]": [*map(float, x)]} for name, x in pieces],
+        **entry(mount, "name", "pieces", "positions", "rotations"),
+        "pieces": pieces,
         "quality": dict(value.quality),
         "directions": [_direction(direction) for direction in value.directions],
     }
@@ -173,7 +180,9 @@ def _surface_of(entry: Mapping[str, Any]) -> DynamicStiffnessSurface:
 def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
     """Return the mount of its entry; InputError names what is wrong with it."""
     identity = _built(MountIdentity, entry["identity"])
+    upright = [0.0, 0.0, 0.0]
     x_y_z = [tuple(float(x) for x in piece["position [m]"]) for piece in entry["pieces"]]
+    turns = [tuple(map(float, p.get("rotation [rad]", upright))) for p in entry["pieces"]]
     parts = ("identity", "transfer_axes", "pieces", "quality", "directions")
     mount = _built(
         Mount,
@@ -181,6 +190,7 @@ def mount_of(entry: Mapping[str, Any]) -> CharacterisedMount:
         name=identity.mount,
         pieces=tuple(piece["name"] for piece in entry["pieces"]),
         positions=tuple((x, y, z) for x, y, z in x_y_z),
+        rotations=tuple((rx, ry, rz) for rx, ry, rz in turns),
         transfer_axes=tuple(entry["transfer_axes"]),
     )
     directions = tuple(_direction_of(identity.mount, item) for item in entry["directions"])
@@ -238,6 +248,8 @@ def _value(content: Any) -> Any:
 
 
 Row = dict[str, Any]
+_TURNS = ("rx [rad]", "ry [rad]", "rz [rad]")
+"""Rotations of a piece, about the fixed axes x, then y, then z; only of libraries that have any."""
 
 
 def export_tables(
@@ -249,6 +261,7 @@ def export_tables(
     """
     import pandas as pd
 
+    tilted = any(value.mount.tilted_pieces for value in mounts)
     tables = {
         "campaigns": [
             {
@@ -269,9 +282,12 @@ def export_tables(
                 **_labelled(value.mount, "body_mass", "body_mass_tolerance"),
                 "piece": piece,
                 **dict(zip(("x [m]", "y [m]", "z [m]"), position, strict=True)),
+                **(dict(zip(_TURNS, angles, strict=True)) if tilted else {}),
             }
             for value in mounts
-            for piece, position in zip(value.mount.pieces, value.mount.positions, strict=True)
+            for piece, position, angles in zip(
+                value.mount.pieces, value.mount.positions, value.mount.rotations, strict=True
+            )
         ],
         "quality": [
             {**asdict(value.identity), "quality": name, "value": number}

@@ -18,7 +18,7 @@ from deboom.measurement.channels import Spectrum
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.sensors import SENSOR_AXES, Sensor, SensorKind, Tolerances
 from deboom.measurement.virtual_point import VirtualPoint, sensor_geometry, virtual_point
-from deboom.physics.rigid_body import forward_matrices, skew
+from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
 POWERTRAIN = "powertrain"
 
@@ -31,10 +31,11 @@ class MountPoint:
     """Point at which one mount, or one piece of it, carries a body; a single piece is ``""``.
 
     `position` (3,) is the virtual point from the powertrain's centre of gravity [m], `axes` are the
-    directions that are characterised, `cells` carry the force together, `force_matrix` (3, 3
-    n_cell) takes their channels to the force at the virtual point [1]. `transfer_scatter` (3, 3) is
-    the standard deviation of the calibration by a shaker over frequency and repeats, relative to it
-    [1].
+    directions that are characterised, along the mount, whose axes in vehicle axes are the columns
+    of `orientation` (3, 3), `cells` carry the force together, `force_matrix` (3, 3 n_cell) takes
+    their channels to the force at the virtual point in vehicle axes [1]. `transfer_scatter` (3, 3)
+    is the standard deviation of the calibration by a shaker over frequency and repeats, relative to
+    it [1].
     """
 
     mount: str
@@ -45,6 +46,11 @@ class MountPoint:
     force_matrix: RealArray
     calibrated: bool
     transfer_scatter: RealArray
+    orientation: RealArray | None = None
+
+    def along_mount(self, rows: RealArray) -> RealArray:
+        """Turn rows (3, n) in vehicle axes into rows along the axes of the mount."""
+        return rows if self.orientation is None else np.asarray(self.orientation.T @ rows)
 
     @property
     def name(self) -> str:
@@ -86,10 +92,17 @@ class InstrumentedBody:
 
     @property
     def at_points(self) -> RealArray:
-        """Motion of the body → motion of its points, x y z each, shape (3 n_point, n_motion)."""
+        """Motion of the body → motion of its points, shape (3 n_point, n_motion).
+
+        Three rows per point, along the axes of its mount.
+        """
         if not self.is_rigid_body:
-            return np.eye(3)
-        return forward_matrices([point.position for point in self.points])
+            return self.points[0].along_mount(np.eye(3))
+        forward = forward_matrices([point.position for point in self.points])
+        for place, point in enumerate(self.points):
+            rows = slice(3 * place, 3 * place + 3)
+            forward[rows] = point.along_mount(forward[rows])
+        return forward
 
     @property
     def cell_channels(self) -> tuple[str, ...]:
@@ -98,8 +111,11 @@ class InstrumentedBody:
 
     @property
     def force_matrix(self) -> RealArray:
-        """Cell channels → force at the points, x y z each, shape (3 n_point, n_cell_channel)."""
-        return np.asarray(block_diag(*[point.force_matrix for point in self.points]))
+        """Cell channels → force at the points, shape (3 n_point, n_cell_channel).
+
+        Three rows per point, along the axes of its mount.
+        """
+        return np.asarray(block_diag(*[p.along_mount(p.force_matrix) for p in self.points]))
 
     @property
     def measured_directions(self) -> tuple[tuple[MountPoint, str, int], ...]:
@@ -161,7 +177,11 @@ def _mount_point(
     """Point of one piece, with its force transfer matrix where shaker runs give one."""
     at = mount.name, piece
     position = np.array(mount.positions[mount.pieces.index(piece)])
-    axes = AXES if mount.name in campaign.powertrain_mounts else mount.transfer_axes
+    angles = mount.rotations[mount.pieces.index(piece)]
+    turn = rotation_matrix(angles) if any(angles) else None
+    # the motion along any axis of a tilted mount is made of all three vehicle axes
+    every = mount.name in campaign.powertrain_mounts or turn is not None
+    axes = AXES if every else mount.transfer_axes
     owner = f"campaign {campaign.name}: mount {' '.join(filter(None, at))}"
     if not cells:
         raise InputError(f"{owner} has no force cell: its stiffness cannot be measured")
@@ -173,11 +193,11 @@ def _mount_point(
         )
     summed = np.hstack([cell.orientation for cell in cells])
     if not any((run.mount, run.piece) == at for run in campaign.shaker_runs):
-        return MountPoint(*at, position, axes, cells, summed, False, np.zeros((3, 3)))
+        return MountPoint(*at, position, axes, cells, summed, False, np.zeros((3, 3)), turn)
     transfer = force_transfer_matrix(campaign.shaker_runs, cells, *at)
     force_matrix = np.asarray(np.linalg.solve(transfer.matrix.real, summed), dtype=float)
     scatter = _transfer_scatter(transfer)
-    return MountPoint(*at, position, axes, cells, force_matrix, True, scatter)
+    return MountPoint(*at, position, axes, cells, force_matrix, True, scatter, turn)
 
 
 def _channels_of(sensors: tuple[Sensor, ...], names: tuple[str, ...]) -> list[str]:
@@ -270,7 +290,7 @@ def alignment(body: InstrumentedBody, tolerances: Tolerances) -> Alignment:
         first_cell = columns.stop
         for *error, change in _force_errors(point, tolerances):
             force = no_force.copy()
-            force[3 * place : 3 * place + 3, columns] = change
+            force[3 * place : 3 * place + 3, columns] = point.along_mount(change)
             errors.append((*error, no_forward, force))
     names, sources, *numbers = zip(*errors, strict=True)
     return Alignment(body, names, sources, *map(np.array, numbers))
@@ -478,11 +498,15 @@ def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> 
 
 
 def _static_force(run: OperatingRun, points: Sequence[MountPoint]) -> RealArray:
-    """Take the static force per direction, nan where it was not measured."""
+    """Take the static force along the axes of the mounts, nan where it was not measured."""
     known = dict(zip(run.static_force_names, run.static_force.T, strict=True))
     unknown = np.full(run.frequency.size, np.nan)
-    names = [f"{point.name} {axis}" for point in points for axis in AXES]
-    return np.column_stack([known.get(name, unknown) for name in names])
+    in_vehicle = (
+        np.stack([known.get(f"{point.name} {axis}", unknown) for axis in AXES]) for point in points
+    )
+    forces = zip(points, in_vehicle, strict=True)
+    along = np.vstack([point.along_mount(force) for point, force in forces])
+    return np.ascontiguousarray(along.T)
 
 
 def _noise(

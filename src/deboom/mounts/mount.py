@@ -1,22 +1,29 @@
-"""Mounts: positions, pieces and transfer axes."""
+"""Mounts: positions, rotations, pieces and transfer axes."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
 
+from deboom.arrays import RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import LoadCase
+from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
+from deboom.physics.rigid_body import rotation_matrix
 
 
 @dataclass(frozen=True)
 class Mount:
     """One mount of the platform.
+
+    Stiffness, response surfaces, design variables and the supplier's numbers are along the axes of
+    the mount itself. Motion, forces, positions, transfer axes and noise transfer functions are in
+    vehicle axes. Where a mount stands along the vehicle's axes, both are the same.
 
     - `name`: name, such as ``TSM``.
     - `description`: description in words, for the report.
@@ -24,12 +31,15 @@ class Mount:
       piece has the name ``""``.
     - `positions`: virtual point of each piece in vehicle axes, from the powertrain's centre of
       gravity [m].
-    - `transfer_axes`: axes whose force reaches the cabin. The other axes stay design variables
-      without effect.
+    - `transfer_axes`: vehicle axes whose force reaches the cabin. The other axes stay design
+      variables without effect.
     - `body_mass`, optional: mass of the body that each piece carries where that is not the
       powertrain, such as the wheel end on a wishbone mount [kg]; None for a powertrain mount.
     - `body_mass_tolerance`: half width of the body mass [kg].
-    - raises InputError: unknown axes; a tolerance below 0 or above the body mass.
+    - `rotations`: turns of vehicle axes into the axes of each piece, about the fixed axes x, then
+      y, then z, ``R = Rz Ry Rx`` as for sensors [rad]; none: all stand along the vehicle's axes.
+    - raises InputError: unknown axes; a tolerance below 0 or above the body mass; rotations that
+      are not one per piece, not finite or beyond a whole turn.
     """
 
     name: str
@@ -39,8 +49,21 @@ class Mount:
     transfer_axes: tuple[str, ...]
     body_mass: float | None = None
     body_mass_tolerance: float = 0.0
+    rotations: tuple[tuple[float, float, float], ...] = ()
 
     def __post_init__(self) -> None:
+        rotations = tuple(tuple(angles) for angles in self.rotations)
+        rotations = rotations or ((0.0, 0.0, 0.0),) * len(self.pieces)
+        object.__setattr__(self, "rotations", rotations)
+        turns = all(
+            len(angles) == len(AXES) and all(abs(angle) <= 2.0 * math.pi for angle in angles)
+            for angles in rotations
+        )
+        if len(rotations) != len(self.pieces) or not turns:
+            raise InputError(
+                f"mount {self.name}: rotations {rotations} for {len(self.pieces)} piece(s): give "
+                "each piece three angles about x, y and z of at most a whole turn, in rad"
+            )
         unknown = [axis for axis in self.transfer_axes if axis not in AXES]
         if unknown:
             raise InputError(f"mount {self.name}: unknown axes {unknown}, use {list(AXES)}")
@@ -56,6 +79,15 @@ class Mount:
         return self.body_mass is None
 
     @property
+    def tilted_pieces(self) -> tuple[int, ...]:
+        """Numbers of the pieces that do not stand along the vehicle's axes."""
+        return tuple(piece for piece, angles in enumerate(self.rotations) if any(angles))
+
+    def orientation(self, piece: int) -> RealArray:
+        """Return the axes of a piece as columns in vehicle axes, shape (3, 3) [1]."""
+        return rotation_matrix(self.rotations[piece])
+
+    @property
     def variables(self) -> tuple[str, ...]:
         """Names of the design variables, ``<mount> <axis>`` for all three axes."""
         return tuple(f"{self.name} {axis}" for axis in AXES)
@@ -68,6 +100,52 @@ class Mount:
     def channels(self, axis: str) -> tuple[str, ...]:
         """Names of the channels measured along one axis, one per piece."""
         return tuple(" ".join(filter(None, (self.name, piece, axis))) for piece in self.pieces)
+
+
+def in_mount_axes(mounts: Sequence[Mount], load_case: LoadCase) -> LoadCase:
+    """Turn motion and forces of a load case from vehicle axes into the axes of each mount.
+
+    ``s' = Rᵀ s`` and ``f' = Rᵀ f`` at every piece that is tilted; the channels keep their names,
+    and ``<mount> x`` is then along the mount's x. Other channels stay, bit for bit.
+
+    - raises InputError: a tilted piece of which not all three axes were measured.
+    """
+    return _turned(mounts, load_case, back=False)
+
+
+def in_vehicle_axes(mounts: Sequence[Mount], load_case: LoadCase) -> LoadCase:
+    """Turn motion and forces back that `in_mount_axes` turned."""
+    return _turned(mounts, load_case, back=True)
+
+
+def _turned(mounts: Sequence[Mount], load_case: LoadCase, *, back: bool) -> LoadCase:
+    tilted = [(mount, piece) for mount in mounts for piece in mount.tilted_pieces]
+    if not tilted:
+        return load_case
+
+    def turned(spectrum: Spectrum, quantity: str) -> Spectrum:
+        values = spectrum.values.copy()
+        for mount, piece in tilted:
+            names = [mount.channels(axis)[piece] for axis in AXES]
+            missing = [name for name in names if name not in spectrum.channels]
+            if len(missing) == len(AXES):
+                continue
+            if missing:
+                raise InputError(
+                    f"load case {load_case.name}: no {quantity} of {missing}: mount {mount.name} "
+                    "is tilted, so that what it does along its axes needs all three vehicle axes; "
+                    "measure them, or state rotations of 0"
+                )
+            columns = [spectrum.channels.index(name) for name in names]
+            turn = mount.orientation(piece)
+            values[:, columns] = values[:, columns] @ (turn.T if back else turn)
+        return replace(spectrum, values=values)
+
+    return replace(
+        load_case,
+        displacement=turned(load_case.displacement, "displacement"),
+        force=turned(load_case.force, "force"),
+    )
 
 
 LEAST_LOSS_FACTOR = -0.05
@@ -99,7 +177,7 @@ def _over_all_lines(load_case: LoadCase) -> Iterator[tuple[str, complex, float]]
 
 
 def not_identified(load_case: LoadCase) -> tuple[str, ...]:
-    """Name the channels whose displacement hardly explains their force.
+    """Name the channels whose displacement hardly explains their force, see `in_mount_axes`.
 
     Such a direction hardly moves: what its sensors show is mostly the mount's other axes. Its
     measured force counts as it is, its stiffness is not known.
@@ -109,6 +187,8 @@ def not_identified(load_case: LoadCase) -> tuple[str, ...]:
 
 def refuse_active_mounts(load_case: LoadCase) -> None:
     """Refuse a run in which a mount has a negative stiffness or a negative loss.
+
+    The run's motion and forces are along the axes of the mounts, see `in_mount_axes`.
 
     Real mounts only store and lose energy. A negative stiffness means force and displacement of
     opposite signs; a negative loss means conjugated spectra (factor e^{-jωt}) or a phase error.
@@ -137,16 +217,17 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
 def mean_operating_stiffness(
     mount: Mount, load_case: LoadCase, band: tuple[float, float]
 ) -> npt.NDArray[np.float64]:
-    """Return the mean magnitude of a mount's dynamic stiffness over the lines of a run, per axis.
+    """Return the mean magnitude of a mount's dynamic stiffness along its own axes over a run.
 
     One number to read beside a stiffness factor; over a full-load run the stiffness itself grows
     with the preload. Pieces are averaged (thesis, eq. 30: K = f / s at the virtual point).
 
-    - `mount`: mount of the run.
+    - `mount`: mount of the run, whose motion and forces are in vehicle axes.
     - `band` (float, float): first and last frequency, both included [Hz].
     - returns (3,): ``mean |f / s|`` for x, y, z [N/m]; nan for an axis without channels.
     - raises InputError: a band without lines.
     """
+    load_case = in_mount_axes([mount], load_case)
     frequency = load_case.displacement.frequency
     lines = (frequency >= band[0]) & (frequency <= band[1])
     if not lines.any():

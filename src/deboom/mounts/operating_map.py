@@ -15,6 +15,7 @@ from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, OperatingRun
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.measuring_chain import AlignmentEstimate, BodyRecord, body_record
+from deboom.mounts.mount import Mount, in_vehicle_axes
 from deboom.mounts.response_surface import StiffnessSamples, operating_points
 from deboom.physics.dynamic_stiffness import (
     displacement_from_acceleration,
@@ -41,6 +42,8 @@ class Preload(Enum):
 @dataclass(frozen=True, eq=False)
 class OperatingMap:
     """Measured lines of one direction, all pieces of the mount together; arrays (n,).
+
+    Displacement, forces and stiffness are along the axes of the mount itself.
 
     Per line the run (the first of repeated ones) and piece, frequency [Hz], wheel torque [N m],
     static force of the direction, nan where it was not measured [N], complex peak displacement [m]
@@ -176,7 +179,7 @@ def bench_load_case(
             displacement[channel], force[channel] = lines.displacement, lines.force
     channels = tuple(force)
     moved, pushed = (np.column_stack([*columns.values()]) for columns in (displacement, force))
-    return LoadCase(
+    case = LoadCase(
         name=run.name,
         title=title,
         gear=run.gear,
@@ -187,6 +190,8 @@ def bench_load_case(
         force=Spectrum(run.frequency, pushed, channels, "N"),
         engine_torque=run.engine_torque,
     )
+    mounts = [mount for mount in campaign.mounts if isinstance(mount, Mount)]
+    return in_vehicle_axes(mounts, case)
 
 
 def _body_maps(chain: AlignmentEstimate, record: BodyRecord) -> list[OperatingMap]:

@@ -15,6 +15,7 @@ from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.mounts.characterised_mount import CharacterisedMount
+from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 
@@ -50,7 +51,8 @@ def surface_forces(
     """Exchange the measured forces of a run for those of its mounts' response surfaces.
 
     - `load_case`: load case with its engine torque.
-    - `mounts`: characterised mounts of the run, with surfaces over wheel torque.
+    - `mounts`: characterised mounts of the run, with surfaces over wheel torque; they stand in the
+      run as they say, see `as_mounted`.
     - `outside`: whether lines outside of the measured region are refused or keep the measured
       force.
     - returns: a direction that was not identified, or has no surface, keeps the measured force.
@@ -59,8 +61,11 @@ def surface_forces(
       refused.
 
     ``f = K(T_w, |s|, ω) s`` at every line and for every piece, with the motion s as measured:
-    thesis, eq. 30 and 32. All pieces of a mount share its surface.
+    thesis, eq. 30 and 32, along the mount's own axes; the forces are turned back into vehicle axes.
+    All pieces of a mount share its surface.
     """
+    standing = [part.mount for part in mounts]
+    load_case = in_mount_axes(standing, load_case)
     surfaces = identified_surfaces(mounts)
     by_channel = _directions_of_channels(load_case, mounts)
     columns, kept, n_outside = [], {}, {}
@@ -81,7 +86,26 @@ def surface_forces(
     spectrum = load_case.force
     values = np.column_stack(columns)
     modelled = Spectrum(spectrum.frequency, values, spectrum.channels, spectrum.unit)
-    return SurfaceForces(replace(load_case, force=modelled), kept, n_outside)
+    turned_back = in_vehicle_axes(standing, replace(load_case, force=modelled))
+    return SurfaceForces(turned_back, kept, n_outside)
+
+
+def as_mounted(
+    parts: Sequence[CharacterisedMount], mounts: Sequence[Mount]
+) -> tuple[CharacterisedMount, ...]:
+    """Return characterised mounts as they stand in a vehicle: with the rotations of its mounts.
+
+    Surfaces are along the axes of the part, so they go along. Parts of other mounts, and those with
+    other pieces, stay as they stood on the bench.
+    """
+    rotations = {(mount.name, mount.pieces): mount.rotations for mount in mounts}
+
+    def standing(part: CharacterisedMount) -> CharacterisedMount:
+        mount = part.mount
+        there = rotations.get((mount.name, mount.pieces), mount.rotations)
+        return replace(part, mount=replace(mount, rotations=there))
+
+    return tuple(map(standing, parts))
 
 
 def _directions_of_channels(

@@ -117,7 +117,9 @@ LIBRARY_STEPS = 2 + len(STEPS)
 """Measuring, reading, and the steps of the characterisation."""
 
 
-def write_platform_library(path: Path, seed: int, progress: Progress, truth_seed: int = 1) -> Path:
+def write_platform_library(
+    path: Path, seed: int, progress: Progress, truth_seed: int = 1, tilt: float = 0.0
+) -> Path:
     """Measure the parts of a virtual platform on its bench, characterise and export them.
 
     - `path`: JSON, `deboom.study.platform_model.LIBRARY_FILE` in the platform's folder.
@@ -127,7 +129,7 @@ def write_platform_library(path: Path, seed: int, progress: Progress, truth_seed
     progress(0, LIBRARY_STEPS, "measuring the mounts")
     with tempfile.TemporaryDirectory(prefix="deboom-") as temporary:
         folder = Path(temporary) / "campaign"
-        write_campaign(folder, seed, training_plan(DRAWING), bench=load_bench(truth_seed))
+        write_campaign(folder, seed, training_plan(DRAWING), bench=load_bench(truth_seed, tilt))
         progress(1, LIBRARY_STEPS, "reading")
         campaign = read_campaign(folder, (DRAWING,))
 

@@ -180,7 +180,7 @@ def report_runs(report: Report, runs: Runs) -> None:
     report.warn(runs.not_coupled)
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words
-    if words := unidentified_in_words([case for case, _ in runs.cases]):
+    if words := unidentified_in_words(runs.platform, [case for case, _ in runs.cases]):
         report.facts["not identified"] = words
     check = runs.check
     if check is None:

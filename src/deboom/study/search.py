@@ -33,7 +33,7 @@ from deboom.explore.space import Requirements
 from deboom.explore.workers import workers_for
 from deboom.files.limits import LimitsFile, load_limits
 from deboom.measurement.channels import LoadCase
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
 from deboom.study.front import Front
@@ -295,6 +295,7 @@ def _real_stiffness(
     mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
 ) -> dict[str, float]:
     """Mean real part over the lines of a run, per piece, by variable [N/m]."""
+    case = in_mount_axes(mounts, case)
     inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
     found = {}
     for mount in mounts:

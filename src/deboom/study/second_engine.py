@@ -31,7 +31,6 @@ from deboom.mounts.characterise import (
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.library import open_library
 from deboom.mounts.measuring_chain import body_record
-from deboom.mounts.mount import Mount
 from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points, r_squared
 from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface_over_main_force
@@ -264,13 +263,12 @@ def _static_prediction(
         direction.static_curve is None for one in carrying for direction in one.directions
     ):
         return {}
-    places = {one.name: one.positions for one in campaign.mounts}
+    of_campaign = {one.name: one for one in campaign.mounts}
     moved = []
     for one in carrying:
-        known = one.mount
-        position = places[known.name]
-        mount = Mount(known.name, known.description, known.pieces, position, known.transfer_axes)
-        moved.append(replace(one, mount=mount))
+        there = of_campaign[one.mount.name]
+        placed = replace(one.mount, positions=there.positions, rotations=there.rotations)
+        moved.append(replace(one, mount=placed))
     by_name = {one.mount.name: one for one in moved}
     names = [name for name in maps if name.rpartition(" ")[0] in by_name]
     torque = maps[names[0]].wheel_torque

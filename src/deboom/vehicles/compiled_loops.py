@@ -61,12 +61,15 @@ class MotionTables(NamedTuple):
     """Equations of motion of one load case as the loops read them.
 
     Springs along x of all n mounts come first, those along y and z next, then those of the wheel
-    ends.
+    ends; where any spring is oblique, those of the powertrain stand in their own order.
 
     - `variables` (s,): design variable of each spring.
     - `stiffness` (f, s) [N/m].
     - `levers` (3, n, 2): displacement of a spring along axis a by a turn about the axes a + 1 and a
       + 2 [m/rad].
+    - `forward` (o, 6): motion of the powertrain → displacement of each oblique spring; empty where
+      none is [1, m/rad].
+    - `products` (o, 21): products of two entries of a row of `forward`, lower triangle by columns.
     - `mass_matrix` (6, 6): mass matrix of the powertrain.
     - `load` (f, 6): external load on the powertrain [N, N m].
     - `squared` (f,): ω² [rad²/s²].
@@ -84,6 +87,8 @@ class MotionTables(NamedTuple):
     variables: IntArray
     stiffness: ComplexArray
     levers: RealArray
+    forward: RealArray
+    products: RealArray
     mass_matrix: RealArray
     load: ComplexArray
     squared: RealArray
@@ -181,10 +186,10 @@ def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
 
 
 @lru_cache
-def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]:
-    """Return the loop for coupled motion with `n_mounts` powertrain springs along each axis.
+def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callable[..., None]:
+    """Return the loop for coupled motion with `n_body` springs of the powertrain.
 
-    Each wheel end has `n_end` springs.
+    As many lie along each axis, or they are oblique. Each wheel end has `n_end` springs.
 
     It reads factors (chunk, k, lane), the changes of the stiffnesses beside the factors (chunk, f,
     s, 2, lane), or an empty array where there are none, `MotionTables` and the tolerance of the
@@ -194,6 +199,7 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
     lanes = COUPLED_LANES
     # of the factory, because what is kept on disk is found by them
     most_sweeps, calms, steps = MOST_SWEEPS, (CALM, CALMER), (LEAST_STEP, MOST_STEP)
+    n_mounts, n_entries = n_body // 3, 21 if oblique else 0
 
     @_compile
     def run(factors, ratio, tables, tolerance, products, trusted):  # type: ignore[no-untyped-def]
@@ -202,6 +208,8 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
         k = np.empty((n_springs, 2, lanes))
         nominal = np.empty((n_follows, 2, lanes))
         z = np.empty((3, 6, 2, lanes))
+        whole = np.empty((n_entries, 2, lanes))
+        rigid = np.empty(21)
         q = np.empty((6, 2, lanes))
         u = np.empty((n_springs, 2, lanes))
         force = np.empty((n_paths, 2, lanes))
@@ -226,7 +234,15 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                 moving[:] = 1.0
                 for sweep in range(most_sweeps):
                     _follow(tables, line, reached, nominal, k)
-                    for axis in range(3):
+                    # the flag is a constant of the factory: one branch is left
+                    for entry in range(n_entries):
+                        for part in range(2):
+                            for lane in range(lanes):
+                                total = 0.0
+                                for s in range(n_body):
+                                    total += k[s, part, lane] * tables.products[s, entry]
+                                whole[entry, part, lane] = total
+                    for axis in range(0 if oblique else 3):
                         for part in range(2):
                             for lane in range(lanes):
                                 aa = ab = ac = bb = bc = cc = 0.0
@@ -245,12 +261,17 @@ def coupled_loop(n_mounts: int, n_end: int, n_paths: int) -> Callable[..., None]
                                 z[axis, 3, part, lane] = bb
                                 z[axis, 4, part, lane] = bc
                                 z[axis, 5, part, lane] = cc
-                    _solve(z, tables.load[line], tables.mass_matrix, tables.squared[line], q)
-                    _displace(q, levers, u)
+                    if oblique:
+                        _inertia(tables.mass_matrix, tables.squared[line], rigid)
+                        _solve_whole(whole, tables.load[line], rigid, q)
+                        _displace_oblique(q, tables.forward, u)
+                    else:
+                        _solve(z, tables.load[line], tables.mass_matrix, tables.squared[line], q)
+                        _displace(q, levers, u)
                     for end in range(tables.end_mass.size):
                         load = tables.end_load[line, end]
                         inertia = tables.squared[line] * tables.end_mass[end]
-                        first = 3 * n_mounts + end * n_end
+                        first = n_body + end * n_end
                         for lane in range(lanes):
                             real, imag = -inertia, 0.0
                             for s in range(n_end):
@@ -413,6 +434,134 @@ def _solve(z, load, mass, squared, q):  # type: ignore[no-untyped-def]
         q[3, 0, lane], q[3, 1, lane] = q_rx.real, q_rx.imag
         q[4, 0, lane], q[4, 1, lane] = q_ry.real, q_ry.imag
         q[5, 0, lane], q[5, 1, lane] = q_rz.real, q_rz.imag
+
+
+@_helper
+def _inertia(mass, squared, inertia):  # type: ignore[no-untyped-def]
+    """Write the lower triangle of ``ω² M`` by columns."""
+    entry = 0
+    for column in range(6):
+        for row in range(column, 6):
+            inertia[entry] = squared * mass[row, column]
+            entry += 1
+
+
+@_helper
+def _solve_whole(z, load, inertia, q):  # type: ignore[no-untyped-def]
+    """Solve the impedance ``Z q = F`` of a powertrain on oblique springs.
+
+    Every motion couples with every other: LDLᵀ of the symmetric 6×6 system, written out so that a
+    lane stays in registers, and without pivoting as in `_solve`. `z` holds the lower triangle of
+    the springs by columns, `inertia` that of ``ω² M``.
+    """
+    f_0, f_1, f_2, f_3, f_4, f_5 = load[0], load[1], load[2], load[3], load[4], load[5]
+    for lane in range(COUPLED_LANES):
+        z_00 = complex(z[0, 0, lane] - inertia[0], z[0, 1, lane])
+        z_10 = complex(z[1, 0, lane] - inertia[1], z[1, 1, lane])
+        z_20 = complex(z[2, 0, lane] - inertia[2], z[2, 1, lane])
+        z_30 = complex(z[3, 0, lane] - inertia[3], z[3, 1, lane])
+        z_40 = complex(z[4, 0, lane] - inertia[4], z[4, 1, lane])
+        z_50 = complex(z[5, 0, lane] - inertia[5], z[5, 1, lane])
+        z_11 = complex(z[6, 0, lane] - inertia[6], z[6, 1, lane])
+        z_21 = complex(z[7, 0, lane] - inertia[7], z[7, 1, lane])
+        z_31 = complex(z[8, 0, lane] - inertia[8], z[8, 1, lane])
+        z_41 = complex(z[9, 0, lane] - inertia[9], z[9, 1, lane])
+        z_51 = complex(z[10, 0, lane] - inertia[10], z[10, 1, lane])
+        z_22 = complex(z[11, 0, lane] - inertia[11], z[11, 1, lane])
+        z_32 = complex(z[12, 0, lane] - inertia[12], z[12, 1, lane])
+        z_42 = complex(z[13, 0, lane] - inertia[13], z[13, 1, lane])
+        z_52 = complex(z[14, 0, lane] - inertia[14], z[14, 1, lane])
+        z_33 = complex(z[15, 0, lane] - inertia[15], z[15, 1, lane])
+        z_43 = complex(z[16, 0, lane] - inertia[16], z[16, 1, lane])
+        z_53 = complex(z[17, 0, lane] - inertia[17], z[17, 1, lane])
+        z_44 = complex(z[18, 0, lane] - inertia[18], z[18, 1, lane])
+        z_54 = complex(z[19, 0, lane] - inertia[19], z[19, 1, lane])
+        z_55 = complex(z[20, 0, lane] - inertia[20], z[20, 1, lane])
+        i_0 = _inverse(z_00.real, z_00.imag)
+        l_1, l_2, l_3, l_4, l_5 = z_10 * i_0, z_20 * i_0, z_30 * i_0, z_40 * i_0, z_50 * i_0
+        z_11 = z_11 - l_1 * z_10
+        z_21 = z_21 - l_1 * z_20
+        z_31 = z_31 - l_1 * z_30
+        z_41 = z_41 - l_1 * z_40
+        z_51 = z_51 - l_1 * z_50
+        q_1 = f_1 - l_1 * f_0
+        z_22 = z_22 - l_2 * z_20
+        z_32 = z_32 - l_2 * z_30
+        z_42 = z_42 - l_2 * z_40
+        z_52 = z_52 - l_2 * z_50
+        q_2 = f_2 - l_2 * f_0
+        z_33 = z_33 - l_3 * z_30
+        z_43 = z_43 - l_3 * z_40
+        z_53 = z_53 - l_3 * z_50
+        q_3 = f_3 - l_3 * f_0
+        z_44 = z_44 - l_4 * z_40
+        z_54 = z_54 - l_4 * z_50
+        q_4 = f_4 - l_4 * f_0
+        z_55 = z_55 - l_5 * z_50
+        q_5 = f_5 - l_5 * f_0
+        i_1 = _inverse(z_11.real, z_11.imag)
+        l_2, l_3, l_4, l_5 = z_21 * i_1, z_31 * i_1, z_41 * i_1, z_51 * i_1
+        z_22 = z_22 - l_2 * z_21
+        z_32 = z_32 - l_2 * z_31
+        z_42 = z_42 - l_2 * z_41
+        z_52 = z_52 - l_2 * z_51
+        q_2 = q_2 - l_2 * q_1
+        z_33 = z_33 - l_3 * z_31
+        z_43 = z_43 - l_3 * z_41
+        z_53 = z_53 - l_3 * z_51
+        q_3 = q_3 - l_3 * q_1
+        z_44 = z_44 - l_4 * z_41
+        z_54 = z_54 - l_4 * z_51
+        q_4 = q_4 - l_4 * q_1
+        z_55 = z_55 - l_5 * z_51
+        q_5 = q_5 - l_5 * q_1
+        i_2 = _inverse(z_22.real, z_22.imag)
+        l_3, l_4, l_5 = z_32 * i_2, z_42 * i_2, z_52 * i_2
+        z_33 = z_33 - l_3 * z_32
+        z_43 = z_43 - l_3 * z_42
+        z_53 = z_53 - l_3 * z_52
+        q_3 = q_3 - l_3 * q_2
+        z_44 = z_44 - l_4 * z_42
+        z_54 = z_54 - l_4 * z_52
+        q_4 = q_4 - l_4 * q_2
+        z_55 = z_55 - l_5 * z_52
+        q_5 = q_5 - l_5 * q_2
+        i_3 = _inverse(z_33.real, z_33.imag)
+        l_4, l_5 = z_43 * i_3, z_53 * i_3
+        z_44 = z_44 - l_4 * z_43
+        z_54 = z_54 - l_4 * z_53
+        q_4 = q_4 - l_4 * q_3
+        z_55 = z_55 - l_5 * z_53
+        q_5 = q_5 - l_5 * q_3
+        i_4 = _inverse(z_44.real, z_44.imag)
+        l_5 = z_54 * i_4
+        z_55 = z_55 - l_5 * z_54
+        q_5 = q_5 - l_5 * q_4
+        i_5 = _inverse(z_55.real, z_55.imag)
+        q_5 = q_5 * i_5
+        q_4 = (q_4 - z_54 * q_5) * i_4
+        q_3 = (q_3 - z_43 * q_4 - z_53 * q_5) * i_3
+        q_2 = (q_2 - z_32 * q_3 - z_42 * q_4 - z_52 * q_5) * i_2
+        q_1 = (q_1 - z_21 * q_2 - z_31 * q_3 - z_41 * q_4 - z_51 * q_5) * i_1
+        q_0 = (f_0 - z_10 * q_1 - z_20 * q_2 - z_30 * q_3 - z_40 * q_4 - z_50 * q_5) * i_0
+        q[0, 0, lane], q[0, 1, lane] = q_0.real, q_0.imag
+        q[1, 0, lane], q[1, 1, lane] = q_1.real, q_1.imag
+        q[2, 0, lane], q[2, 1, lane] = q_2.real, q_2.imag
+        q[3, 0, lane], q[3, 1, lane] = q_3.real, q_3.imag
+        q[4, 0, lane], q[4, 1, lane] = q_4.real, q_4.imag
+        q[5, 0, lane], q[5, 1, lane] = q_5.real, q_5.imag
+
+
+@_helper
+def _displace_oblique(q, forward, u):  # type: ignore[no-untyped-def]
+    """Write the displacement of every oblique spring of the powertrain."""
+    for s in range(forward.shape[0]):
+        for part in range(2):
+            for lane in range(COUPLED_LANES):
+                total = 0.0
+                for motion in range(6):
+                    total += forward[s, motion] * q[motion, part, lane]
+                u[s, part, lane] = total
 
 
 @_helper

@@ -11,8 +11,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, refuse_doubled
-from deboom.mounts.mount import Mount
-from deboom.physics import rigid_body
+from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.vehicles.fleet import (
     Band,
@@ -20,9 +19,10 @@ from deboom.vehicles.fleet import (
     lines_inside,
     path_transfer,
     paths_into,
+    spring_transfer,
     with_loss_names,
 )
-from deboom.vehicles.powertrain import Powertrain
+from deboom.vehicles.powertrain import Powertrain, mount_forward
 
 BLOCK = 16
 """Designs solved at once; bounds the memory."""
@@ -81,8 +81,9 @@ class CoupledMotion:
 
     The first body is the powertrain with six degrees of freedom on all directions of its mounts.
     Each piece of any other mount (wishbone mount) carries a wheel end that moves along each
-    transfer axis: a body with one degree of freedom. All arrays over springs hold those of the
-    first body first.
+    transfer axis, or along each axis of a tilted mount: a body with one degree of freedom. All
+    arrays over springs hold those of the first body first. Springs lie along the axes of their
+    mounts.
 
     - `load_case`: name of the load case.
     - `frequency` (f,): lines of the band [Hz].
@@ -291,8 +292,9 @@ def coupled_motion(
     is closer to the truth than a single channel. The external load is what keeps the measured
     motion going, ``F = Vᵀ f − ω² M q``, with the nominal mass matrix M; a wheel end has
     ``L = f − ω² m s``. Then the factors change with K and F fixed per line:
-    ``(Σ x_i K_i v_i v_iᵀ − ω² M) q(x) = F``. At all factors 1 this gives the measured forces and
-    the fitted motion exactly, whatever the data sheet's errors and the residual of the fit.
+    ``(Σ x_i K_i v_i v_iᵀ − ω² M) q(x) = F``, with v along the mount's own axes. At all factors 1
+    this gives the measured forces and the fitted motion exactly, whatever the data sheet's errors
+    and the residual of the fit.
 
     K does not feel the new amplitude or the new static position (that would be another model of the
     motion), and the car body stays at rest: blocked forces on a trimmed body.
@@ -304,11 +306,13 @@ def coupled_motion(
         )
     variables = [variable for mount in mounts for variable in mount.variables]
     refuse_doubled(variables, "design variable")
+    load_case = in_mount_axes(mounts, load_case)
     inside = lines_inside(load_case.force.frequency, band, f"load case {load_case.name}")
     frequency = load_case.force.frequency[inside]
     paths = list(paths_into(mounts, fleet.vehicles[0].noise_transfer.inputs))
     transfer = path_transfer(fleet, paths, frequency, band, load_case.name)
     squared = (2.0 * np.pi * frequency[:, np.newaxis]) ** 2
+    on_powertrain = [mount for mount in mounts if mount.carries_powertrain]
 
     def body(directions: Sequence[_Direction], mass: RealArray) -> Body:
         channels = [channel for *_, channel in directions]
@@ -316,19 +320,13 @@ def coupled_motion(
         force = _measured(channels, load_case, "force")[inside]
         forward, motion = np.ones((1, 1)), displacement
         if len(mass) == 6:
-            rows = [
-                rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
-                for mount, piece, axis, _ in directions
-            ]
-            forward = np.array(rows).reshape(-1, 6)
+            forward = mount_forward(on_powertrain)
             motion = _rigid_motion(forward, displacement, load_case.name)
             displacement = motion @ forward.T
         _refuse_rest(displacement, channels, frequency, load_case.name)
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
-        for column, (mount, _, axis, channel) in enumerate(directions):
-            if axis in mount.transfer_axes:
-                path = channel if channel in paths else f"{mount.name} {axis}"
-                to_ear[..., column] = transfer[..., paths.index(path)]
+        for column, (mount, piece, axis, _) in enumerate(directions):
+            to_ear[..., column] = spring_transfer(mount, piece, axis, paths, transfer)
         names = [f"{mount.name} {axis}" for mount, _, axis, _ in directions]
         return Body(
             mass_matrix=mass,
@@ -339,28 +337,32 @@ def coupled_motion(
             transfer=to_ear,
         )
 
-    on_powertrain = [d for m in mounts if m.carries_powertrain for d in _directions(m, AXES)]
+    of_powertrain = [
+        direction
+        for mount in on_powertrain
+        for direction in _directions(mount, AXES, range(len(mount.pieces)))
+    ]
     wheel_ends = [
         body([direction], np.full((1, 1), float(mount.body_mass)))
         for mount in mounts
         if mount.body_mass is not None
-        for direction in _directions(mount, mount.transfer_axes)
+        for piece in range(len(mount.pieces))
+        # a mass point has the same inertia along any axes, those of the mount too
+        for direction in _directions(
+            mount, AXES if piece in mount.tilted_pieces else mount.transfer_axes, [piece]
+        )
     ]
     return CoupledMotion(
         load_case=load_case.name,
         frequency=frequency,
-        bodies=(body(on_powertrain, powertrain.mass_matrix), *wheel_ends),
+        bodies=(body(of_powertrain, powertrain.mass_matrix), *wheel_ends),
         vehicle_names=fleet.names,
         variable_names=tuple(variables),
     )
 
 
-def _directions(mount: Mount, axes: Sequence[str]) -> list[_Direction]:
-    return [
-        (mount, piece, axis, mount.channels(axis)[piece])
-        for piece in range(len(mount.pieces))
-        for axis in axes
-    ]
+def _directions(mount: Mount, axes: Sequence[str], pieces: Sequence[int]) -> list[_Direction]:
+    return [(mount, piece, axis, mount.channels(axis)[piece]) for piece in pieces for axis in axes]
 
 
 def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> ComplexArray:

@@ -10,9 +10,10 @@ import numpy as np
 from threadpoolctl import ThreadpoolController
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
+from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_doubled
-from deboom.mounts.mount import Mount
+from deboom.mounts.mount import Mount, in_mount_axes, in_vehicle_axes
 from deboom.physics import transfer_path
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 
@@ -208,7 +209,7 @@ def path_contributions(
     fleet : Fleet
         Noise transfer functions of each vehicle.
     mounts : sequence of Mount
-        Every mount has three design variables, one per axis.
+        Every mount has three design variables, one along each of its own axes.
     load_case : LoadCase
         Operating motion and force.
     band : (lower, upper)
@@ -220,16 +221,20 @@ def path_contributions(
     Raises
     ------
     InputError
-        A band without lines; a path whose force was not measured; with loss factors a line without
-        displacement; lines of a vehicle and of the load case that differ (nothing is interpolated);
-        paths that a vehicle lacks, or has beyond those of the mounts.
+        A band without lines; a path whose force was not measured, or any axis of a tilted mount;
+        with loss factors a line without displacement; lines of a vehicle and of the load case that
+        differ (nothing is interpolated); paths that a vehicle lacks, or has beyond those of the
+        mounts.
 
     Notes
     -----
     ``C_vfk = Y_vf,path(k) F_f,path(k)`` with ``F = Σ_pieces K s``: thesis, eq. 12, 13 and 35, for
     one factor per mount and axis. The motion s is *prescribed*: it stays as measured while the
     factor x scales the stiffness, so the path's force is ``x K s = x f``, the measured force times
-    the factor, whatever K and s are on their own. This is conservative in the gears 5 to 7, where
+    the factor, whatever K and s are on their own. A factor k of a tilted mount, whose axes are the
+    columns of R, scales ``F_k = Σ_b R_bk F_b``, which is heard as ``Σ_a Y_a R_ak F_k``.
+
+    This is conservative in the gears 5 to 7, where
     the coupled powertrain answers with another motion and a 20 to 25 % larger effect; it is not
     valid below 30 Hz in low gears.
     """
@@ -237,7 +242,8 @@ def path_contributions(
     refuse_doubled(names, "design variable")
     if loss_factors:
         elastic, lossy = (
-            path_contributions(fleet, mounts, part, band) for part in _split_forces(load_case)
+            path_contributions(fleet, mounts, part, band)
+            for part in _split_forces(mounts, load_case)
         )
         values = np.concatenate([elastic.values, lossy.values], axis=2)
         return replace(elastic, values=values, variable_names=with_loss_names(names))
@@ -252,7 +258,55 @@ def path_contributions(
         heard = transfer_path.contributions(ear, forces.values[inside])
         for column, path in zip(columns, heard.T, strict=True):
             row[:, column] += path
+    if any(mount.tilted_pieces for mount in mounts):
+        _turn_contributions(values, names, forces.channels, transfer, mounts, load_case, inside)
     return PathContributions(load_case.name, frequency, values, fleet.names, tuple(names))
+
+
+def spring_transfer(
+    mount: Mount, piece: int, axis: str, paths: Sequence[str], transfer: ComplexArray
+) -> ComplexArray:
+    """Return the pressure per force of one piece along one of its own axes.
+
+    - `mount`, `piece`, `axis`: mount, number of its piece, and axis of the mount.
+    - `paths`: names of the paths, see `paths_into`.
+    - `transfer` (..., n_path): their noise transfer functions, along vehicle axes [Pa/N].
+    - returns (...): ``Σ_a Y_a R_ak`` over the transfer axes; zero where none is met [Pa/N].
+    """
+    tilted = piece in mount.tilted_pieces
+    share = mount.orientation(piece)[:, AXES.index(axis)]
+    heard = np.zeros(transfer.shape[:-1], dtype=complex)
+    for place, along in enumerate(AXES):
+        if along in mount.transfer_axes and (tilted or along == axis):
+            channel = mount.channels(along)[piece]
+            name = channel if channel in paths else f"{mount.name} {along}"
+            path = transfer[..., paths.index(name)]
+            heard = heard + share[place] * path if tilted else path
+    return heard
+
+
+def _turn_contributions(
+    values: ComplexArray,
+    names: Sequence[str],
+    paths: Sequence[str],
+    transfer: ComplexArray,
+    mounts: Sequence[Mount],
+    load_case: LoadCase,
+    inside: BoolArray,
+) -> None:
+    """Replace the contributions of tilted mounts, made of the force along their own axes."""
+    force = in_mount_axes(mounts, load_case).force
+    for mount in mounts:
+        if not mount.tilted_pieces or not mount.transfer_axes:
+            continue
+        for axis, name in zip(AXES, mount.variables, strict=True):
+            column = names.index(name)
+            values[:, :, column] = 0.0
+            for piece, channel in enumerate(mount.channels(axis)):
+                if channel in force.channels:
+                    along = force.select([channel]).values[inside, 0]
+                    heard = spring_transfer(mount, piece, axis, paths, transfer)
+                    values[:, :, column] += heard * along
 
 
 def path_transfer(
@@ -311,14 +365,18 @@ def with_loss_names(names: Sequence[str]) -> tuple[str, ...]:
     return (*names, *(f"{name}{LOSS_SUFFIX}" for name in names))
 
 
-def _split_forces(load_case: LoadCase) -> tuple[LoadCase, LoadCase]:
-    """Return a run with the elastic forces ``K' s`` alone, and one with the lossy ``j K'' s``."""
-    displacement, force = load_case.displacement.values, load_case.force
+def _split_forces(mounts: Sequence[Mount], load_case: LoadCase) -> tuple[LoadCase, LoadCase]:
+    """Return a run with the elastic forces ``K' s`` alone, and one with the lossy ``j K'' s``.
+
+    K is that along the axes of each mount.
+    """
+    along = in_mount_axes(mounts, load_case)
+    displacement, force = along.displacement.values, along.force
     stiffness = dynamic_stiffness(force.values, displacement)
     elastic, lossy = stiffness.real * displacement, 1j * stiffness.imag * displacement
     return (
-        replace(load_case, force=replace(force, values=elastic)),
-        replace(load_case, force=replace(force, values=lossy)),
+        in_vehicle_axes(mounts, replace(along, force=replace(force, values=elastic))),
+        in_vehicle_axes(mounts, replace(along, force=replace(force, values=lossy))),
     )
 
 

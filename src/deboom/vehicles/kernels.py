@@ -154,9 +154,10 @@ class LevelSum:
                 factors = np.ascontiguousarray(factors[:, self.columns])
                 run(factors, self.tables, products, trusted)
             else:
-                tables, n_mounts = self.tables, self.tables.levers.shape[1]
-                n_end = (tables.variables.size - 3 * n_mounts) // max(tables.end_mass.size, 1)
-                run = compiled_loops.coupled_loop(n_mounts, n_end, tables.transfer_real.shape[2])
+                tables, n_body = self.tables, self.case.bodies[0].variables.size
+                n_end = (tables.variables.size - n_body) // max(tables.end_mass.size, 1)
+                n_paths, oblique = tables.transfer_real.shape[2], len(tables.forward) > 0
+                run = compiled_loops.coupled_loop(n_body, n_end, n_paths, oblique)
                 tolerance = getattr(self.case, "tolerance", TOLERANCE)
                 run(factors, self._ratio(designs, lanes), tables, tolerance, products, trusted)
         return self._settled(designs, products, trusted)
@@ -187,8 +188,8 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
     """Prepare the sum of levels of one load case.
 
     - `case`: load case with its model of the motion.
-    - `compiled`: whether to use the compiled loops. Motion whose springs do not lie along the axes
-      is computed in numpy all the same.
+    - `compiled`: whether to use the compiled loops. Bodies that are no powertrain of six degrees of
+      freedom with wheel ends of one are computed in numpy all the same.
     - returns: function from designs (n, k) to sums (n, v); a process pool can carry it.
 
     Each line is divided by a power of two next to its nominal pressure, which rounds nothing.
@@ -203,7 +204,7 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
         columns = np.unique(case.variables)
         nominal = case.stiffness * case.displacement(case.stiffness)
         exponents = _line_exponents(case.transfer * nominal)
-        compiled = compiled and _along_axes(case)
+        compiled = compiled and _powertrain_and_wheel_ends(case)
         tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
     return LevelSum(case, columns, tables if compiled else None, scale_level)
@@ -223,11 +224,19 @@ def _line_exponents(contributions: ComplexArray) -> IntArray:
     return np.asarray(np.frexp(np.maximum(nominal, NOTCH * largest))[1])
 
 
+def _powertrain_and_wheel_ends(motion: CoupledMotion) -> bool:
+    """Say whether the bodies are those of the compiled loops."""
+    powertrain, *wheel_ends = motion.bodies
+    return (
+        len(powertrain.mass_matrix) == 6
+        and all(len(end.mass_matrix) == 1 and np.all(end.forward == 1.0) for end in wheel_ends)
+        and len({end.variables.size for end in wheel_ends}) <= 1
+    )
+
+
 def _along_axes(motion: CoupledMotion) -> bool:
     """Say whether the springs of the powertrain lie along the axes, as many along each."""
-    powertrain, *wheel_ends = motion.bodies
-    if len(powertrain.mass_matrix) != 6 or any(len(end.mass_matrix) != 1 for end in wheel_ends):
-        return False
+    powertrain = motion.bodies[0]
     along, levers = powertrain.forward[:, :3], powertrain.forward[:, 3:]
     mass, coupling = powertrain.mass_matrix[:3, :3], powertrain.mass_matrix[:3, 3:]
     return bool(
@@ -237,13 +246,13 @@ def _along_axes(motion: CoupledMotion) -> bool:
         and not (along * levers).any()
         and np.array_equal(mass, mass[0, 0] * np.eye(3))
         and np.array_equal(coupling, -coupling.T)
-        and all(np.all(end.forward == 1.0) for end in wheel_ends)
-        and len({end.variables.size for end in wheel_ends}) <= 1
     )
 
 
 def _spring_order(motion: CoupledMotion) -> IntArray:
     """Return the springs in the order of the loops: powertrain by axis, then wheel ends."""
+    if not _along_axes(motion):
+        return np.arange(motion.variables.size)
     along = motion.bodies[0].forward[:, :3]
     by_axis = np.argsort(np.argmax(along, axis=1), kind="stable")
     return np.concatenate([by_axis, np.arange(len(along), motion.variables.size)])
@@ -255,8 +264,12 @@ def _motion_tables(motion: CoupledMotion, exponents: IntArray) -> Any:
 
     powertrain, *wheel_ends = motion.bodies
     order, n_lines = _spring_order(motion), motion.frequency.size
-    by_axis = powertrain.forward[order[: powertrain.variables.size]].reshape(3, -1, 6)
-    levers = [by_axis[a][:, [3 + (a + 1) % 3, 3 + (a + 2) % 3]] for a in range(3)]
+    forward, levers = powertrain.forward, np.empty((3, 0, 2))
+    if _along_axes(motion):
+        by_axis = forward[order[: powertrain.variables.size]].reshape(3, -1, 6)
+        levers = np.stack([by_axis[a][:, [3 + (a + 1) % 3, 3 + (a + 2) % 3]] for a in range(3)])
+        forward = forward[:0]
+    columns, rows = np.triu_indices(6)
     path, transfer = _paths(motion.transfer[..., order])
     scaled = np.moveaxis(transfer * np.ldexp(1.0, -exponents)[..., np.newaxis], 0, 1)
     springs = order[:0]
@@ -270,7 +283,9 @@ def _motion_tables(motion: CoupledMotion, exponents: IntArray) -> Any:
     tables = MotionTables(
         variables=motion.variables[order],
         stiffness=motion.stiffness[:, order],
-        levers=np.stack(levers),
+        levers=levers,
+        forward=forward,
+        products=forward[:, columns] * forward[:, rows],
         mass_matrix=powertrain.mass_matrix,
         load=powertrain.load,
         squared=motion.angular_frequency_squared,

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 
@@ -28,7 +28,7 @@ from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
-from deboom.vehicles.powertrain import KinematicModel, Powertrain
+from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward
 
 DIFFERENCE = 1e-4
 """Step of central differences, relative: of a design's pressure by its factors [1]."""
@@ -265,7 +265,9 @@ class WeightSag:
         matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
         position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
         columns = [self.model.column(f"{mount} z") for mount in self.mounts]
-        return np.asarray(-MILLIMETRES * (position @ forward.T)[:, columns])
+        # down is a vehicle axis, however the mounts stand
+        upright = [replace(mount, rotations=()) for mount in self.model.mounts]
+        return np.asarray(-MILLIMETRES * (position @ mount_forward(upright).T)[:, columns])
 
 
 @dataclass(frozen=True, eq=False)
@@ -345,7 +347,11 @@ class NaturalFrequencies:
         positions = [position for mount in self.mounts for position in mount.positions]
         nominal = {name: np.array([value]) for name, value in self.stiffness.items()}
         stiffness = _of_directions(self.mounts, nominal) * _of_directions(self.mounts, factors)
-        matrix = rigid_body.mount_stiffness_matrix(positions, stiffness).real
+        turns = None
+        if any(mount.tilted_pieces for mount in self.mounts):
+            pieces = [(mount, piece) for mount in self.mounts for piece in range(len(mount.pieces))]
+            turns = [mount.orientation(piece) for mount, piece in pieces]
+        matrix = rigid_body.mount_stiffness_matrix(positions, stiffness, turns).real
         return rigid_body.rigid_body_modes(self.powertrain.mass_matrix, matrix)
 
 

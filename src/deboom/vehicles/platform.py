@@ -15,7 +15,12 @@ from deboom.common import choice, word_of
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
-from deboom.mounts.mount import Mount, mean_operating_stiffness, refuse_active_mounts
+from deboom.mounts.mount import (
+    Mount,
+    in_mount_axes,
+    mean_operating_stiffness,
+    refuse_active_mounts,
+)
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.coupled_motion import coupled_motion
@@ -75,7 +80,8 @@ class Platform:
     cylinders : int or None
         Cylinders of the engine, None for an electric drive.
     library : tuple of CharacterisedMount
-        Mounts of the library beside the platform; empty if there is none or it cannot be read.
+        Mounts of the library beside the platform, as they stand there; empty if there is none or it
+        cannot be read.
     library_fault : InputError or None
         Why the library cannot be used, kept until it is needed.
 
@@ -274,7 +280,7 @@ class Platform:
             chosen[name] = weight
         cases = [(self.load_case(name), weight) for name, weight in chosen.items()]
         for case, _ in cases:
-            refuse_active_mounts(case)
+            refuse_active_mounts(in_mount_axes(self.mounts, case))
         return cases
 
     def static_curves(self) -> KinematicModel:

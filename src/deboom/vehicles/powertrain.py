@@ -154,6 +154,20 @@ class MonotoneCurve:
         return np.asarray(np.where(deflection > self.highest, self._last, slope))
 
 
+def mount_forward(mounts: Sequence[Mount]) -> RealArray:
+    """Return motion of the powertrain → displacement along the axes of each mount.
+
+    - returns (n_direction, 6): x, y, z of each piece, one below the other [1, m/rad].
+    """
+    positions = [place for mount in mounts for place in mount.positions]
+    forward = forward_matrices(positions)
+    for row, (mount, piece) in enumerate((m, p) for m in mounts for p in range(len(m.pieces))):
+        if piece in mount.tilted_pieces:
+            rows = slice(3 * row, 3 * row + 3)
+            forward[rows] = mount.orientation(piece).T @ forward[rows]
+    return forward
+
+
 @dataclass(frozen=True, eq=False)
 class KinematicModel:
     """A powertrain on nonlinear mounts under a static torque.
@@ -196,8 +210,8 @@ class KinematicModel:
 
     @property
     def forward(self) -> RealArray:
-        """Motion of the powertrain → deflection of every direction, shape (n_direction, 6)."""
-        return forward_matrices([r for mount in self.mounts for r in mount.positions])
+        """Motion of the powertrain → deflection along each mount's axes, (n_direction, 6)."""
+        return mount_forward(self.mounts)
 
     def column(self, direction: str) -> int:
         """Return the place of a direction among `names`; refuse an unknown one."""

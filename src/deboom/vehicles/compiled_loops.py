@@ -26,7 +26,7 @@ PRESCRIBED_LANES = 128
 COUPLED_LANES = 64
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
-SLOPE_LANES = 32
+SLOPE_LANES = 64
 """Designs side by side where slopes are summed: as many as a search for branches has draws."""
 
 GROUP = 16
@@ -134,52 +134,6 @@ def prescribed_loop(n_variables: int) -> Callable[..., None]:
                                 p_real += real[k] * x[k, lane]
                                 p_imag += imag[k] * x[k, lane]
                             product[lane] *= p_real * p_real + p_imag * p_imag
-                    _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
-
-    return run
-
-
-@lru_cache
-def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
-    """Return the loop that writes sums of levels and their slopes for prescribed motion.
-
-    It reads and writes as that of `prescribed_loop`, with `SLOPE_LANES`, and writes
-    ``Σ_f Re(C_fk / p_f)`` to `slopes` (chunk, v, k, lane).
-    """
-    lanes = SLOPE_LANES
-
-    @_compile
-    def run(factors, table, products, slopes, trusted):  # type: ignore[no-untyped-def]
-        n_vehicles, n_lines = table.shape[:2]
-        x = np.empty((n_variables, lanes))
-        product = np.empty(lanes)
-        inverse = np.empty((2, lanes))
-        for chunk in range(factors.shape[0]):
-            x[:] = factors[chunk]
-            for vehicle in range(n_vehicles):
-                products[chunk, vehicle] = 1.0
-                slope = slopes[chunk, vehicle]
-                slope[:] = 0.0
-                for first in range(0, n_lines, GROUP):
-                    product[:] = 1.0
-                    for line in range(first, min(first + GROUP, n_lines)):
-                        real, imag = table[vehicle, line, 0], table[vehicle, line, 1]
-                        for lane in range(lanes):
-                            p_real = 0.0
-                            p_imag = 0.0
-                            for k in range(n_variables):
-                                p_real += real[k] * x[k, lane]
-                                p_imag += imag[k] * x[k, lane]
-                            square = p_real * p_real + p_imag * p_imag
-                            product[lane] *= square
-                            size = 1.0 / square
-                            inverse[0, lane] = p_real * size
-                            inverse[1, lane] = p_imag * size
-                        for k in range(n_variables):
-                            for lane in range(lanes):
-                                slope[k, lane] += (
-                                    real[k] * inverse[0, lane] + imag[k] * inverse[1, lane]
-                                )
                     _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
 
     return run
@@ -636,3 +590,404 @@ def _push(k, u, path, force):  # type: ignore[no-untyped-def]
                 )
                 force[p, 0, lane] += pushed.real
                 force[p, 1, lane] += pushed.imag
+
+
+@lru_cache
+def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
+    """Return the loop that writes sums of levels and their slopes for prescribed motion.
+
+    It reads and writes as that of `prescribed_loop`, with `SLOPE_LANES`, and writes
+    ``Σ_f Re(C_fk / p_f)`` to `slopes` (chunk, v, k, lane).
+    """
+    lanes = SLOPE_LANES
+
+    @_compile
+    def run(factors, table, products, slopes, trusted):  # type: ignore[no-untyped-def]
+        n_vehicles, n_lines = table.shape[:2]
+        x = np.empty((n_variables, lanes))
+        product = np.empty(lanes)
+        inverse = np.empty((2, lanes))
+        for chunk in range(factors.shape[0]):
+            x[:] = factors[chunk]
+            for vehicle in range(n_vehicles):
+                products[chunk, vehicle] = 1.0
+                slope = slopes[chunk, vehicle]
+                slope[:] = 0.0
+                for first in range(0, n_lines, GROUP):
+                    product[:] = 1.0
+                    for line in range(first, min(first + GROUP, n_lines)):
+                        real, imag = table[vehicle, line, 0], table[vehicle, line, 1]
+                        for lane in range(lanes):
+                            p_real = 0.0
+                            p_imag = 0.0
+                            for k in range(n_variables):
+                                p_real += real[k] * x[k, lane]
+                                p_imag += imag[k] * x[k, lane]
+                            square = p_real * p_real + p_imag * p_imag
+                            product[lane] *= square
+                            size = 1.0 / square
+                            inverse[0, lane] = p_real * size
+                            inverse[1, lane] = p_imag * size
+                        for k in range(n_variables):
+                            for lane in range(lanes):
+                                slope[k, lane] += (
+                                    real[k] * inverse[0, lane] + imag[k] * inverse[1, lane]
+                                )
+                    _settle(product, products[chunk, vehicle, first // STORED], trusted[chunk])
+
+    return run
+
+
+@lru_cache
+def coupled_slopes_loop(
+    n_body: int, n_end: int, n_paths: int, oblique: bool, n_vehicles: int
+) -> Callable[..., None]:
+    """Return the loop that pulls weights of the vehicles' levels back to the design variables.
+
+    It reads factors (chunk, k, lane) with `SLOPE_LANES`, weights (chunk, o, v, lane) and
+    `MotionTables` of springs that follow no amplitude; it writes
+    ``Σ_fv w_ov Re(∂p_vf/∂x_k / p_vf)`` to `slopes` (chunk, o, k, lane).
+
+    With the impedance ``Z = Σ_i x_i K_i v_i v_iᵀ − ω² M``, symmetric, the motion is ``q = Z⁻¹ F``
+    and the adjoint of one set of weights ``t = Z⁻¹ Σ_i x_i K_i Y_i v_i`` with the transfer
+    ``Y_i = Σ_v (w_v / p_v) Y_vi``; then ``∂/∂x_i = K_i (v_iᵀ q) (Y_i − v_iᵀ t)``. The factors of Z
+    serve both solutions, so that a set of weights costs one substitution, whatever the number of
+    vehicles.
+    """
+    lanes = SLOPE_LANES
+    n_mounts = n_body // 3
+
+    @_compile
+    def run(factors, weights, tables, slopes):  # type: ignore[no-untyped-def]
+        n_lines, n_springs = tables.stiffness.shape
+        n_sets, n_ends = weights.shape[1], tables.end_mass.size
+        k = np.empty((n_springs, 2, lanes))
+        u = np.empty((n_springs, 2, lanes))
+        pushed = np.empty((n_springs, 2, lanes))
+        z = np.empty((21, 2, lanes))
+        q = np.empty((6, 2, lanes))
+        t = np.empty((6, 2, lanes))
+        rigid = np.empty(21)
+        end_compliance = np.empty((n_ends, 2, lanes))
+        force = np.empty((n_paths, 2, lanes))
+        inverse = np.empty((n_vehicles, 2, lanes))
+        weighted = np.empty((n_vehicles, 2, lanes))
+        transfer = np.empty((n_paths, 2, lanes))
+        scaled = np.empty((2, lanes))
+        slope = np.empty((weights.shape[1], factors.shape[1], lanes))
+        for chunk in range(factors.shape[0]):
+            slope[:] = 0.0
+            for line in range(n_lines):
+                stiffness = tables.stiffness[line]
+                _scale_lanes(factors[chunk], tables.variables, stiffness, k, lanes)
+                _inertia(tables.mass_matrix, tables.squared[line], rigid)
+                if oblique:
+                    _sum_oblique(k, tables.products, rigid, z, n_body, lanes)
+                else:
+                    _sum_along_axes(k, tables.levers, rigid, z, n_mounts, lanes)
+                _factorise(z, scaled, oblique, lanes)
+                for motion in range(6):
+                    load = tables.load[line, motion]
+                    for lane in range(lanes):
+                        q[motion, 0, lane] = load.real
+                        q[motion, 1, lane] = load.imag
+                _substitute(z, q, oblique, lanes)
+                if oblique:
+                    _move_oblique(q, tables.forward, u, lanes)
+                else:
+                    _move_along_axes(q, tables.levers, u, lanes)
+                for end in range(n_ends):
+                    load = tables.end_load[line, end]
+                    inertia = tables.squared[line] * tables.end_mass[end]
+                    first = n_body + end * n_end
+                    for lane in range(lanes):
+                        real, imag = -inertia, 0.0
+                        for s in range(n_end):
+                            real += k[first + s, 0, lane]
+                            imag += k[first + s, 1, lane]
+                        compliance = _inverse(real, imag)
+                        end_compliance[end, 0, lane] = compliance.real
+                        end_compliance[end, 1, lane] = compliance.imag
+                        moved = load * compliance
+                        for s in range(n_end):
+                            u[first + s, 0, lane] = moved.real
+                            u[first + s, 1, lane] = moved.imag
+                force[:] = 0.0
+                for s in range(n_springs):
+                    p = tables.path[s]
+                    if p >= 0:
+                        for lane in range(lanes):
+                            f = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
+                                u[s, 0, lane], u[s, 1, lane]
+                            )
+                            force[p, 0, lane] += f.real
+                            force[p, 1, lane] += f.imag
+                for vehicle in range(n_vehicles):
+                    y_real = tables.transfer_real[line, vehicle]
+                    y_imag = tables.transfer_imag[line, vehicle]
+                    for lane in range(lanes):
+                        real = 0.0
+                        imag = 0.0
+                        for path in range(n_paths):
+                            real += y_real[path] * force[path, 0, lane]
+                            real -= y_imag[path] * force[path, 1, lane]
+                            imag += y_real[path] * force[path, 1, lane]
+                            imag += y_imag[path] * force[path, 0, lane]
+                        size = 1.0 / (real * real + imag * imag)
+                        inverse[vehicle, 0, lane] = real * size
+                        inverse[vehicle, 1, lane] = -imag * size
+                for number in range(n_sets):
+                    for vehicle in range(n_vehicles):
+                        weight = weights[chunk, number, vehicle]
+                        for lane in range(lanes):
+                            weighted[vehicle, 0, lane] = weight[lane] * inverse[vehicle, 0, lane]
+                            weighted[vehicle, 1, lane] = weight[lane] * inverse[vehicle, 1, lane]
+                    for path in range(n_paths):
+                        for lane in range(lanes):
+                            real = 0.0
+                            imag = 0.0
+                            for vehicle in range(n_vehicles):
+                                y_real = tables.transfer_real[line, vehicle, path]
+                                y_imag = tables.transfer_imag[line, vehicle, path]
+                                real += weighted[vehicle, 0, lane] * y_real
+                                real -= weighted[vehicle, 1, lane] * y_imag
+                                imag += weighted[vehicle, 0, lane] * y_imag
+                                imag += weighted[vehicle, 1, lane] * y_real
+                            transfer[path, 0, lane] = real
+                            transfer[path, 1, lane] = imag
+                    for s in range(n_springs):
+                        p = tables.path[s]
+                        if p >= 0:
+                            for lane in range(lanes):
+                                f = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
+                                    transfer[p, 0, lane], transfer[p, 1, lane]
+                                )
+                                pushed[s, 0, lane] = f.real
+                                pushed[s, 1, lane] = f.imag
+                        else:
+                            pushed[s] = 0.0
+                    if oblique:
+                        _load_oblique(pushed, tables.forward, t, lanes)
+                    else:
+                        _load_along_axes(pushed, tables.levers, t, lanes)
+                    _substitute(z, t, oblique, lanes)
+                    if oblique:
+                        _move_oblique(t, tables.forward, pushed, lanes)
+                    else:
+                        _move_along_axes(t, tables.levers, pushed, lanes)
+                    for end in range(n_ends):
+                        first = n_body + end * n_end
+                        for lane in range(lanes):
+                            real = imag = 0.0
+                            for s in range(n_end):
+                                real += pushed[first + s, 0, lane]
+                                imag += pushed[first + s, 1, lane]
+                            answer = complex(real, imag) * complex(
+                                end_compliance[end, 0, lane], end_compliance[end, 1, lane]
+                            )
+                            for s in range(n_end):
+                                pushed[first + s, 0, lane] = answer.real
+                                pushed[first + s, 1, lane] = answer.imag
+                    # `pushed` now holds vᵀ t
+                    for s in range(n_springs):
+                        p, v = tables.path[s], tables.variables[s]
+                        for lane in range(lanes):
+                            f = stiffness[s] * complex(u[s, 0, lane], u[s, 1, lane])
+                            real, imag = -pushed[s, 0, lane], -pushed[s, 1, lane]
+                            if p >= 0:
+                                real += transfer[p, 0, lane]
+                                imag += transfer[p, 1, lane]
+                            slope[number, v, lane] += f.real * real - f.imag * imag
+            slopes[chunk] = slope
+
+    return run
+
+
+@_helper
+def _scale_lanes(x, variables, stiffness, k, lanes):  # type: ignore[no-untyped-def]
+    """Write factor times stiffness of every spring."""
+    for s in range(variables.size):
+        factor, real, imag = x[variables[s]], stiffness[s].real, stiffness[s].imag
+        for lane in range(lanes):
+            k[s, 0, lane] = factor[lane] * real
+            k[s, 1, lane] = factor[lane] * imag
+
+
+@_helper
+def _sum_along_axes(k, levers, inertia, z, n_mounts, lanes):  # type: ignore[no-untyped-def]
+    """Write the lower triangle, by columns, of the impedance of springs along the axes."""
+    for entry in range(21):
+        for lane in range(lanes):
+            z[entry, 0, lane] = -inertia[entry]
+            z[entry, 1, lane] = 0.0
+    for axis in range(3):
+        turn_b, turn_c = 3 + (axis + 1) % 3, 3 + (axis + 2) % 3
+        low, high = min(turn_b, turn_c), max(turn_b, turn_c)
+        at_aa, at_ab, at_ac = _entry(axis, axis), _entry(turn_b, axis), _entry(turn_c, axis)
+        at_bb, at_bc, at_cc = _entry(turn_b, turn_b), _entry(high, low), _entry(turn_c, turn_c)
+        for part in range(2):
+            for lane in range(lanes):
+                aa = ab = ac = bb = bc = cc = 0.0
+                for mount in range(n_mounts):
+                    b, c = levers[axis, mount, 0], levers[axis, mount, 1]
+                    spring = k[axis * n_mounts + mount, part, lane]
+                    aa += spring
+                    ab += spring * b
+                    ac += spring * c
+                    bb += spring * b * b
+                    bc += spring * b * c
+                    cc += spring * c * c
+                z[at_aa, part, lane] += aa
+                z[at_ab, part, lane] += ab
+                z[at_ac, part, lane] += ac
+                z[at_bb, part, lane] += bb
+                z[at_bc, part, lane] += bc
+                z[at_cc, part, lane] += cc
+
+
+@_helper
+def _entry(row, column):  # type: ignore[no-untyped-def]
+    """Return the place of an entry of a lower triangle by columns."""
+    return column * 6 - column * (column - 1) // 2 + row - column
+
+
+@_helper
+def _sum_oblique(k, products, inertia, z, n_body, lanes):  # type: ignore[no-untyped-def]
+    """Write the lower triangle, by columns, of the impedance of oblique springs."""
+    for entry in range(21):
+        for part in range(2):
+            mass = inertia[entry] if part == 0 else 0.0
+            for lane in range(lanes):
+                total = -mass
+                for s in range(n_body):
+                    total += k[s, part, lane] * products[s, entry]
+                z[entry, part, lane] = total
+
+
+@_helper
+def _is_coupled(row, column, oblique):  # type: ignore[no-untyped-def]
+    """Say whether two motions couple: springs along the axes leave translations uncoupled."""
+    return oblique or (row >= 3 and (column >= 3 or row - column != 3))
+
+
+@_helper
+def _factorise(z, scaled, oblique, lanes):  # type: ignore[no-untyped-def]
+    """Replace the lower triangle of Z by the inverse diagonal and the factors of LDLᵀ."""
+    for column in range(6):
+        at = _entry(column, column)
+        for lane in range(lanes):
+            inverse = _inverse(z[at, 0, lane], z[at, 1, lane])
+            z[at, 0, lane] = inverse.real
+            z[at, 1, lane] = inverse.imag
+        for row in range(column + 1, 6):
+            if _is_coupled(row, column, oblique):
+                factor = _entry(row, column)
+                for lane in range(lanes):
+                    part = complex(z[factor, 0, lane], z[factor, 1, lane]) * complex(
+                        z[at, 0, lane], z[at, 1, lane]
+                    )
+                    scaled[0, lane] = part.real
+                    scaled[1, lane] = part.imag
+                for below in range(row, 6):
+                    if _is_coupled(below, column, oblique):
+                        other, goal = _entry(below, column), _entry(below, row)
+                        for lane in range(lanes):
+                            part = complex(scaled[0, lane], scaled[1, lane]) * complex(
+                                z[other, 0, lane], z[other, 1, lane]
+                            )
+                            z[goal, 0, lane] -= part.real
+                            z[goal, 1, lane] -= part.imag
+                z[factor] = scaled
+
+
+@_helper
+def _substitute(z, q, oblique, lanes):  # type: ignore[no-untyped-def]
+    """Replace a load by the motion that it causes, with the factors of `_factorise`."""
+    for column in range(6):
+        for row in range(column + 1, 6):
+            if _is_coupled(row, column, oblique):
+                factor = _entry(row, column)
+                for lane in range(lanes):
+                    part = complex(z[factor, 0, lane], z[factor, 1, lane]) * complex(
+                        q[column, 0, lane], q[column, 1, lane]
+                    )
+                    q[row, 0, lane] -= part.real
+                    q[row, 1, lane] -= part.imag
+    for column in range(6):
+        at = _entry(column, column)
+        for lane in range(lanes):
+            moved = complex(z[at, 0, lane], z[at, 1, lane]) * complex(
+                q[column, 0, lane], q[column, 1, lane]
+            )
+            q[column, 0, lane] = moved.real
+            q[column, 1, lane] = moved.imag
+    for down in range(6):
+        column = 5 - down
+        for row in range(column + 1, 6):
+            if _is_coupled(row, column, oblique):
+                factor = _entry(row, column)
+                for lane in range(lanes):
+                    part = complex(z[factor, 0, lane], z[factor, 1, lane]) * complex(
+                        q[row, 0, lane], q[row, 1, lane]
+                    )
+                    q[column, 0, lane] -= part.real
+                    q[column, 1, lane] -= part.imag
+
+
+@_helper
+def _move_along_axes(q, levers, u, lanes):  # type: ignore[no-untyped-def]
+    """Write the displacement of every spring along an axis, ``vᵀ q``."""
+    n_mounts = levers.shape[1]
+    for axis in range(3):
+        turn_b, turn_c = q[3 + (axis + 1) % 3], q[3 + (axis + 2) % 3]
+        for mount in range(n_mounts):
+            b, c = levers[axis, mount, 0], levers[axis, mount, 1]
+            for part in range(2):
+                for lane in range(lanes):
+                    turned = b * turn_b[part, lane] + c * turn_c[part, lane]
+                    u[axis * n_mounts + mount, part, lane] = q[axis, part, lane] + turned
+
+
+@_helper
+def _move_oblique(q, forward, u, lanes):  # type: ignore[no-untyped-def]
+    """Write the displacement of every oblique spring, ``vᵀ q``."""
+    for s in range(forward.shape[0]):
+        for part in range(2):
+            for lane in range(lanes):
+                total = 0.0
+                for motion in range(6):
+                    total += forward[s, motion] * q[motion, part, lane]
+                u[s, part, lane] = total
+
+
+@_helper
+def _load_along_axes(pushed, levers, t, lanes):  # type: ignore[no-untyped-def]
+    """Write the load of forces of springs along the axes, ``Σ v f``."""
+    n_mounts = levers.shape[1]
+    for axis in range(3):
+        # a turn about this axis moves springs along the axes before the last and before it
+        first, second = (axis + 2) % 3, (axis + 1) % 3
+        for part in range(2):
+            for lane in range(lanes):
+                force = 0.0
+                moment = 0.0
+                for mount in range(n_mounts):
+                    force += pushed[axis * n_mounts + mount, part, lane]
+                    moment += pushed[first * n_mounts + mount, part, lane] * levers[first, mount, 0]
+                    moment += (
+                        pushed[second * n_mounts + mount, part, lane] * levers[second, mount, 1]
+                    )
+                t[axis, part, lane] = force
+                t[3 + axis, part, lane] = moment
+
+
+@_helper
+def _load_oblique(pushed, forward, t, lanes):  # type: ignore[no-untyped-def]
+    """Write the load of forces of oblique springs, ``Σ v f``."""
+    for motion in range(6):
+        for part in range(2):
+            for lane in range(lanes):
+                total = 0.0
+                for s in range(forward.shape[0]):
+                    total += forward[s, motion] * pushed[s, part, lane]
+                t[motion, part, lane] = total

@@ -93,13 +93,36 @@ class LevelSum:
         if self.tables is not None and isinstance(self.case, PathContributions):
             return self._prescribed_slopes(designs)
 
-        def pull_back(weights: RealArray) -> RealArray:
+        def plain(rows: RealArray, weights: RealArray) -> RealArray:
             with np.errstate(divide="ignore", invalid="ignore"):
-                inverse = 1.0 / self.case.pressure(designs)
-                by_vehicle = self.case.weighted_gradient(designs, inverse)
-            return np.asarray(DECIBEL * np.einsum("onv,nvk->onk", weights, by_vehicle))
+                by_vehicle = self.case.neper_gradient(rows)
+            return np.asarray(np.einsum("onv,nvk->onk", weights, by_vehicle))
+
+        def pull_back(weights: RealArray) -> RealArray:
+            if self.tables is None or isinstance(self.case, AmplitudeMotion):
+                return np.asarray(DECIBEL * plain(designs, weights))
+            slopes = self._coupled_slopes(designs, weights)
+            lost = ~np.isfinite(slopes).all(axis=(0, 2))
+            if lost.any():
+                slopes[:, lost] = plain(designs[lost], weights[:, lost])
+            return np.asarray(DECIBEL * slopes)
 
         return self(designs), pull_back
+
+    def _coupled_slopes(self, designs: RealArray, weights: RealArray) -> RealArray:
+        """Return ``Σ_fv w_onv Re(∂p/∂x_k / p)`` of coupled motion, shape (o, n, k)."""
+        from deboom.vehicles import compiled_loops
+
+        lanes, (n_sets, n, n_vehicles) = compiled_loops.SLOPE_LANES, weights.shape
+        factors = _in_lanes(designs, lanes)
+        by_design = weights.transpose(1, 0, 2).reshape(n, -1)
+        lined = _in_lanes(by_design, lanes).reshape(len(factors), n_sets, n_vehicles, lanes)
+        slopes = np.empty((len(factors), n_sets, designs.shape[1], lanes))
+        run = compiled_loops.coupled_slopes_loop(*self._loop_sizes, n_vehicles)
+        with np.errstate(all="ignore"):
+            run(factors, lined, self.tables, slopes)
+        flat = slopes.transpose(1, 0, 3, 2).reshape(n_sets, -1, designs.shape[1])
+        return np.ascontiguousarray(flat[:, :n])
 
     def _prescribed_slopes(self, designs: RealArray) -> tuple[RealArray, PullBack]:
         """Return what `linearised` does for prescribed motion, from one compiled loop."""
@@ -154,13 +177,21 @@ class LevelSum:
                 factors = np.ascontiguousarray(factors[:, self.columns])
                 run(factors, self.tables, products, trusted)
             else:
-                tables, n_body = self.tables, self.case.bodies[0].variables.size
-                n_end = (tables.variables.size - n_body) // max(tables.end_mass.size, 1)
-                n_paths, oblique = tables.transfer_real.shape[2], len(tables.forward) > 0
-                run = compiled_loops.coupled_loop(n_body, n_end, n_paths, oblique)
-                tolerance = getattr(self.case, "tolerance", TOLERANCE)
-                run(factors, self._ratio(designs, lanes), tables, tolerance, products, trusted)
+                run = compiled_loops.coupled_loop(*self._loop_sizes)
+                tolerance, ratio = (
+                    getattr(self.case, "tolerance", TOLERANCE),
+                    self._ratio(designs, lanes),
+                )
+                run(factors, ratio, self.tables, tolerance, products, trusted)
         return self._settled(designs, products, trusted)
+
+    @property
+    def _loop_sizes(self) -> tuple[int, int, int, bool]:
+        """Springs of the powertrain and of a wheel end, paths, and whether springs are oblique."""
+        assert not isinstance(self.case, PathContributions)
+        tables, n_body = self.tables, self.case.bodies[0].variables.size
+        n_end = (tables.variables.size - n_body) // max(tables.end_mass.size, 1)
+        return n_body, n_end, tables.transfer_real.shape[2], len(tables.forward) > 0
 
     def _settled(
         self, designs: RealArray, products: RealArray, trusted: BoolArray

@@ -12,7 +12,7 @@ from pathlib import Path
 
 from claims import Claim, at_least, draws
 from deboom.explore.front import FrontVerdict
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.search import nsga2
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
@@ -67,7 +67,7 @@ def _runs() -> list[ComparedRun]:
     for sampler in (Sampler.sobol, Sampler.fresh):
         for seed in SEEDS:
             sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
-            model = RobustResponse(index, space, sample)
+            model = Robust(index, space, sample)
             search = nsga2(model, DESIGNS, GENERATIONS, seed=seed)
             record = {"seed": seed, "arguments": {"sampler": sampler.value}}
             entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)

@@ -16,7 +16,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import replicates
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 from deboom.study.search import ThoroughSearchOptions
@@ -49,13 +49,13 @@ def prepared_again(entry: RunEntry, study: Study) -> Any:
     return _PREPARED[key]
 
 
-def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
+def rebuilt_model(entry: RunEntry, study: Study) -> Robust:
     """Build the model of a run again, with the draws of its search.
 
     - raises InputError: as `prepared_again`; a study that does not search for a front.
     """
     robust = getattr(prepared_again(entry, study), "robust", None)
-    if isinstance(robust, RobustResponse):
+    if isinstance(robust, Robust):
         return robust
     raise InputError(
         f"run {entry.folder} cannot be judged: its study {entry.study} does not search for a "
@@ -102,7 +102,7 @@ class ComparedRun:
     """
 
     entry: RunEntry
-    model: RobustResponse
+    model: Robust
     designs: RealArray
     convergence: RealArray
     text_changed: bool

@@ -21,7 +21,7 @@ from deboom.choices import Pick
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, indifference_intervals, variables_without_effect
 from deboom.explore.space import DesignSpace
 from deboom.files.acceptance import (
@@ -123,7 +123,7 @@ class SupplierStudy:
         return self.runs.parts
 
     @property
-    def model(self) -> RobustResponse:
+    def model(self) -> Robust:
         """Of the run, with the draws of its search."""
         return self.run.model
 
@@ -210,7 +210,7 @@ class SupplierStudy:
         return tuple(found)
 
     @cached_property
-    def check(self) -> RobustResponse:
+    def check(self) -> Robust:
         """The model with draws that the search never saw."""
         return verification_response(self.model, DRAWS, seed=self.run.seed)
 

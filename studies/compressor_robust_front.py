@@ -57,7 +57,7 @@ from deboom.study.compressor_fleet import (
     mounted_fleet,
     virtual_fleet,
 )
-from deboom.study.front import heard
+from deboom.study.front import heard, report_front
 from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
@@ -389,9 +389,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits) -> Re
         f"within its tolerance; the front was verified with {view.front.judge.n_samples} draws "
         "that the search never saw.",
     )
-    report.table("front", view.front.table)
-    report.table("designs", view.front.designs())
-    report.table("convergence", view.front.convergence())
+    report_front(report, view.front)
     return report
 
 

@@ -255,7 +255,7 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
                 f"run {options.front} has the variables {list(finished.model.space.names)}, this "
                 f"study {list(robust.space.names)}: take a front of the same mounts and factors"
             )
-        designs, picks = finished.designs, finished.picks
+        designs, picks = finished.designs, finished.front.picks
     else:
         search = options.search.searched(
             robust, seed=options.seed, run=context, inputs=model.inputs

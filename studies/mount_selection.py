@@ -42,6 +42,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.plot.style import signed
 from deboom.report import Report
+from deboom.study.front import report_front
 from deboom.study.made_parts import library_parts
 from deboom.study.options import Seed
 from deboom.study.platform_model import PlatformOptions, motion_report, report_runs
@@ -215,14 +216,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ),
         "Both objectives, in the draws of the search.",
     )
-    with_parts = front.table
-    columns = catalogue.columns(search.front.designs)
-    for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick
-        with_parts.insert(place, name, chosen)
-    report.table("convergence", front.convergence())
     report.facts["verification_draws"] = VERIFIED
-    report.table("front", with_parts)
-    report.table("designs", front.designs())
+    report_front(report, front, beside=catalogue.columns(search.front.designs))
     if sets is not None:
         on_front = {tuple(row) for row in set_front.designs.tolist()}
         table = {

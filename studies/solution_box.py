@@ -38,6 +38,7 @@ from deboom.explore.search import searched
 from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
+from deboom.files.platform import platform_sha256
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.plot.style import mount_colours
 from deboom.report import Report
@@ -48,7 +49,6 @@ from deboom.study.platform_model import (
     PlatformOptions,
     motion_name,
     motion_report,
-    platform_sha256,
     report_runs,
 )
 from deboom.study.progress import progress_bar

@@ -188,7 +188,7 @@ def test_runs_are_named_by_options_that_their_study_has():
     for study, options, _ in asked:
         record = {"seed": 1, "arguments": options, "facts": {"motion": "coupled"}}
         entry = RunEntry(Path(study) / "run", record)
-        runs.append(ComparedRun(entry, *[None] * 4))
+        runs.append(ComparedRun(entry=entry, prepared=None, front=None))
     assert configuration_names(runs) == [name for *_, name in asked]
 
 

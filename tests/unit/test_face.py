@@ -62,6 +62,13 @@ def test_import_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def test_no_name_needs_the_command_line():
+    code = "import sys, deboom; [getattr(deboom, name) for name in deboom.__all__]"
+    code += "; print('typer' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
 @pytest.fixture(scope="module")
 def platform():
     return deboom.read_platform("u06")

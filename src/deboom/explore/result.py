@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -86,6 +87,103 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
         seed=searches[0].seed,
         seconds=sum(search.seconds for search in searches),
     )
+
+
+POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
+"""Columns of a front's table without a unit; others are those of `FrontColumns`."""
+
+
+@dataclass(frozen=True)
+class FrontColumns:
+    """Names of the columns of a front's table; levels in dB(A) scatter in dB.
+
+    - `unit`: of the responses.
+    """
+
+    unit: str
+
+    @classmethod
+    def of_table(cls, names: Sequence[str]) -> FrontColumns:
+        """Return the names that a table has; InputError if it has no verified mean and sigma."""
+        for name in names:
+            unit = re.fullmatch(r"(?:SPLV )?mean sum \[(.+)\]", name)
+            if unit and cls(unit[1]).sigma_sum in names:
+                return cls(unit[1])
+        missing = f"{cls('dB(A)').mean_sum}, {cls('dB(A)').sigma_sum}"
+        raise InputError(f"no front with verified mean and sigma (columns such as {missing})")
+
+    @classmethod
+    def variables(cls, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the columns of design variables, which have a unit and are no others."""
+        try:
+            mine = cls.of_table(names).names
+        except InputError:
+            mine = frozenset()
+        return tuple(name for name in names if name.endswith("]") and name not in mine)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All of them."""
+        kinds = (name for name, kind in vars(type(self)).items() if isinstance(kind, property))
+        return frozenset(getattr(self, name) for name in kinds if name != "names")
+
+    @property
+    def _scatter(self) -> str:
+        return "dB" if self.unit == "dB(A)" else self.unit
+
+    @property
+    def _sums(self) -> str:
+        return "SPLV " if self.unit == "dB(A)" else ""
+
+    @property
+    def mean_sum(self) -> str:
+        """Verified sum of the means over the responses."""
+        return f"{self._sums}mean sum [{self.unit}]"
+
+    @property
+    def sigma_sum(self) -> str:
+        """Verified sum of the standard deviations."""
+        return f"{self._sums}sigma sum [{self._scatter}]"
+
+    @property
+    def mean_error(self) -> str:
+        """Standard error of `mean_sum`."""
+        return f"standard error of mean sum [{self._scatter}]"
+
+    @property
+    def sigma_error(self) -> str:
+        """Standard error of `sigma_sum`."""
+        return f"standard error of sigma sum [{self._scatter}]"
+
+    @property
+    def searched_mean_sum(self) -> str:
+        """What the search saw of `mean_sum`."""
+        return f"{self._sums}mean sum in search [{self.unit}]"
+
+    @property
+    def searched_sigma_sum(self) -> str:
+        """What the search saw of `sigma_sum`."""
+        return f"{self._sums}sigma sum in search [{self._scatter}]"
+
+    @property
+    def mean_per_line(self) -> str:
+        """Verified mean over responses and lines."""
+        return f"mean per line and vehicle [{self.unit}]"
+
+    @property
+    def sigma_per_line(self) -> str:
+        """Verified standard deviation of it."""
+        return f"sigma per line and vehicle [{self._scatter}]"
+
+    @property
+    def failed_draws(self) -> str:
+        """Share of the draws of the verification that could not be computed."""
+        return "failed draws [1]"
+
+    @property
+    def other_draws(self) -> str:
+        """Mean sum over the draws that could be computed."""
+        return f"{self._sums}mean sum of the other draws [{self.unit}]"
 
 
 _RENAMED = {
@@ -213,26 +311,23 @@ class Front(Tabled):
         names: dict[int, list[str]] = {}
         for name, row in self.picks.items():
             names.setdefault(row, []).append(name)
-        n, unit, searched = len(self.values), self.model.response_unit, self.searched
-        sums, scatter = ("SPLV ", "dB") if unit == "dB(A)" else ("", unit)
+        columns, searched = FrontColumns(self.model.response_unit), self.searched
+        values, n = self.values, len(self.values)
         share, mean = self.survivors.T
-        failing = {
-            "failed draws [1]": share,
-            f"{sums}mean sum of the other draws [{unit}]": mean,
-        }
+        failing = {columns.failed_draws: share, columns.other_draws: mean}
         return pd.DataFrame(
             {
-                "point": np.arange(1, n + 1),
-                "pick": [" = ".join(names.get(row, ())) for row in range(n)],
-                f"{sums}mean sum [{unit}]": self.values.mean_sum,
-                f"{sums}sigma sum [{scatter}]": self.values.sigma_sum,
-                f"standard error of mean sum [{scatter}]": self.values.standard_error_mean_sum,
-                f"standard error of sigma sum [{scatter}]": self.values.standard_error_sigma_sum,
-                f"{sums}mean sum in search [{unit}]": searched.mean_sum,
-                f"{sums}sigma sum in search [{scatter}]": searched.sigma_sum,
-                "non-dominated when verified": self.nondominated,
-                f"mean per line and vehicle [{unit}]": self.per_line * self.values.mean_sum,
-                f"sigma per line and vehicle [{scatter}]": self.per_line * self.values.sigma_sum,
+                POINT: np.arange(1, n + 1),
+                PICK: [" = ".join(names.get(row, ())) for row in range(n)],
+                columns.mean_sum: values.mean_sum,
+                columns.sigma_sum: values.sigma_sum,
+                columns.mean_error: values.standard_error_mean_sum,
+                columns.sigma_error: values.standard_error_sigma_sum,
+                columns.searched_mean_sum: searched.mean_sum,
+                columns.searched_sigma_sum: searched.sigma_sum,
+                NONDOMINATED: self.nondominated,
+                columns.mean_per_line: self.per_line * values.mean_sum,
+                columns.sigma_per_line: self.per_line * values.sigma_sum,
                 **(failing if share.any() else {}),
             }
         )
@@ -241,7 +336,7 @@ class Front(Tabled):
         """Tabulate the variables of every design of the front [units of the space]."""
         designs = self.values.designs
         columns = dict(zip(self.robust.space.labels, designs.T, strict=True))
-        return pd.DataFrame({"point": np.arange(1, len(designs) + 1), **columns})
+        return pd.DataFrame({POINT: np.arange(1, len(designs) + 1), **columns})
 
     def convergence(self) -> pd.DataFrame:
         """Tabulate the hypervolume of the front so far, as the search saw it, by generation."""

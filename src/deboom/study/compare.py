@@ -143,7 +143,7 @@ class Comparison:
 
         A gain beyond the box counts as well, but no more than the whole front is worth.
         """
-        gained = self.box.share(last_gain(one.run.convergence))
+        gained = self.box.share(last_gain(one.run.front.convergence))
         return float(np.minimum(gained, self.box.hypervolume(one.objectives)))
 
     @cached_property
@@ -252,8 +252,9 @@ def comparison(
         )
     if n_samples < FEWEST or n_samples & (n_samples - 1):
         raise InputError(f"{n_samples} common draws: take a power of two from {FEWEST}")
+    prepared: dict[str, object] = {}  # runs of one question share their model
     runs = sorted(
-        (compared_run(folder, studies) for folder in folders),
+        (compared_run(folder, studies, prepared) for folder in folders),
         key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
     )
     check_same_platform(runs)
@@ -262,8 +263,12 @@ def comparison(
     judges = distinct_models(runs)
     return [
         judged(
-            *(runs, n_samples, seed, progress, judge.model),
-            names[judge.entry.folder] if len(judges) > 1 else "",
+            runs,
+            n_samples,
+            seed,
+            progress,
+            judge=judge.model,
+            judge_name=names[judge.entry.folder] if len(judges) > 1 else "",
         )
         for judge in judges
     ]

@@ -1,4 +1,4 @@
-"""What the vehicles hear of a front, drawn."""
+"""A front on a page: its tables, and what the vehicles hear of it."""
 
 from __future__ import annotations
 
@@ -7,11 +7,28 @@ from typing import TYPE_CHECKING
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.explore.result import Front
+from deboom.files.front_table import FrontTable
 from deboom.plot.style import FULL_WIDTH
+from deboom.report import Report
 from deboom.vehicles.fleet_front import FleetFront
 
 if TYPE_CHECKING:
     from deboom.plot.style import Drawing
+
+
+def report_front(
+    report: Report, front: Front, beside: Mapping[str, Sequence[str]] | None = None
+) -> None:
+    """Add the files of a front to a report, see `deboom.files.front_table`.
+
+    - `beside`: further columns after the picks, one text per design.
+    """
+    for name, frame in FrontTable.of(front).frames().items():
+        if name == "front":
+            for place, (column, texts) in enumerate((beside or {}).items(), start=2):
+                frame.insert(place, column, texts)
+        report.table(name, frame)
 
 
 def heard(

@@ -103,8 +103,8 @@ def _maps(report: Report, view: PlatformFront) -> None:
     report.figure(
         "level_maps",
         lambda: plot.line_maps(view.fleet.frequency, view.load_case.order, names, maps),
-        "SPL at the driver's ear over speed, in every load case and vehicle: today, with best "
-        "mean, and the difference (violet: quieter).",
+        "SPL at the driver's ear over speed, in every load case and vehicle: today, with "
+        "best-mean, and the difference (violet: quieter).",
     )
     report.table("level_maps", pd.DataFrame(table))
 

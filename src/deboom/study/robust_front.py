@@ -20,7 +20,7 @@ from deboom.explore.selection import indifference_intervals
 from deboom.measurement.channels import LoadCase
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
-from deboom.study.front import heard
+from deboom.study.front import heard, report_front
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.study.options import aim_note, listed
 from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
@@ -430,8 +430,7 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         )
         report.summary["worst_load_case"] = str(worst["load case"])
         report.summary["worst_load_case_change_db"] = float(worst[column])
-    report.table("front", view.front.table)
-    report.table("designs", view.front.designs())
+    report_front(report, view.front)
     values, n_lines = view.front.values, view.index.n_lines
     points, vehicles = np.meshgrid(
         np.arange(1, len(values) + 1), view.fleet.vehicles, indexing="ij"
@@ -599,4 +598,3 @@ def _search(report: Report, view: PlatformFront) -> None:
         "Hypervolume of the front over the generations; flat means that more "
         "generations would not have helped.",
     )
-    report.table("convergence", view.front.convergence())

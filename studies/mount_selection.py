@@ -34,6 +34,7 @@ from deboom.errors import InputError
 from deboom.explore.front import pareto_front
 from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import VERIFIED
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
@@ -56,8 +57,6 @@ from deboom.vehicles.platform import LIBRARY_FILE, MountSource, Platform, Runs
 TODAY = "today's"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
-VERIFIED = 1024
-"""Draws of each scramble behind a verified number."""
 
 
 @dataclass(frozen=True)

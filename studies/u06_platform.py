@@ -20,6 +20,7 @@ from typing import Annotated, Any
 from typer import Option
 
 from deboom.explore.robust import Robust
+from deboom.explore.search import VERIFIED
 from deboom.report import Report
 from deboom.study.correlation import (
     CorrelationStudy,
@@ -50,8 +51,6 @@ from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.vehicles.platform import Runs
 
-VERIFIED = 1024
-"""Draws of each scramble behind the verified front."""
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."

@@ -26,6 +26,7 @@ from typer import Option
 from deboom.errors import InputError
 from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Robust
+from deboom.explore.search import VERIFIED
 from deboom.report import Report
 from deboom.study.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
@@ -110,7 +111,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     of_limits = limits.inputs if limits else ()
     inputs = (*model.runs.platform.input_files, *of_limits, *model.made.inputs)
     search = partial(
-        options.search.verified, seed=options.seed, run=context, inputs=inputs, limits=limits
+        options.search.verified,
+        seed=options.seed,
+        run=context,
+        inputs=inputs,
+        limits=limits,
+        verified_with=VERIFIED,
     )
     prescribed: Front | None = None
     begin = None

@@ -132,6 +132,6 @@ class FrontTable(Tabled):
 def _frame(path: Path) -> pd.DataFrame:
     """Read a table that a run wrote."""
     try:
-        return pd.read_csv(path, float_precision="round_trip")
+        return pd.read_csv(path)
     except (OSError, ValueError) as error:
         raise InputError(f"{path} cannot be read as a table ({error}): run again") from None

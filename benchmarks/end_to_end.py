@@ -22,7 +22,7 @@ from threadpoolctl import threadpool_limits
 
 import kernels
 from deboom.arrays import RealArray
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import DesignSpace, stiffness_factor_space
@@ -89,7 +89,7 @@ def _compared(case: kernels.Case) -> tuple[float, float, float]:
         loop += time.process_time() - warm
 
     begin = time.process_time()
-    robust = RobustResponse(_Model(sums, names), space, sample)
+    robust = Robust(_Model(sums, names), space, sample)
     nsga2(robust, POPULATION, GENERATIONS, seed=1, progress=take_turns)
     search = time.process_time() - begin - turns
     return search, POPULATION * loop, POPULATION * loop / search

@@ -15,14 +15,11 @@ from typing import Annotated
 import pandas as pd
 from typer import Option
 
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
-from deboom.explore.workers import workers_for
 from deboom.report import Report
 from deboom.study.options import Seed
-from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from known_truth import quad2
@@ -37,23 +34,17 @@ class Options:
     note: Annotated[Path | None, Option(help="A file that counts as an input.")] = None
 
 
-def prepare(options: Options) -> RobustResponse:
+def prepare(options: Options) -> Robust:
     """Build the robust response of QUAD2."""
     model = quad2(12, seed=options.seed)
     space = stiffness_factor_space(model.variable_names)
-    return RobustResponse(model, space, sobol_sample(12, seed=options.seed))
+    return Robust(model, space, sobol_sample(12, seed=options.seed))
 
 
-def run(robust: RobustResponse, options: Options, context: RunContext | None = None) -> Report:
+def run(robust: Robust, options: Options, context: RunContext | None = None) -> Report:
     """Search and return the front."""
     inputs = () if options.note is None else (options.note,)
-    kept = context.checkpoint(inputs) if context else None
-    budget = (options.search.population, options.search.generations)
-    with (
-        workers_for(robust, options.search.workers, options.search.scheduler) as spread,
-        progress_bar("NSGA-II") as progress,
-    ):
-        search = nsga2(spread, *budget, seed=options.seed, progress=progress, checkpoint=kept)
+    search = options.search.searched(robust, seed=options.seed, run=context, inputs=inputs)
     front = search.front
     columns = {"mean sum [1]": front.mean_sum, "sigma sum [1]": front.sigma_sum}
     designs = dict(zip(robust.space.labels, front.designs.T, strict=True))

@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from enum import Enum
 from functools import cached_property
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -36,8 +36,8 @@ from deboom.choices import CalibrationLevel, Pick
 from deboom.common import N_PER_MM, PERCENT
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
-from deboom.explore.front import replicates, verify
-from deboom.explore.robust import Limit, Limits, RobustResponse, sigma_shares
+from deboom.explore.result import Front
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, sigma_shares
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import (
@@ -48,7 +48,7 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import workbook_bytes
-from deboom.plot.style import mount_colours, mount_of, signed
+from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
 from deboom.report import Report
 from deboom.study.compressor_fleet import (
     MountedFleet,
@@ -57,12 +57,13 @@ from deboom.study.compressor_fleet import (
     mounted_fleet,
     virtual_fleet,
 )
-from deboom.study.front import Front
+from deboom.study.front import heard, report_front
 from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
-from deboom.study.search import MountLimits, SearchOptions, report_limits
+from deboom.study.search import SearchOptions, report_limits
 from deboom.study.sensitivity import index_table
+from deboom.vehicles.fleet_front import FleetFront
 
 STEPS = 8
 """Of `prepare`, for progress."""
@@ -196,7 +197,7 @@ class Model:
     """The cars on a compressor's mounts, and their levels under scatter."""
 
     mounted: MountedFleet
-    robust: RobustResponse
+    robust: Robust
 
 
 def prepare(options: Options) -> Model:
@@ -225,7 +226,7 @@ def prepare(options: Options) -> Model:
             f"scatter needs at least {space.n_variables + 2} draws"
         )
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
-    return Model(mounted, RobustResponse(mounted.index, space, sample))
+    return Model(mounted, Robust(mounted.index, space, sample))
 
 
 def run(prepared: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -234,42 +235,60 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     space = robust.space
     allowed = options.travel * float(model.statics(space.nominal[None])[0, 0])
     limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
-    limits = MountLimits(model.statics, Limits((limit,)))
-    search = options.search.front(robust, seed, context, model.fleet.inputs, limits=limits)
-    judge = replicates(robust, options.checks, seed=seed)
-    front = MountFront(
-        *(robust, search, search.front, judge, verify(search.front, judge)),
+    limits = DesignLimits(model.statics, Limits((limit,)))
+    front = options.search.front(
+        robust,
+        seed=seed,
+        run=context,
+        inputs=model.fleet.inputs,
+        limits=limits,
+        verified_with=options.checks,
+    )
+    view = MountFront(
+        front=front,
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
-    return front_report(front, options, limits)
+    return front_report(view, options, limits)
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class MountFront(Front):
+class MountFront:
     """The front of a compressor's mounts, with all that its report needs.
 
     `sobol`: of the chosen stiffnesses, uniform within their bounds; one output per car.
     """
 
+    front: Front
     model: MountedFleet
-    speed_label: ClassVar[str] = "rotor speed [rpm]"
     sobol: SobolIndices
+
+    @property
+    def index(self) -> Any:
+        """The model of the search."""
+        return self.front.model
+
+    @cached_property
+    def fleet(self) -> FleetFront:
+        """Levels and peaks of the first order of the rotor."""
+        return FleetFront(self.front)
 
     @property
     def best(self) -> RealArray:
         """Best-mean, shape (k,)."""
-        return self.pick_designs[Pick.best_mean]
+        return self.front.pick_designs[Pick.best_mean]
 
     @property
     def chosen(self) -> list[int]:
         """Columns of a design that the search could choose; the others only scatter."""
-        return np.flatnonzero(self.robust.space.upper > self.robust.space.lower).tolist()
+        return np.flatnonzero(
+            self.front.robust.space.upper > self.front.robust.space.lower
+        ).tolist()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the chosen variables."""
-        return tuple(self.variables[column] for column in self.chosen)
+        return tuple(self.front.variables[column] for column in self.chosen)
 
     @property
     def shades(self) -> dict[str, str]:
@@ -284,8 +303,8 @@ class MountFront(Front):
     @cached_property
     def change(self) -> RealArray:
         """Change of the mean level over lines and scatter by best-mean, shape (v,) [dB]."""
-        after = self.values.mean[self.picks[Pick.best_mean]]
-        return np.asarray((after - self.baseline.mean[0]) / self.index.n_lines)
+        after = self.front.values.mean[self.front.picks[Pick.best_mean]]
+        return np.asarray((after - self.front.baseline.mean[0]) / self.index.n_lines)
 
     def stiffness(self, design: RealArray) -> RealArray:
         """Mean |K| that each chosen variable stands for, shape (n_chosen,) [N/mm]."""
@@ -296,13 +315,13 @@ class MountFront(Front):
 
     def travel(self, design: RealArray) -> float:
         """Largest travel of a mount under 1 g over today's [1]."""
-        both = self.model.statics(np.stack([design, self.robust.space.nominal]))[:, 0]
+        both = self.model.statics(np.stack([design, self.front.robust.space.nominal]))[:, 0]
         return float(both[0] / both[1])
 
     @property
     def at_bound(self) -> tuple[str, ...]:
         """Chosen variables that best-mean has at a bound, in words."""
-        space = self.robust.space
+        space = self.front.robust.space
         place = (self.best - space.lower)[self.chosen] / (space.upper - space.lower)[self.chosen]
         words = np.select([place < 0.01, place > 0.99], ["lower", "upper"], "")
         return tuple(f"{n} ({word})" for n, word in zip(self.names, words, strict=True) if word)
@@ -311,7 +330,7 @@ class MountFront(Front):
     def indifference(self) -> RealArray:
         """Interval of each chosen variable around best-mean without a noticeable change, (n, 2)."""
         change = NOTICEABLE * self.index.n_lines
-        both = np.column_stack(indifference_intervals(self.robust, self.best, change, TRIED))
+        both = np.column_stack(indifference_intervals(self.front.robust, self.best, change, TRIED))
         return np.asarray(both[self.chosen])
 
     @cached_property
@@ -340,56 +359,61 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     return fast_sobol_indices(model.index(designs), names, outputs, seed=seed)
 
 
-def front_report(front: MountFront, options: Options, limits: MountLimits) -> Report:
+def front_report(view: MountFront, options: Options, limits: DesignLimits) -> Report:
     """Report which mounts make the cars quiet, with the sheet for their supplier."""
     low, high = band_of(options.band)
     report = Report(
         "Mounts of the compressor: quiet cars in spite of scatter",
-        f"Which stiffness of its mounts makes a compressor quiet in {len(front.vehicles)} electric "
-        f"cars, {low:g} to {high:g} Hz, and keeps them quiet as parts scatter?",
+        "Which stiffness of its mounts makes a compressor quiet in "
+        f"{len(view.fleet.vehicles)} electric cars, {low:g} to {high:g} Hz, and keeps them "
+        "quiet as parts scatter?",
     )
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "σ")
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
-    report.warn(*front.model.alarms)
-    _tell(report, front)
-    report.facts["verification_draws"] = front.judge.n_samples
-    report.facts["mounts"] = front.model.running.shares.statement
-    report.facts["mount_state"] = front.model.running.source.state.statement
-    report.inputs += front.model.fleet.inputs
-    _choice(report, front, options)
-    _cars(report, front)
-    _matters(report, front, options)
-    report_limits(report, limits, front.search, front.named_designs)
-    _trust(report, front, options)
+    report.warn(*view.model.alarms)
+    _tell(report, view)
+    report.facts["verification_draws"] = view.front.judge.n_samples
+    report.facts["mounts"] = view.model.running.shares.statement
+    report.facts["mount_state"] = view.model.running.source.state.statement
+    report.inputs += view.model.fleet.inputs
+    _choice(report, view, options)
+    _cars(report, view)
+    _matters(report, view, options)
+    report_limits(report, limits, view.front.search, view.front.named_designs)
+    _trust(report, view, options)
+    search = view.front.search
     report.section(
         "How the search went",
-        f"NSGA-II, {front.search.hypervolume.size} generations, {front.search.seconds:.1f} s. "
-        f"{front.text} Every design was made {front.robust.sample.n_samples} times within its "
-        f"tolerance; the front was verified with {front.judge.n_samples} draws that the "
-        "search never saw.",
+        f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
+        f"{view.front.text} Every design was made {view.front.robust.sample.n_samples} times "
+        f"within its tolerance; the front was verified with {view.front.judge.n_samples} draws "
+        "that the search never saw.",
     )
-    report.table("front", front.table)
-    report.table("designs", front.designs())
-    report.table("convergence", front.convergence())
+    report_front(report, view.front)
     return report
 
 
-def _tell(report: Report, front: MountFront) -> None:
+def _tell(report: Report, view: MountFront) -> None:
     """Keep the headline numbers; show those that a hurried reader takes away."""
     changes = [
         (c.level_after - c.level_before, c, car)
-        for car, of in front.peak_changes(front.best).items()
+        for car, of in view.fleet.peak_changes(view.best).items()
         for c in of
     ]
     sigma = {
         name: PERCENT
-        * float(front.values.sigma_sum[front.picks[name]] / front.baseline.sigma_sum[0] - 1)
+        * float(
+            view.front.values.sigma_sum[view.front.picks[name]] / view.front.baseline.sigma_sum[0]
+            - 1
+        )
         for name in (Pick.best_mean, Pick.best_sigma)
     }
-    mean, travel = float(front.change.mean()), front.travel(front.best)
-    today, best = (front.stiffness(design) for design in (front.robust.space.nominal, front.best))
-    for k in np.argsort(front.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
-        what = f"{front.names[k]}, |K| at {front.model.reference_line:g} Hz; today {today[k]:.1f}"
+    mean, travel = float(view.change.mean()), view.travel(view.best)
+    today, best = (
+        view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
+    )
+    for k in np.argsort(view.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
+        what = f"{view.names[k]}, |K| at {view.model.reference_line:g} Hz; today {today[k]:.1f}"
         report.tile(f"{best[k]:.1f} N/mm", what)
     report.tile(f"{signed(mean, 1)} dB", "mean level, best-mean against today")
     report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
@@ -401,27 +425,28 @@ def _tell(report: Report, front: MountFront) -> None:
         if louder:
             report.warn(
                 f"Best-mean makes peaks louder: by up to {rise:.1f} dB, at {peak.frequency:.0f} Hz "
-                f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of {len(front.vehicles)} cars "
-                f"have a peak that rises by more than {RISE:g} dB."
+                f"({60 * peak.frequency:.0f} rpm) in {car}; {louder} of "
+                f"{len(view.fleet.vehicles)} cars have a peak that rises by more than {RISE:g} dB."
             )
     report.summary |= {
-        f"level_change_db_{v}": float(c) for v, c in zip(front.vehicles, front.change, strict=True)
+        f"level_change_db_{car}": float(change)
+        for car, change in zip(view.fleet.vehicles, view.change, strict=True)
     }
     report.summary |= {
         "mean_change_db": mean,
         "sigma_change_percent_best_mean": sigma[Pick.best_mean],
         "sigma_change_percent_best_sigma": sigma[Pick.best_sigma],
-        "leading_stiffness": front.leading,
-        "leading_total_index": float(front.sobol.total.mean(axis=1).max()),
+        "leading_stiffness": view.leading,
+        "leading_total_index": float(view.sobol.total.mean(axis=1).max()),
         "travel_ratio": travel,
-        "at_bound": ", ".join(front.at_bound),
-        "sigma_bias_percent": front.sigma_bias_percent,
-        "mean_bias_db": front.mean_bias * front.per_line,
-        **front.counts,
+        "at_bound": ", ".join(view.at_bound),
+        "sigma_bias_percent": view.front.sigma_bias_percent,
+        "mean_bias_db": view.front.mean_bias * view.front.per_line,
+        **view.front.counts,
     }
 
 
-def _choice(report: Report, front: MountFront, options: Options) -> None:
+def _choice(report: Report, view: MountFront, options: Options) -> None:
     """Show the front, the named designs and their stiffness."""
     what = (
         "One part number for all mounts: an axial and a radial stiffness; pieces scatter on their "
@@ -429,7 +454,7 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
         if options.identical
         else "Every mount has an axial and a radial stiffness of its own."
     )
-    reached = front.travel(front.best) > 0.98 * options.travel
+    reached = view.travel(view.best) > 0.98 * options.travel
     report.summary["travel_limit_reached"] = str(reached).lower()
     report.section(
         "What to choose",
@@ -437,55 +462,55 @@ def _choice(report: Report, front: MountFront, options: Options) -> None:
         "Softer mounts nearly always isolate better; what holds them back is that no mount may "
         f"move further under 1 g than {options.travel:g} times today's."
         + (" Best-mean uses all of that." if reached else "")
-        + (f" It is at the bound of {', '.join(front.at_bound)}." if front.at_bound else "")
-        + (" The limit, not the noise, decides." if reached or front.at_bound else ""),
+        + (f" It is at the bound of {', '.join(view.at_bound)}." if view.at_bound else "")
+        + (" The limit, not the noise, decides." if reached or view.at_bound else ""),
     )
     report.figure(
         "pareto_front",
-        front.picture,
+        view.front.picture,
         "Mean level against its scatter; every point is a design that no other beats.",
     )
-    line, space, chosen = front.model.reference_line, front.robust.space, front.chosen
+    line, space, chosen = view.model.reference_line, view.front.robust.space, view.chosen
     report.figure(
         "stiffness_bars",
         lambda: plot.stiffness_bars(
-            front.names,
-            front.best[chosen],
+            view.names,
+            view.best[chosen],
             space.lower[chosen],
             space.upper[chosen],
-            front.stiffness(space.nominal),
+            view.stiffness(space.nominal),
             [False] * len(chosen),
-            front.indifference,
-            front.shades,
+            view.indifference,
+            view.shades,
             stiffness_label=f"|K| at {line:g} Hz [N/mm]",
         ),
         "Best-mean: stiffness factors within their bounds. The thin bars are ranges within which "
         f"the mean level stays within {NOTICEABLE} dB.",
     )
-    rows = {name: (front.values, row) for name, row in front.picks.items()}
-    picks = front.compared({"today's": (front.baseline, 0), **rows})
-    designs = np.stack(list(front.named_designs.values()))
-    modes = front.model.statics.modes(designs)
-    picks["travel under 1 g [mm]"] = front.model.statics(designs)[:, 0]
+    rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
+    picks = view.front.compared({"today's": (view.front.baseline, 0), **rows})
+    designs = np.stack(list(view.front.named_designs.values()))
+    modes = view.model.statics.modes(designs)
+    picks["travel under 1 g [mm]"] = view.model.statics(designs)[:, 0]
     picks["lowest mode [Hz]"], picks["highest mode [Hz]"] = modes[:, 0], modes[:, -1]
     report.table(
         "picks",
         picks,
         "Named designs, verified. Travel and modes are with the stiffness at "
-        f"{front.index.frequency[0]:g} Hz, more than at rest: compare them, do not take them for "
+        f"{view.index.frequency[0]:g} Hz, more than at rest: compare them, do not take them for "
         "a static drawing.",
     )
-    table: dict[str, object] = {"stiffness": list(front.names)}
-    for name, design in front.named_designs.items():
-        table[f"{name} [N/mm]"] = front.stiffness(design)
-    for end, bound in zip(("from", "to"), front.indifference.T, strict=True):
-        table[f"{Pick.best_mean} {end} [N/mm]"] = front.stiffness(space.nominal) * bound
+    table: dict[str, object] = {"stiffness": list(view.names)}
+    for name, design in view.front.named_designs.items():
+        table[f"{name} [N/mm]"] = view.stiffness(design)
+    for end, bound in zip(("from", "to"), view.indifference.T, strict=True):
+        table[f"{Pick.best_mean} {end} [N/mm]"] = view.stiffness(space.nominal) * bound
     stiffness = pd.DataFrame(table)
     caption = f"Dynamic stiffness |K| at {line:g} Hz, mean over what a variable stands for."
     report.table("stiffness", stiffness, caption)
 
 
-def _cars(report: Report, front: MountFront) -> None:
+def _cars(report: Report, view: MountFront) -> None:
     """Show levels and peaks of every car."""
     report.section(
         "What it does in every car",
@@ -494,12 +519,18 @@ def _cars(report: Report, front: MountFront) -> None:
     )
     report.figure(
         "spl_curves",
-        lambda: front.heard(front.best, change=front.change),
+        lambda: heard(
+            view.fleet,
+            view.best,
+            vehicle_colours(view.fleet.vehicles),
+            speed_label="rotor speed [rpm]",
+            change=view.change,
+        ),
         "Today and best-mean.",
     )
-    cars = front.vehicle_table(Pick.best_mean, front.change)
+    cars = view.fleet.vehicle_table(Pick.best_mean, view.change)
     report.table("cars", cars, "Mean level of the lines over scatter, best-mean against today.")
-    peaks = front.peak_table(front.best)
+    peaks = view.fleet.peak_table(view.best)
     louder = peaks[peaks["change [dB]"] > RISE]
     caption = (
         f"Peaks of at least 6 dB prominence that rise by more than {RISE:g} dB; peaks.csv has all."
@@ -508,16 +539,16 @@ def _cars(report: Report, front: MountFront) -> None:
     report.table("peaks", peaks, "" if louder.empty else caption, shown=louder[columns])
 
 
-def _matters(report: Report, front: MountFront, options: Options) -> None:
+def _matters(report: Report, view: MountFront, options: Options) -> None:
     """Show which stiffness is worth a supplier's effort, and write the supplier's sheet."""
     report.section(
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that a stiffness is behind, alone "
         "and with others, when all vary within the bounds of the search; mean over the cars. "
-        f"{front.leading} matters most. {SHEET}.html is the page for the supplier.",
+        f"{view.leading} matters most. {SHEET}.html is the page for the supplier.",
     )
-    report.table("sobol", index_table(front.sobol, "stiffness"))
-    wanted = _requirements(front, options)
+    report.table("sobol", index_table(view.sobol, "stiffness"))
+    wanted = _requirements(view, options)
     caption = (
         "Required stiffness. Importance: share of the variance of the level within the range "
         "searched. Share of sigma: of the scatter between cars as built."
@@ -525,15 +556,15 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
     report.table("requirements", wanted, caption)
 
     cars = report.tables["cars"].drop(columns=["level before [dB(A)]", "level after [dB(A)]"])
-    conditions = _conditions(front, options)
+    conditions = _conditions(view, options)
     sheet = Report(
         "Mounts of the refrigerant compressor",
-        f"Dynamic stiffness |K| at {front.model.reference_line:g} Hz that makes "
-        f"{len(front.vehicles)} electric cars quiet, and what its tolerance costs.",
+        f"Dynamic stiffness |K| at {view.model.reference_line:g} Hz that makes "
+        f"{len(view.fleet.vehicles)} electric cars quiet, and what its tolerance costs.",
         compact=True,
     )
-    sheet.tile(f"{signed(float(front.change.mean()), 1)} dB", "first order, mean of the cars")
-    sheet.tile(front.leading, "matters most")
+    sheet.tile(f"{signed(float(view.change.mean()), 1)} dB", "first order, mean of the cars")
+    sheet.tile(view.leading, "matters most")
     sheet.section("Requirement")
     sheet.table(None, wanted, caption)
     sheet.section("Effect")
@@ -546,32 +577,32 @@ def _matters(report: Report, front: MountFront, options: Options) -> None:
     report.attach(f"{SHEET}.xlsx", book)
 
 
-def _requirements(front: MountFront, options: Options) -> pd.DataFrame:
+def _requirements(view: MountFront, options: Options) -> pd.DataFrame:
     """One row per chosen stiffness, and the places: what is wanted, and what tolerances cost."""
-    today, wanted = front.stiffness(front.robust.space.nominal), front.stiffness(front.best)
-    shares = sigma_shares(front.judge.sets[0], front.best).of_sum
+    today, wanted = view.stiffness(view.front.robust.space.nominal), view.stiffness(view.best)
+    shares = sigma_shares(view.front.judge.sets[0], view.best).of_sum
     table = pd.DataFrame(
         {
-            "requirement": list(front.names),
+            "requirement": list(view.names),
             "today [N/mm]": today,
             "wanted [N/mm]": wanted,
             "wanted / today [1]": wanted / today,
             "tolerance ± [%]": PERCENT * options.tolerance,
             "at least [N/mm]": wanted * (1 - options.tolerance),
             "at most [N/mm]": wanted * (1 + options.tolerance),
-            "importance [1]": front.sobol.total.mean(axis=1),
+            "importance [1]": view.sobol.total.mean(axis=1),
         }
     )
-    table = table.set_index("requirement").reindex(list(front.groups)).reset_index()
+    table = table.set_index("requirement").reindex(list(view.groups)).reset_index()
     table["share of sigma [%]"] = [
-        PERCENT * float(shares[columns].sum()) for columns in front.groups.values()
+        PERCENT * float(shares[columns].sum()) for columns in view.groups.values()
     ]
     return table
 
 
-def _conditions(front: MountFront, options: Options) -> pd.DataFrame:
+def _conditions(view: MountFront, options: Options) -> pd.DataFrame:
     """List under which conditions the requirement holds, and where it comes from."""
-    index = front.index
+    index = view.index
     places = "; ".join(
         f"{mount.name} " + ", ".join(f"{1e3 * value:.1f}" for value in mount.position)
         for mount in index.mounts
@@ -589,16 +620,16 @@ def _conditions(front: MountFront, options: Options) -> pd.DataFrame:
         + (batch if options.identical else ""),
         "places": f"± {options.place_tolerance:g} mm is three standard deviations",
         "travel": f"under 1 g at most {options.travel:g} times today's; reached "
-        f"{front.travel(front.best):.2f}",
+        f"{view.travel(view.best):.2f}",
         "hoses": "as identified" if options.hoses is Hoses.identified else "left out",
         "source": "study compressor_robust_front; its options are in run.json beside this sheet",
     }
     return pd.DataFrame({"condition": list(rows), "value": list(rows.values())})
 
 
-def _trust(report: Report, front: MountFront, options: Options) -> None:
+def _trust(report: Report, view: MountFront, options: Options) -> None:
     """Say what the model leaves out."""
-    running = front.model.running
+    running = view.model.running
     hoses = "Hoses are left out: theirs is a path of its own, which mounts do not change."
     if options.hoses is Hoses.identified:
         hoses = "Hoses are in as identified beams."
@@ -608,11 +639,11 @@ def _trust(report: Report, front: MountFront, options: Options) -> None:
         "Mounts keep their gain over frequency whatever their stiffness, and do not soften with "
         f"amplitude. {hoses} Holders give way as the free bodies do.",
     )
-    exact = exact_change(front.model, front.robust.space.nominal, front.best)
+    exact = exact_change(view.model, view.front.robust.space.nominal, view.best)
     if exact is not None:
         report.summary["exact_mean_change_db"] = float(np.mean(exact))
         report.text(
             "Without scatter best-mean changes the mean level by "
             f"{signed(float(np.mean(exact)), 2)} dB in the exact cars of the virtual bench, and by "
-            f"{signed(float(front.splv_change(front.best).mean()), 2)} dB in the model."
+            f"{signed(float(view.fleet.splv_change(view.best).mean()), 2)} dB in the model."
         )

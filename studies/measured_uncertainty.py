@@ -31,8 +31,8 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.common import PERCENT
 from deboom.errors import InputError
-from deboom.explore.front import replicates, verify
-from deboom.explore.robust import RobustResponse
+from deboom.explore.front import replicates, verified
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
 from deboom.files.vehicle import read_vehicle
@@ -125,7 +125,7 @@ class Model:
     """Levels of the vehicles, their errors, and the same vehicles in all load cases."""
 
     runs: Runs
-    robust: RobustResponse
+    robust: Robust
     uncertain: UncertainIndex
     every_case: Any
     inputs: tuple[Path, ...]
@@ -255,12 +255,14 @@ def _designs(model: Model, options: Options, context: RunContext | None) -> dict
                 f"run {options.front} has the variables {list(finished.model.space.names)}, this "
                 f"study {list(robust.space.names)}: take a front of the same mounts and factors"
             )
-        designs, picks = finished.designs, finished.picks
+        designs, picks = finished.designs, finished.front.picks
     else:
-        search = options.search.front(robust, options.seed, context, model.inputs)
+        search = options.search.searched(
+            robust, seed=options.seed, run=context, inputs=model.inputs
+        )
         designs = np.asarray(search.front.designs)
         judge = replicates(robust, VERIFICATION, seed=options.seed)
-        picks = pick(verify(search.front, judge))
+        picks = pick(verified(search.front, judge))
     named = {name: designs[row] for name, row in picks.items()}
     return {TODAY: np.asarray(robust.space.nominal), **named}
 

@@ -22,7 +22,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import numpy as np
 import pandas as pd
@@ -31,9 +31,10 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front, replicates, verify
-from deboom.explore.robust import RobustResponse, RobustValues, joined
+from deboom.explore.front import pareto_front
+from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import VERIFIED
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files.library_export import read_library_json
@@ -42,7 +43,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.front import Front
+from deboom.study.front import report_front
 from deboom.study.made_parts import library_parts
 from deboom.study.options import Seed
 from deboom.study.platform_model import PlatformOptions, motion_report, report_runs
@@ -50,13 +51,12 @@ from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
 from deboom.vehicles.booming_model import CatalogueModel, Motion
+from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource, Platform, Runs
 
 TODAY = "today's"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
-VERIFIED = 1024
-"""Draws of each scramble behind a verified number."""
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ class Model:
 
     runs: Runs
     catalogue: Catalogue
-    robust: RobustResponse
+    robust: Robust
 
 
 def prepare(options: Options) -> Model:
@@ -100,7 +100,7 @@ def prepare(options: Options) -> Model:
     index = catalogue_index(runs, catalogue, options.motion, outside)
     space = catalogue.space(index.variable_names, options.retuning, options.tolerance)
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
-    return Model(runs, catalogue, RobustResponse(index, space, sample))
+    return Model(runs, catalogue, Robust(index, space, sample))
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -110,9 +110,15 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if catalogue.n_sets <= options.every_set_up_to:
         sets = every_set(model, options)
     files = (*runs.platform.input_files, *catalogue.inputs)
-    search = options.search.front(robust, options.seed, context, files, title="mount selection")
-    judge = replicates(robust, VERIFIED, seed=options.seed)
-    front = Front(robust, search, search.front, judge, verify(search.front, judge))
+    front = options.search.front(
+        robust,
+        seed=options.seed,
+        run=context,
+        inputs=files,
+        verified_with=VERIFIED,
+        title="mount selection",
+    )
+    search, heard = front.search, FleetFront(front)
     n_mounts = len(catalogue.parts)
 
     named = {"today's parts": (front.baseline, 0)}
@@ -133,13 +139,14 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     half = float(robust.space.tolerance.max())
     report = Report(
         "Mounts from the catalogue",
-        f"Which parts of the catalogue make {', '.join(front.vehicles)} quiet, and keep them quiet "
-        f"when stiffnesses scatter within ±{100 * half:.0f} %?",
+        f"Which parts of the catalogue make {', '.join(front.responses)} quiet, and keep them "
+        f"quiet when stiffnesses scatter within ±{100 * half:.0f} %?",
     )
     report.explain(
         *("booming noise", "SPLV", "dynamic stiffness", "tolerance", "σ", "Pareto front")
     )
-    level = front.index.levels[0]
+    index: Any = front.model
+    level = index.levels[0]
     report.warn(
         "A direction that a part's characterisation could not identify keeps the force of today's "
         "part, and so does a line outside of the region that the part was measured in.",
@@ -184,10 +191,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{front.judge.n_samples} independent draws.",
         {"mean level [dB(A)]": 2, "change [dB]": 2, "sigma of the level [dB]": 3},
     )
-    vehicles: dict[str, object] = {"vehicle": list(front.vehicles)}
+    vehicles: dict[str, object] = {"vehicle": list(front.responses)}
     if best_set is not None:
-        vehicles["change, quietest parts as they are [dB]"] = front.splv_change(best_set)
-    vehicles["change, best-mean [dB]"] = front.splv_change(best)
+        vehicles["change, quietest parts as they are [dB]"] = heard.splv_change(best_set)
+    vehicles["change, best-mean [dB]"] = heard.splv_change(best)
     report.table("vehicles", pd.DataFrame(vehicles), "Change of the mean level without scatter.")
 
     report.section("The front", front.text)
@@ -208,14 +215,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         ),
         "Both objectives, in the draws of the search.",
     )
-    with_parts = front.table
-    columns = catalogue.columns(search.front.designs)
-    for place, (name, chosen) in enumerate(columns.items(), start=2):  # after point and pick
-        with_parts.insert(place, name, chosen)
-    report.table("convergence", front.convergence())
     report.facts["verification_draws"] = VERIFIED
-    report.table("front", with_parts)
-    report.table("designs", front.designs())
+    report_front(report, front, beside=catalogue.columns(search.front.designs))
     if sets is not None:
         on_front = {tuple(row) for row in set_front.designs.tolist()}
         table = {

@@ -32,12 +32,13 @@ from deboom.common import AXES, N_PER_MM, PERCENT, Progress
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import FoundBox, kept_offset, largest_box, tolerance_box
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import searched
 from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
+from deboom.files.platform import platform_sha256
 from deboom.measurement.uncertainty import Interval, pivotal_interval
 from deboom.plot.style import mount_colours
 from deboom.report import Report
@@ -48,7 +49,6 @@ from deboom.study.platform_model import (
     PlatformOptions,
     motion_name,
     motion_report,
-    platform_sha256,
     report_runs,
 )
 from deboom.study.progress import progress_bar
@@ -204,8 +204,14 @@ def pareto_point(model: Model, options: Options, progress: Progress) -> RealArra
             )
         return np.asarray(study.picked)
     sample = sobol_sample(space.n_variables, SEARCH_DRAWS, seed=options.seed)
-    robust = RobustResponse(model.index, space, sample)
-    search = nsga2(robust, POPULATION, GENERATIONS, seed=options.seed, progress=progress)
+    robust = Robust(model.index, space, sample)
+    search = searched(
+        robust,
+        population=POPULATION,
+        generations=GENERATIONS,
+        seed=options.seed,
+        progress=progress,
+    )
     today = robust(space.nominal[np.newaxis])
     row = pick(search.front, today).get(options.pick)
     return np.asarray(space.nominal if row is None else search.front.designs[row])

@@ -27,7 +27,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import PERCENT
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import Allocator, ToleranceEffect
@@ -88,7 +88,7 @@ class Model:
     """A platform's robust model; with --from-run also the asked design."""
 
     platform: Platform
-    robust: RobustResponse
+    robust: Robust
     inputs: tuple[Path, ...]
     runs: Runs | None = None
     made: MadeParts | None = None
@@ -296,7 +296,9 @@ def _chosen(model: Model, options: Options, context: RunContext | None) -> RealA
     if model.picked is not None:
         return model.picked
     files = (*model.inputs, *(model.made.inputs if model.made else ()))
-    front = options.search.front(model.robust, options.seed, context, files).front
+    front = options.search.searched(
+        model.robust, seed=options.seed, run=context, inputs=files
+    ).front
     nominal = model.robust.space.nominal
     row = pick(front, model.robust(nominal[np.newaxis])).get(options.pick)
     design = nominal if row is None else front.designs[row]

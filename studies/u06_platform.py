@@ -19,7 +19,8 @@ from typing import Annotated, Any
 
 from typer import Option
 
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
+from deboom.explore.search import VERIFIED
 from deboom.report import Report
 from deboom.study.correlation import (
     CorrelationStudy,
@@ -30,7 +31,6 @@ from deboom.study.correlation import (
     correlation_study,
 )
 from deboom.study.options import (
-    Aim,
     Sampler,
     Seed,
     at_least,
@@ -46,13 +46,11 @@ from deboom.study.platform_model import (
 )
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report
+from deboom.study.robust_front import PlatformFront, front_report
 from deboom.study.search import ThoroughSearchOptions
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.vehicles.platform import Runs
 
-VERIFIED = 1024
-"""Draws of each scramble behind the verified front."""
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
@@ -106,7 +104,7 @@ class Model:
     everyone: Runs
     everyone_index: Any
     runs: Runs
-    robust: RobustResponse
+    robust: Robust
 
 
 def prepare(options: Options) -> Model:
@@ -116,7 +114,7 @@ def prepare(options: Options) -> Model:
     index = options.motion.model(runs)
     space = factor_space(index.variable_names, options.bounds, options.tolerance)
     sample = tolerance_sample(Sampler.sobol, space.n_variables, options.samples, seed=options.seed)
-    robust = robust_response(index, space, sample, Aim.mean)
+    robust = robust_response(index, space, sample)
     return Model(everyone, options.motion.model(everyone), runs, robust)
 
 
@@ -126,12 +124,15 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     index: Any = model.robust.evaluate
     fleet = fleet_doe(model, options)
     vehicles = within_group(fleet, runs, index)
-    found = options.search.verified(
-        model.robust, options.seed, context, platform.input_files, draws=VERIFIED
+    front = options.search.verified(
+        model.robust,
+        seed=options.seed,
+        run=context,
+        inputs=platform.input_files,
+        verified_with=VERIFIED,
     )
-    front = RobustFront(
-        *(found.robust, found.search, found.searched, found.judge, found.values),
-        note=found.note,
+    view = PlatformFront(
+        front=front,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),
     )
@@ -149,7 +150,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         parts["DOE and groups"] = correlation_report(fleet)
     if vehicles is not None and vehicles.names != fleet_names:
         parts["Vehicles"] = correlation_report(vehicles)
-    parts["Front"] = front_report(front)
+    parts["Front"] = front_report(view)
     parts["Sensitivity"] = sensitivity_report(ranked)
     names = _names(parts)
 

@@ -16,6 +16,7 @@ seconds_both_searches.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 from typing import Annotated
 
@@ -23,9 +24,10 @@ import numpy as np
 from typer import Option
 
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.result import Front
+from deboom.explore.robust import DesignLimits, Robust
+from deboom.explore.search import VERIFIED
 from deboom.report import Report
-from deboom.study.front import Front
 from deboom.study.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.study.platform_model import (
@@ -35,13 +37,10 @@ from deboom.study.platform_model import (
     report_runs,
 )
 from deboom.study.result import RunContext
-from deboom.study.robust_front import RobustFront, front_report
-from deboom.study.search import MountLimits, ThoroughSearchOptions, mount_limits, report_limits
+from deboom.study.robust_front import PlatformFront, front_report
+from deboom.study.search import ThoroughSearchOptions, mount_limits, report_limits
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
-
-VERIFIED = 1024
-"""Draws of each scramble behind a verified number."""
 
 
 @dataclass(frozen=True)
@@ -79,9 +78,9 @@ class Model:
 
     runs: Runs
     made: MadeParts
-    robust: RobustResponse
-    prescribed: RobustResponse | None
-    limits: MountLimits
+    robust: Robust
+    prescribed: Robust | None
+    limits: DesignLimits | None
 
 
 def prepare(options: Options) -> Model:
@@ -91,8 +90,13 @@ def prepare(options: Options) -> Model:
     made = options.scatter.made(index.variable_names)
     samples = options.scatter.samples
     sample = tolerance_sample(options.sampler, made.n_draws, samples, seed=options.seed)
-    aims = (options.objective, options.nominal_mean, options.control_variate)
-    robust = made.response(index, sample, *aims)
+    robust = made.response(
+        index,
+        sample,
+        aim=options.objective,
+        nominal_mean=options.nominal_mean,
+        control_variate=options.control_variate,
+    )
     limits = mount_limits(options.limits, runs, robust, options.motion.factor)
     prescribed = None
     if index.motion is not Motion.prescribed:
@@ -103,24 +107,33 @@ def prepare(options: Options) -> Model:
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, verify and report."""
-    inputs = (*model.runs.platform.input_files, *model.limits.inputs, *model.made.inputs)
-    asked = (options.seed, context, inputs, model.limits, VERIFIED)
+    limits = model.limits
+    of_limits = limits.inputs if limits else ()
+    inputs = (*model.runs.platform.input_files, *of_limits, *model.made.inputs)
+    search = partial(
+        options.search.verified,
+        seed=options.seed,
+        run=context,
+        inputs=inputs,
+        limits=limits,
+        verified_with=VERIFIED,
+    )
     prescribed: Front | None = None
     begin = None
     if model.prescribed is not None:
-        prescribed = options.search.verified(model.prescribed, *asked, name="prescribed")
+        prescribed = search(model.prescribed, name="prescribed")
         begin = np.unique(np.stack(list(prescribed.pick_designs.values())), axis=0)
-    found = options.search.verified(model.robust, *asked, begin=begin)
-    front = RobustFront(
-        *(found.robust, found.search, found.searched, found.judge, found.values, found.note),
+    front = search(model.robust, begin=begin)
+    view = PlatformFront(
+        front=front,
         runs=model.runs,
         every=in_all_load_cases(
             options.platform, model.runs, options.motion, loss_factors=options.loss_factors
         ),
         prescribed=prescribed,
     )
-    report = front_report(front)
-    report_limits(report, model.limits, front.search, front.named_designs)
+    report = front_report(view)
+    report_limits(report, limits, front.search, front.named_designs)
     report_parts(report, model.made)
     report_runs(report, model.runs)
     return report

@@ -7,13 +7,16 @@ of two seeds are neighbours. Searches fork on the last bits of a processor: on a
 pairs differed really. All ten of each together differ by three times their noise on both.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
+
+import pandas as pd
 
 from claims import Claim, at_least, draws
 from deboom.explore.front import FrontVerdict
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.search import nsga2
+from deboom.files.front_table import FrontTable
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
 from deboom.study.compare import Comparison, JudgedRun, judged
@@ -58,6 +61,13 @@ def claims() -> list[Claim]:
     ]
 
 
+@dataclass(frozen=True)
+class Searched:
+    """What a study of such a front would prepare."""
+
+    robust: Robust
+
+
 def _runs() -> list[ComparedRun]:
     platform = read_platform(PLATFORM)
     runs = platform.runs(fleet=platform.fleet.group("U06"))
@@ -67,11 +77,13 @@ def _runs() -> list[ComparedRun]:
     for sampler in (Sampler.sobol, Sampler.fresh):
         for seed in SEEDS:
             sample = tolerance_sample(sampler, space.n_variables, DRAWS, seed=seed)
-            model = RobustResponse(index, space, sample)
+            model = Robust(index, space, sample)
             search = nsga2(model, DESIGNS, GENERATIONS, seed=seed)
             record = {"seed": seed, "arguments": {"sampler": sampler.value}}
             entry = RunEntry(Path("search", f"{sampler.value}{seed}"), record)
-            found.append(ComparedRun(entry, model, search.front.designs, search.hypervolume, False))
+            rows = pd.DataFrame(search.front.designs, columns=list(space.labels))
+            front = FrontTable(rows, space.labels, search.hypervolume)
+            found.append(ComparedRun(entry=entry, prepared=Searched(model), front=front))
     return found
 
 

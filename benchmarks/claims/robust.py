@@ -14,7 +14,7 @@ import numpy as np
 
 from claims import Claim, at_most
 from deboom.explore.moments import Estimator
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space
 from deboom.files.platform import read_platform
@@ -46,9 +46,9 @@ def claims() -> list[Claim]:
     rows = []
     for name, estimator in ESTIMATORS.items():
         relative = [
-            RobustResponse(
-                index, space, sobol_sample(space.n_variables, seed=seed), estimator=estimator
-            )(designs).sigma
+            Robust(index, space, sobol_sample(space.n_variables, seed=seed), estimator=estimator)(
+                designs
+            ).sigma
             / truth
             - 1.0
             for seed in range(1, 5)

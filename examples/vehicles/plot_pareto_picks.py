@@ -29,10 +29,11 @@ quietest = front.pick_designs["best-mean"]
 asked = {
     name: round(float(x), 2) for name, x in zip(front.variables, quietest, strict=True) if x != 1
 }
-change = front.splv_change(quietest)
+today, quiet = model(np.stack([robust.space.nominal, quietest]))
+change = (quiet - today) / model.n_lines
 print(asked)
 print(
-    {name: round(float(x), 2) for name, x in zip(front.vehicles, change, strict=True)},
+    {name: round(float(x), 2) for name, x in zip(front.responses, change, strict=True)},
     "dB per line",
 )
 

@@ -23,7 +23,7 @@ robust = deboom.Robust(model, space, draws=64, seed=1)
 result = minimize(deboom.RobustProblem(robust), NSGA2(40), ("n_gen", 30), seed=1)
 
 # %%
-# `deboom.search` keeps every evaluation of the same search, and evaluates the front again with
+# `deboom.search` does the same, lets the picks go on by gradient, and evaluates the front with
 # draws that the search has not seen.
 
 front = deboom.search(robust, population=40, generations=30, seed=1, verified_with=256)

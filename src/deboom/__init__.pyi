@@ -10,7 +10,11 @@ from .explore.box import BoxQuestion as BoxQuestion
 from .explore.correlation import correlation as correlation
 from .explore.doe import doe as doe
 from .explore.largest_box import largest_box as largest_box
+from .explore.result import compare as compare
+from .explore.result import verify as verify
+from .explore.robust import Robust as Robust
 from .explore.search import RobustProblem as RobustProblem
+from .explore.search import search as search
 from .explore.sensitivity import morris as morris
 from .explore.sensitivity import sobol as sobol
 from .explore.space import DesignSpace as DesignSpace
@@ -25,6 +29,7 @@ from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test
 from .files.platform import read_platform as read_platform
+from .files.run_folder import read_run as read_run
 from .files.uff import read_uff as read_uff
 from .measurement.channels import Frf as Frf
 from .measurement.channels import Spectrum as Spectrum
@@ -44,10 +49,6 @@ from .mounts.characterise import characterise as characterise
 from .mounts.library import open_library as open_library
 from .mounts.response_surface import DynamicStiffnessSurface as DynamicStiffnessSurface
 from .mounts.response_surface import compare_models as compare_models
-from .notebook import Robust as Robust
-from .notebook import compare as compare
-from .notebook import search as search
-from .notebook import verify as verify
 from .physics.elastic_centre import centre_of_stiffness as centre_of_stiffness
 from .physics.elastic_centre import dynamic_centre_of_stiffness as dynamic_centre_of_stiffness
 from .physics.sound_level import spl as spl

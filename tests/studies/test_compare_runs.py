@@ -23,9 +23,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from deboom.explore.front import replicates, verify
+from deboom.explore.front import replicates, verified as verified_values
 from known_truth import quad2
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space
 from deboom.report import Report
@@ -43,19 +43,21 @@ class Options:
 
 @dataclass(frozen=True)
 class Model:
-    robust: RobustResponse
+    robust: Robust
 
 
 def prepare(options):
     model = quad2(options.springs, seed=1)
     space = stiffness_factor_space(model.variable_names, tolerance=options.tolerance)
-    return Model(RobustResponse(model, space, sobol_sample(options.springs, 32, seed=options.seed)))
+    return Model(Robust(model, space, sobol_sample(options.springs, 32, seed=options.seed)))
 
 
 def run(model, options, context=None):
     files = (options.platform / "platform.toml", options.platform / "masses.csv")
-    search = options.search.front(model.robust, options.seed, context, files)
-    verified = verify(search.front, replicates(model.robust, 1024, seed=options.seed))
+    search = options.search.searched(
+        model.robust, seed=options.seed, run=context, inputs=files
+    )
+    verified = verified_values(search.front, replicates(model.robust, 1024, seed=options.seed))
     sums = {
         "SPLV mean sum [dB(A)]": verified.mean_sum,
         "SPLV sigma sum [dB]": verified.sigma_sum,
@@ -186,7 +188,7 @@ def test_runs_are_named_by_options_that_their_study_has():
     for study, options, _ in asked:
         record = {"seed": 1, "arguments": options, "facts": {"motion": "coupled"}}
         entry = RunEntry(Path(study) / "run", record)
-        runs.append(ComparedRun(entry, *[None] * 4))
+        runs.append(ComparedRun(entry=entry, prepared=None, front=None))
     assert configuration_names(runs) == [name for *_, name in asked]
 
 

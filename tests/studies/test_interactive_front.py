@@ -14,6 +14,7 @@ from interactive_front_samples import data_of
 from command_line import call
 from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.files.run_folder import read_run
 from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
 from deboom.study.interactive_front import interactive_front, overlaid, write_interactive_page
@@ -72,10 +73,11 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
     axes = {axis["name"]: axis for axis in data["axes"]}
     losses = [f"{name} loss" for name in VARIABLES]
     assert list(axes) == [*VARIABLES, *losses, "mean level", "σ", *(f"{v} level" for v in VEHICLES)]
-    designs, front, stiffness, per_vehicle = (
-        pd.read_csv(folder / f"{stem}.csv")
-        for stem in ("designs", "front", "stiffness", "per_vehicle")
+    front, stiffness, per_vehicle = (
+        pd.read_csv(folder / f"{stem}.csv") for stem in ("front", "stiffness", "per_vehicle")
     )
+    table = read_run(folder).front
+    designs = table.rows[list(table.variables)]
     n, tried = len(designs), pd.read_csv(folder / "evaluated.csv")
     searched = tried["mean level in search [dB(A)]"]
     np.testing.assert_allclose(axes["mean level"]["values"][n:], searched, rtol=1e-6)
@@ -111,7 +113,7 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
 def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, tmp_path):
     page = write_interactive_page(folder, studies=STUDIES, out=tmp_path, beside=folder)
     data = data_of(page.read_text(encoding="utf-8"))
-    n = len(pd.read_csv(folder / "designs.csv"))
+    n = len(read_run(folder).front.rows)
     assert data["runs"] == [0] * n + [1] * n
     values = data["axes"][0]["values"]
     assert values[:n] == values[n : 2 * n]

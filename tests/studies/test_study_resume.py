@@ -18,7 +18,7 @@ import command_line
 from command_line import call
 from deboom.errors import InputError
 from deboom.explore import workers
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
@@ -285,7 +285,7 @@ distributed = pytest.importorskip("distributed")
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
-ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
+ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 
 
 @pytest.fixture(scope="module")

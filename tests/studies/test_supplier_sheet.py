@@ -19,10 +19,10 @@ from deboom.choices import Language, Pick
 from deboom.errors import InputError
 from deboom.explore.scatter import capability
 from deboom.files import acceptance
+from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
 from deboom.study import supplier_numbers, supplier_study
-from deboom.study.platform_model import platform_sha256
 from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
 from deboom.study.supplier_page import documents, middle_design
 from deboom.study.supplier_sheet import (

@@ -9,6 +9,7 @@ import pytest
 
 from deboom.choices import Pick
 from deboom.errors import InputError
+from deboom.files.run_folder import read_run
 from deboom.study.made_parts import target_limits, tolerance_cost
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
@@ -59,8 +60,7 @@ def test_a_design_of_a_finished_run_keeps_the_runs_parts(tmp_path, quick_front):
     budget = {**search, "parts": PARTS, "motion": Motion.prescribed}
     run = run_study(quick_front, tmp_path, budget)
     model = STUDY.model({"from_run": run, "point": 2})
-    table = pd.read_csv(run / "designs.csv")
-    np.testing.assert_array_equal(model.picked, table.to_numpy()[1, 1:])
+    np.testing.assert_array_equal(model.picked, read_run(run).front.designs[1])
     assert model.robust.structure is not None
     assert model.made is model.runs is None
     with pytest.raises(InputError, match="has its own parts"):

@@ -20,10 +20,12 @@ from deboom.explore.front import (
     search_bias,
     thinned,
     unbeaten,
-    verify,
+)
+from deboom.explore.front import (
+    verified as verified_values,
 )
 from deboom.explore.moments import Estimator
-from deboom.explore.robust import RobustResponse, RobustValues
+from deboom.explore.robust import Robust, RobustValues
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
@@ -98,7 +100,7 @@ def rising(designs):
 
 def robust(function=rising, sampler=None, nominal_mean=False):
     model = ResponseFunction(function, ("a", "b"), ("u", "v"), "dB")
-    return RobustResponse(model, SPACE, sampler or sobol_sample(2, 64, seed=1), nominal_mean)
+    return Robust(model, SPACE, sampler or sobol_sample(2, 64, seed=1), nominal_mean)
 
 
 def searched(response, n=200):
@@ -108,7 +110,7 @@ def searched(response, n=200):
 
 def test_verification_uses_draws_of_its_own_and_keeps_the_rows():
     front = searched(robust())
-    verified = verify(front, replicates(robust(), 256, seed=1))
+    verified = verified_values(front, replicates(robust(), 256, seed=1))
     np.testing.assert_array_equal(verified.designs, front.designs)
     purposes = ["verification sample", *(f"verification sample, set {n}" for n in (2, 3, 4))]
     sigma = np.stack(
@@ -140,13 +142,13 @@ def test_a_thinned_front_keeps_its_ends_and_its_spacing():
 def test_verification_keeps_the_meaning_of_the_mean():
     nominal = robust(nominal_mean=True)
     front = searched(nominal)
-    assert search_bias(front, verify(front, replicates(nominal, 64, seed=1)))[0] == 0.0
+    assert search_bias(front, verified_values(front, replicates(nominal, 64, seed=1)))[0] == 0.0
 
 
 def test_a_front_without_scatter_has_no_bias():
     response = replace(robust(), space=replace(SPACE, tolerance=np.zeros(2)))
     front = searched(response)
-    assert search_bias(front, verify(front, replicates(response, 64, seed=1)))[1] == 0.0
+    assert search_bias(front, verified_values(front, replicates(response, 64, seed=1)))[1] == 0.0
 
 
 def test_a_design_that_fails_under_the_new_draws_is_left_out_and_counted_as_beaten():
@@ -155,7 +157,7 @@ def test_a_design_that_fails_under_the_new_draws_is_left_out_and_counted_as_beat
 
     front = pareto_front(values([[1.0, 2.0], [2.0, 1.0]], [[0.9, 1.1], [1.2, 1.1]]))
     judge = replicates(robust(narrow), 1024, seed=1)
-    verified = verify(front, judge)
+    verified = verified_values(front, judge)
     np.testing.assert_array_equal(verified.failed, [False, True])
     np.testing.assert_array_equal(unbeaten(verified), [True, False])
     assert np.all(np.isfinite(search_bias(front, verified)))
@@ -166,7 +168,7 @@ def test_a_front_that_fails_altogether_is_refused():
     front = searched(robust())
     broken = robust(lambda designs: np.full((len(designs), 2), np.nan))
     with pytest.raises(InputError, match="none of the"):
-        verify(front, replicates(broken, 64, seed=1))
+        verified_values(front, replicates(broken, 64, seed=1))
 
 
 STAIRS = np.array([[0.0, 2.0], [1.0, 1.0], [2.0, 0.0]])
@@ -311,7 +313,7 @@ def test_back_to_nominal():
 
 def exact(function, n_responses=2):
     exact = replace(FOUR, tolerance=np.zeros(4))
-    return RobustResponse(model(function, n_responses), exact, sobol_sample(4, 2, seed=1))
+    return Robust(model(function, n_responses), exact, sobol_sample(4, 2, seed=1))
 
 
 def steep_flat_none_oneway(designs):
@@ -382,7 +384,7 @@ def robust_of(make, **changes):
     problem = make(6, seed=1)
     space = stiffness_factor_space(problem.variable_names)
     sample = changes.pop("sample", sobol_sample(6, 64, seed=1))
-    return RobustResponse(problem, space, sample, **changes)
+    return Robust(problem, space, sample, **changes)
 
 
 @BOTH

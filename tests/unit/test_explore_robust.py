@@ -8,9 +8,10 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import space as seam
-from deboom.explore.front import nondominated, pareto_front, replicates, verify
+from deboom.explore.front import nondominated, pareto_front, replicates
+from deboom.explore.front import verified as verified_values
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
-from deboom.explore.robust import Limit, LimitedResponse, Limits, RobustResponse, sigma_shares
+from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, sigma_shares
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSample,
@@ -40,7 +41,7 @@ def test_statistics_by_hand():
     design = np.array([0.9, 1.1])
     made = design * (1.0 + 0.05 * DRAWS.values)
     answers = np.array([linear(row[None, :])[0] for row in made])
-    values = RobustResponse(model(), SPACE, DRAWS)(design[None, :])
+    values = Robust(model(), SPACE, DRAWS)(design[None, :])
     np.testing.assert_allclose(values.mean[0], answers.mean(axis=0), rtol=1e-14)
     np.testing.assert_allclose(values.sigma[0], answers.std(axis=0, ddof=1), rtol=1e-13)
     np.testing.assert_allclose(values.mean_sum[0], answers.mean(axis=0).sum(), rtol=1e-14)
@@ -59,7 +60,7 @@ def test_standard_error_of_sigma_by_hand():
     draws = ToleranceSample(answers[:, None], "by hand", seed=1)
     space = stiffness_factor_space(("a",), tolerance=0.3)
     one = ResponseFunction(lambda designs: designs, ("a",), ("u",), "1")
-    values = RobustResponse(one, space, draws)(np.array([[1.0]]))
+    values = Robust(one, space, draws)(np.array([[1.0]]))
     made = 1.0 + 0.1 * answers
     variance = made.var(ddof=1)
     influence = ((made - made.mean()) ** 2 - variance) / (2.0 * np.sqrt(variance))
@@ -72,8 +73,8 @@ def test_standard_errors_honour_the_correlation_of_the_responses():
     sample = sobol_sample(2, 64, seed=1)
     same = model(lambda designs: np.repeat(linear(designs)[:, :1], 2, axis=1))
     alone = model(lambda designs: linear(designs)[:, :1], responses=("u",))
-    twice = RobustResponse(same, SPACE, sample)(SPACE.nominal[None, :])
-    once = RobustResponse(alone, SPACE, sample)(SPACE.nominal[None, :])
+    twice = Robust(same, SPACE, sample)(SPACE.nominal[None, :])
+    once = Robust(alone, SPACE, sample)(SPACE.nominal[None, :])
     for name in ("standard_error_mean_sum", "standard_error_sigma_sum"):
         np.testing.assert_allclose(getattr(twice, name), 2.0 * getattr(once, name), rtol=1e-12)
 
@@ -82,8 +83,8 @@ def test_nominal_mean_is_the_response_of_the_design_itself():
     sample = sobol_sample(2, 64, seed=1)
     curved = model(lambda designs: 100.0 * designs**2)
     design = np.array([[0.9, 1.1]])
-    over_sample = RobustResponse(curved, SPACE, sample)(design)
-    nominal = RobustResponse(curved, SPACE, sample, nominal_mean=True)(design)
+    over_sample = Robust(curved, SPACE, sample)(design)
+    nominal = Robust(curved, SPACE, sample, nominal_mean=True)(design)
     np.testing.assert_allclose(nominal.mean, 100.0 * design**2, rtol=1e-15)
     assert np.all(over_sample.mean > nominal.mean)  # curvature lifts the mean
     np.testing.assert_array_equal(over_sample.sigma, nominal.sigma)
@@ -93,7 +94,7 @@ def test_nominal_mean_is_the_response_of_the_design_itself():
 @pytest.mark.parametrize("sampler", [sobol_sample(2, 32, seed=1), FreshGaussianSampler(2, seed=1)])
 def test_a_design_has_the_same_values_in_any_batch(sampler):
     designs = 0.8 + 0.4 * np.random.default_rng(1).random((7, 2))
-    robust = RobustResponse(model(), SPACE, sampler)
+    robust = Robust(model(), SPACE, sampler)
     whole = robust(designs)
     backwards = robust(designs[::-1])
     for name in ("mean", "sigma", "standard_error_sigma_sum"):
@@ -133,9 +134,9 @@ def overflows(designs):
 def test_a_design_that_cannot_be_computed_is_flagged_and_spoils_no_other(function, nominal_mean):
     designs = np.array([[0.8, 1.0], [1.2, 1.0], [0.82, 1.0]])
     sample = sobol_sample(2, 32, seed=1)
-    values = RobustResponse(model(function), SPACE, sample, nominal_mean)(designs)
+    values = Robust(model(function), SPACE, sample, nominal_mean)(designs)
     np.testing.assert_array_equal(values.failed, [False, True, False])
-    good = RobustResponse(model(), SPACE, sample, nominal_mean)(designs)
+    good = Robust(model(), SPACE, sample, nominal_mean)(designs)
     for name in ("mean", "sigma", "mean_sum", "sigma_sum", "standard_error_sigma_sum"):
         column = getattr(values, name)
         assert np.all(np.isnan(column[1]))
@@ -143,7 +144,7 @@ def test_a_design_that_cannot_be_computed_is_flagged_and_spoils_no_other(functio
 
 
 def test_what_is_left_of_a_design_that_fails_in_some_draws():
-    robust = RobustResponse(model(not_a_number), SPACE, sobol_sample(2, 32, seed=1))
+    robust = Robust(model(not_a_number), SPACE, sobol_sample(2, 32, seed=1))
     design = np.array([0.99, 1.0])
     assert robust(design[np.newaxis]).failed[0]
     made = robust.made(design)
@@ -154,7 +155,7 @@ def test_what_is_left_of_a_design_that_fails_in_some_draws():
     assert mean == pytest.approx(linear(made[computed]).mean(axis=0).sum())
     assert robust.survivors(np.array([0.7, 1.0]))[0] == 0.0
     for function in (singular, lambda designs: designs * np.nan):
-        share, mean = RobustResponse(model(function), SPACE, robust.sample).survivors(design + 0.2)
+        share, mean = Robust(model(function), SPACE, robust.sample).survivors(design + 0.2)
         assert share == 1.0
         assert np.isnan(mean)
 
@@ -164,7 +165,7 @@ def test_a_mistake_in_the_model_is_not_taken_for_a_failed_design():
         return designs["a"]
 
     with pytest.raises(IndexError):
-        RobustResponse(model(mistaken), SPACE, DRAWS)(np.ones((1, 2)))
+        Robust(model(mistaken), SPACE, DRAWS)(np.ones((1, 2)))
 
 
 def test_the_example_of_the_seam_holds():
@@ -188,7 +189,7 @@ def parabola(designs):
 
 def response(function, sample, estimator, **changes):
     model = ResponseFunction(function, NAMES, ("y1", "y2"), "1")
-    return RobustResponse(model, SPACE_2, sample, estimator=estimator, **changes)
+    return Robust(model, SPACE_2, sample, estimator=estimator, **changes)
 
 
 @pytest.mark.parametrize("degree", [1, 2])
@@ -285,7 +286,7 @@ def test_shares_of_nothing():
 
 MODEL = quad2(4, seed=1)
 SPACE_3 = stiffness_factor_space(MODEL.variable_names)
-ROBUST = RobustResponse(MODEL, SPACE_3, sobol_sample(4, 64, seed=1))
+ROBUST = Robust(MODEL, SPACE_3, sobol_sample(4, 64, seed=1))
 VALUES = np.column_stack([np.arange(1.0, 101.0), np.arange(100.0, 0.0, -1.0) * 2.0])
 MOMENTS = (VALUES.mean(axis=0), VALUES.std(axis=0))
 
@@ -325,7 +326,7 @@ def test_a_search_minimises_what_it_is_asked_for():
     np.testing.assert_array_equal(front.objectives[:, 0], front.mean.max(axis=1))
     default = nsga2(ROBUST, 20, 15, seed=1).front
     assert front.objectives[:, 0].min() < default.mean.max(axis=1).min()
-    verified = verify(front, replicates(robust, 256, seed=1))
+    verified = verified_values(front, replicates(robust, 256, seed=1))
     np.testing.assert_array_equal(verified.objectives[:, 0], verified.mean.max(axis=1))
 
 
@@ -380,15 +381,15 @@ def test_fronts_leave_out_what_misses_a_limit():
     ("make", "sentence"),
     [
         (
-            lambda: RobustResponse(model(lambda x: x[:, 0]), SPACE, DRAWS)(np.ones((1, 2))),
+            lambda: Robust(model(lambda x: x[:, 0]), SPACE, DRAWS)(np.ones((1, 2))),
             r"ResponseFunction gave .* \(3,\) .* return shape \(3, 2",
         ),
         (
-            lambda: RobustResponse(model(), stiffness_factor_space(("b", "a")), DRAWS),
+            lambda: Robust(model(), stiffness_factor_space(("b", "a")), DRAWS),
             "same names in the same order",
         ),
         (
-            lambda: RobustResponse(model(), SPACE, sobol_sample(3, 32, seed=1)),
+            lambda: Robust(model(), SPACE, sobol_sample(3, 32, seed=1)),
             "3 columns for 2 draws of 2 design variables",
         ),
         (lambda: Estimator(3), "degree is 3"),

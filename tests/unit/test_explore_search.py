@@ -15,7 +15,7 @@ from pymoo.optimize import minimize
 from deboom.errors import InputError
 from deboom.explore import search as door
 from deboom.explore.front import hypervolume, nondominated, pareto_front
-from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustResponse
+from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustEvaluation
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import FAILED_OBJECTIVE, RobustProblem, merge, nsga2
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
@@ -24,13 +24,13 @@ from known_truth import quad2
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
 SAMPLE = sobol_sample(4, 16, seed=1)
-ROBUST = RobustResponse(MODEL, SPACE, SAMPLE)
+ROBUST = Robust(MODEL, SPACE, SAMPLE)
 FIRST = np.linspace(0.8, 1.2, 32).reshape(8, 4)
 
 
 def with_function(function):
     model = ResponseFunction(function, MODEL.variable_names, MODEL.response_names, "1")
-    return RobustResponse(model, SPACE, SAMPLE)
+    return Robust(model, SPACE, SAMPLE)
 
 
 def fails_where_it_is_best(designs):
@@ -53,7 +53,7 @@ def limited(sum_at_most=4.1, first=(0.95, 1.05), function=total, **changes):
     return LimitedResponse(ROBUST, response, limits, **changes)
 
 
-class _Recording(Robust):
+class _Recording(RobustEvaluation):
     """A robust response that remembers what it was asked, and stops when told to."""
 
     def __init__(self, robust, stop_at=None):
@@ -275,7 +275,7 @@ def test_what_was_kept_of_another_search_is_refused_by_name(changes, words):
     nsga2(ROBUST, generations=2, **asked)
     names = changes.pop("names", SPACE.names)
     model = ResponseFunction(MODEL, names, MODEL.response_names, "1")
-    robust = RobustResponse(model, stiffness_factor_space(names), SAMPLE)
+    robust = Robust(model, stiffness_factor_space(names), SAMPLE)
     if "population" in changes:
         changes = {**changes, "first_population": np.tile(FIRST, (3, 1))}
     with pytest.raises(InputError, match=words):
@@ -366,7 +366,7 @@ MIXED_SPACE = DesignSpace(
     tolerance=np.array([0, 0, 0, 0.15, 0.15]),
     integer=np.array([True, True, True, False, False]),
 )
-MIXED = RobustResponse(
+MIXED = Robust(
     ResponseFunction(levels, MIXED_SPACE.names, ("one", "two"), "1"),
     MIXED_SPACE,
     sobol_sample(5, 16, seed=1),

@@ -8,7 +8,7 @@ import pytest
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.moments import Estimator
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     PartNumber,
@@ -56,7 +56,7 @@ def linear_allocator(slopes, weight, lower=0.001, upper=0.9, structure=None):
     k = len(model.variable_names)
     n_draws = structure.n_draws if structure else k
     space = stiffness_factor_space(model.variable_names)
-    robust = RobustResponse(
+    robust = Robust(
         model,
         space,
         sobol_sample(n_draws, 128, seed=1),
@@ -137,7 +137,7 @@ def test_gradients_by_the_tolerance_are_those_of_differences(estimator):
     structure = ToleranceStructure(names, np.linalg.cholesky(correlation), tuple("abcd"))
     sample = sobol_sample(structure.n_draws, 64, seed=1)
     space = stiffness_factor_space(names)
-    robust = RobustResponse(model, space, sample, estimator=estimator, structure=structure)
+    robust = Robust(model, space, sample, estimator=estimator, structure=structure)
     effect = ToleranceEffect(robust, np.array([0.9, 1.1, 1.0, 0.85]))
     tolerance = np.array([0.1, 0.15, 0.2, 0.12])
     here, step = effect.at(tolerance), 1e-6
@@ -316,13 +316,13 @@ def test_structures_that_do_not_fit_are_refused():
     space = stiffness_factor_space(NAMES)
     model = ResponseFunction(sum_of_all, NAMES, ("y",), "1")
     with pytest.raises(InputError, match="4 columns for 6 draws"):
-        RobustResponse(model, space, sobol_sample(4, seed=1), structure=structure)
+        Robust(model, space, sobol_sample(4, seed=1), structure=structure)
     wide = replace(space, tolerance=np.full(4, 0.75))
     with pytest.raises(InputError, match="could change its sign"):
-        RobustResponse(model, wide, sobol_sample(6, seed=1), structure=structure)
+        Robust(model, wide, sobol_sample(6, seed=1), structure=structure)
     other = ToleranceStructure(tuple("abcd"), np.eye(4), tuple("abcd"))
     with pytest.raises(InputError, match="same names in the same order"):
-        RobustResponse(model, space, sobol_sample(4, seed=1), structure=other)
+        Robust(model, space, sobol_sample(4, seed=1), structure=other)
 
 
 SIX = tuple(f"{mount} {axis}" for mount in ("EnM", "GeM", "Du") for axis in "xz")
@@ -352,7 +352,7 @@ def test_sigma_of_a_linear_response_is_the_closed_form():
     structure = part_structure(SIX, PARTS)
     slope = np.array([1.0, -2.0, 0.5, 3.0, 2.0, -1.0])
     space = replace(stiffness_factor_space(SIX), tolerance=np.linspace(0.06, 0.18, 6))
-    robust = RobustResponse(
+    robust = Robust(
         ResponseFunction(lambda designs: (designs @ slope)[:, None], SIX, ("level",), "dB"),
         space,
         sobol_sample(structure.n_draws, 128, seed=1),

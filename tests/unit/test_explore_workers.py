@@ -12,7 +12,7 @@ from threadpoolctl import threadpool_info
 
 from deboom.errors import InputError
 from deboom.explore import workers
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
@@ -21,7 +21,7 @@ from known_truth import quad2
 
 MODEL = quad2(4, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
-ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(4, 16, seed=1))
+ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
 
 
 def same(one, other):
@@ -83,7 +83,7 @@ class _Deadly:
 def test_workers_that_always_die_end_the_search_with_a_sentence(monkeypatch):
     monkeypatch.setattr(workers, "ATTEMPTS", 2)
     space = stiffness_factor_space(("x1",))
-    deadly = RobustResponse(_Deadly(), space, sobol_sample(1, 2, seed=1))
+    deadly = Robust(_Deadly(), space, sobol_sample(1, 2, seed=1))
     with (
         workers_for(deadly, workers=2) as pooled,
         pytest.raises(InputError, match="have died 2 times in a row"),

@@ -62,6 +62,13 @@ def test_import_loads_nothing_heavy():
     assert done.stdout.strip() == "[]"
 
 
+def test_no_name_needs_the_command_line():
+    code = "import sys, deboom; [getattr(deboom, name) for name in deboom.__all__]"
+    code += "; print('typer' in sys.modules)"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
+
+
 @pytest.fixture(scope="module")
 def platform():
     return deboom.read_platform("u06")
@@ -77,7 +84,11 @@ def test_the_lines_of_the_readme(model):
     robust = deboom.Robust(model, space, draws=16, seed=1)
     front = deboom.search(robust, population=8, generations=3, seed=1, verified_with=32)
     own = minimize(deboom.RobustProblem(robust), NSGA2(8), ("n_gen", 3), seed=1)
-    assert own.F.min(axis=0) == pytest.approx(front.search.front.objectives.min(axis=0))
+    plain = deboom.search(
+        robust, population=8, generations=3, seed=1, verified_with=32, polish=False, shown=None
+    )
+    assert own.F.min(axis=0) == pytest.approx(plain.searched.objectives.min(axis=0))
+    assert np.all(front.searched.objectives.min(axis=0) < own.F.min(axis=0))  # by gradient
     mean = "mean per line and vehicle [dB(A)]"
     share = front.table[mean] * model.n_lines * len(model.response_names)
     assert share.to_numpy() == pytest.approx(front.table["SPLV mean sum [dB(A)]"].to_numpy())

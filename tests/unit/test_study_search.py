@@ -6,37 +6,41 @@ import numpy as np
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore.front import pareto_front, replicates, verify
-from deboom.explore.robust import RobustResponse
+from deboom.explore.front import pareto_front, replicates, verified
+from deboom.explore.result import Front
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
-from deboom.explore.search import nsga2
+from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from deboom.study.front import Front
 from deboom.study.options import Aim, robust_response
-from deboom.study.search import ThoroughSearchOptions, robust_search
+from deboom.study.search import ThoroughSearchOptions
 from known_truth import quad2
 
 MODEL = quad2(5, seed=1)
 SPACE = stiffness_factor_space(MODEL.variable_names)
-ROBUST = RobustResponse(MODEL, SPACE, sobol_sample(5, 32, seed=1))
+ROBUST = Robust(MODEL, SPACE, sobol_sample(5, 32, seed=1))
 
 
-def silent(*_):
-    """Show no progress."""
+def found(searches=1):
+    return searched(ROBUST, population=12, generations=5, searches=searches, seed=3)
 
 
-def found(budget, seed=3, robust=ROBUST):
-    return robust_search(robust, budget, seed, silent, None, ())
+def verified_front(robust, search, draws):
+    judge = replicates(robust, draws, seed=1)
+    rows = search.front
+    return Front(
+        robust=robust, search=search, searched=rows, values=verified(rows, judge), judge=judge
+    )
 
 
 def test_one_search_is_that_of_nsga2():
-    whole, alone = found(ThoroughSearchOptions(5, 12)), nsga2(ROBUST, 12, 5, seed=3)
+    whole, alone = found(), nsga2(ROBUST, 12, 5, seed=3)
     np.testing.assert_array_equal(whole.front.designs, alone.front.designs)
     np.testing.assert_array_equal(whole.hypervolume, alone.hypervolume)
 
 
 def test_several_searches_give_the_front_of_all():
-    whole = found(ThoroughSearchOptions(5, 12, searches=3))
+    whole = found(searches=3)
     each = [nsga2(ROBUST, 12, 5, seed=seed) for seed in (3, 4, 5)]
     expected = pareto_front(*(search.front for search in each))
     np.testing.assert_array_equal(whole.front.designs, expected.designs)
@@ -47,7 +51,7 @@ def test_several_searches_give_the_front_of_all():
 def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
     fronts = [
         ThoroughSearchOptions(population=12, generations=5, polish=polish).verified(
-            *(ROBUST, 3, None, ()), draws=64
+            ROBUST, seed=3, run=None, inputs=(), verified_with=64
         )
         for polish in (False, True)
     ]
@@ -62,14 +66,14 @@ def test_a_verified_front_holds_its_picks_which_go_on_by_gradient():
 def test_searches_begin_with_given_designs():
     best = nsga2(ROBUST, 24, 20, seed=1).front.designs[:2]
     options = ThoroughSearchOptions(population=12, generations=1, polish=False)
-    front = options.verified(ROBUST, 3, None, (), begin=best, draws=64)
+    front = options.verified(ROBUST, seed=3, run=None, inputs=(), begin=best, verified_with=64)
     np.testing.assert_array_equal(front.search.evaluated.designs[:2], best)
     assert front.search.n_evaluated == 12
 
 
 def test_bad_budgets_are_refused():
     with pytest.raises(InputError, match="0 searches find nothing"):
-        found(ThoroughSearchOptions(5, 12, searches=0))
+        found(searches=0)
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ SAMPLE = sobol_sample(2, 128, seed=1)
 
 
 def values(aim, **changes):
-    return robust_response(MODEL_2, SPACE_2, SAMPLE, aim, **changes)(np.ones((1, 2)))
+    return robust_response(MODEL_2, SPACE_2, SAMPLE, aim=aim, **changes)(np.ones((1, 2)))
 
 
 def test_each_aim_minimises_what_it_says():
@@ -119,11 +123,11 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
         return np.where(designs[:, :1] > edge, np.nan, 100.0 - 20.0 * designs[:, :1])
 
     response = ResponseFunction(quieter_where_stiffer, MODEL_2.variable_names, ("A",), "dB")
-    robust = RobustResponse(response, SPACE_2, SAMPLE)
+    robust = Robust(response, SPACE_2, SAMPLE)
     search = nsga2(robust, 12, 5, seed=3)
     judge = replicates(robust, 1024, seed=1)
     edge = np.sort(judge.sets[0].made(search.front.designs[0])[:, 0])[-6]
-    front = Front(robust, search, search.front, judge, verify(search.front, judge))
+    front = verified_front(robust, search, 1024)
     failed = front.values.failed
     assert failed[0]
     assert not failed.all()
@@ -143,7 +147,6 @@ def test_a_design_that_fails_in_few_draws_stays_in_the_table_and_is_no_pick():
 
 def test_a_front_without_failing_draws_has_no_column_for_them():
     search = nsga2(ROBUST, 12, 5, seed=3)
-    judge = replicates(ROBUST, 64, seed=1)
-    front = Front(ROBUST, search, search.front, judge, verify(search.front, judge))
+    front = verified_front(ROBUST, search, 64)
     assert not any("draws" in column for column in front.table.columns)
     assert "could not be computed" not in front.text

@@ -30,7 +30,7 @@ from deboom.compressor.cabin_noise import cabin_noise, noise_bands, running_in_c
 from deboom.compressor.identify import IdentifyOptions, identify
 from deboom.compressor.mount_shares import mount_shares
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
@@ -235,7 +235,7 @@ def test_a_worker_finds_the_same_bits():
     index = index_of(places=False)
     one = np.ones(6)
     space = DesignSpace(index.variable_names, ("1",) * 6, one, 0.6 * one, 1.4 * one, 0.15 * one)
-    robust = RobustResponse(index, space, sobol_sample(6, 8, seed=1))
+    robust = Robust(index, space, sobol_sample(6, 8, seed=1))
     designs = some_designs(index, 4, seed=8)
     here, carried = robust(designs), pickle.loads(pickle.dumps(robust))
     for number, design in enumerate(designs):

@@ -14,9 +14,10 @@ from scipy import optimize, stats
 
 import known_truth
 from deboom.explore import scatter as tolerance_samples
-from deboom.explore.front import nondominated, replicates, search_bias, unbeaten, verify
+from deboom.explore.front import nondominated, replicates, search_bias, unbeaten
+from deboom.explore.front import verified as verified_values
 from deboom.explore.moments import Estimator
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import FreshGaussianSampler, gaussian_sample, sobol_sample
 from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
@@ -80,7 +81,7 @@ def test_the_default_sample_gives_mean_and_sigma(make):
     designs = designs_in(space, 40)
     truth = exact_objectives(problem, space, designs)
     for n_samples, mean_error, sigma_error in ((128, 1e-3, 0.04), (2**14, 1e-5, 5e-4)):
-        robust = RobustResponse(problem, space, sobol_sample(12, n_samples, seed=1))
+        robust = Robust(problem, space, sobol_sample(12, n_samples, seed=1))
         error = robust(designs).objectives / truth - 1.0
         assert np.sqrt(np.mean(error[:, 0] ** 2)) < mean_error
         assert np.sqrt(np.mean(error[:, 1] ** 2)) < sigma_error
@@ -93,9 +94,7 @@ def test_standard_errors_are_the_scatter_between_samples(make, degree):
     problem, space = instance(make, 6)
     design, estimator = designs_in(space, 1), Estimator(degree)
     runs = [
-        RobustResponse(problem, space, gaussian_sample(6, 200, seed=seed), estimator=estimator)(
-            design
-        )
+        Robust(problem, space, gaussian_sample(6, 200, seed=seed), estimator=estimator)(design)
         for seed in range(1, 401)
     ]
     for figure, error in (
@@ -113,8 +112,7 @@ def test_for_sobol_points_the_standard_error_is_an_upper_bound(make):
     design = designs_in(space, 1)
     truth = exact_objectives(problem, space, design)[0]
     runs = [
-        RobustResponse(problem, space, sobol_sample(6, 128, seed=seed))(design)
-        for seed in range(1, 101)
+        Robust(problem, space, sobol_sample(6, 128, seed=seed))(design) for seed in range(1, 101)
     ]
     errors = np.array([run.objectives[0] - truth for run in runs])
     stated = np.array(
@@ -152,9 +150,9 @@ def test_the_exact_front_against_a_gradient_optimiser(make):
 def test_verification_reports_the_true_bias(make):
     problem, space = instance(make, 6)
     for sampler in (sobol_sample(6, seed=1), FreshGaussianSampler(6, seed=1)):
-        robust = RobustResponse(problem, space, sampler)
+        robust = Robust(problem, space, sampler)
         front = nsga2(robust, 40, 25, seed=1).front
-        verified = verify(front, replicates(robust, 1024, seed=1))
+        verified = verified_values(front, replicates(robust, 1024, seed=1))
         mean_bias, sigma_bias = search_bias(front, verified)
         truth = exact_objectives(problem, space, front.designs)
         bias = front.objectives - truth
@@ -169,7 +167,7 @@ def test_without_tolerance_the_search_is_a_plain_minimisation():
     """Sigma is zero everywhere: the front is one design, at the minimum of the mean."""
     problem, space = instance(quad2, 4)
     exact = replace(space, tolerance=np.zeros(4))
-    robust = RobustResponse(problem, exact, sobol_sample(4, 2, seed=1))
+    robust = Robust(problem, exact, sobol_sample(4, 2, seed=1))
     front = nsga2(robust, 40, 60, seed=1).front
     w, c = problem.weights, problem.targets
     best = np.clip((w * c).sum(axis=0) / w.sum(axis=0), space.lower, space.upper)

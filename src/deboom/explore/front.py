@@ -17,7 +17,7 @@ from scipy import stats
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse, RobustValues, chosen, joined
+from deboom.explore.robust import Robust, RobustValues, chosen, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.tabled import Tabled
 
@@ -29,6 +29,8 @@ ENOUGH_SEEDS = 3
 """Runs whose spread is their own measure of noise; fewer are judged by their last gain."""
 VERIFICATION = ("verification sample", *(f"verification sample, set {n}" for n in (2, 3, 4)))
 """Purposes of the draws behind every verified number: one independent scramble for each."""
+SETS = 8
+"""Independent scrambled sets that the common sample of a comparison consists of."""
 _MARGIN = 0.1  # of the common box, by which the reference point lies beyond its worst corner
 
 
@@ -78,7 +80,7 @@ class Replicates:
     formula for independent draws is many times too large.
     """
 
-    sets: tuple[RobustResponse, ...]
+    sets: tuple[Robust, ...]
 
     @property
     def n_samples(self) -> int:
@@ -106,7 +108,7 @@ class Replicates:
 
 
 def replicates(
-    robust: RobustResponse,
+    robust: Robust,
     n_samples: int,
     *,
     seed: int,
@@ -124,14 +126,18 @@ def replicates(
     )
 
 
-def verification_response(
-    robust: RobustResponse, n_samples: int = 1024, *, seed: int
-) -> RobustResponse:
+def verification_response(robust: Robust, n_samples: int = 1024, *, seed: int) -> Robust:
     """Return a robust response with the first scramble of `VERIFICATION`, which no search saw."""
     return replicates(robust, n_samples, seed=seed, purposes=VERIFICATION[:1]).sets[0]
 
 
-def verify(front: RobustValues, judge: Replicates) -> RobustValues:
+def common_judges(judge: Robust, n_samples: int, seed: int) -> Replicates:
+    """Return a model with each of the `SETS` of draws that several fronts meet."""
+    purposes = [f"comparison sample, set {number}" for number in range(1, SETS + 1)]
+    return replicates(judge, n_samples // SETS, seed=seed, purposes=purposes)
+
+
+def verified(front: RobustValues, judge: Replicates) -> RobustValues:
     """Evaluate designs of a search again, with draws that the search never saw.
 
     Raises

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
@@ -13,11 +14,17 @@ import numpy.typing as npt
 from deboom.arrays import BoolArray, RealArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, PreparedEstimator
-from deboom.explore.scatter import ToleranceSample, ToleranceSampler, ToleranceStructure
+from deboom.explore.scatter import (
+    ToleranceSample,
+    ToleranceSampler,
+    ToleranceStructure,
+    sobol_sample,
+)
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
     Requirements,
+    check_fits,
     check_same_names,
     checked_model,
     responses,
@@ -90,7 +97,7 @@ def chosen(values: RobustValues, rows: Sequence[int] | npt.NDArray[np.intp]) -> 
     )
 
 
-class Robust(Protocol):
+class RobustEvaluation(Protocol):
     """What a search drives: designs of a space in, `RobustValues` out.
 
     A class that derives from it has two objectives and no limits unless it says otherwise.
@@ -114,10 +121,10 @@ class Robust(Protocol):
         """Return the values of the designs, shape (n, k)."""
 
 
-class Around(Robust):
+class Around(RobustEvaluation):
     """A robust response around another one, with its space, objectives and limits."""
 
-    robust: Robust
+    robust: RobustEvaluation
 
     @property
     def space(self) -> DesignSpace:
@@ -135,18 +142,21 @@ class Around(Robust):
         return self.robust.limits
 
 
-@dataclass(frozen=True, eq=False)
-class RobustResponse:
-    """An evaluation wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.
+@dataclass(frozen=True, eq=False, init=False)
+class Robust:
+    """A model wrapped with manufacturing scatter: designs are made as ``x (1 + σ_rel z)``.
+
+    ``robust(designs)`` gives mean and standard deviation of each response, shape (n, r) [unit of
+    the responses], and their sums, which a search minimises.
 
     Parameters
     ----------
-    evaluate : Evaluate
-        Model that is called once per design, with all draws of that design.
+    evaluate : BoomingModel, ResponseFunction or any other evaluation
+        Designs, shape (n, k) → responses, shape (n, r); called with all draws of a design at once.
     space : DesignSpace
-        Variables, in the model's order, with their tolerances, three times σ_rel.
-    sample : ToleranceSampler
-        The draws ``z``.
+        Bounds of its k variables, in the model's order, and their tolerances, three times σ_rel.
+    sample : ToleranceSampler, optional
+        The draws ``z``; by default scrambled Sobol points.
     nominal_mean : bool
         Take the response of the design itself for its mean, instead of the mean over the sample.
     estimator : Estimator
@@ -156,25 +166,67 @@ class RobustResponse:
     structure : ToleranceStructure, optional
         What the variables' scatter has in common; by default it is independent. The sample then has
         one column per draw of the structure.
+    draws : int
+        Draws of the scatter where no sample is given, a power of two; every design meets the same
+        ones.
+    seed : int
+        Seed of these draws, from 1.
 
     Raises
     ------
     InputError
         Variables of the model, the space, the structure and the sample that differ; a structure
-        that would let a variable change its sign; fewer than two objectives; a model without names.
+        that would let a variable change its sign; fewer than two objectives; a model without
+        names; a number of draws that is no power of two; a seed below 1.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> square = deboom.ResponseFunction(lambda x: x**2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(square, square.design_space(), draws=64)
+    >>> robust([[1.0]]).mean.round(3)
+    array([[1.002]])
     """
 
     evaluate: Evaluate
     space: DesignSpace
     sample: ToleranceSampler
-    nominal_mean: bool = False
-    estimator: Estimator = field(default_factory=Estimator)
-    objectives: tuple[Objective, ...] = (MEAN_SUM, SIGMA_SUM)
-    structure: ToleranceStructure | None = None
+    nominal_mean: bool
+    estimator: Estimator
+    objectives: tuple[Objective, ...]
+    structure: ToleranceStructure | None
     limits = None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "objectives", tuple(self.objectives))
+    def __init__(
+        self,
+        evaluate: Evaluate,
+        space: DesignSpace,
+        sample: ToleranceSampler | None = None,
+        nominal_mean: bool = False,
+        estimator: Estimator | None = None,
+        objectives: Sequence[Objective] = (MEAN_SUM, SIGMA_SUM),
+        structure: ToleranceStructure | None = None,
+        *,
+        draws: int = 128,
+        seed: int = 1,
+    ) -> None:
+        if sample is None:
+            check_fits(evaluate, space)
+            n_draws = space.n_variables if structure is None else structure.n_draws
+            sample = sobol_sample(n_draws, draws, seed=seed)
+        for name, value in (
+            ("evaluate", evaluate),
+            ("space", space),
+            ("sample", sample),
+            ("nominal_mean", nominal_mean),
+            ("estimator", estimator or Estimator()),
+            ("objectives", tuple(objectives)),
+            ("structure", structure),
+        ):
+            object.__setattr__(self, name, value)
+        self._check()
+
+    def _check(self) -> None:
         if len(self.objectives) < 2:
             raise InputError("a search for a front needs at least two objectives")
         names = self.space.names
@@ -316,7 +368,7 @@ class SigmaShares:
     of_sum: RealArray
 
 
-def sigma_shares(robust: RobustResponse, design: RealArray, degree: int = 1) -> SigmaShares:
+def sigma_shares(robust: Robust, design: RealArray, degree: int = 1) -> SigmaShares:
     """Return the share of each draw in the variance of one design (k,).
 
     The shares of a response add up to 1 with its rest; all are 0 without any scatter. The degree is
@@ -436,11 +488,11 @@ class LimitedResponse:
     - `response`: responses that are limited, of the same variables, in the units of the limits.
     - `limits`: limits of the responses, by name.
     - `made`, optional: map from a design, shape (k,), to the designs as they are made, shape
-      (n_samples, k), such as `RobustResponse.made`: then the worst of them must keep each limit.
+      (n_samples, k), such as `Robust.made`: then the worst of them must keep each limit.
     - raises InputError: other variables, or other responses than limits.
     """
 
-    robust: Robust
+    robust: RobustEvaluation
     response: Requirements
     limits: Limits
     made: Callable[[RealArray], RealArray] | None = None
@@ -474,3 +526,23 @@ class LimitedResponse:
         """Return the values of the designs, shape (n, k), with their excess."""
         values = self.robust(designs)
         return replace(values, excess=self.excess(values.designs))
+
+
+@dataclass(frozen=True, eq=False)
+class DesignLimits:
+    """What the designs of a search must keep.
+
+    - `requirements`, `limits`: the limited numbers of a design, and one limit for each.
+    - `every_part`: whose draws must keep the limits; None: the design itself.
+    - `inputs`: files that they come from.
+    """
+
+    requirements: Requirements
+    limits: Limits
+    every_part: Robust | None = None
+    inputs: tuple[Path, ...] = ()
+
+    def around(self, robust: RobustEvaluation) -> RobustEvaluation:
+        """Return a response whose designs must keep the limits."""
+        made = self.every_part.made if self.every_part else None
+        return LimitedResponse(robust, self.requirements, self.limits, made)

@@ -1,11 +1,11 @@
-"""The door to pymoo: a robust response as its problem, and NSGA-II that resumes bit for bit."""
+"""The one search, and the door to pymoo: NSGA-II that resumes bit for bit, polish, verification."""
 
 from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from collections.abc import Callable, Mapping
+from dataclasses import fields, replace
 from typing import Any, Protocol
 
 import numpy as np
@@ -17,72 +17,31 @@ from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.errors import InputError
-from deboom.explore.doe import checked_within
-from deboom.explore.front import hypervolume, pareto_front
-from deboom.explore.robust import Around, Robust, RobustValues, joined
+from deboom.explore.doe import checked_within, latin_hypercube
+from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.result import Front, SearchResult, merge
+from deboom.explore.robust import (
+    Around,
+    DesignLimits,
+    Robust,
+    RobustEvaluation,
+    RobustValues,
+    chosen,
+    joined,
+)
+from deboom.explore.scatter import ToleranceSample
+from deboom.explore.selection import improved, pick
 from deboom.explore.space import DesignSpace, checked_seed
+from deboom.explore.workers import workers_for
 
 FAILED_OBJECTIVE = 1e30
 """All objectives of a failed design: finite, because pymoo lets NaN win [response unit]."""
 
 _TRAVELLING = ("mean", "sigma", "standard_error_mean_sum", "standard_error_sigma_sum")
-
-
-@checked(hypervolume="g ?", reference_point="m ?")
-class SearchResult:
-    """What a search found and how.
-
-    - `front`: front of all designs seen, not only of the last population.
-    - `evaluated`: every design that was evaluated.
-    - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
-    - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
-      generation, up to the worst objectives in the first one.
-    """
-
-    front: RobustValues
-    evaluated: RobustValues
-    hypervolume: RealArray
-    reference_point: RealArray
-    seed: int
-    seconds: float
-
-    @property
-    def n_evaluated(self) -> int:
-        """Number of designs that were evaluated."""
-        return len(self.evaluated)
-
-    @property
-    def n_failed(self) -> int:
-        """Number of designs that could not be computed."""
-        return int(self.evaluated.failed.sum())
-
-    @property
-    def infeasible(self) -> BoolArray:
-        """Evaluated designs that were computed and miss a limit, shape (n_evaluated,)."""
-        return np.asarray(~self.evaluated.failed & ~self.evaluated.feasible)
-
-
-def merge(searches: Sequence[SearchResult]) -> SearchResult:
-    """Return several searches of one problem, such as of several seeds, as one.
-
-    It has the front of all fronts, the seed of the first search, counts, failures and seconds added
-    up, and of the hypervolumes only the final one, up to the worst reference point.
-    """
-    if not searches:
-        raise InputError("there are no searches to merge: bring at least one")
-    front = pareto_front(*(search.front for search in searches))
-    reference = np.max([search.reference_point for search in searches], axis=0)
-    return SearchResult(
-        front=front,
-        evaluated=joined([search.evaluated for search in searches]),
-        hypervolume=np.array([hypervolume(front.objectives, reference)]),
-        reference_point=reference,
-        seed=searches[0].seed,
-        seconds=sum(search.seconds for search in searches),
-    )
 
 
 class Store(Protocol):
@@ -115,7 +74,7 @@ class RobustProblem(Problem):
 
     Parameters
     ----------
-    robust : Robust
+    robust : RobustEvaluation
         Designs, shape (n, k) → values with m objectives, as `deboom.Robust` makes them.
 
     Raises
@@ -137,7 +96,7 @@ class RobustProblem(Problem):
     (2, (20, 2))
     """
 
-    def __init__(self, robust: Robust) -> None:
+    def __init__(self, robust: RobustEvaluation) -> None:
         space, limits = robust.space, robust.limits
         n_constraints = 1 + (len(limits.names) if limits else 0)
         super().__init__(
@@ -162,7 +121,7 @@ class RobustProblem(Problem):
 
 
 def nsga2(
-    robust: Robust,
+    robust: RobustEvaluation,
     population: int = 100,
     generations: int = 100,
     *,
@@ -182,8 +141,8 @@ def nsga2(
 
     Parameters
     ----------
-    robust : Robust
-        Response such as `RobustResponse` or `deboom.explore.robust.LimitedResponse`.
+    robust : RobustEvaluation
+        Response such as `Robust` or `deboom.explore.robust.LimitedResponse`.
     population, generations : int
         Designs per generation, at least 4, and generations, at least 1; all of them are run.
     seed : int
@@ -255,7 +214,7 @@ def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float
 class _Archive(Around):
     """Hands designs on to a robust response, once per generation, and keeps all values."""
 
-    def __init__(self, robust: Robust, store: Store | None) -> None:
+    def __init__(self, robust: RobustEvaluation, store: Store | None) -> None:
         self.robust = robust
         self.store = store
         self.front: RobustValues | None = None
@@ -376,3 +335,197 @@ def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealAr
     n_options = np.where(space.integer, space.upper - space.lower + 1.0, 0.0)
     drawn = space.lower + np.floor(random.random(designs.shape) * n_options)
     return np.where(space.integer, drawn, designs)
+
+
+VERIFIED = 1024
+"""Draws of each scramble behind a verified number."""
+SHOWN = 100
+"""Designs of a front that are verified and shown; a longer front is thinned evenly along it."""
+
+Checkpoint = Callable[[int], Store]
+"""Returns where the search of a seed is kept."""
+
+
+def searched(
+    robust: Robust,
+    *,
+    population: int = 100,
+    generations: int = 100,
+    seed: int = 1,
+    searches: int = 1,
+    limits: DesignLimits | None = None,
+    first_population: RealArray | None = None,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> SearchResult:
+    """Search with one seed or several, and merge what they found; arguments as for `search`.
+
+    Of several searches the result has the merged front, and the convergence of the first one. A
+    single search is `nsga2`'s, bit for bit.
+    """
+    if searches < 1:
+        raise InputError(f"{searches} searches find nothing: ask for at least one")
+    with workers_for(robust, workers, scheduler) as spread:
+        evaluated = spread if limits is None else limits.around(spread)
+        results = [
+            nsga2(
+                evaluated,
+                population,
+                generations,
+                seed=number,
+                progress=progress,
+                checkpoint=checkpoint(number) if checkpoint else None,
+                first_population=first_population,
+            )
+            for number in range(seed, seed + searches)
+        ]
+    first = results[0]
+    if len(results) == 1:
+        return first
+    return replace(
+        merge(results), hypervolume=first.hypervolume, reference_point=first.reference_point
+    )
+
+
+def search(
+    robust: Robust,
+    *,
+    population: int = 100,
+    generations: int = 100,
+    seed: int = 1,
+    searches: int = 1,
+    limits: DesignLimits | None = None,
+    first_population: RealArray | None = None,
+    polish: bool = True,
+    shown: int | None = SHOWN,
+    verified_with: int = VERIFIED,
+    workers: int = 1,
+    scheduler: str | None = None,
+    progress: Progress | None = None,
+    checkpoint: Checkpoint | None = None,
+) -> Front:
+    """Search the robust front, improve its picks, and verify it with draws it never saw.
+
+    NSGA-II keeps every evaluation. Then each `Pick` goes on by gradient where the model is smooth,
+    two sums are minimised, all designs share their draws, no variable takes whole numbers only and
+    no limits are set; elsewhere picks are the best of all evaluated designs. At last the designs
+    that are shown are evaluated again.
+
+    Parameters
+    ----------
+    robust : Robust
+        Mean and scatter of the responses.
+    population, generations : int
+        Designs per generation, at least 4, and generations, at least 1.
+    seed : int
+        Seed from 1; the same seed gives the same front for any number of workers.
+    searches : int
+        Seeds from `seed` upwards, whose fronts are merged.
+    limits : DesignLimits, optional
+        What designs must keep.
+    first_population : array, shape (n, k), optional
+        Up to a population of designs to begin with [units of the space]; a Latin hypercube
+        completes them.
+    polish : bool
+        Whether picks go on by gradient; a model with ``smooth = False`` is left alone.
+    shown : int or None
+        Designs of the front that are verified, evenly along it, beside all picks; None: the front
+        as it was searched, and no other design.
+    verified_with : int
+        Draws of each scramble of the verification, a power of two.
+    workers : int
+        Processes that evaluate a generation.
+    scheduler : str, optional
+        Address of a Dask cluster in their place, such as ``tcp://node7:8786``.
+    progress : callable, optional
+        Called after each generation with its number, their count and a line of text.
+    checkpoint : callable, optional
+        Returns where the search of a seed is kept, such as a
+        `deboom.files.run_folder.CheckpointFolder`.
+
+    Returns
+    -------
+    Front
+        ``front.table``, one row per design: sums over responses and lines, and means per response
+        and line; ``front.designs()`` [units of the space]; ``front.picks``.
+
+    Raises
+    ------
+    InputError
+        A budget, draws or a seed that cannot be; limits that no design keeps; a front that fails
+        under the new draws.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> front = deboom.search(robust, population=8, generations=4)
+    >>> abs(front.pick_designs["best-mean"][0] - 0.9) < 0.01
+    np.True_
+    """
+    begin = first_population
+    if begin is not None and len(begin) < population:
+        rest = latin_hypercube(robust.space, population, seed=seed)[len(begin) :]
+        begin = np.vstack([begin, rest])
+    result = searched(
+        robust,
+        population=population,
+        generations=generations,
+        seed=seed,
+        searches=searches,
+        limits=limits,
+        first_population=begin,
+        workers=workers,
+        scheduler=scheduler,
+        progress=progress,
+        checkpoint=checkpoint,
+    )
+    polished = polish and limits is None and _smooth(robust)
+    rows = result.front
+    if shown is not None:
+        picked = _picked(robust, result.evaluated, polish=polished)
+        front = pareto_front(result.front, picked)
+        result = replace(result, front=front)
+        rows = _distinct(joined([thinned(front, shown), picked]))
+    note = "Its picks then went on by gradient." if polished and shown is not None else ""
+    if searches > 1:
+        note = f"The front is that of {searches} searches with different seeds. {note}".strip()
+    judge = replicates(robust, verified_with, seed=seed)
+    return Front(
+        robust=robust,
+        search=result,
+        searched=rows,
+        values=verified(rows, judge),
+        judge=judge,
+        note=note,
+    )
+
+
+def _smooth(robust: Robust) -> bool:
+    """Whether picks may go on by gradient."""
+    return (
+        robust.objectives == (MEAN_SUM, SIGMA_SUM)
+        and isinstance(robust.sample, ToleranceSample)
+        and not robust.space.integer.any()
+        and getattr(robust.evaluate, "smooth", True)
+    )
+
+
+def _picked(robust: Robust, evaluated: RobustValues, *, polish: bool) -> RobustValues:
+    """Return the picks of evaluated designs, perhaps improved; none without two objectives."""
+    if evaluated.objectives.shape[1] != 2:
+        return chosen(evaluated, [])
+    today = robust(robust.space.nominal[np.newaxis])
+    if polish:
+        return improved(robust, evaluated, today)
+    return chosen(evaluated, sorted(set(pick(evaluated, today).values())))
+
+
+def _distinct(values: RobustValues) -> RobustValues:
+    """Return each design once, by the first objective."""
+    order = np.lexsort([*values.designs.T, values.objectives[:, 0]])
+    new = np.r_[True, np.any(np.diff(values.designs[order], axis=0) != 0.0, axis=1)]
+    return chosen(values, order[new])

@@ -11,7 +11,7 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.explore.robust import Robust, RobustValues, chosen, joined
+from deboom.explore.robust import RobustEvaluation, RobustValues, chosen, joined
 from deboom.explore.space import DesignSpace, Evaluate, responses
 
 SMALLEST_GAIN = 1e-7
@@ -118,13 +118,13 @@ def at_nominal(designs: RealArray, space: DesignSpace, variables: Sequence[str])
 
 
 def indifference_intervals(
-    robust: Robust, design: RealArray, change: float, n_points: int = 21
+    robust: RobustEvaluation, design: RealArray, change: float, n_points: int = 21
 ) -> tuple[RealArray, RealArray]:
     """Return how far each variable may move alone before the mean moves noticeably.
 
     The lower and upper ends of the interval around the design have shape (k,) [units of the space].
 
-    - `robust`: response such as `RobustResponse`.
+    - `robust`: response such as `Robust`.
     - `design` (k,): pick within the bounds of the space [units of the space].
     - `change`: change of `mean_sum` per response that counts as noticeable [response unit].
     - `n_points`: values of each variable that are tried from bound to bound; ends between them are
@@ -172,7 +172,9 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
     return float(path[last] + fraction * (path[first] - path[last]))
 
 
-def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> RobustValues:
+def improved(
+    robust: RobustEvaluation, evaluated: RobustValues, today: RobustValues
+) -> RobustValues:
     """Search each `Pick` on from the best design that is known, by gradient.
 
     - `robust`: response of the search, smooth, whose designs share their draws.
@@ -197,7 +199,7 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
 class _Goal:
     """What a pick minimises and keeps, as functions of a place between the bounds, 0 to 1."""
 
-    def __init__(self, robust: Robust, today: RobustValues) -> None:
+    def __init__(self, robust: RobustEvaluation, today: RobustValues) -> None:
         self.robust, self.today = robust, today
         self.lower, self.span = robust.space.lower, robust.space.upper - robust.space.lower
         self.scale = float(today.sigma_sum[0]) or 1.0

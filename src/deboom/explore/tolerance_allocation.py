@@ -15,7 +15,7 @@ from scipy.special import ndtr
 
 from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import ToleranceSample
 from deboom.explore.space import SIGMAS_PER_TOLERANCE, check_gradient
 from deboom.tabled import Tabled
@@ -98,7 +98,7 @@ class ToleranceEffect:
     variables, or it is refused.
     """
 
-    robust: RobustResponse
+    robust: Robust
     design: RealArray
 
     def __post_init__(self) -> None:
@@ -373,7 +373,7 @@ def _reached(excess: Callable[[float], float], low: float, high: float) -> float
 
 
 def allocate_tolerances(
-    robust: RobustResponse,
+    robust: Robust,
     design: npt.ArrayLike,
     *,
     sigma: float | None = None,
@@ -384,7 +384,7 @@ def allocate_tolerances(
 
     Parameters
     ----------
-    robust : RobustResponse
+    robust : Robust
         Model with a gradient, and draws of the scatter.
     design : array, shape (k,)
         Design that is made [units of the space].

@@ -26,7 +26,7 @@ from threadpoolctl import threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.explore.robust import Around, Robust, RobustValues, joined
+from deboom.explore.robust import Around, RobustEvaluation, RobustValues, joined
 
 ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
@@ -45,7 +45,7 @@ class SpreadResponse(Around):
     lost: tuple[type[BaseException], ...] = (BrokenProcessPool,)
     where = "worker processes"
 
-    def __init__(self, robust: Robust) -> None:
+    def __init__(self, robust: RobustEvaluation) -> None:
         self.robust = robust
         self.start()
 
@@ -72,11 +72,11 @@ class SpreadResponse(Around):
 
 
 def workers_for(
-    robust: Robust, workers: int = 1, scheduler: str | None = None
-) -> AbstractContextManager[Robust]:
+    robust: RobustEvaluation, workers: int = 1, scheduler: str | None = None
+) -> AbstractContextManager[RobustEvaluation]:
     """Return where a robust response is computed, as a context.
 
-    - `robust`: response such as `RobustResponse`, whose rows do not depend on each other. Beyond
+    - `robust`: response such as `Robust`, whose rows do not depend on each other. Beyond
       one process it consists of objects of importable modules.
     - `workers`: processes on this machine; 1 stays in this process.
     - `scheduler`, optional: address of an existing Dask cluster, such as ``tcp://node7:8786``.
@@ -89,7 +89,7 @@ def workers_for(
     >>> from deboom.explore import robust, scatter, space
     >>> factors = space.stiffness_factor_space(("TSM x", "GeM x"))
     >>> model = space.ResponseFunction(np.square, factors.names, ("sedan", "tourer"), "dB")
-    >>> alone = robust.RobustResponse(model, factors, scatter.sobol_sample(2, seed=1))
+    >>> alone = robust.Robust(model, factors, scatter.sobol_sample(2, seed=1))
     >>> with workers_for(alone, workers=1) as response:
     ...     response(factors.nominal[None, :]).sigma.shape
     (1, 2)
@@ -107,7 +107,7 @@ def workers_for(
 
 
 @contextmanager
-def _process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
+def _process_pool(robust: RobustEvaluation, workers: int) -> Iterator[RobustEvaluation]:
     """Compute on several processes of this machine."""
     try:
         ForkingPickler.dumps(robust)
@@ -126,7 +126,7 @@ def _process_pool(robust: Robust, workers: int) -> Iterator[Robust]:
 class _ProcessPool(SpreadResponse):
     """A pool of spawned processes that is made anew when one of them dies."""
 
-    def __init__(self, robust: Robust, workers: int) -> None:
+    def __init__(self, robust: RobustEvaluation, workers: int) -> None:
         self.n_workers = workers
         super().__init__(robust)
 
@@ -137,15 +137,17 @@ class _ProcessPool(SpreadResponse):
         return list(self.executor.map(_compute_carried, chunks))
 
 
-_carried: list[Robust] = []  # in a worker process of a pool: the one response that it computes
+_carried: list[
+    RobustEvaluation
+] = []  # in a worker process of a pool: the one response that it computes
 
 
-def process_pool(workers: int, robust: Robust | None = None) -> ProcessPoolExecutor:
+def process_pool(workers: int, robust: RobustEvaluation | None = None) -> ProcessPoolExecutor:
     """Return a pool of spawned processes that end with this one, with a response to compute."""
     return ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, (robust,))
 
 
-def _begin_worker(robust: Robust | None) -> None:
+def _begin_worker(robust: RobustEvaluation | None) -> None:
     # it ends with its parent, however that ends, and leaves Ctrl-C to it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     threading.Thread(target=_end_with_parent, daemon=True).start()
@@ -167,7 +169,7 @@ def _compute_carried(designs: RealArray) -> RobustValues:
 
 
 @contextmanager
-def _dask_cluster(robust: Robust, scheduler: str) -> Iterator[Robust]:
+def _dask_cluster(robust: RobustEvaluation, scheduler: str) -> Iterator[RobustEvaluation]:
     """Compute on an existing Dask cluster."""
     try:
         from distributed import Client
@@ -194,7 +196,7 @@ class _DaskCluster(SpreadResponse):
 
     where = "workers of the cluster"
 
-    def __init__(self, robust: Robust, client: Any) -> None:
+    def __init__(self, robust: RobustEvaluation, client: Any) -> None:
         from distributed import KilledWorker
 
         self.client = client
@@ -216,7 +218,7 @@ class _DaskCluster(SpreadResponse):
         return list(self.client.gather(futures))
 
 
-def _compute(robust: Robust, designs: RealArray) -> RobustValues:
+def _compute(robust: RobustEvaluation, designs: RealArray) -> RobustValues:
     with threadpool_limits(1, "blas"):
         return robust(designs)
 

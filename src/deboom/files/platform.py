@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -28,6 +29,7 @@ from deboom.files.function_table import (
 )
 from deboom.files.library_export import read_library_json
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT, ChannelRow, MountRow, read_torque_table
+from deboom.files.run_folder import hash_files
 from deboom.files.schema import (
     AtLeastOne,
     Axis,
@@ -411,6 +413,13 @@ def read_platform(folder: str | Path) -> Platform:
     folder = DEMONSTRATION if str(folder).lower() == "u06" else Path(folder)
     file = load_toml(folder / PLATFORM_FILE, PlatformFile)
     return assembled(folder, file, read_contents(folder, file))
+
+
+def platform_sha256(platform: Platform) -> str:
+    """Return a hash over names and contents of every file that was read, in hexadecimal."""
+    hashes = hash_files(platform.input_files, relative_to=platform.folder)
+    joined = "\n".join(f"{name} {value}" for name, value in sorted(hashes.items()))
+    return hashlib.sha256(joined.encode()).hexdigest()
 
 
 @dataclass(frozen=True, eq=False)

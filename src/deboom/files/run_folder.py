@@ -24,7 +24,7 @@ from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path, PurePosixPath
-from typing import Annotated, Any, BinaryIO
+from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
 from zipfile import BadZipFile
 
 import numpy as np
@@ -35,6 +35,9 @@ from deboom.errors import InputError
 from deboom.files.disk import read_bytes, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
 from deboom.tabled import json_text
+
+if TYPE_CHECKING:
+    from deboom.files.front_table import FrontTable
 
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
@@ -327,6 +330,23 @@ class RunEntry:
             return "finished"
         return "running" if is_held(self.folder) else "unfinished"
 
+    @property
+    def front(self) -> FrontTable:
+        """The front of the run, with its designs and picks.
+
+        - raises InputError: a run that is not finished or keeps no front; a file of it that is
+          missing or edited.
+        """
+        from deboom.files import front_table
+
+        check_files(self, front_table.FILES)
+        if front_table.FRONT not in self.record["files_sha256"]:
+            raise InputError(
+                f"run {self.folder} is of {self.study}, which is no front study (no "
+                f"{front_table.FRONT}): take a run of a front, such as those of u06_robust_front"
+            )
+        return front_table.FrontTable.read(self.folder)
+
     def run(self) -> Run:
         """Return the run, to be gone on with.
 
@@ -353,12 +373,34 @@ def readable_runs(results: Path) -> tuple[tuple[RunEntry, ...], tuple[InputError
     return tuple(entries), tuple(damaged)
 
 
-def read_run(folder: Path) -> RunEntry:
+def read_run(folder: str | Path) -> RunEntry:
     """Return the run of a folder, or of a page or file in it, or by its name in ``results`` here.
 
-    - raises InputError: The folder holds no run, its record is damaged, or two studies have a run
-      of this name.
+    Parameters
+    ----------
+    folder : str or Path
+        Folder of a run, a file in it, or the name of a run.
+
+    Returns
+    -------
+    RunEntry
+        ``run.record`` is what the run was asked, ``run.front`` its front: ``table``, ``designs``
+        (n, k) [units of the variables], ``objectives`` (n, 2) [unit of the responses], ``picks``.
+
+    Raises
+    ------
+    InputError
+        The folder holds no run, its record is damaged, or two studies have a run of this name.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.read_run("nowhere")  # doctest: +ELLIPSIS
+    Traceback (most recent call last):
+    ...
+    deboom.errors.InputError: nowhere is no run folder: ...
     """
+    folder = Path(folder)
     bare = len(folder.parts) == 1 and not folder.exists()
     named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
     if len(named) > 1:
@@ -371,9 +413,10 @@ def read_run(folder: Path) -> RunEntry:
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
 
 
-def check_files(entry: RunEntry) -> None:
+def check_files(entry: RunEntry, names: Iterable[str] | None = None) -> None:
     """Refuse a run whose files are not those that it wrote.
 
+    - `names`, optional: of the files that count, where the run has them; all by default.
     - raises InputError: A run that is not finished, one without hashes of its files, a file that is
       missing or that has been edited: names it.
     """
@@ -385,8 +428,8 @@ def check_files(entry: RunEntry) -> None:
             f"run {entry.folder} has no hashes of its files, an older deboom wrote it: run the "
             "study again"
         )
-    for name, wanted in hashes.items():
-        path = entry.folder / name
+    for name in hashes if names is None else [name for name in names if name in hashes]:
+        path, wanted = entry.folder / name, hashes[name]
         if not path.is_file():
             raise InputError(f"{path} is missing from its run: bring it back or run again")
         if hash_files([path], relative_to=entry.folder)[name] != wanted:

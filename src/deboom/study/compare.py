@@ -21,22 +21,22 @@ from deboom.explore.front import (
     ENOUGH_SEEDS,
     LAST_PART,
     REAL_FROM,
+    SETS,
     CommonBox,
     Contestant,
     Difference,
     FrontVerdict,
-    Replicates,
     attainment,
     common_box,
+    common_judges,
     coverage,
     difference,
     last_gain,
     level_gap,
     nondominated,
-    replicates,
 )
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import checked_seed
 from deboom.files.run_folder import RunEntry
@@ -55,8 +55,6 @@ from deboom.study.rebuilt import (
 )
 from deboom.study.runner import run_command
 
-SETS = 8
-"""Independent scrambled sets that the common sample consists of."""
 FEWEST = 1024
 """Draws of the common sample, at least."""
 CHUNK = 50
@@ -103,7 +101,7 @@ class Comparison:
 
     Parameters
     ----------
-    judge : RobustResponse
+    judge : Robust
         Model of one of the runs.
     judge_name : str
         Name of its configuration; empty where all runs have the same model.
@@ -113,7 +111,7 @@ class Comparison:
         Of the common draws.
     """
 
-    judge: RobustResponse
+    judge: Robust
     judge_name: str
     fronts: tuple[JudgedRun, ...]
     n_samples: int
@@ -145,7 +143,7 @@ class Comparison:
 
         A gain beyond the box counts as well, but no more than the whole front is worth.
         """
-        gained = self.box.share(last_gain(one.run.convergence))
+        gained = self.box.share(last_gain(one.run.front.convergence))
         return float(np.minimum(gained, self.box.hypervolume(one.objectives)))
 
     @cached_property
@@ -254,8 +252,9 @@ def comparison(
         )
     if n_samples < FEWEST or n_samples & (n_samples - 1):
         raise InputError(f"{n_samples} common draws: take a power of two from {FEWEST}")
+    prepared: dict[str, object] = {}  # runs of one question share their model
     runs = sorted(
-        (compared_run(folder, studies) for folder in folders),
+        (compared_run(folder, studies, prepared) for folder in folders),
         key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
     )
     check_same_platform(runs)
@@ -264,8 +263,12 @@ def comparison(
     judges = distinct_models(runs)
     return [
         judged(
-            *(runs, n_samples, seed, progress, judge.model),
-            names[judge.entry.folder] if len(judges) > 1 else "",
+            runs,
+            n_samples,
+            seed,
+            progress,
+            judge=judge.model,
+            judge_name=names[judge.entry.folder] if len(judges) > 1 else "",
         )
         for judge in judges
     ]
@@ -276,7 +279,7 @@ def judged(
     n_samples: int,
     seed: int,
     progress: Progress,
-    judge: RobustResponse | None = None,
+    judge: Robust | None = None,
     judge_name: str = "",
 ) -> Comparison:
     """Judge the fronts of runs by one model, by default that of the first run.
@@ -304,12 +307,6 @@ def judged(
         designs = at_nominal(run.designs[computed], judge.space, free)
         fronts.append(JudgedRun(run, name, by_set[:, computed], designs, int((~computed).sum())))
     return Comparison(judge, judge_name, tuple(fronts), n_samples, seed)
-
-
-def common_judges(judge: RobustResponse, n_samples: int, seed: int) -> Replicates:
-    """Return the judge with each of the sets of draws."""
-    purposes = [f"comparison sample, set {number}" for number in range(1, SETS + 1)]
-    return replicates(judge, n_samples // SETS, seed=seed, purposes=purposes)
 
 
 def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:

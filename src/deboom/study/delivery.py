@@ -22,8 +22,8 @@ from deboom.files.acceptance import (
     SheetDirection,
     SupplierSpecification,
 )
+from deboom.files.platform import platform_sha256
 from deboom.plot.style import mount_of
-from deboom.study.platform_model import platform_sha256
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import LimitedLevel, limited_response

@@ -16,10 +16,11 @@ from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
 from deboom.plot.style import mount_colours, mount_of
 from deboom.report import Report
+from deboom.study.front import heard
 from deboom.study.search import natural_frequencies
 
 if TYPE_CHECKING:
-    from deboom.study.robust_front import RobustFront
+    from deboom.study.robust_front import PlatformFront
 
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
@@ -29,36 +30,36 @@ SMALLEST_REACH = 0.1
 """Change that has the strongest colour, at least [dB]."""
 
 
-def pictures_behind(report: Report, front: RobustFront) -> None:
+def pictures_behind(report: Report, view: PlatformFront) -> None:
     """Append the pictures behind the answer, folded; each has its table."""
     report.section(
         "More pictures: maps, paths, all designs, modes",
         "Best-mean against today's mounts, without scatter.",
         folded=True,
     )
-    _maps(report, front)
-    _paths(report, front)
-    _designs(report, front)
-    _modes(report, front)
+    _maps(report, view)
+    _paths(report, view)
+    _designs(report, view)
+    _modes(report, view)
 
 
-def heard_by_the_driver(report: Report, front: RobustFront) -> None:
+def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
     """Show the levels at the driver's ear before and after, with their booming peaks."""
-    best = front.pick_designs[Pick.best_mean]
-    peaks = front.peak_table(best)
+    best = view.front.pick_designs[Pick.best_mean]
+    peaks = view.fleet.peak_table(best)
     report.section(
         "What the driver hears",
-        f"{front.load_case.title}. Best-mean against today's mounts, without scatter.",
+        f"{view.load_case.title}. Best-mean against today's mounts, without scatter.",
     )
     report.figure(
         "spl_curves",
-        lambda: front.heard(best),
+        lambda: heard(view.fleet, best, view.colours),
         "Sound pressure level at the driver's ear, one panel per vehicle: "
         "frequency below, engine speed above.",
     )
     report.table(
         "vehicles",
-        front.vehicle_table(Pick.best_mean, front.splv_change(best)),
+        view.fleet.vehicle_table(Pick.best_mean, view.fleet.splv_change(best)),
         "Before: today's mounts; after: best-mean. Levels are means over the lines "
         "and over the scatter, changes are those of the designs without scatter.",
     )
@@ -75,18 +76,18 @@ def heard_by_the_driver(report: Report, front: RobustFront) -> None:
     )
 
 
-def _maps(report: Report, front: RobustFront) -> None:
+def _maps(report: Report, view: PlatformFront) -> None:
     """Show the levels of all load cases and vehicles over speed, before, after, difference."""
-    model = front.index if front.every is None else front.every
-    both = np.stack([front.robust.space.nominal, front.pick_designs[Pick.best_mean]])
+    model = view.index if view.every is None else view.every
+    both = np.stack([view.front.robust.space.nominal, view.front.pick_designs[Pick.best_mean]])
     cases = {name: model.levels(both, name) for name in model.load_case_names}
     before, after = np.concatenate(list(cases.values()), axis=1)
-    rows = [(case, vehicle) for case in cases for vehicle in front.vehicles]
-    n_lines = front.frequency.size
+    rows = [(case, vehicle) for case in cases for vehicle in view.fleet.vehicles]
+    n_lines = view.fleet.frequency.size
     table = {
         "load case": np.repeat([case for case, _ in rows], n_lines),
         "vehicle": np.repeat([vehicle for _, vehicle in rows], n_lines),
-        "frequency [Hz]": np.tile(front.frequency, len(rows)),
+        "frequency [Hz]": np.tile(view.fleet.frequency, len(rows)),
         "before [dB(A)]": before.ravel(),
         "after [dB(A)]": after.ravel(),
     }
@@ -101,24 +102,24 @@ def _maps(report: Report, front: RobustFront) -> None:
     names = [f"{vehicle}, {case}" for case, vehicle in rows]
     report.figure(
         "level_maps",
-        lambda: plot.line_maps(front.frequency, front.load_case.order, names, maps),
-        "SPL at the driver's ear over speed, in every load case and vehicle: today, with best "
-        "mean, and the difference (violet: quieter).",
+        lambda: plot.line_maps(view.fleet.frequency, view.load_case.order, names, maps),
+        "SPL at the driver's ear over speed, in every load case and vehicle: today, with "
+        "best-mean, and the difference (violet: quieter).",
     )
     report.table("level_maps", pd.DataFrame(table))
 
 
-def _paths(report: Report, front: RobustFront) -> None:
+def _paths(report: Report, view: PlatformFront) -> None:
     """Show which paths make up the booming peaks, and how they add up at the loudest one."""
-    names = list(front.stiffness_variables)
-    today, best = front.robust.space.nominal, front.pick_designs[Pick.best_mean]
+    names = list(view.stiffness_variables)
+    today, best = view.front.robust.space.nominal, view.front.pick_designs[Pick.best_mean]
     rows, panels, sums = [], [], []
-    changes = front.peak_changes(best)
-    for vehicle in front.vehicles:
+    changes = view.fleet.peak_changes(best)
+    for vehicle in view.fleet.vehicles:
         peaks = [change.before for change in changes[vehicle] if change.before]
-        split = [front.index.paths(design, vehicle).contributions for design in (today, best)]
+        split = [view.index.paths(design, vehicle).contributions for design in (today, best)]
         for peak in peaks:
-            line = int(np.argmin(np.abs(front.frequency - peak.frequency)))
+            line = int(np.argmin(np.abs(view.fleet.frequency - peak.frequency)))
             both = [values[line, : len(names)] for values in split]
             shares = [_towards(values, both[0].sum()) for values in both]
             for k, name in enumerate(names):
@@ -139,7 +140,7 @@ def _paths(report: Report, front: RobustFront) -> None:
     if not rows:
         report.text("No vehicle has a booming peak today, so there is none to split into paths.")
         return
-    colours = mount_colours([mount.name for mount in front.platform.mounts])
+    colours = mount_colours([mount.name for mount in view.platform.mounts])
     paint = [colours[mount_of(name)] for name in names]
     loudest = [panel for _, panel in sorted(panels, key=lambda one: -one[0])[:PEAKS]]
     report.figure(
@@ -169,17 +170,21 @@ def _towards(values: ComplexArray, total: complex) -> RealArray:
     return np.asarray(PERCENT * (values * np.conj(total)).real / abs(total) ** 2)
 
 
-def _designs(report: Report, front: RobustFront) -> None:
+def _designs(report: Report, view: PlatformFront) -> None:
     """Show every evaluated design with both objectives, and the front over its variables."""
-    found, names, space = front.search.evaluated, list(front.variables), front.robust.space
+    found, names, space = (
+        view.front.search.evaluated,
+        list(view.front.variables),
+        view.front.robust.space,
+    )
     table = pd.DataFrame(found.designs, columns=[f"{name} [1]" for name in names])
     level, spread = "mean level in search [dB(A)]", "sigma in search [dB]"
-    table[level] = found.mean_sum * front.per_line
-    table[spread] = found.sigma_sum * front.per_line
-    for vehicle, mean in zip(front.vehicles, found.mean.T, strict=True):
-        table[f"{vehicle} in search [dB(A)]"] = mean / front.index.n_lines
+    table[level] = found.mean_sum * view.front.per_line
+    table[spread] = found.sigma_sum * view.front.per_line
+    for vehicle, mean in zip(view.fleet.vehicles, found.mean.T, strict=True):
+        table[f"{vehicle} in search [dB(A)]"] = mean / view.index.n_lines
     report.table("evaluated", table)
-    shown = np.flatnonzero(~np.isin(names, front.without_effect))
+    shown = np.flatnonzero(~np.isin(names, view.front.without_effect))
     variables = [names[column] for column in shown]
     kept = table[np.isfinite(table[level])]
     strength = [abs(np.corrcoef(kept[f"{name} [1]"], kept[level])[0, 1]) for name in variables]
@@ -194,15 +199,15 @@ def _designs(report: Report, front: RobustFront) -> None:
         f"Both objectives over the variables that go with the level most, {len(kept)} designs "
         "that the search evaluated; they crowd where it went.",
     )
-    values = front.values
+    values = view.front.values
     report.figure(
         "parallel_coordinates",
         lambda: plot.parallel_coordinates(
             variables,
             values.designs[:, shown],
             np.stack([space.lower, space.upper])[:, shown],
-            values.mean_sum * front.per_line,
-            {name: design[shown] for name, design in front.named_designs.items()},
+            values.mean_sum * view.front.per_line,
+            {name: design[shown] for name, design in view.front.named_designs.items()},
             value_label="mean level [dB(A)]",
         ),
         "The designs of the front over their variables; deboom report RUN --interactive brushes "
@@ -210,12 +215,12 @@ def _designs(report: Report, front: RobustFront) -> None:
     )
 
 
-def _modes(report: Report, front: RobustFront) -> None:
+def _modes(report: Report, view: PlatformFront) -> None:
     """Show the rigid-body modes of the powertrain in motion, with today's mounts and best-mean."""
-    names = front.stiffness_variables
-    both = np.stack([front.robust.space.nominal, front.pick_designs[Pick.best_mean]])
+    names = view.stiffness_variables
+    both = np.stack([view.front.robust.space.nominal, view.front.pick_designs[Pick.best_mean]])
     try:
-        modes = natural_frequencies(front.runs)
+        modes = natural_frequencies(view.runs)
         frequency, shapes = modes.solved({name: both[:, k] for k, name in enumerate(names)})
     except InputError as error:
         report.text(f"The modes of the powertrain are not known: {error}.")

@@ -13,19 +13,20 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import made_folder, replace_bytes
+from deboom.files.front_table import FRONT, FrontTable
 from deboom.files.run_folder import RunEntry, check_files, read_run
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.report import Picture
 from deboom.study.overview import INTERACTIVE
-from deboom.study.rebuilt import FRONT, prepared_again, study_of
+from deboom.study.rebuilt import prepared_again, study_of
+from deboom.study.result import FleetModel
 from deboom.study.robust_front import NO_REQUIREMENT
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 
 ANY = "any in bounds"
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
-_MEAN, _SIGMA = "SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]"
 _PICTURES = {
     "pareto_front": ("Mean level and scatter of all designs.", "The front, today's and the picks."),
     "spl_curves": ("SPL of each vehicle over speed.", "Before, and in the quietest design."),
@@ -84,12 +85,11 @@ def write_interactive_page(
 def interactive_front(study: SupplierStudy) -> InteractiveFront:
     """Gather what the page shows: verified figures of the run, levels of its model built again."""
     entry, space, index = study.run.entry, study.space, study.index
-    front = _table(study, "front", ("point", _MEAN, _SIGMA))
+    front = study.run.front
     load_case, _ = study.load_cases[0]
     frequency = np.asarray(index.frequency)
     designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
-    picks = front["pick"].fillna("") if "pick" in front else [""] * len(front)
     return InteractiveFront(
         title="Explore the front of mount stiffnesses",
         question=(
@@ -103,8 +103,8 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
             *_objectives(study, front),
             *_vehicles(study),
         ),
-        points=front["point"].tolist(),
-        picks=list(picks),
+        points=list(range(1, len(front.rows) + 1)),
+        picks=front.pick_names,
         vehicles=study.vehicles,
         vehicle_colours=tuple(fleet[name] for name in study.vehicles),
         frequency=frequency,
@@ -166,6 +166,11 @@ def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
     """Gather what the page shows of designs of an experiment; failed ones are left out, counted."""
     check_files(entry)
     model = prepared_again(entry, study_of(entry, studies))
+    if not isinstance(model, FleetModel):
+        raise InputError(
+            f"run {entry.folder}: its study {entry.study} has no levels of a platform's vehicles: "
+            "take designs of an experiment, such as those of fleet_correlation"
+        )
     index, runs = model.index, model.runs
     table = pd.read_csv(entry.folder / DOE)
     done = table[table["failure"].isna()]
@@ -249,11 +254,12 @@ def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
     return axes
 
 
-def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
+def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:
     per_line = study.per_vehicle / len(study.vehicles)
+    names, rows = front.columns, front.rows
     shown = (
-        ("mean level", "dB(A)", _MEAN, "mean level [dB(A)]", "standard error of mean sum [dB]"),
-        ("σ", "dB", _SIGMA, "sigma of the level [dB]", "standard error of sigma sum [dB]"),
+        ("mean level", "dB(A)", names.mean_sum, "mean level [dB(A)]", names.mean_error),
+        ("σ", "dB", names.sigma_sum, "sigma of the level [dB]", names.sigma_error),
     )
     picks = _table(study, "picks", ("design", *(column for *_, column, _ in shown)))
     today = picks[picks["design"] == "baseline"]
@@ -261,11 +267,11 @@ def _objectives(study: SupplierStudy, front: pd.DataFrame) -> list[Axis]:
         Axis(
             name,
             unit,
-            _array(front[total]) * per_line,
+            _array(rows[total]) * per_line,
             _array(today[column])[0],
             ACCENT,
             "objective",
-            errors=_array(front[error]) * per_line if error in front else None,
+            errors=_array(rows[error]) * per_line if error in rows else None,
         )
         for name, unit, total, column, error in shown
     ]

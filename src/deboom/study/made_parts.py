@@ -14,7 +14,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.common import PERCENT
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     PartNumber,
     ToleranceSampler,
@@ -77,13 +77,20 @@ class MadeParts:
         self,
         evaluate: Evaluate,
         sample: ToleranceSampler,
+        *,
         aim: Aim = Aim.mean,
         nominal_mean: bool = False,
         control_variate: bool = False,
-    ) -> RobustResponse:
+    ) -> Robust:
         """Wrap a model with this scatter; see `deboom.study.options.robust_response`."""
         return robust_response(
-            evaluate, self.space, sample, aim, nominal_mean, control_variate, self.structure
+            evaluate,
+            self.space,
+            sample,
+            aim=aim,
+            nominal_mean=nominal_mean,
+            control_variate=control_variate,
+            structure=self.structure,
         )
 
     @property
@@ -340,7 +347,7 @@ class ToleranceTask:
     limits [1]; `draws`: with which tolerances are verified; `seed`: from 1.
     """
 
-    robust: RobustResponse
+    robust: Robust
     allocator: Allocator
     limits: RealArray | None
     sigma: float | None
@@ -407,7 +414,7 @@ class ToleranceTask:
         return ShareTarget(np.asarray(self.limits), share, scale=1.0 / index.n_lines, unit="dB")
 
 
-def with_draws(robust: RobustResponse, purpose: str, n_samples: int, seed: int) -> RobustResponse:
+def with_draws(robust: Robust, purpose: str, n_samples: int, seed: int) -> Robust:
     """Return a model with other draws, for choosing tolerances or for checking them."""
     sample = sobol_sample(robust.n_draws, n_samples, seed=seed, purpose=purpose)
     return replace(robust, sample=sample)

@@ -14,7 +14,7 @@ from typer import CallbackParam, Option
 
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     FreshGaussianSampler,
     ToleranceSampler,
@@ -127,24 +127,31 @@ def robust_response(
     evaluate: Evaluate,
     space: DesignSpace,
     sample: ToleranceSampler,
+    *,
     aim: Aim = Aim.mean,
     nominal_mean: bool = False,
     control_variate: bool = False,
     structure: ToleranceStructure | None = None,
-) -> RobustResponse:
-    """Wrap a model with scatter as a study's options ask for; see `RobustResponse` for the rest.
+) -> Robust:
+    """Wrap a model with scatter as a study's options ask for; see `Robust` for the rest.
 
     - `aim`: what the search minimises.
     - `control_variate`: read mean and sigma with a parabola of the draws as control variate.
     - `structure`: what the scatter of the variables has in common.
     """
     estimator = Estimator(degree=2 if control_variate else 0)
-    return RobustResponse(
-        evaluate, space, sample, nominal_mean, estimator, _OBJECTIVES[aim], structure
+    return Robust(
+        evaluate,
+        space,
+        sample,
+        nominal_mean=nominal_mean,
+        estimator=estimator,
+        objectives=_OBJECTIVES[aim],
+        structure=structure,
     )
 
 
-def aim_note(robust: RobustResponse) -> str:
+def aim_note(robust: Robust) -> str:
     """Say what a report must say about objectives that are not the two sums; empty otherwise."""
     if robust.objectives == (MEAN_SUM, SIGMA_SUM):
         return ""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import sys
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,13 +13,12 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.check import pieces_in_words, unidentified_in_words
 from deboom.files.platform import DEMONSTRATION, read_platform
-from deboom.files.run_folder import hash_files
 from deboom.report import Report
 from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, compare_starts
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Fleet
-from deboom.vehicles.platform import MountSource, Platform, Runs
+from deboom.vehicles.platform import MountSource, Runs
 from deboom.vehicles.surface_check import PEAK_AGREEMENT
 
 DEMONSTRATED = "U06"
@@ -200,13 +198,6 @@ def report_runs(report: Report, runs: Runs) -> None:
             f"{PEAK_AGREEMENT:g} dB at booming peaks: look for the reason before you trust "
             "either."
         )
-
-
-def platform_sha256(platform: Platform) -> str:
-    """Return a hash over names and contents of every file that was read, in hexadecimal."""
-    hashes = hash_files(platform.input_files, relative_to=platform.folder)
-    joined = "\n".join(f"{name} {value}" for name, value in sorted(hashes.items()))
-    return hashlib.sha256(joined.encode()).hexdigest()
 
 
 def in_all_load_cases(

@@ -16,20 +16,24 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import replicates
-from deboom.explore.robust import RobustResponse
-from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
+from deboom.explore.robust import Robust
+from deboom.files.front_table import FILES, FRONT, FrontTable
+from deboom.files.run_folder import RECORD, RunEntry, check_files, hash_files, read_run
+from deboom.study.result import RobustModel
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 from deboom.study.search import ThoroughSearchOptions
 
 BUDGET = {*SAME_RESULT, *(item.name for item in fields(ThoroughSearchOptions))}
 """Options of a search, of which no model knows."""
-_PREPARED: dict[str, Any] = {}
-"""The last model by study, options and files: runs of one question share it."""
 
 
-def prepared_again(entry: RunEntry, study: Study) -> Any:
+def prepared_again(
+    entry: RunEntry, study: Study, prepared: dict[str, object] | None = None
+) -> object:
     """Prepare a run's model again with `study`, as it is today.
 
+    - `prepared`, optional: models by study, options and files, which runs of one question share;
+      this one is added.
     - raises InputError: an input file that has changed or is gone, options it does not take.
     """
     home = study.path.resolve().parent
@@ -43,20 +47,22 @@ def prepared_again(entry: RunEntry, study: Study) -> Any:
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
     asked = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
     key = json.dumps([study.path.read_text(encoding="utf-8"), asked, _inputs(entry)])
-    if key not in _PREPARED:
-        _PREPARED.clear()
-        _PREPARED[key] = study.model(arguments)
-    return _PREPARED[key]
+    models = {} if prepared is None else prepared
+    if key not in models:
+        models[key] = study.model(arguments)
+    return models[key]
 
 
-def rebuilt_model(entry: RunEntry, study: Study) -> RobustResponse:
+def rebuilt_model(
+    entry: RunEntry, study: Study, prepared: dict[str, object] | None = None
+) -> RobustModel:
     """Build the model of a run again, with the draws of its search.
 
     - raises InputError: as `prepared_again`; a study that does not search for a front.
     """
-    robust = getattr(prepared_again(entry, study), "robust", None)
-    if isinstance(robust, RobustResponse):
-        return robust
+    model = prepared_again(entry, study, prepared)
+    if isinstance(model, RobustModel) and isinstance(model.robust, Robust):
+        return model
     raise InputError(
         f"run {entry.folder} cannot be judged: its study {entry.study} does not search for a "
         "front of factors with scatter"
@@ -79,9 +85,6 @@ def study_of(entry: RunEntry, folder: Path | None) -> Study:
     )
 
 
-FRONT, DESIGNS, CONVERGENCE = "front.csv", "designs.csv", "convergence.csv"
-VERIFIED = ("SPLV mean sum [dB(A)]", "SPLV sigma sum [dB]")
-"""Columns of the front with its verified sums."""
 NOT_THE_CONFIGURATION = {"seed", "platform", *SAME_RESULT}
 """Options in which runs of one configuration may differ; the platform goes by its files."""
 REPRODUCED = 1e-6
@@ -89,27 +92,34 @@ REPRODUCED = 1e-6
 PLATFORM_FILE = "platform.toml"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, kw_only=True)
 class ComparedRun:
     """A finished front study.
 
     - `entry`: its folder and record.
-    - `model`: built again from the run's options, with the draws of its search.
-    - `designs` (n, k): of the front [units of the space].
-    - `convergence` (n_generations,): hypervolume of the search [product of the objectives' units];
-      empty if not kept.
+    - `prepared`: what its study prepared again from the run's options.
+    - `front`: as the run keeps it.
     - `text_changed`: whether the study's script is another one today.
     """
 
     entry: RunEntry
-    model: RobustResponse
-    designs: RealArray
-    convergence: RealArray
-    text_changed: bool
+    prepared: RobustModel
+    front: FrontTable
+    text_changed: bool = False
+
+    @property
+    def model(self) -> Robust:
+        """Built again from the run's options, with the draws of its search."""
+        return self.prepared.robust
+
+    @property
+    def designs(self) -> RealArray:
+        """Designs of the front, shape (n, k) [units of the space]."""
+        return self.front.designs
 
     @property
     def seed(self) -> int:
-        """Of the search."""
+        """Seed of the search."""
         return int(self.entry.record["seed"])
 
     @cached_property
@@ -122,19 +132,6 @@ class ComparedRun:
         }
         return json.dumps([self.entry.study, options], sort_keys=True)
 
-    @cached_property
-    def picks(self) -> dict[str, int]:
-        """Rows of the front by name of the pick."""
-        front = pd.read_csv(self.entry.folder / FRONT)
-        named = front.get("pick", pd.Series(dtype=str)).fillna("")
-        # deboom 0.2.0 wrote best mean
-        return {
-            name.replace(" ", "-"): row
-            for row, names in enumerate(named)
-            for name in names.split(" = ")
-            if name
-        }
-
     def picked(self, pick: Pick) -> RealArray:
         """Return a design of the front by name, as the search found it, (k,) [units of the space].
 
@@ -143,67 +140,67 @@ class ComparedRun:
         InputError
             The front has no design of this name.
         """
-        if pick not in self.picks:
+        if pick not in self.front.picks:
             raise InputError(
                 f"{self.entry.folder / FRONT} names no design '{pick}': none is better than "
-                "today's, or the study picks none; use best-mean"
+                f"today's, or the study picks none; use {Pick.best_mean}"
             )
-        return np.asarray(self.designs[self.picks[pick]])
+        return np.asarray(self.designs[self.front.picks[pick]])
 
     @property
     def files(self) -> tuple[Path, ...]:
         """Files that a comparison reads."""
-        names = ("run.json", FRONT, DESIGNS, CONVERGENCE)
+        names = (RECORD, *FILES)
         return tuple(p for name in names if (p := self.entry.folder / name).is_file())
 
 
-def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
+def compared_run(
+    folder: Path, studies: Path | None, prepared: dict[str, object] | None = None
+) -> ComparedRun:
     """Read a run and build its model again.
 
     - `folder`: of the run.
     - `studies` or None: folder with the studies; see `study_of`.
+    - `prepared`, optional: models that runs of one question share; see `prepared_again`.
     - raises InputError: a folder that is no finished run of a front study, a file of it that is
       missing or edited, an input file that has changed, or a model that does not give the run's own
       figures again.
     """
     entry = read_run(folder)
     check_files(entry)
-    for name in (FRONT, DESIGNS):
-        if name not in entry.record["files_sha256"]:
-            raise InputError(
-                f"run {entry.folder} is of {entry.study}, which is no front study (no {name}): "
-                "this command takes runs of a front only, such as those of u06_robust_front"
-            )
+    front = entry.front
     study = study_of(entry, studies)
-    model = rebuilt_model(entry, study)
-    table = pd.read_csv(entry.folder / DESIGNS)
-    names = list(model.space.labels)
-    missing = [name for name in names if name not in table.columns]
+    model = rebuilt_model(entry, study, prepared)
+    missing = [label for label in model.robust.space.labels if label not in front.variables]
     if missing:
-        raise InputError(f"{entry.folder / DESIGNS} has no column {missing[0]}")
-    kept = entry.folder / CONVERGENCE
-    volume = pd.read_csv(kept).iloc[:, -1].to_numpy(float) if kept.is_file() else np.empty(0)
-    text = study.path.read_text(encoding="utf-8")
-    run = ComparedRun(
-        entry, model, table[names].to_numpy(float), volume, text != entry.record["study_text"]
-    )
+        raise InputError(f"{entry.folder / FRONT} has no column {missing[0]}")
+    front = replace(front, variables=tuple(model.robust.space.labels))
+    changed = study.path.read_text(encoding="utf-8") != entry.record["study_text"]
+    run = ComparedRun(entry=entry, prepared=model, front=front, text_changed=changed)
     _check_reproduced(run)
     return run
 
 
 def _check_reproduced(run: ComparedRun) -> None:
     """Refuse a model that does not give the verified figures of a few designs again."""
-    entry, front = run.entry, pd.read_csv(run.entry.folder / FRONT)
+    entry = run.entry
     draws = entry.record.get("facts", {}).get("verification_draws")
-    if draws is None or any(name not in front.columns for name in VERIFIED):
+    try:
+        objectives = run.front.objectives
+    except InputError as error:
         raise InputError(
-            f"run {entry.folder} of {entry.study} holds no front with verified mean and sigma "
-            f"({', '.join(VERIFIED)}): this command needs them; run the study again"
+            f"run {entry.folder} of {entry.study}: {error}: this command needs them; run the study "
+            "again"
+        ) from None
+    if draws is None:
+        raise InputError(
+            f"run {entry.folder} of {entry.study} does not say with how many draws its front was "
+            "verified: run the study again"
         )
-    rows = np.unique([0, len(front) // 2, len(front) - 1])
+    rows = np.unique([0, len(objectives) // 2, len(objectives) - 1])
     values = replicates(run.model, draws, seed=run.seed)(run.designs[rows])
     sums = np.column_stack([values.mean_sum, values.sigma_sum])
-    if not np.allclose(sums, front[list(VERIFIED)].to_numpy(float)[rows], rtol=REPRODUCED):
+    if not np.allclose(sums, objectives[rows], rtol=REPRODUCED):
         raise InputError(
             f"the study {entry.study} of today does not give the figures of run {entry.folder} "
             "again: bring its script and deboom back as they were, or run it again"

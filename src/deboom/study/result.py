@@ -1,12 +1,15 @@
-"""What a study gets from its runner."""
+"""What a study gets from its runner, and what other commands ask of its model."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any, Protocol, runtime_checkable
 
+from deboom.explore.robust import Robust
 from deboom.files.run_folder import CheckpointFolder, Run, hash_files
+from deboom.vehicles.platform import Runs
 
 
 @dataclass(frozen=True)
@@ -31,3 +34,43 @@ class RunContext:
         """
         hashes = hash_files(inputs, relative_to=self.relative_to)
         return CheckpointFolder(self.run.folder / name, hashes)
+
+
+@runtime_checkable
+class RobustModel(Protocol):
+    """What `prepare` returns where fronts of the study shall be compared.
+
+    - `robust`: model of the search with its draws.
+    """
+
+    @property
+    def robust(self) -> Robust:
+        """Model of the search with its draws."""
+
+
+@runtime_checkable
+class PlatformModel(RobustModel, Protocol):
+    """What `prepare` returns where the front is one of a platform's mounts.
+
+    - `runs`: platform, vehicles and load cases of the model.
+    """
+
+    @property
+    def runs(self) -> Runs:
+        """Platform, vehicles and load cases of the model."""
+
+
+@runtime_checkable
+class FleetModel(Protocol):
+    """What `prepare` returns where designs of an experiment shall be explored.
+
+    - `index`: model of the levels; `runs`: platform, vehicles and load cases.
+    """
+
+    @property
+    def index(self) -> Any:
+        """Model of the levels."""
+
+    @property
+    def runs(self) -> Runs:
+        """Platform, vehicles and load cases of the model."""

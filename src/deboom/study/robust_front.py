@@ -14,18 +14,20 @@ from deboom.choices import Pick
 from deboom.common import N_PER_MM, PERCENT
 from deboom.errors import InputError
 from deboom.explore.front import VERIFICATION, unbeaten
+from deboom.explore.result import Front
 from deboom.explore.robust import RobustValues, chosen
 from deboom.explore.selection import indifference_intervals
 from deboom.measurement.channels import LoadCase
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
-from deboom.study.front import Front, same_designs
+from deboom.study.front import heard, report_front
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.study.options import aim_note, listed
 from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
 from deboom.study.search import price
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet_front import FleetFront, same_designs
 from deboom.vehicles.platform import Platform, Runs
 
 NOTICEABLE = 0.1
@@ -57,13 +59,15 @@ TERMS = (
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class RobustFront(Front):
-    """The front of a platform's mount stiffnesses.
+class PlatformFront:
+    """The front of a platform's mount stiffnesses, and what its report needs beside it.
 
     Levels are those of the first load case; objectives are those of all.
 
     Parameters
     ----------
+    front : Front
+        The front, verified.
     runs : Runs
         Platform, vehicles and load cases of the search.
     every : BoomingModel or None
@@ -72,6 +76,7 @@ class RobustFront(Front):
         The same search with prescribed motion.
     """
 
+    front: Front
     runs: Runs
     every: BoomingModel | None = None
     prescribed: Front | None = None
@@ -94,12 +99,19 @@ class RobustFront(Front):
     @cached_property
     def motion_report(self) -> MotionReport:
         """What there is to say about motion and stiffness factors, checked at the picks."""
-        return motion_report(self.index, np.stack(list(self.named_designs.values())))
+        return motion_report(self.index, np.stack(list(self.front.named_designs.values())))
 
     @property
-    def order(self) -> float:
-        """Engine order of the load case whose levels are shown [1]."""
-        return self.load_case.order
+    def index(self) -> BoomingModel:
+        """The model of the search."""
+        model = self.front.model
+        assert isinstance(model, BoomingModel)
+        return model
+
+    @cached_property
+    def fleet(self) -> FleetFront:
+        """Levels and booming peaks of the load case that is shown."""
+        return FleetFront(self.front, self.load_case.order)
 
     @property
     def colours(self) -> dict[str, str]:
@@ -109,18 +121,18 @@ class RobustFront(Front):
     @property
     def worst_vehicle(self) -> int:
         """Row of the vehicle that best-mean helps least."""
-        return int(np.argmax(self.splv_change(self.pick_designs[Pick.best_mean])))
+        return self.fleet.worst_vehicle(self.front.pick_designs[Pick.best_mean])
 
     @cached_property
     def nominal_stiffness(self) -> RealArray:
         """Mean |K| in the band at factor 1, of `stiffness_variables` [N/mm]; nan: not measured."""
-        band = (float(self.frequency[0]), float(self.frequency[-1]))
+        band = (float(self.fleet.frequency[0]), float(self.fleet.frequency[-1]))
         return self.runs.stiffness(self.load_case, band) * N_PER_MM
 
     @property
     def stiffness_state(self) -> str:
         """State that `nominal_stiffness` holds at, in words."""
-        first, last = self.frequency[[0, -1]]
+        first, last = self.fleet.frequency[[0, -1]]
         return (
             f"the mean |K| in operation, {self.load_case.title}, {first:g}–{last:g} Hz; the "
             "supplier's sheet has the same factors at the state of its test"
@@ -131,16 +143,20 @@ class RobustFront(Front):
         """Interval of each variable around best-mean without a noticeable change, shape (k, 2)."""
         change = NOTICEABLE * self.index.n_lines
         return np.column_stack(
-            indifference_intervals(self.robust, self.pick_designs[Pick.best_mean], change)
+            indifference_intervals(
+                self.front.robust, self.front.pick_designs[Pick.best_mean], change
+            )
         )
 
     @cached_property
     def telling(self) -> list[int]:
         """Variables that bring `TELLING` of best-mean's change alone, the strongest first."""
-        today, best = self.robust.space.nominal, self.pick_designs[Pick.best_mean]
+        today, best = self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]
         alone = np.where(np.eye(len(best), dtype=bool), best, today)
-        order = np.argsort([self.splv_change(design).mean() for design in alone], kind="stable")
-        whole = self.splv_change(best).mean()
+        order = np.argsort(
+            [self.fleet.splv_change(design).mean() for design in alone], kind="stable"
+        )
+        whole = self.fleet.splv_change(best).mean()
         columns = [int(column) for column in order]
         for count in range(1, len(columns)):
             if self.only(columns[:count]) <= TELLING * whole:
@@ -149,25 +165,25 @@ class RobustFront(Front):
 
     def only(self, columns: list[int]) -> float:
         """Mean change of the level if only some variables go to best-mean [dB]."""
-        design = self.robust.space.nominal.copy()
-        design[columns] = self.pick_designs[Pick.best_mean][columns]
-        return float(self.splv_change(design).mean())
+        design = self.front.robust.space.nominal.copy()
+        design[columns] = self.front.pick_designs[Pick.best_mean][columns]
+        return float(self.fleet.splv_change(design).mean())
 
     def edges(self, design: RealArray) -> list[int]:
         """Variables with an effect whose factor lies at a bound of the search."""
-        space = self.robust.space
+        space = self.front.robust.space
         at = (design <= space.lower + AT_THE_EDGE) | (design >= space.upper - AT_THE_EDGE)
-        free = np.isin(self.variables, self.without_effect)
+        free = np.isin(self.front.variables, self.front.without_effect)
         return [int(column) for column in np.flatnonzero(at & ~free)]
 
     @property
     def beyond(self) -> float:
         """What the telling variables at an edge bring, moved on by `FURTHER` [dB]."""
-        space, best = self.robust.space, self.pick_designs[Pick.best_mean]
+        space, best = self.front.robust.space, self.front.pick_designs[Pick.best_mean]
         moved = best.copy()
         for column in set(self.edges(best)) & set(self.telling):
             moved[column] += FURTHER if best[column] > space.nominal[column] else -FURTHER
-        return float((self.splv_change(moved) - self.splv_change(best)).mean())
+        return float((self.fleet.splv_change(moved) - self.fleet.splv_change(best)).mean())
 
     @cached_property
     def as_softer_rubber(self) -> float:
@@ -176,7 +192,9 @@ class RobustFront(Front):
             return float("nan")
         try:
             part = self.runs.model(Motion.coupled, Factor.part)
-            both = part(np.stack([self.robust.space.nominal, self.pick_designs[Pick.best_mean]]))
+            both = part(
+                np.stack([self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]])
+            )
         except InputError:
             return float("nan")
         return float((both[1] - both[0]).mean() / self.index.n_lines)
@@ -185,7 +203,7 @@ class RobustFront(Front):
     def price(self) -> pd.DataFrame | str:
         """Sag, travel and modes of today's design and the picks, or why they are not known."""
         designs = {
-            name: x[: len(self.stiffness_variables)] for name, x in self.named_designs.items()
+            name: x[: len(self.stiffness_variables)] for name, x in self.front.named_designs.items()
         }
         try:
             requirements = price(self.runs, self.index.factor)
@@ -200,13 +218,13 @@ class RobustFront(Front):
         """Change of the mean level by each pick in each load case and vehicle, no scatter [dB]."""
         if self.every is None:
             return pd.DataFrame()
-        designs, rows = np.stack(list(self.named_designs.values())), []
+        designs, rows = np.stack(list(self.front.named_designs.values())), []
         for name in self.every.load_case_names:
             level = self.every.levels(designs, name).mean(axis=2)
-            for vehicle, changes in zip(self.vehicles, (level[1:] - level[0]).T, strict=True):
+            for vehicle, changes in zip(self.fleet.vehicles, (level[1:] - level[0]).T, strict=True):
                 rows.append(
                     {"load case": name, "vehicle": vehicle}
-                    | dict(zip((f"{pick} [dB]" for pick in self.picks), changes, strict=True))
+                    | dict(zip((f"{pick} [dB]" for pick in self.front.picks), changes, strict=True))
                 )
         return pd.DataFrame(rows)
 
@@ -215,77 +233,75 @@ class RobustFront(Front):
         """The front of prescribed motion as this model judges it, by its label."""
         if self.prescribed is None:
             return {}
-        values = self.judge(self.prescribed.values.designs)
+        values = self.front.judge(self.prescribed.values.designs)
         rows = np.flatnonzero(unbeaten(values))
         rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
         return {"found with prescribed motion": chosen(values, rows)}
 
 
-def front_report(front: RobustFront) -> Report:
+def front_report(view: PlatformFront) -> Report:
     """Report a robust front, for a reader who builds mounts."""
-    first, last = front.frequency[0], front.frequency[-1]
-    half = PERCENT * front.robust.space.tolerance.max()
+    first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
+    half = PERCENT * view.front.robust.space.tolerance.max()
     report = Report(
-        f"What to build: {front.platform.title}",
-        f"Which stiffnesses make {listed(front.vehicles)} quiet between {first:g} and {last:g} "
-        f"Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
+        f"What to build: {view.platform.title}",
+        f"Which stiffnesses make {listed(view.fleet.vehicles)} quiet between {first:g} and "
+        f"{last:g} Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
     )
-    motion = front.motion_report
+    motion = view.motion_report
     report.explain(*(motion.terms.get(term, term) for term in TERMS))
-    report.warn(*motion.warnings, front.robust.sample.warning)
-    picks, best = _picks(front), front.pick_designs[Pick.best_mean]
-    changes = front.splv_change(best)
-    report.summary["n_front"] = front.counts["n_front"]
-    for vehicle, splv in zip(front.vehicles, changes, strict=True):
+    report.warn(*motion.warnings, view.front.robust.sample.warning)
+    picks, best = _picks(view), view.front.pick_designs[Pick.best_mean]
+    changes = view.fleet.splv_change(best)
+    report.summary["n_front"] = view.front.counts["n_front"]
+    for vehicle, splv in zip(view.fleet.vehicles, changes, strict=True):
         report.summary[f"splv_change_db_per_line_{vehicle}"] = float(splv)
     sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
     mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
-    for name in front.picks:
+    for name in view.front.picks:
         key = name.replace("-", "_")
         report.summary[f"mean_change_db_{key}"] = float(mean[name])
         report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
-    report.summary["sigma_bias_percent"] = front.sigma_bias_percent
-    report.summary["mean_bias_db_per_line"] = front.mean_bias * front.per_line
-    report.summary |= motion.summary | front.counts
+    report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
+    report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
+    report.summary |= motion.summary | view.front.counts
     report.facts |= {
-        "motion": motion_name(front.index),
-        "design_factor": factor_name(front.index),
-        "kernel": front.index.kernel,
-        "objectives": "; ".join(objective.name for objective in front.robust.objectives),
-        "estimator": front.robust.estimator.kind,
-        "tolerance_sample": front.robust.sample.kind,
-        "tolerance_draws": front.robust.sample.n_samples,
-        "verification_draws": front.judge.n_samples,
+        "motion": motion_name(view.index),
+        "design_factor": factor_name(view.index),
+        "kernel": view.index.kernel,
+        "objectives": "; ".join(objective.name for objective in view.front.robust.objectives),
+        "estimator": view.front.robust.estimator.kind,
+        "tolerance_sample": view.front.robust.sample.kind,
+        "tolerance_draws": view.front.robust.sample.n_samples,
+        "verification_draws": view.front.judge.n_samples,
         "verification_scrambles": len(VERIFICATION),
     }
-    report.inputs += front.platform.input_files
+    report.inputs += view.platform.input_files
 
-    _answer(report, front, picks)
-    _choices(report, front, picks)
-    heard_by_the_driver(report, front)
-    _supplier(report, front)
-    pictures_behind(report, front)
-    _search(report, front)
+    _answer(report, view, picks)
+    _choices(report, view, picks)
+    heard_by_the_driver(report, view)
+    _supplier(report, view)
+    pictures_behind(report, view)
+    _search(report, view)
     return report
 
 
-def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
+def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     """Say what to build, what it brings, what it costs, and where the search ended."""
-    best, space = front.pick_designs[Pick.best_mean], front.robust.space
+    best, space = view.front.pick_designs[Pick.best_mean], view.front.robust.space
     row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
     peaks = [
         (c.level_after - c.level_before, c.frequency, name)
-        for name, changes in front.peak_changes(best).items()
+        for name, changes in view.fleet.peak_changes(best).items()
         for c in changes
         if c.before
     ]
     at_peaks = f"{signed(min(peaks)[0], 1)} to {signed(max(peaks)[0], 1)} dB" if peaks else ""
     words = []
-    for column in front.telling:
-        nominal = (
-            front.nominal_stiffness[column] if column < len(front.nominal_stiffness) else np.nan
-        )
+    for column in view.telling:
+        nominal = view.nominal_stiffness[column] if column < len(view.nominal_stiffness) else np.nan
         factor = f"{best[column]:.2f} of today's"
         value, label = factor, "factor"
         if np.isfinite(nominal):
@@ -293,9 +309,11 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
                 f"{best[column] * nominal:.0f} N/mm",
                 f"mean |K|; today {nominal:.0f}, {factor}",
             )
-        words.append(f"{front.variables[column]} {value} ({label.removesuffix(f', {factor}')})")
-        edge = ", at the edge of the search" if column in front.edges(best) else ""
-        report.tile(f"{front.variables[column]} {value}", label + edge)
+        words.append(
+            f"{view.front.variables[column]} {value} ({label.removesuffix(f', {factor}')})"
+        )
+        edge = ", at the edge of the search" if column in view.edges(best) else ""
+        report.tile(f"{view.front.variables[column]} {value}", label + edge)
     report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
     if peaks:
         report.tile(at_peaks.replace(" to ", " … "), "at the booming peaks")
@@ -306,17 +324,17 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     sentences = [
         f"{', '.join(words)}: {signed(mean, 2)} dB at the driver's ear on average"
         + (f", {at_peaks} at the booming peaks" if peaks else "")
-        + f", σ {spread}; {these} {signed(front.only(front.telling), 2)} dB."
+        + f", σ {spread}; {these} {signed(view.only(view.telling), 2)} dB."
     ]
-    at_edge = [front.variables[c] for c in front.telling if c in front.edges(best)]
+    at_edge = [view.front.variables[c] for c in view.telling if c in view.edges(best)]
     if at_edge:
         verb = "lies" if len(at_edge) == 1 else "lie"
         sentences.append(
             f"{listed(tuple(at_edge))} {verb} at the edge of the search ({space.lower.min():g} to "
             f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring "
-            f"a further {signed(front.beyond, 2)} dB (--bounds)."
+            f"a further {signed(view.beyond, 2)} dB (--bounds)."
         )
-    sentences.append(f"N/mm are {front.stiffness_state}.")
+    sentences.append(f"N/mm are {view.stiffness_state}.")
     louder = [peak for peak in peaks if peak[0] > NOTICEABLE]
     if louder:
         change, frequency, vehicle = max(louder)
@@ -324,9 +342,9 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
             f"{len(louder)} of {len(peaks)} booming peaks become louder, most of all {vehicle} at "
             f"{frequency:g} Hz, by {change:.1f} dB."
         )
-    rubber = front.as_softer_rubber
+    rubber = view.as_softer_rubber
     brings = "." if np.isnan(rubber) else f": here {signed(rubber, 1)} dB."
-    if factor_name(front.index) != Factor.part.value:
+    if factor_name(view.index) != Factor.part.value:
         sentences.append(
             "A factor scales the whole curve of stiffness over preload, with the stops re-tuned; "
             f"softer rubber in the same shape rides deeper into its stops and brings less{brings}"
@@ -334,25 +352,25 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     report.section("What to build", " ".join(sentences))
     report.figure(
         "pareto_front",
-        lambda: front.picture(front.judged_prescribed, BESIDE_WIDTH),
+        lambda: view.front.picture(view.judged_prescribed, BESIDE_WIDTH),
         "Both objectives of the front, with today's mounts and the picks; down and left is "
         "better. Bars: one standard error over independent scrambles of the draws.",
     )
-    worst = front.worst_vehicle
+    worst = view.worst_vehicle
     report.figure(
         "worst_vehicle",
-        lambda: front.heard(best, [worst], BESIDE_WIDTH),
-        f"The vehicle that gains least, {front.vehicles[worst]}: SPL at the driver's ear with "
+        lambda: heard(view.fleet, best, view.colours, rows=[worst], width=BESIDE_WIDTH),
+        f"The vehicle that gains least, {view.fleet.vehicles[worst]}: SPL at the driver's ear with "
         "today's mounts (dashed) and with best-mean.",
     )
-    if isinstance(front.price, str):
-        report.text(f"The price in sag, travel and modes is not known: {front.price}.")
+    if isinstance(view.price, str):
+        report.text(f"The price in sag, travel and modes is not known: {view.price}.")
     else:
-        shown = front.price[["number", "today's", Pick.best_mean]]
-        sag = front.price["number"].str.contains("sag").any()
+        shown = view.price[["number", "today's", Pick.best_mean]]
+        sag = view.price["number"].str.contains("sag").any()
         report.table(
             "price",
-            front.price,
+            view.price,
             "The price: sag under the weight, travel at full torque and rigid-body modes."
             if sag
             else "The price: rigid-body modes. Without static curves (a mount library) sag and "
@@ -362,23 +380,23 @@ def _answer(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         )
 
 
-def _picks(front: RobustFront) -> pd.DataFrame:
+def _picks(view: PlatformFront) -> pd.DataFrame:
     """Tabulate today's design and the picks, verified."""
-    rows = {name: (front.values, row) for name, row in front.picks.items()}
-    return front.compared({"baseline": (front.baseline, 0), **rows})
+    rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
+    return view.front.compared({"baseline": (view.front.baseline, 0), **rows})
 
 
-def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
+def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     """Show the picks, under both motions, and in all load cases."""
     names = list(
         dict.fromkeys(
-            " = ".join(name for name, other in front.picks.items() if other == row)
-            for row in front.picks.values()
+            " = ".join(name for name, other in view.front.picks.items() if other == row)
+            for row in view.front.picks.values()
         )
     )
     missing = (
         ""
-        if Pick.sigma_kept in front.picks
+        if Pick.sigma_kept in view.front.picks
         else (
             " No design found keeps σ and every vehicle at today's and is quieter: today's stays."
         )
@@ -393,12 +411,12 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         "picks",
         picks,
         f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
-        f"{front.judge.n_samples} draws that the search never saw.",
+        f"{view.front.judge.n_samples} draws that the search never saw.",
         {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
     )
-    if front.prescribed is not None:
-        _motions(report, front, front.prescribed)
-    cases = front.by_load_case
+    if view.prescribed is not None:
+        _motions(report, view, view.prescribed)
+    cases = view.by_load_case
     if len(cases):
         column = f"{Pick.best_mean} [dB]"
         worst = cases.iloc[int(cases[column].argmax())]
@@ -412,10 +430,11 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
         )
         report.summary["worst_load_case"] = str(worst["load case"])
         report.summary["worst_load_case_change_db"] = float(worst[column])
-    report.table("front", front.table)
-    report.table("designs", front.designs())
-    values, n_lines = front.values, front.index.n_lines
-    points, vehicles = np.meshgrid(np.arange(1, len(values) + 1), front.vehicles, indexing="ij")
+    report_front(report, view.front)
+    values, n_lines = view.front.values, view.index.n_lines
+    points, vehicles = np.meshgrid(
+        np.arange(1, len(values) + 1), view.fleet.vehicles, indexing="ij"
+    )
     per_vehicle = {
         "point": points.ravel(),
         "vehicle": vehicles.ravel(),
@@ -427,24 +446,24 @@ def _choices(report: Report, front: RobustFront, picks: pd.DataFrame) -> None:
     report.table("per_vehicle", pd.DataFrame(per_vehicle))
 
 
-def _motions(report: Report, front: RobustFront, prescribed: Front) -> None:
+def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     """Show the picks of both motions under both, and why they differ."""
-    mine = motion_name(front.index)
-    motions = {mine: front, "prescribed": prescribed}
+    mine = motion_name(view.index)
+    motions = {mine: view.front, "prescribed": prescribed}
     tables = []
     for found, searched in motions.items():
         designs = np.stack(list(searched.pick_designs.values()))
         table: dict[str, object] = {"pick": list(searched.picks), "found with": found}
         for judge, other in motions.items():
             values, today = other.judge(designs), other.baseline
-            change = (values.mean_sum - today.mean_sum[0]) * front.per_line
+            change = (values.mean_sum - today.mean_sum[0]) * view.front.per_line
             table[f"{judge} [dB]"] = change
             table[f"σ, {judge} [%]"] = PERCENT * (values.sigma_sum / today.sigma_sum[0] - 1.0)
         tables.append(pd.DataFrame(table))
     whole = pd.concat(tables, ignore_index=True)
     best = whole[whole["pick"] == Pick.best_mean][[f"{judge} [dB]" for judge in motions]]
     (own, _), (real, promised) = best.to_numpy(float)
-    same = same_designs(prescribed.index, front.index, front.robust.space)
+    same = same_designs(prescribed.model, view.index, view.front.robust.space)
     report.text(
         f"The powertrain answers here ({mine} motion); with prescribed motion it stays as "
         f"measured. Prescribed motion promises {signed(promised, 2)} dB for its best-mean, {mine} "
@@ -467,40 +486,40 @@ def _motions(report: Report, front: RobustFront, prescribed: Front) -> None:
         "r_min": float(same["correlation [1]"].min()),
         "slope_min": float(same["slope [1]"].min()),
         "slope_max": float(same["slope [1]"].max()),
-        "seconds_both_searches": round(front.search.seconds + prescribed.search.seconds, 3),
+        "seconds_both_searches": round(view.front.search.seconds + prescribed.search.seconds, 3),
     }
 
 
-def _supplier(report: Report, front: RobustFront) -> None:
+def _supplier(report: Report, view: PlatformFront) -> None:
     """Show the stiffnesses of the picks, and what is left open."""
-    nominal, variables = front.nominal_stiffness, front.stiffness_variables
+    nominal, variables = view.nominal_stiffness, view.stiffness_variables
     n = len(variables)
-    space, interval = front.robust.space, front.indifference[:n]
-    free = np.isin(variables, front.without_effect)
-    first, last = front.frequency[0], front.frequency[-1]
+    space, interval = view.front.robust.space, view.indifference[:n]
+    free = np.isin(variables, view.front.without_effect)
+    first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
     report.section(
         "What the supplier should build",
         "The stiffnesses of best-mean within their bounds, and beside them those of the "
-        f"other picks. N/mm are {front.stiffness_state}.",
+        f"other picks. N/mm are {view.stiffness_state}.",
     )
     report.figure(
         "stiffness_bars",
         plot.stiffness_bars(
             variables,
-            front.pick_designs[Pick.best_mean][:n],
+            view.front.pick_designs[Pick.best_mean][:n],
             space.lower[:n],
             space.upper[:n],
             nominal,
             free.tolist(),
             interval,
-            mount_colours([mount.name for mount in front.platform.mounts]),
+            mount_colours([mount.name for mount in view.platform.mounts]),
             stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
         ),
         "Chosen stiffness of every mount and axis. The thin bracket spans the "
         f"range within which the mean level stays within {NOTICEABLE} dB.",
     )
     table: dict[str, object] = {"variable": list(variables), "nominal [N/mm]": nominal}
-    for name, design in front.pick_designs.items():
+    for name, design in view.front.pick_designs.items():
         table[f"{name} factor [1]"] = design[:n]
         table[f"{name} [N/mm]"] = nominal * design[:n]
     for column, end in (("from", 0), ("to", 1)):
@@ -516,7 +535,7 @@ def _supplier(report: Report, front: RobustFront) -> None:
         "best-mean [N/mm]",
         "best-mean from [N/mm]",
         "best-mean to [N/mm]",
-        *(f"{name} [N/mm]" for name in front.picks if name != Pick.best_mean),
+        *(f"{name} [N/mm]" for name in view.front.picks if name != Pick.best_mean),
         "requirement",
     ]
     report.table(
@@ -527,11 +546,11 @@ def _supplier(report: Report, front: RobustFront) -> None:
         {column: 0 for column in columns if column.endswith("[N/mm]")},
         shown=stiffness[columns],
     )
-    if len(front.variables) > n:
-        names, interval = front.variables[n:], front.indifference[n:]
-        free = np.isin(names, front.without_effect)
+    if len(view.front.variables) > n:
+        names, interval = view.front.variables[n:], view.indifference[n:]
+        free = np.isin(names, view.front.without_effect)
         losses: dict[str, object] = {"variable": list(names)}
-        losses |= {f"{name} factor [1]": x[n:] for name, x in front.pick_designs.items()}
+        losses |= {f"{name} factor [1]": x[n:] for name, x in view.front.pick_designs.items()}
         for column, end in (("from", 0), ("to", 1)):
             losses[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
         report.table(
@@ -541,41 +560,41 @@ def _supplier(report: Report, front: RobustFront) -> None:
         )
 
 
-def _search(report: Report, front: RobustFront) -> None:
+def _search(report: Report, view: PlatformFront) -> None:
     """Say what was asked, with which data, and how the search went."""
-    space, sampler, case = front.robust.space, front.robust.sample, front.load_case
-    motion, search = front.motion_report, front.search
+    space, sampler, case = view.front.robust.space, view.front.robust.sample, view.load_case
+    motion, search, lines = view.motion_report, view.front.search, view.fleet.frequency
     cases = ", ".join(
-        f"{front.platform.load_case(part.load_case).title} (weight {weight:.3g})"
-        for part, weight in zip(front.index.cases, front.index.weights, strict=True)
+        f"{view.platform.load_case(part.load_case).title} (weight {weight:.3g})"
+        for part, weight in zip(view.index.cases, view.index.weights, strict=True)
     )
     factors = "stiffness factors"
-    if len(front.variables) > len(front.stiffness_variables):
+    if len(view.front.variables) > len(view.stiffness_variables):
         factors = "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
     report.section(
         "What was asked, and how it was searched",
-        f"{front.platform.title}: {front.platform.description}\n\n"
-        f"Vehicles: {listed(front.vehicles)}. Load cases: {cases}. Lines: "
-        f"{front.index.n_lines} between {front.frequency[0]:g} and {front.frequency[-1]:g} Hz, "
-        f"engine order {case.order:g}. Motion: {motion_name(front.index)}; meaning of a stiffness "
+        f"{view.platform.title}: {view.platform.description}\n\n"
+        f"Vehicles: {listed(view.fleet.vehicles)}. Load cases: {cases}. Lines: "
+        f"{lines.size} between {lines[0]:g} and {lines[-1]:g} Hz, engine order "
+        f"{case.order:g}. Motion: {motion_name(view.index)}; meaning of a stiffness "
         f"factor: {motion.summary['design_factor']}.\n\n"
-        f"Design variables: {len(front.variables)} {factors}, each between "
+        f"Design variables: {len(view.front.variables)} {factors}, each between "
         f"{space.lower.min():g} and {space.upper.max():g}. "
         f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "
         f"stiffness as three standard deviations, {sampler.n_samples} draws ({sampler.kind}). "
         "Two objectives, both as small as possible: the sum over the vehicles of the mean "
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
-        f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. {front.text} "
-        f"The search had its σ wrong by {signed(front.sigma_bias_percent, 2)} % and its mean by "
-        f"{signed(front.mean_bias * front.per_line, 3)} dB on average.\n\n"
-        "\n\n".join((motion.text, aim_note(front.robust))).strip(),
+        f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
+        f"{view.front.text} The search had its σ wrong by "
+        f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
+        f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"
+        "\n\n".join((motion.text, aim_note(view.front.robust))).strip(),
         folded=True,
     )
     report.figure(
         "convergence",
-        front.convergence_picture,
+        view.front.convergence_picture,
         "Hypervolume of the front over the generations; flat means that more "
         "generations would not have helped.",
     )
-    report.table("convergence", front.convergence())

@@ -1,4 +1,4 @@
-"""Robust searches within limits, merged into one front."""
+"""Options of a robust search, and the limits of its designs."""
 
 from __future__ import annotations
 
@@ -12,35 +12,21 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
-from deboom.common import AXES, Progress
+from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.explore.doe import latin_hypercube
-from deboom.explore.front import pareto_front, replicates, thinned, verify
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.robust import (
-    Limit,
-    LimitedResponse,
-    Limits,
-    Robust,
-    RobustResponse,
-    chosen,
-    joined,
-)
-from deboom.explore.scatter import ToleranceSample
-from deboom.explore.search import SearchResult, merge, nsga2
-from deboom.explore.selection import improved, pick
+from deboom.explore.result import Front, SearchResult
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, chosen
+from deboom.explore.search import VERIFIED, Checkpoint, search, searched
 from deboom.explore.space import Requirements
-from deboom.explore.workers import workers_for
 from deboom.files.limits import LimitsFile, load_limits
+from deboom.files.run_folder import CheckpointFolder
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.report import Report
-from deboom.study.front import Front
 from deboom.study.options import at_least
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
-from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import lines_inside
 from deboom.vehicles.limits import (
@@ -55,76 +41,11 @@ from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
 
-def robust_search(
-    robust: Robust,
-    budget: SearchOptions,
-    seed: int,
-    progress: Progress,
-    run: RunContext | None,
-    inputs: Sequence[Path],
-    name: str = "search",
-    first_population: RealArray | None = None,
-) -> SearchResult:
-    """Search with every seed and merge the fronts.
-
-    - `robust`: what evaluates a generation, perhaps in many processes; `budget`: for how long.
-    - `seed`: of the first search; `name`: its folder within the run.
-    - `run`: where the searches are kept, each by itself; `inputs`: files that they depend on.
-    - `first_population` (population, k): designs that every search begins with [units of the
-      space].
-    - returns, of several searches, their merged front with the convergence of the first one. A
-      single search is `nsga2`'s, bit for bit.
-    - raises InputError: fewer searches than one; see also `nsga2`.
-    """
-    if budget.searches < 1:
-        raise InputError(f"{budget.searches} searches find nothing: ask for at least one")
-    found = []
-    for number in range(seed, seed + budget.searches):
-        folder = name if number == seed else f"{name}_seed{number}"
-        kept = run.checkpoint(inputs, folder) if run else None
-        found.append(
-            nsga2(
-                robust,
-                budget.population,
-                budget.generations,
-                seed=number,
-                progress=progress,
-                checkpoint=kept,
-                first_population=first_population,
-            )
-        )
-    first = found[0]
-    if len(found) == 1:
-        return first
-    return replace(
-        merge(found), hypervolume=first.hypervolume, reference_point=first.reference_point
-    )
-
-
-@dataclass(frozen=True, eq=False)
-class MountLimits:
-    """What the designs of a study must keep; nothing at all without a file.
-
-    - `requirements`, `limits`: the limited numbers of a design, and one limit for each.
-    - `every_part`: whose draws must keep the limits; None: the design itself.
-    - `inputs`: files that they come from.
-    """
-
-    requirements: Requirements | None = None
-    limits: Limits | None = None
-    every_part: RobustResponse | None = None
-    inputs: tuple[Path, ...] = ()
-
-    def around(self, robust: Robust) -> Robust:
-        """Return a response whose designs must keep the limits."""
-        if self.requirements is None or self.limits is None:
-            return robust
-        made = self.every_part.made if self.every_part else None
-        return LimitedResponse(robust, self.requirements, self.limits, made)
-
-
 def report_limits(
-    report: Report, limits: MountLimits, search: SearchResult, designs: Mapping[str, RealArray]
+    report: Report,
+    limits: DesignLimits | None,
+    search: SearchResult,
+    designs: Mapping[str, RealArray],
 ) -> None:
     """Add to a report what the limits did; nothing without limits.
 
@@ -132,9 +53,9 @@ def report_limits(
     section, and warns of a named design that misses a limit because variables without effect on the
     noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
     """
-    requirements, bounds = limits.requirements, limits.limits
-    if requirements is None or bounds is None:
+    if limits is None:
         return
+    requirements, bounds = limits.requirements, limits.limits
     for name, design in list(designs.items())[1:]:
         excess = bounds.excess(requirements(design[np.newaxis, :]))
         if np.any(excess > 0.0):
@@ -169,8 +90,8 @@ def _limited_numbers(
 
 
 def mount_limits(
-    path: Path | None, runs: Runs, robust: RobustResponse, factor: Factor = Factor.dynamic
-) -> MountLimits:
+    path: Path | None, runs: Runs, robust: Robust, factor: Factor = Factor.dynamic
+) -> DesignLimits | None:
     """Read the limits of a study.
 
     - `path`: see `deboom.files.limits`; None is no limit.
@@ -181,7 +102,7 @@ def mount_limits(
       not; a limit that today's design cannot be held to because a curve was not measured that far.
     """
     if path is None:
-        return MountLimits()
+        return None
     content = load_limits(path)
     try:
         pairs = _quantities(content, runs, factor)
@@ -195,7 +116,7 @@ def mount_limits(
             raise InputError(f"{path}: {name} of today's design lies beyond its measured curve")
     library = (runs.platform.library_file,) if content.sag or content.travel else ()
     every_part = robust if content.kept_by == "every part" else None
-    return MountLimits(requirements, limits, every_part, (path, *library))
+    return DesignLimits(requirements, limits, every_part, (path, *library))
 
 
 def _quantities(
@@ -335,40 +256,73 @@ class SearchOptions:
             "closed network or use tls://host:port with Dask's own TLS settings."
         ),
     ] = None
-    searches = 1
+
+    def searched(
+        self,
+        robust: Robust,
+        *,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        title: str = "NSGA-II",
+    ) -> SearchResult:
+        """Search with these options, as `deboom.explore.search.searched`.
+
+        - `seed`: of the first search; `title`: of the progress bar.
+        - `run`: where the searches are kept, each by itself; `inputs`: files that they depend on.
+        """
+        with progress_bar(title) as bar:
+            return searched(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, "search", seed),
+            )
 
     def front(
         self,
         robust: Robust,
-        seed: int,
-        context: RunContext | None,
-        inputs: Sequence[Path],
         *,
-        limits: MountLimits | None = None,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        limits: DesignLimits | None = None,
+        verified_with: int = VERIFIED,
         title: str = "NSGA-II",
-        name: str = "search",
-        first_population: RealArray | None = None,
-    ) -> SearchResult:
-        """Search the front of a robust response with these options.
-
-        - `robust`: its designs are spread over the processes; `limits`: what designs must keep.
-        - `title`: of the progress bar; others and errors as for `robust_search`.
-        """
-        with (
-            workers_for(robust, self.workers, self.scheduler) as spread,
-            progress_bar(title) as bar,
-        ):
-            whole = spread if limits is None else limits.around(spread)
-            return robust_search(
-                *(whole, self, seed, bar, context, inputs, name),
-                first_population=first_population,
+    ) -> Front:
+        """Search and verify the whole front with these options, as `deboom.search` unpolished."""
+        with progress_bar(title) as bar:
+            return search(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                limits=limits,
+                polish=False,
+                shown=None,
+                verified_with=verified_with,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, "search", seed),
             )
 
 
-VERIFIED = 1024
-"""Draws of each scramble behind a verified number."""
-SHOWN = 100
-"""Designs of a front that are verified and shown; a longer front is thinned evenly along it."""
+def _checkpoint(
+    run: RunContext | None, inputs: Sequence[Path], name: str, first: int
+) -> Checkpoint | None:
+    """Return where the search of a seed is kept: a folder of the run for each."""
+    if run is None:
+        return None
+
+    def kept(seed: int) -> CheckpointFolder:
+        return run.checkpoint(inputs, name if seed == first else f"{name}_seed{seed}")
+
+    return kept
 
 
 @dataclass(frozen=True)
@@ -382,52 +336,34 @@ class ThoroughSearchOptions(SearchOptions):
 
     def verified(
         self,
-        robust: RobustResponse,
-        seed: int,
-        context: RunContext | None,
-        inputs: Sequence[Path],
-        limits: MountLimits | None = None,
-        draws: int = VERIFIED,
+        robust: Robust,
         *,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        limits: DesignLimits | None = None,
+        verified_with: int = VERIFIED,
         name: str = "search",
         begin: RealArray | None = None,
     ) -> Front:
-        """Search a front, improve its picks, and verify what is shown of it.
+        """Search, improve and verify a front with these options, as `deboom.search`.
 
+        - `name`: of the folder within the run, and of the progress bar.
         - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
-        - `draws`: of each scramble of the verification, a power of two; others as for `front`.
-
-        Picks go on by gradient where the model is smooth, two sums are minimised, all designs share
-        their draws, and no limits are set; elsewhere they are the best of all evaluated designs.
         """
-        if begin is not None:
-            rest = latin_hypercube(robust.space, self.population, seed=seed)[len(begin) :]
-            begin = np.vstack([begin, rest])
-        search = self.front(
-            *(robust, seed, context, inputs),
-            limits=limits,
-            title=name,
-            name=name,
-            first_population=begin,
-        )
-        smooth = (
-            robust.objectives == (MEAN_SUM, SIGMA_SUM)
-            and isinstance(robust.sample, ToleranceSample)
-            and not robust.space.integer.any()
-            and getattr(robust.evaluate, "motion", None) is not Motion.amplitude
-        )
-        polished = self.polish and smooth and (limits is None or limits.limits is None)
-        today = robust(robust.space.nominal[np.newaxis])
-        picked = chosen(search.evaluated, sorted(set(pick(search.evaluated, today).values())))
-        if polished:
-            picked = improved(robust, search.evaluated, today)
-        front = pareto_front(search.front, picked)
-        rows = joined([thinned(front, SHOWN), picked])
-        order = np.lexsort([*rows.designs.T, rows.objectives[:, 0]])
-        new = np.r_[True, np.any(np.diff(rows.designs[order], axis=0) != 0.0, axis=1)]
-        searched, judge = chosen(rows, order[new]), replicates(robust, draws, seed=seed)
-        note = "Its picks then went on by gradient." if polished else ""
-        if self.searches > 1:
-            note = f"The front is that of {self.searches} searches with different seeds. {note}"
-        found = replace(search, front=front), searched, judge, verify(searched, judge)
-        return Front(robust, *found, note.strip())
+        with progress_bar(name) as bar:
+            return search(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                searches=self.searches,
+                limits=limits,
+                first_population=begin,
+                polish=self.polish,
+                verified_with=verified_with,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, name, seed),
+            )

@@ -13,7 +13,7 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
@@ -168,7 +168,7 @@ def _interval(measured: RealArray, again: RealArray, coverage: float) -> Interva
     return Interval(np.where(known, measured, np.nan), lower, upper, found.coverage)
 
 
-def with_tolerance(robust: RobustResponse, column: int, tolerance: float) -> RobustResponse:
+def with_tolerance(robust: Robust, column: int, tolerance: float) -> Robust:
     """Return a response whose variable of one column has another tolerance [1]."""
     tolerances = np.array(robust.space.tolerance)
     tolerances[column] = tolerance

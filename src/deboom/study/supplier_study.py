@@ -5,7 +5,7 @@ from __future__ import annotations
 import io
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
 from html import unescape
@@ -21,7 +21,7 @@ from deboom.choices import Pick
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, indifference_intervals, variables_without_effect
 from deboom.explore.space import DesignSpace
 from deboom.files.acceptance import (
@@ -32,15 +32,15 @@ from deboom.files.acceptance import (
     read_solution_box,
     read_specification,
 )
-from deboom.files.platform import read_platform
+from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import Mount
-from deboom.study.platform_model import factor_name, platform_sha256
-from deboom.study.rebuilt import ComparedRun, compared_run, study_of
+from deboom.study.platform_model import factor_name
+from deboom.study.rebuilt import ComparedRun, compared_run
+from deboom.study.result import PlatformModel
 from deboom.study.robust_front import NOTICEABLE
-from deboom.study.runner import arguments_of
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.platform import Platform, Runs
@@ -123,7 +123,7 @@ class SupplierStudy:
         return self.runs.parts
 
     @property
-    def model(self) -> RobustResponse:
+    def model(self) -> Robust:
         """Of the run, with the draws of its search."""
         return self.run.model
 
@@ -210,7 +210,7 @@ class SupplierStudy:
         return tuple(found)
 
     @cached_property
-    def check(self) -> RobustResponse:
+    def check(self) -> Robust:
         """The model with draws that the search never saw."""
         return verification_response(self.model, DRAWS, seed=self.run.seed)
 
@@ -266,20 +266,15 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
         See `deboom.study.rebuilt.compared_run`; a study without platform and mounts.
     """
     run = compared_run(folder, studies)
-    given = arguments_of(run.entry, study_of(run.entry, studies))
-    model = run.model.evaluate
-    if not isinstance(model, BoomingModel) or {"platform", "mounts", "load_case"} - given.keys():
+    prepared, model = run.prepared, run.model.evaluate
+    if not isinstance(model, BoomingModel) or not isinstance(prepared, PlatformModel):
         raise InputError(
             f"run {folder}: its study {run.entry.study} does not search for stiffnesses of a "
             "platform's mounts: this command takes such fronts, as of u06_robust_front"
         )
-    frequency = model.frequency
+    first, last = float(model.frequency[0]), float(model.frequency[-1])
     # all vehicles: parts belong to the platform, and the model knows its own vehicles
-    runs = read_platform(given["platform"]).runs(
-        given["load_case"],
-        mounts=given["mounts"],
-        band=(float(frequency[0]), float(frequency[-1])),
-    )
+    runs = replace(prepared.runs, fleet=prepared.runs.platform.fleet, band=(first, last))
     return SupplierStudy(run, runs, pick)
 
 

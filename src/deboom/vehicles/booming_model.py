@@ -120,6 +120,11 @@ class BoomingModel:
         return "numba" if self.compiled else "numpy"
 
     @property
+    def smooth(self) -> bool:
+        """Whether its responses have derivatives, so that a search may follow them."""
+        return self.motion is not Motion.amplitude
+
+    @property
     def motion(self) -> Motion:
         """What the powertrain does when a stiffness changes."""
         if isinstance(self.cases[0], PathContributions):

@@ -1,0 +1,532 @@
+"""What a search found: its evaluations, and its front, verified with draws it never saw."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import BoolArray, RealArray, checked
+from deboom.common import PERCENT
+from deboom.errors import InputError
+from deboom.explore.front import (
+    Contestant,
+    Difference,
+    Replicates,
+    common_box,
+    common_judges,
+    difference,
+    hypervolume,
+    last_gain,
+    pareto_front,
+    replicates,
+    search_bias,
+    unbeaten,
+    verified,
+)
+from deboom.explore.robust import Robust, RobustValues, joined
+from deboom.explore.selection import ByPick, at_nominal, pick, variables_without_effect
+from deboom.explore.space import Evaluate
+from deboom.tabled import Tabled
+
+
+@checked(hypervolume="g ?", reference_point="m ?")
+class SearchResult:
+    """What a search found and how.
+
+    - `front`: front of all designs seen, not only of the last population.
+    - `evaluated`: every design that was evaluated.
+    - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
+    - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
+      generation, up to the worst objectives in the first one.
+    """
+
+    front: RobustValues
+    evaluated: RobustValues
+    hypervolume: RealArray
+    reference_point: RealArray
+    seed: int
+    seconds: float
+
+    @property
+    def n_evaluated(self) -> int:
+        """Number of designs that were evaluated."""
+        return len(self.evaluated)
+
+    @property
+    def n_failed(self) -> int:
+        """Number of designs that could not be computed."""
+        return int(self.evaluated.failed.sum())
+
+    @property
+    def infeasible(self) -> BoolArray:
+        """Evaluated designs that were computed and miss a limit, shape (n_evaluated,)."""
+        return np.asarray(~self.evaluated.failed & ~self.evaluated.feasible)
+
+
+def merge(searches: Sequence[SearchResult]) -> SearchResult:
+    """Return several searches of one problem, such as of several seeds, as one.
+
+    It has the front of all fronts, the seed of the first search, counts, failures and seconds added
+    up, and of the hypervolumes only the final one, up to the worst reference point.
+    """
+    if not searches:
+        raise InputError("there are no searches to merge: bring at least one")
+    front = pareto_front(*(search.front for search in searches))
+    reference = np.max([search.reference_point for search in searches], axis=0)
+    return SearchResult(
+        front=front,
+        evaluated=joined([search.evaluated for search in searches]),
+        hypervolume=np.array([hypervolume(front.objectives, reference)]),
+        reference_point=reference,
+        seed=searches[0].seed,
+        seconds=sum(search.seconds for search in searches),
+    )
+
+
+POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
+"""Columns of a front's table without a unit; others are those of `FrontColumns`."""
+
+
+@dataclass(frozen=True)
+class FrontColumns:
+    """Names of the columns of a front's table; levels in dB(A) scatter in dB.
+
+    - `unit`: of the responses.
+    """
+
+    unit: str
+
+    @classmethod
+    def of_table(cls, names: Sequence[str]) -> FrontColumns:
+        """Return the names that a table has; InputError if it has no verified mean and sigma."""
+        for name in names:
+            unit = re.fullmatch(r"(?:SPLV )?mean sum \[(.+)\]", name)
+            if unit and cls(unit[1]).sigma_sum in names:
+                return cls(unit[1])
+        missing = f"{cls('dB(A)').mean_sum}, {cls('dB(A)').sigma_sum}"
+        raise InputError(f"no front with verified mean and sigma (columns such as {missing})")
+
+    @classmethod
+    def variables(cls, names: Sequence[str]) -> tuple[str, ...]:
+        """Return the columns of design variables, which have a unit and are no others."""
+        try:
+            mine = cls.of_table(names).names
+        except InputError:
+            mine = frozenset()
+        return tuple(name for name in names if name.endswith("]") and name not in mine)
+
+    @property
+    def names(self) -> frozenset[str]:
+        """All of them."""
+        kinds = (name for name, kind in vars(type(self)).items() if isinstance(kind, property))
+        return frozenset(getattr(self, name) for name in kinds if name != "names")
+
+    @property
+    def _scatter(self) -> str:
+        return "dB" if self.unit == "dB(A)" else self.unit
+
+    @property
+    def _sums(self) -> str:
+        return "SPLV " if self.unit == "dB(A)" else ""
+
+    @property
+    def mean_sum(self) -> str:
+        """Verified sum of the means over the responses."""
+        return f"{self._sums}mean sum [{self.unit}]"
+
+    @property
+    def sigma_sum(self) -> str:
+        """Verified sum of the standard deviations."""
+        return f"{self._sums}sigma sum [{self._scatter}]"
+
+    @property
+    def mean_error(self) -> str:
+        """Standard error of `mean_sum`."""
+        return f"standard error of mean sum [{self._scatter}]"
+
+    @property
+    def sigma_error(self) -> str:
+        """Standard error of `sigma_sum`."""
+        return f"standard error of sigma sum [{self._scatter}]"
+
+    @property
+    def searched_mean_sum(self) -> str:
+        """What the search saw of `mean_sum`."""
+        return f"{self._sums}mean sum in search [{self.unit}]"
+
+    @property
+    def searched_sigma_sum(self) -> str:
+        """What the search saw of `sigma_sum`."""
+        return f"{self._sums}sigma sum in search [{self._scatter}]"
+
+    @property
+    def mean_per_line(self) -> str:
+        """Verified mean over responses and lines."""
+        return f"mean per line and vehicle [{self.unit}]"
+
+    @property
+    def sigma_per_line(self) -> str:
+        """Verified standard deviation of it."""
+        return f"sigma per line and vehicle [{self._scatter}]"
+
+    @property
+    def failed_draws(self) -> str:
+        """Share of the draws of the verification that could not be computed."""
+        return "failed draws [1]"
+
+    @property
+    def other_draws(self) -> str:
+        """Mean sum over the draws that could be computed."""
+        return f"{self._sums}mean sum of the other draws [{self.unit}]"
+
+
+_RENAMED = {
+    "index": "model",
+    "vehicles": "responses",
+    **{
+        name: f"deboom.vehicles.fleet_front.FleetFront(front).{name}"
+        for name in ("frequency", "levels", "peak_changes", "peak_table", "splv_change")
+    },
+}
+"""Names of deboom 0.2.0, and what has their place."""
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Front(Tabled):
+    """A searched front whose designs were evaluated again with draws that the search never saw.
+
+    Parameters
+    ----------
+    robust : Robust
+        Model, design space and draws of the search.
+    search : SearchResult
+        What was found.
+    searched, values : RobustValues
+        Designs of the front as the search saw them, and under the draws of the judge.
+    judge : Replicates
+        The model with draws that the search never saw.
+    note : str
+        What else there is to say about the search.
+    """
+
+    robust: Robust
+    search: SearchResult
+    searched: RobustValues
+    values: RobustValues
+    judge: Replicates
+    note: str = ""
+
+    def __getattr__(self, name: str) -> Any:
+        if name in _RENAMED:
+            raise AttributeError(f"a front has no '{name}' any more: take {_RENAMED[name]}")
+        raise AttributeError(f"'Front' has no attribute '{name}'")
+
+    @property
+    def model(self) -> Evaluate:
+        """The model without scatter."""
+        return self.robust.evaluate
+
+    @property
+    def responses(self) -> tuple[str, ...]:
+        """Names of the responses."""
+        return tuple(self.model.response_names)
+
+    @property
+    def variables(self) -> tuple[str, ...]:
+        """Names of the design variables."""
+        return self.robust.space.names
+
+    @property
+    def n_lines(self) -> int:
+        """Lines that each response is the sum of; 1 for a model that does not say."""
+        return int(getattr(self.model, "n_lines", 1))
+
+    @property
+    def per_line(self) -> float:
+        """Factor from a sum over responses and lines to the mean over both [1]."""
+        return 1.0 / (self.n_lines * len(self.responses))
+
+    @cached_property
+    def picks(self) -> ByPick[int]:
+        """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
+        return pick(self.values, self.baseline)
+
+    @cached_property
+    def without_effect(self) -> tuple[str, ...]:
+        """Variables that no response depends on."""
+        return variables_without_effect(self.model, self.robust.space)
+
+    @cached_property
+    def pick_designs(self) -> ByPick[RealArray]:
+        """Design of each pick, shape (k,); variables without effect are at nominal [1]."""
+        designs = at_nominal(self.values.designs, self.robust.space, self.without_effect)
+        return ByPick((name, designs[row]) for name, row in self.picks.items())
+
+    @property
+    def named_designs(self) -> dict[str, RealArray]:
+        """Today's design and the picks, each of shape (k,) [1]."""
+        return {"today's": self.robust.space.nominal, **self.pick_designs}
+
+    @cached_property
+    def baseline(self) -> RobustValues:
+        """Today's design under the verification's draws; one row."""
+        return self.judge(self.robust.space.nominal[np.newaxis, :])
+
+    @cached_property
+    def nondominated(self) -> BoolArray:
+        """Designs that no other one beats when verified, shape (n,)."""
+        return unbeaten(self.values)
+
+    @property
+    def mean_bias(self) -> float:
+        """Mean sum in the search minus verified, mean over the designs [response unit]."""
+        return search_bias(self.searched, self.values)[0]
+
+    @property
+    def sigma_bias_percent(self) -> float:
+        """The same of the sigma sum, relative [%]; negative if the search was optimistic."""
+        return search_bias(self.searched, self.values)[1]
+
+    @cached_property
+    def survivors(self) -> RealArray:
+        """What is left of designs that fail in some draws of the verification, shape (n, 2).
+
+        Share of draws that failed [1] and mean sum over the others [dB(A)]; 0 and NaN of a design
+        that could be computed. Such designs are neither picks nor on the verified front.
+        """
+        rows = zip(self.values.designs, self.values.failed, strict=True)
+        return np.array(
+            [self.judge.sets[0].survivors(x) if failed else (0.0, np.nan) for x, failed in rows]
+        )
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per design: objectives as verified and as searched, as sums and per line."""
+        names: dict[int, list[str]] = {}
+        for name, row in self.picks.items():
+            names.setdefault(row, []).append(name)
+        columns, searched = FrontColumns(self.model.response_unit), self.searched
+        values, n = self.values, len(self.values)
+        share, mean = self.survivors.T
+        failing = {columns.failed_draws: share, columns.other_draws: mean}
+        return pd.DataFrame(
+            {
+                POINT: np.arange(1, n + 1),
+                PICK: [" = ".join(names.get(row, ())) for row in range(n)],
+                columns.mean_sum: values.mean_sum,
+                columns.sigma_sum: values.sigma_sum,
+                columns.mean_error: values.standard_error_mean_sum,
+                columns.sigma_error: values.standard_error_sigma_sum,
+                columns.searched_mean_sum: searched.mean_sum,
+                columns.searched_sigma_sum: searched.sigma_sum,
+                NONDOMINATED: self.nondominated,
+                columns.mean_per_line: self.per_line * values.mean_sum,
+                columns.sigma_per_line: self.per_line * values.sigma_sum,
+                **(failing if share.any() else {}),
+            }
+        )
+
+    def designs(self) -> pd.DataFrame:
+        """Tabulate the variables of every design of the front [units of the space]."""
+        designs = self.values.designs
+        columns = dict(zip(self.robust.space.labels, designs.T, strict=True))
+        return pd.DataFrame({POINT: np.arange(1, len(designs) + 1), **columns})
+
+    def convergence(self) -> pd.DataFrame:
+        """Tabulate the hypervolume of the front so far, as the search saw it, by generation."""
+        volume = self.search.hypervolume
+        generation = np.arange(1, len(volume) + 1)
+        return pd.DataFrame({"generation": generation, "hypervolume [dB²]": volume})
+
+    def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:
+        """Tabulate both objectives of named rows of verified values, per response and line.
+
+        - `designs`: values and their row by name; changes are against the first one.
+        """
+        mean = np.array([values.mean_sum[row] for values, row in designs.values()])
+        sigma = np.array([values.sigma_sum[row] for values, row in designs.values()])
+        return pd.DataFrame(
+            {
+                "design": list(designs),
+                "mean level [dB(A)]": mean * self.per_line,
+                "change [dB]": (mean - mean[0]) * self.per_line,
+                "sigma of the level [dB]": sigma * self.per_line,
+                "change of sigma [%]": PERCENT * (sigma / sigma[0] - 1.0),
+            }
+        )
+
+    def picture(
+        self, beside: Mapping[str, RobustValues] | None = None, width: float | None = None
+    ) -> Any:
+        """Draw the designs that are not dominated when verified, with the picks and today's.
+
+        Parameters
+        ----------
+        beside : mapping of str to RobustValues, optional
+            Further fronts of the same responses under the same judge, by their label.
+        width : float, optional
+            Of the figure [inch].
+        """
+        from deboom import plot  # a notebook asks a front for its picture
+        from deboom.plot.style import FULL_WIDTH
+
+        values, scale, shown = self.values, self.per_line, self.nondominated
+        return plot.pareto_front(
+            values.mean_sum[shown] * scale,
+            values.sigma_sum[shown] * scale,
+            values.standard_error_mean_sum[shown] * scale,
+            values.standard_error_sigma_sum[shown] * scale,
+            None
+            if self.baseline.failed[0]
+            else (self.baseline.mean_sum[0] * scale, self.baseline.sigma_sum[0] * scale),
+            {
+                name: (float(values.mean_sum[row]) * scale, float(values.sigma_sum[row]) * scale)
+                for name, row in self.picks.items()
+            },
+            mean_label="mean level over lines [dB(A)]",
+            sigma_label="its σ [dB]",
+            beside={
+                name: (front.mean_sum * scale, front.sigma_sum * scale)
+                for name, front in (beside or {}).items()
+            },
+            width=FULL_WIDTH if width is None else width,
+        )
+
+    def convergence_picture(self) -> Any:
+        """Draw the hypervolume over the generations."""
+        from deboom import plot
+
+        volume = self.search.hypervolume * self.per_line**2
+        panel = plot.CurvePanel("", np.arange(1, volume.size + 1), {"hypervolume": volume})
+        return plot.curve_panels(
+            [panel], x_label="generation [1]", y_label="hypervolume [dB²]", columns=1
+        )
+
+    @property
+    def text(self) -> str:
+        """How many designs were evaluated and are left, in words."""
+        text = (
+            f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed; "
+            f"{len(self.search.front)} are on the front, of which tables and figures have "
+            f"{len(self.values)}, evenly along it and with all picks. {self.note}"
+        )
+        share = self.survivors[:, 0]
+        if share.any():
+            text += (
+                f" {np.count_nonzero(share)} of these could not be computed in up to "
+                f"{PERCENT * share.max():.1f} % of the draws of the verification: the table gives "
+                "that share and the mean of the other draws; they are no picks and not on the "
+                "verified front."
+            )
+        if self.baseline.failed[0]:
+            failed, mean = self.judge.sets[0].survivors(self.robust.space.nominal)
+            text += (
+                f" Today's design could not be computed in {PERCENT * failed:.1f} % of the draws, "
+                "so that changes against it have no number; the mean over the other draws, "
+                f"vehicles and lines is {mean * self.per_line:.2f} dB(A)."
+            )
+        return text
+
+    @property
+    def counts(self) -> dict[str, int | float]:
+        """Numbers of the search for ``summary.json``."""
+        return {
+            "n_front": len(self.search.front),
+            "n_evaluated": self.search.n_evaluated,
+            "n_failed": self.search.n_failed,
+            "seconds_search": round(self.search.seconds, 3),
+        }
+
+
+def verify(front: Front, *, draws: int = 1024, seed: int) -> Front:
+    """Evaluate the designs of a front again, with draws that its search never saw.
+
+    Parameters
+    ----------
+    front : Front
+        As `search` found it.
+    draws : int
+        Draws of the scatter, a power of two.
+    seed : int
+        Seed from 1; take another than in `search`, whose verification it would only repeat.
+
+    Returns
+    -------
+    Front
+        The same designs under the new draws, with ``mean_bias`` and ``sigma_bias_percent``.
+
+    Raises
+    ------
+    InputError
+        A front that fails altogether under the new draws; draws or a seed that cannot be.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> front = deboom.search(robust, population=8, generations=4)
+    >>> bool(deboom.verify(front, draws=512, seed=2).nondominated.any())
+    True
+    """
+    judge = replicates(front.robust, draws, seed=seed)
+    return replace(front, judge=judge, values=verified(front.searched, judge))
+
+
+def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) -> Difference:
+    """Say whether one front is really better than another, or whether it could be chance.
+
+    Parameters
+    ----------
+    first, second : Front
+        Fronts of the same variables and responses; the model of the first one judges both.
+    draws : int
+        Common draws of the scatter that both meet, a power of two of at least 16.
+    seed : int
+        Seed of these draws, from 1.
+
+    Returns
+    -------
+    Difference
+        First minus second, as a share of the hypervolume of their common box [1]; ``noise``, the
+        largest difference that 99 % still call chance; ``verdict``.
+
+    Raises
+    ------
+    InputError
+        Fronts of other variables or responses; draws that cannot be.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
+    >>> robust = deboom.Robust(model, model.design_space(), draws=64)
+    >>> front = deboom.search(robust, population=8, generations=4)
+    >>> deboom.compare(front, front).verdict.value
+    'within noise'
+    """
+    names = [(one.variables, one.responses) for one in (first, second)]
+    if names[0] != names[1]:
+        raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
+    judges = common_judges(first.robust, draws, seed)
+    by_set = [
+        [values.objectives for values in judges.by_set(front.search.front.designs)]
+        for front in (first, second)
+    ]
+    box = common_box([np.mean(values, axis=0) for values in by_set])
+    return difference(
+        *(
+            Contestant(
+                name,
+                np.array([[box.hypervolume(values) for values in sets]]),
+                np.array([box.share(last_gain(front.search.hypervolume))]),
+            )
+            for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
+        )
+    )

@@ -1,0 +1,137 @@
+"""The front of a run as it stands in its folder: ``front.csv`` and ``convergence.csv``.
+
+``front.csv`` has a row per design: objectives as verified and as searched, picks, and the design
+variables. deboom 0.2.0 kept the variables in ``designs.csv`` and spelled picks with spaces; its
+folders are read as well.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.result import PICK, POINT, Front, FrontColumns
+from deboom.explore.selection import ByPick
+from deboom.files.disk import replace_text
+from deboom.tabled import Tabled, csv_text
+
+FRONT, CONVERGENCE = "front.csv", "convergence.csv"
+OLD_DESIGNS = "designs.csv"
+"""Where deboom 0.2.0 kept the design variables."""
+FILES = (FRONT, OLD_DESIGNS, CONVERGENCE)
+"""Files of a run folder that a front is read from, as far as they are there."""
+
+
+@dataclass(frozen=True, eq=False)
+class FrontTable(Tabled):
+    """A front with its designs, as a run folder keeps it.
+
+    - `rows`: one row per design, columns ``name [unit]``.
+    - `variables`: labels of the design variables, ``name [unit]``, all of them columns.
+    - `convergence` (n_generations,): hypervolume of the search [product of the objectives' units];
+      empty if it was not kept.
+    """
+
+    rows: pd.DataFrame
+    variables: tuple[str, ...]
+    convergence: RealArray
+
+    @classmethod
+    def of(cls, front: Front) -> FrontTable:
+        """Return the table of a front: what it shows, and beside it its designs."""
+        designs = front.designs().drop(columns=POINT)
+        rows = pd.concat([front.table, designs], axis=1)
+        return cls(rows, tuple(designs.columns), front.search.hypervolume)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row per design: picks, objectives, design variables."""
+        return self.rows
+
+    @property
+    def columns(self) -> FrontColumns:
+        """Names of the columns of the objectives.
+
+        - raises InputError: a table without verified mean and sigma.
+        """
+        return FrontColumns.of_table(list(self.rows.columns))
+
+    @property
+    def designs(self) -> RealArray:
+        """Designs, shape (n, k) [units of the variables]."""
+        return self.rows[list(self.variables)].to_numpy(float)
+
+    @property
+    def objectives(self) -> RealArray:
+        """Verified mean sum and sigma sum, shape (n, 2) [unit of the responses]."""
+        columns = self.columns
+        return self.rows[[columns.mean_sum, columns.sigma_sum]].to_numpy(float)
+
+    @property
+    def picks(self) -> ByPick[int]:
+        """Rows by name of the pick."""
+        picks: ByPick[int] = ByPick()
+        for row, names in enumerate(self.pick_names):
+            for name in filter(None, names.split(" = ")):
+                picks[name] = row
+        return picks
+
+    @property
+    def pick_names(self) -> list[str]:
+        """Picks of each design, such as ``best-mean = none-louder``; mostly empty."""
+        return list(self.rows[PICK]) if PICK in self.rows else [""] * len(self.rows)
+
+    def frames(self) -> dict[str, pd.DataFrame]:
+        """Return the tables of a run folder by the stem of their file."""
+        generation = np.arange(1, len(self.convergence) + 1)
+        convergence = {"generation": generation, "hypervolume [dB²]": self.convergence}
+        return {"front": self.rows, "convergence": pd.DataFrame(convergence)}
+
+    def write(self, folder: Path) -> None:
+        """Write the files of the front into a folder that is there; older ones are replaced."""
+        for stem, frame in self.frames().items():
+            replace_text(folder / f"{stem}.csv", csv_text(frame))
+
+    @classmethod
+    def read(cls, folder: Path) -> FrontTable:
+        """Read the front of a run folder.
+
+        - raises InputError: a file that is missing or no table, no design variables, or as many
+          designs in ``designs.csv`` as in ``front.csv`` that there are not.
+        """
+        rows = _frame(folder / FRONT)
+        variables = FrontColumns.variables(list(rows.columns))
+        old = folder / OLD_DESIGNS
+        if not variables and old.is_file():
+            designs = _frame(old).drop(columns=POINT, errors="ignore")
+            if len(designs) != len(rows):
+                raise InputError(
+                    f"{old} has {len(designs)} designs and {folder / FRONT} {len(rows)}: bring "
+                    "both back as their run wrote them"
+                )
+            variables = tuple(designs.columns)
+            rows = pd.concat([rows, designs], axis=1)
+        if not variables:
+            raise InputError(
+                f"{folder / FRONT} has no design variables, columns such as 'TSM x [1]': run the "
+                "study again"
+            )
+        if PICK in rows:
+            spelled = rows[PICK].fillna("").astype(str)
+            rows[PICK] = spelled.str.replace(r"(?<=\w) (?=\w)", "-", regex=True)
+        path = folder / CONVERGENCE
+        kept = _frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
+        return cls(rows, variables, kept)
+
+
+def _frame(path: Path) -> pd.DataFrame:
+    """Read a table that a run wrote."""
+    try:
+        return pd.read_csv(path)
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be read as a table ({error}): run again") from None

@@ -1,0 +1,130 @@
+"""A front as the vehicles of a fleet hear it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import RealArray
+from deboom.explore.doe import sobol_designs
+from deboom.explore.result import Front
+from deboom.explore.space import DesignSpace, Evaluate
+from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
+
+PEAK_COLUMNS = (
+    "vehicle",
+    "frequency before [Hz]",
+    "speed before [rpm]",
+    "SPL before [dB(A)]",
+    "prominence before [dB]",
+    "frequency after [Hz]",
+    "speed after [rpm]",
+    "SPL after [dB(A)]",
+    "prominence after [dB]",
+    "change [dB]",
+)
+
+
+@dataclass(frozen=True, eq=False)
+class FleetFront:
+    """Levels, booming peaks and vehicles behind a front of designs; levels without scatter.
+
+    - `front`: of a model with lines, such as `BoomingModel`.
+    - `order`: of the lines whose levels are shown, per revolution [1].
+    """
+
+    front: Front
+    order: float = 1.0
+
+    @property
+    def model(self) -> Any:
+        """The model, which has ``frequency`` and ``levels``."""
+        return self.front.model
+
+    @property
+    def vehicles(self) -> tuple[str, ...]:
+        """Names of the vehicles."""
+        return self.front.responses
+
+    @property
+    def today(self) -> RealArray:
+        """Today's design, shape (k,)."""
+        return self.front.robust.space.nominal
+
+    @property
+    def frequency(self) -> RealArray:
+        """Lines of the band, shape (n_frequency,) [Hz]."""
+        return np.asarray(self.model.frequency)
+
+    def splv_change(self, design: RealArray) -> RealArray:
+        """Change of SPLV over the number of lines against today's design, shape (v,) [dB]."""
+        both = self.model(np.stack([self.today, design]))
+        return np.asarray((both[1] - both[0]) / self.front.n_lines)
+
+    def levels(self, design: RealArray) -> RealArray:
+        """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
+        return np.asarray(self.model.levels(design[np.newaxis, :])[0])
+
+    def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
+        """Booming peaks of each vehicle today and in one design."""
+        before, after = self.levels(self.today), self.levels(design)
+        return {
+            name: compare_peaks(before[row], after[row], self.frequency, self.order)
+            for row, name in enumerate(self.vehicles)
+        }
+
+    def peak_table(self, design: RealArray) -> pd.DataFrame:
+        """Tabulate today's booming peaks and what becomes of them in one design."""
+        rows = []
+        for vehicle, changes in self.peak_changes(design).items():
+            for change in changes:
+                states = [
+                    (peak.frequency, peak.rpm, level, peak.prominence)
+                    if peak
+                    else (np.nan, np.nan, level, np.nan)
+                    for peak, level in (
+                        (change.before, change.level_before),
+                        (change.after, change.level_after),
+                    )
+                ]
+                difference = change.level_after - change.level_before
+                rows.append((vehicle, *states[0], *states[1], difference))
+        return pd.DataFrame(rows, columns=PEAK_COLUMNS)
+
+    def vehicle_table(self, name: str, change: RealArray) -> pd.DataFrame:
+        """Tabulate level and σ of each vehicle today and in a pick, beside its change (v,) [dB]."""
+        row, n_lines = self.front.picks[name], self.front.n_lines
+        return pd.DataFrame(
+            {
+                "vehicle": list(self.vehicles),
+                "level before [dB(A)]": self.front.baseline.mean[0] / n_lines,
+                "level after [dB(A)]": self.front.values.mean[row] / n_lines,
+                "change [dB]": change,
+                "sigma before [dB]": self.front.baseline.sigma[0] / n_lines,
+                "sigma after [dB]": self.front.values.sigma[row] / n_lines,
+            }
+        )
+
+    def worst_vehicle(self, design: RealArray) -> int:
+        """Row of the vehicle that a design helps least."""
+        return int(np.argmax(self.splv_change(design)))
+
+
+def same_designs(
+    prescribed: Evaluate, other: Evaluate, space: DesignSpace, n: int = 256
+) -> pd.DataFrame:
+    """Compare the changes of the mean level by the same designs under two models, by vehicle."""
+    designs = sobol_designs(space, n, seed=1)
+    both = np.vstack([space.nominal, designs])
+    first, second = (index(both)[1:] - index(both)[0] for index in (prescribed, other))
+    pairs = list(zip(first.T, second.T, strict=True))
+    return pd.DataFrame(
+        {
+            "vehicle": list(other.response_names),
+            "correlation [1]": [float(np.corrcoef(x, y)[0, 1]) for x, y in pairs],
+            "slope [1]": [float(np.polyfit(x, y, 1)[0]) for x, y in pairs],
+        }
+    )

@@ -13,7 +13,7 @@ from broken_files import content, edits, refused
 from deboom.errors import InputError
 from deboom.files.rows import ChannelRow, HammerChannel, MountRow
 from deboom.files.tables import read_table, workbook_bytes, write_table
-from deboom.files.units import RANGES, parse_unit
+from deboom.files.units import RANGES, SEVERAL_MEANINGS, UNITS, parse_unit
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]
@@ -72,7 +72,7 @@ def test_mount_tables_round_trip(tmp_path):
         """
 x [mm] | x | column 'x' has no unit: write 'x [mm]' or [m]
 x [mm] | x [] | column 'x []': a unit is missing
-x [mm] | x [inch] | column 'x [inch]': unknown unit 'inch'
+x [mm] | x [furlong] | column 'x [furlong]': unknown unit 'furlong'
 x [mm] | x [N] | column 'x [N]' is not in m or a multiple of it
 x [mm] | y [mm] | column 'x' is missing; the columns are mount, piece, x, y, z
 mount,piece,x [mm], | mount,piece,x [mm],x [mm], | column 'x' is unknown or doubled
@@ -180,15 +180,85 @@ CONVENTIONS = (Path(__file__).parents[2] / "docs" / "conventions.md").read_text(
 
 def test_labels_of_files_reach_si_as_the_conventions_say():
     rows = re.findall(r"^\| [\w, -]+ \| (`.*`.*) \|$", CONVENTIONS, re.M)
-    assert len(rows) == 17
+    listed = {}
     for row in rows:
         (si, _), *others = re.findall(r"`(.*?)` ?([\d.e-]*)", row)
+        si = si.replace("²", "^2")
         for label, factor in ((si, "1"), *others):
             unit = parse_unit(label)
-            assert (unit.label, unit.si) == (label, si.replace("²", "^2"))
-            assert unit.factor == pytest.approx(float(factor), rel=1e-15)
+            assert (unit.label, unit.si) == (label, si)
+            assert unit.factor == pytest.approx(float(factor), rel=1e-14)
+            listed.setdefault(si, []).append(label.replace("²", "^2").replace("µ", "u"))
+    assert listed == {si: list(labels) for si, labels in UNITS.items()}
     ratio = parse_unit("mm/kN")
     assert (ratio.si, ratio.factor) == ("m/N", pytest.approx(1e-6, rel=1e-15))
+
+
+def test_labels_of_several_meanings_are_those_of_the_conventions():
+    rows = re.findall(r"^\| `(.*?)` \| (\S+) `(.*?)`.*?; (\S+) `(.*?)` \|$", CONVENTIONS, re.M)
+    assert [label for label, *_ in rows] == list(SEVERAL_MEANINGS)
+    for label, *meanings in rows:
+        for factor, si in zip(meanings[::2], meanings[1::2], strict=True):
+            unit = parse_unit(label, si.replace("²", "^2"))
+            assert (unit.si, unit.factor) == (si.replace("²", "^2"), pytest.approx(float(factor)))
+        if label != "g":
+            with pytest.raises(InputError, match=rf"may mean {meanings[0][:7]}.* or .*: write"):
+                parse_unit(label)
+
+
+POUND_FORCE = 0.45359237 * 9.80665
+LABELS = {
+    (
+        "m/s^2",
+        1.0,
+    ): "m/s²|m/s2|m/s**2|(m/s^2)|[m/s²]|m/sec^2|m s^-2|m·s⁻²|ms⁻²|ms-2|m/s/s|m / s ^ 2",
+    ("m/s^2", 9.80665): "g|gn|g's|g_n",
+    ("m/s^2", 0.0254): "in/s^2|in/sec²|inch/s2|in/s/s",
+    ("m/s^2/N", 1.0): "m/s^2/N|(m/s²)/N|m/(s² N)|m/(N·s²)|m s^-2 N^-1|(1/N)*(m/s²)|m/s²/Newton",
+    ("m/s^2/N", 9.80665): "g/N|gn/N|(g)/(N)",
+    ("m/s^2/N", 0.0254 / POUND_FORCE): "in/s^2/lbf|(in/s²)/lbf",
+    ("m/s/N", 1.0): "m/s/N|(m/s)/N|m/(s N)",
+    ("m/N", 1e-6): "mm/kN|µm/N|um/N",
+    ("Pa/N", 1.0): "Pa/N|Pa / N|Pascal/Newton",
+    ("Pa/m/s^2", 1.0): "Pa/(m/s^2)|Pa/m/s²",
+    ("rad/s^2/N m", 1.0): "rad/s^2/(N m)|rad/s²/Nm|(rad/s^2)/(N·m)",
+    ("rad/s", np.pi / 180): "deg/s|°/s",
+    ("rad", np.pi / 180): "deg|°|degrees",
+    ("N", POUND_FORCE): "lbf|LBF",
+    ("N", 1.0): "N|Newton|Newtons|newtons",
+    ("N", 9.80665): "kgf|kp",
+    ("N m", 1.0): "Nm|N·m|N*m|N-m|N.m|N m",
+    ("N m", 12 * 0.0254 * POUND_FORCE): "ft-lbf|lbf·ft|ft lb|lb-ft",
+    ("N m/rad", 180 / np.pi): "Nm/deg|N·m/°",
+    ("N/m", POUND_FORCE / 0.0254): "lbf/in|lbf/inch",
+    ("N/m", 1e6): "kN/mm|N/µm",
+    ("rpm", 1.0): "rpm|RPM|1/min|min^-1|min-1|min⁻¹|U/min|rev/min|r/min",
+    ("Pa", 1e5): "bar",
+    ("Pa", POUND_FORCE / 0.0254**2): "psi",
+    ("Hz", 1.0): "Hz|hz|HZ",
+    ("dB(A)", 1.0): "dB(A)|dBA",
+    ("1", 1.0): "1|-",
+}
+
+
+@pytest.mark.parametrize("unit", LABELS, ids=lambda unit: f"{unit[1]:.6g} {unit[0]}")
+def test_labels_that_laboratories_write(unit):
+    for label in LABELS[unit].split("|"):
+        read = parse_unit(label)
+        assert (read.label, read.si, read.factor) == (label, unit[0], pytest.approx(unit[1]))
+        assert parse_unit(label, unit[0]) == read
+
+
+@pytest.mark.parametrize("label", ["V", "mV", "Volts", "EU", "counts"])
+def test_raw_electrical_values_are_refused(label):
+    with pytest.raises(InputError, match="apply the sensor's sensitivity before the export"):
+        parse_unit(label)
+
+
+@pytest.mark.parametrize("label", ["g rms", "Pa RMS", "m/s^2 pk", "N (peak)", "Pa_rms"])
+def test_a_label_that_states_rms_or_peak_is_refused(label):
+    with pytest.raises(InputError, match="states how an amplitude is counted"):
+        parse_unit(label)
 
 
 def test_ranges_are_those_of_the_conventions():

@@ -332,7 +332,7 @@ class FunctionMatrix:
         if unit and function.unit != unit:
             raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
         if table is not None and function.id_lines[-1] != IN_SI:
-            stated = parse_unit(function.file_unit)
+            stated = parse_unit(function.file_unit, unit)
             if not math.isclose(stated.factor, table.factor, rel_tol=1e-9):
                 raise self.error(
                     f"{what} is in '{function.file_unit}', but the channel table says "

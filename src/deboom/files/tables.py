@@ -37,7 +37,6 @@ _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*)$", re.ASCII)
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
 _EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]", "N/m": "[N/mm]' or [N/m]"}
-_ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 
 
 @dataclass(frozen=True)
@@ -299,12 +298,8 @@ def _column_unit(what: str, column: str, label: str | None, si: str) -> Unit:
     if label is None:
         example = _EXAMPLES.get(si, f"[{si}]'")
         raise InputError(f"{what} has no unit: write '{column} {example}")
-    if si == "rad":
-        if label not in _ANGLES:
-            raise InputError(f"{what}: an angle is in deg or rad")
-        return Unit(label, "rad", _ANGLES[label])
     with naming(what):
-        unit = parse_unit(label)
+        unit = parse_unit(label, si)
     if unit.si != si:
         raise InputError(f"{what} is not in {si} or a multiple of it")
     return unit
@@ -341,7 +336,7 @@ class Numbers:
         """Return values in the unit that is written, without the digits that the scaling made."""
         if not self.written:
             return list(values)
-        factor = 180.0 / math.pi if self.written == "deg" else 1.0 / parse_unit(self.written).factor
+        factor = 1.0 / parse_unit(self.written).factor
         rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
         return rounded
 

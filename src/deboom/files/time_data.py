@@ -140,7 +140,7 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunctio
         if not signal.unit.strip():
             raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
         with naming(what):
-            unit = parse_unit(signal.unit)
+            unit = parse_unit(signal.unit, row.unit.si)
     with naming(what):
         return UffFunction(
             abscissa=signal.time,

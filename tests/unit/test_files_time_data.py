@@ -275,6 +275,51 @@ def test_functions_over_frequency_of_matlab_7_3(tmp_path):
     assert table.spectrum("EnM x")[1] == pytest.approx(functions["EnM x"][1])
 
 
+def marked(path, variable, kind, numbers, **attributes):
+    """Exchange a variable of a file of version 7.3 for one of another of MATLAB's classes."""
+    with h5py.File(path, "r+") as file:
+        del file[variable]
+        data = file.create_dataset(variable, data=np.array(numbers))
+        data.attrs.update({"MATLAB_class": np.bytes_(kind), **attributes})
+
+
+@pytest.mark.parametrize(
+    ("variable", "kind", "numbers", "attributes", "sentence"),
+    [
+        # two names as MATLAB's strings: a reference to where the text is, in six numbers
+        (
+            "names",
+            "string",
+            np.uint32([[0xDD000000, 2, 1, 1, 1, 1]]),
+            {"MATLAB_object_decode": np.int32(3)},
+            "variable 'names' is of MATLAB's class string: save cellstr(names)",
+        ),
+        (
+            "values",
+            "table",
+            np.uint32([[0xDD000000, 2, 1, 1, 1, 1]]),
+            {"MATLAB_object_decode": np.int32(3)},
+            "variable 'values' is of MATLAB's class table: save numbers, or text in a cell array",
+        ),
+        # an empty text is the size 0 x 0
+        (
+            "units",
+            "char",
+            np.uint64([0, 0]),
+            {"MATLAB_empty": np.uint8(1)},
+            "states no unit: export it with one",
+        ),
+    ],
+)
+def test_classes_of_matlab_7_3(tmp_path, variable, kind, numbers, attributes, sentence):
+    path = tmp_path / "run.mat"
+    matlab_73(path, SIGNALS, TIME)
+    marked(path, variable, kind, numbers, **attributes)
+    row = CampaignChannel("driver ear", "acceleration", 1, "scalar", Unit("Pa", "Pa", 1.0))
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        time_functions(path, [row])
+
+
 def intact(kind):
     """Write a file of a kind as it should be."""
 

@@ -487,7 +487,8 @@ def matlab_table(
         unit = "Hz" if axis == _FREQUENCY else "s"
         raise InputError(
             f"{path}: there is no variable {', '.join(map(repr, missing))}: save {axis} [{unit}], "
-            "names (cell array of text), values (lines x names) and units"
+            "names (cell array of text; of strings, cellstr(names)), values (lines x names) and "
+            "units, each a variable of its own"
         )
     names, units = _texts(content["names"]), _texts(content["units"])
     units = units * len(names) if len(units) == 1 else units
@@ -535,17 +536,26 @@ def _mat_of_hdf5(path: Path) -> dict[str, Any]:
     """Variables of a file of version 7.3: HDF5 with turned axes, and texts as numbers."""
     h5py = library(path, "h5py", "hdf5")
 
-    def plain(file: Any, data: Any) -> Any:
+    def plain(name: str, file: Any, data: Any) -> Any:
+        kind = data.attrs.get("MATLAB_class", b"").decode()
+        if kind == "string" or "MATLAB_object_decode" in data.attrs or hasattr(data, "keys"):
+            remedy = f"cellstr({name})" if kind == "string" else "numbers, or text in a cell array"
+            raise InputError(
+                f"{path}: variable '{name}' is of MATLAB's class {kind}: save {remedy}"
+            )
         if data.dtype == h5py.ref_dtype:
-            return np.array([str(plain(file, file[each])) for each in np.ravel(data[()])])
-        if data.attrs.get("MATLAB_class") == b"char":
-            return np.array("".join(map(chr, np.ravel(data[()].T))))
+            return np.array([str(plain(name, file, file[each])) for each in np.ravel(data[()])])
+        if kind == "char":
+            empty = data.attrs.get("MATLAB_empty", 0)
+            return np.array("" if empty else "".join(map(chr, np.ravel(data[()].T))))
         values = data[()].T
         return values["real"] + 1j * values["imag"] if values.dtype.names else values
 
     try:
         with h5py.File(path, "r") as file:
-            return {name: plain(file, file[name]) for name in _VARIABLES if name in file}
+            return {name: plain(name, file, file[name]) for name in _VARIABLES if name in file}
+    except InputError:
+        raise
     except Exception as error:  # a damaged file raises many kinds
         raise InputError(
             f"{path} is a damaged MATLAB file of version 7.3 ({error}): save it again"

@@ -11,7 +11,7 @@ import pytest
 from broken_files import content, edits, refused
 
 from deboom.errors import InputError
-from deboom.files.rows import ChannelRow, HammerChannel, MountRow
+from deboom.files.rows import ChannelRow, HammerChannel, MountRow, PlacedImpact
 from deboom.files.tables import read_table, workbook_bytes, write_table
 from deboom.files.units import RANGES, SEVERAL_MEANINGS, UNITS, parse_unit
 
@@ -103,7 +103,7 @@ NO_TABLES = [
     ("csv", "", r"mounts\.csv is empty"),
     ("csv", b"mount,piece,x [m]\xff\n", r"mounts\.csv is not UTF-8"),
     ("csv", f"{HEADER}\n\n", "has a header and no rows"),
-    ("csv", f"{HEADER},note\nTSM,,1,1,1,1\n", "column 'note' is unknown or doubled"),
+    ("csv", f"{HEADER},w\nTSM,,1,1,1,1\n", "column 'w' is unknown or doubled"),
     ("csv", HEADER.replace(",", "|"), "are mount, piece, x, y, z, separated by commas"),
     *(
         ("csv", f'{HEADER}\nTSM,,"{number}",1,1\n', "line 2, column 'x'.*is no finite number")
@@ -295,3 +295,101 @@ def test_a_workbook_reads_back_with_units_and_empty_cells():
 def test_sheets_that_cannot_be_are_refused(sheets):
     with pytest.raises(InputError, match="sheet"):
         workbook_bytes({name: pd.DataFrame({"a": [1]}) for name in sheets}, "title")
+
+
+# ---- what people write around a table
+
+TITLE = "Mounts, measured on the bench; positions from the c.g."
+REMARKED = [
+    ["mount", "serial number", "piece", "x [mm]", "y [mm]", "#by", "z [mm]"],
+    ["# tape measure, 3 May"],
+    ["TSM", "4711", "", 200, -60.5, "Li", -270],
+    [],
+    ["Du", "4712", "left", -500.25, -300, "Li", -100],
+    ["Remark: right one not measured"],
+]
+POSITIONS = [(0.2, -0.0605, -0.27), (-0.50025, -0.3, -0.1)]
+
+
+def text_table(rows, separator, point):
+    cells = [[str(cell).replace(".", point) for cell in row] for row in rows]
+    width = max(map(len, rows))
+    lines = [separator.join(row + [""] * (width - len(row))) for row in cells]
+    return "\n".join([*lines, ""])
+
+
+def sheet(path, rows, name="Sheet1"):
+    book = openpyxl.Workbook()
+    book.active.title = name
+    for row in rows:
+        book.active.append(row)
+    book.save(path)
+
+
+@pytest.mark.parametrize("titles", [[], [[TITLE]], [["a;b"], [], [TITLE, "", "x"]]])
+@pytest.mark.parametrize("kind", ["comma", "semicolon", "xlsx", "xlsx with decimal commas"])
+def test_titles_remarks_and_serial_numbers_stand_around_a_table(tmp_path, titles, kind):
+    rows = [*titles, *REMARKED]
+    path = tmp_path / ("mounts.csv" if "xlsx" not in kind else "mounts.xlsx")
+    if kind == "comma":
+        path.write_text(text_table(rows, ",", ".").replace(TITLE, f'"{TITLE}"'))
+    elif kind == "semicolon":
+        path.write_text(text_table(rows, ";", ",").replace(TITLE, f'"{TITLE}"'))
+    elif kind == "xlsx":
+        sheet(path, rows)
+    else:
+        # numbers that were typed as text under a German locale
+        texts = [[str(c).replace(".", ",") if isinstance(c, float) else c for c in r] for r in rows]
+        sheet(path, texts)
+    read = read_table(path, MountRow)
+    assert [(row.mount, row.piece) for row in read] == [("TSM", ""), ("Du", "left")]
+    for row, position in zip(read, POSITIONS, strict=True):
+        assert row.position == pytest.approx(position, rel=1e-14)
+
+
+def test_a_line_below_a_title_is_named_as_the_file_counts_it(tmp_path):
+    path = tmp_path / "mounts.csv"
+    path.write_text(text_table([["Bench 3"], *REMARKED], ",", ".").replace("-300", "x"))
+    with pytest.raises(InputError, match=r"mounts\.csv line 6, column 'y': 'x' is no finite"):
+        read_table(path, MountRow)
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        (
+            [["TSM", "", "1,500", 1, 1]],
+            "line 2, column 'x': '1,500' is no finite number: write 1.5",
+        ),
+        ([["TSM", "", "1.234,5", 1, 1]], r"column 'x': '1.234,5' is no finite number \(decimal po"),
+        (
+            [["Hub 3: not yet"], ["Du", "", 1, 1, 1]],
+            "line 2: 'Hub 3: not yet' stands alone: fill in",
+        ),
+        ([["TSM"], ["Du", "", 1, 1, 1]], "line 2, column 'x': '' is no finite number: fill it in"),
+        ([["#1", "", "", "", ""], ["Du", "", 1, 1, 1]], "line 2, column 'x': '' is no finite"),
+        ([["TSM", "", 1, 1, 1, 7]], "column 6 has entries and no name: name it"),
+    ],
+)
+def test_entries_around_a_table_are_refused(tmp_path, rows, sentence):
+    path = tmp_path / "mounts.xlsx"
+    sheet(path, [HEADER.split(","), *rows])
+    with pytest.raises(InputError, match=sentence):
+        read_table(path, MountRow)
+
+
+def test_a_decimal_comma_of_one_cell_tells_that_of_the_others(tmp_path):
+    path = tmp_path / "mounts.xlsx"
+    sheet(path, [HEADER.replace("[m]", "[mm]").split(","), ["TSM", "", "1,500", "0,125", "12"]])
+    assert read_table(path, MountRow)[0].position == pytest.approx((1.5e-3, 1.25e-4, 0.012))
+
+
+def test_faults_of_a_sheet_do_not_speak_of_commas(tmp_path):
+    path = tmp_path / "positions.xlsx"
+    columns = ["impact", "node", "x [mm]", "y [mm]", "z [mm]", "dx", "dy"]
+    sheet(path, [columns, ["I1", 1, 0, 0, 0, 1, 0]], "impacts")
+    with pytest.raises(InputError) as caught:
+        read_table(path, PlacedImpact)
+    sentence = "column 'dz' is missing; the columns are impact, node, dx, dy, dz, x, y, z"
+    assert str(caught.value).endswith(sentence)
+    assert "sheet 'impacts'" in str(caught.value)

@@ -22,8 +22,8 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import InputError, naming
 from deboom.files.disk import library, read_bytes
-from deboom.files.schema import noting, refuse_all, telling
-from deboom.files.tables import name_and_unit, number_in, read_columns
+from deboom.files.schema import noting, telling
+from deboom.files.tables import Columns, name_and_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import Frf, Spectrum
@@ -432,23 +432,21 @@ def _from_matlab(path: Path) -> FunctionTable:
 
 
 def _from_columns(path: Path) -> FunctionTable:
-    columns = read_columns(path)
-    by_name = {name_and_unit(header)[0]: header for header in columns}
+    columns = read_columns(path, _FREQUENCY)
+    by_name = {name_and_unit(header)[0]: header for header in columns.texts}
     header = by_name.get(_FREQUENCY, "")
     if header != "frequency [Hz]":
         separated = ", columns separated by commas" if path.suffix.lower() == ".csv" else ""
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     with naming(path):
-        (frequency,) = _numbers(columns, header)
+        (frequency,) = columns.numbers(header)
     split = (name.rpartition(" ") for name in by_name)
     stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
     return FunctionTable(frequency, read)
 
 
-def _complex(
-    stem: str, by_name: Mapping[str, str], columns: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ComplexArray]:
+def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[str, ComplexArray]:
     for part in _PARTS:
         if f"{stem} {part}" not in by_name:
             raise InputError(f"there is no column '{stem} {part} [unit]': both parts are needed")
@@ -456,18 +454,8 @@ def _complex(
     label = name_and_unit(real)[1]
     if label is None or label != name_and_unit(imag)[1]:
         raise InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
-    values = _numbers(columns, real, imag)
+    values = columns.numbers(real, imag)
     return label, values[0] + 1j * values[1]
-
-
-def _numbers(columns: Mapping[str, tuple[str, ...]], *headers: str) -> RealArray:
-    numbers = np.array([[number_in(text) for text in columns[header]] for header in headers])
-    refuse_all(
-        f"line {k + 2}, column '{headers[n]}': '{columns[headers[n]][k]}' is no finite number "
-        "(decimal point, no thousands separator)"
-        for n, k in np.argwhere(~np.isfinite(numbers))
-    )
-    return numbers
 
 
 def matlab_table(

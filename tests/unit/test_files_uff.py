@@ -450,6 +450,27 @@ def test_binary_numbers_may_hold_the_bytes_of_a_separator(tmp_path, announced, p
     np.testing.assert_array_equal(read[1].values, functions[1].values)
 
 
+@pytest.mark.parametrize(
+    ("label", "outcome"),
+    [
+        (b"hz", 1.0),
+        (b"1/s", 1.0),
+        (b"kHz", 1e3),
+        (b"rpm", "its frequency is labelled 'rpm': export it in Hz"),
+        (b"line", "its frequency is labelled 'line': export it in Hz"),
+    ],
+)
+def test_a_frequency_is_in_the_unit_of_its_label(tmp_path, label, outcome):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()])
+    edit(path, b"frequency            Hz  ", b"frequency            %-4s" % label)
+    if isinstance(outcome, str):
+        with pytest.raises(InputError, match=re.escape(outcome)):
+            read_uff(path)
+    else:
+        np.testing.assert_allclose(read_uff(path)[0].abscissa, outcome * LINES)
+
+
 WHOLE_LABEL = b"pressure             %-20s"
 
 

@@ -304,7 +304,7 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
     where = f"node {content['rsp_node']} {response}"
     axis_values, stored = _announced(where, content)
     quantity = _QUANTITY.get(content["abscissa_spec_data_type"], "unknown")
-    axis = _unit(where, quantity, content["abscissa_axis_units_lab"], "scalar", None)
+    axis = _axis_unit(where, quantity, _unless_none(content["abscissa_axis_units_lab"]))
     if quantity == "unknown":
         quantity = {"Hz": "frequency", "s": "time", "rpm": "rpm"}.get(axis.si, quantity)
     ordinate = _QUANTITY.get(content["ordinate_spec_data_type"], "unknown")
@@ -381,6 +381,23 @@ def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, 
 
 def _unless_none(text: str) -> str:
     return "" if text == "NONE" else text
+
+
+def _axis_unit(where: str, quantity: str, label: str) -> Unit:
+    """Return the unit of the abscissa.
+
+    - raises InputError: time or frequency in another quantity's unit, or an unknown one.
+    """
+    si = _AXIS_UNIT.get(quantity, "")
+    if not label:
+        return Unit("", "", 1.0)
+    try:
+        unit = parse_unit(label, si)
+    except InputError:
+        unit = Unit(label, label, 1.0)
+    if quantity in ("time", "frequency") and unit.si != si:
+        raise InputError(f"{where}: its {quantity} is labelled {label!r}: export it in {si}")
+    return unit
 
 
 def _unit(

@@ -378,6 +378,12 @@ def test_entries_around_a_table_are_refused(tmp_path, rows, sentence):
         read_table(path, MountRow)
 
 
+def test_an_item_whose_name_begins_like_a_remark_is_kept(tmp_path):
+    path = tmp_path / "mounts.csv"
+    path.write_text(f"{HEADER}\n# 1,,1,2,3\n# by tape, in May, twice, at 20 deg, by Li, Wu\n")
+    assert [row.mount for row in read_table(path, MountRow)] == ["# 1"]
+
+
 def test_a_decimal_comma_of_one_cell_tells_that_of_the_others(tmp_path):
     path = tmp_path / "mounts.xlsx"
     sheet(path, [HEADER.replace("[m]", "[mm]").split(","), ["TSM", "", "1,500", "0,125", "12"]])

@@ -391,6 +391,28 @@ def test_a_last_row_filled_up_with_zeros_holds_the_announced_values(tmp_path):
     np.testing.assert_allclose(read.abscissa, LINES[:5])
 
 
+@pytest.mark.parametrize("values", [np.exp(1j * LINES), np.sin(LINES)])
+@pytest.mark.parametrize("exponent", ["e", "E", "D"])
+@pytest.mark.parametrize("width", [0, 80])
+def test_rows_as_fortran_writes_them_are_read(tmp_path, values, exponent, width):
+    """Double precision in records of 80 columns, the last one filled up with blanks."""
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum(values=values)])
+    lines = path.read_text().split("\n")
+    begin = (
+        next(
+            k
+            for k, line in enumerate(lines)
+            if line.startswith("         6  " if np.iscomplexobj(values) else "         4  ")
+        )
+        + 5
+    )
+    for k in range(begin, len(lines) - 2):
+        lines[k] = lines[k].replace("e", exponent).ljust(width)
+    path.write_text("\n".join(lines))
+    np.testing.assert_allclose(read_uff(path)[0].values, values, rtol=1e-11)
+
+
 @pytest.mark.parametrize(("n_points", "there"), [(7, 6), (3, 6), (2, 6)])
 def test_more_than_a_row_of_zeros_is_refused(tmp_path, n_points, there):
     path = tmp_path / "a.uff"

@@ -242,10 +242,10 @@ def read_columns(path: Path, first: str) -> Columns:
 
 def _is_remark(texts: Sequence[str]) -> bool:
     """Tell whether a row is a remark: ``# ...``, or ``Remark: ...`` with nothing beside it."""
-    filled = [text for text in texts if text]
-    return bool(filled) and (
-        filled[0].startswith("# ") or (len(filled) == 1 and bool(_REMARK.match(filled[0])))
-    )
+    first, *others = [text for text in texts if text] or [""]
+    if first.startswith("# "):  # an item may be named so: then numbers stand beside it
+        return not any(map(_NUMBER.fullmatch, others))
+    return not others and bool(_REMARK.match(first))
 
 
 def _is_sentence(text: str) -> bool:

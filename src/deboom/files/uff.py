@@ -438,6 +438,8 @@ _SEPARATOR = re.compile(rb"(?:\A|(?<=[\r\n]))    -1 *(?=[\r\n]|\Z)")
 # after binary numbers no line begins, and they may hold the same bytes
 _AFTER_BINARY = re.compile(rb"    -1 *(?=[\r\n]|\Z)")
 _BEFORE_NEXT_SET = re.compile(rb"    -1 *(?=\s*(?:\Z|    -1 *[\r\n]))")
+_BLANKS_OF_ROW = re.compile(rb" +(?=[\r\n]|\Z)")
+_EXPONENT_OF_FORTRAN = re.compile(rb"(\d)[dD]([+-]?\d)")
 _LINES_OF_HEADER = re.compile(rb"(?:[^\r\n]*(?:\r\n|\r|\n)){13}")
 _SI_SET: dict[str, Any] = {
     "type": 164,
@@ -592,6 +594,20 @@ class _Sets(pyuff.UFF):
         self._refreshed = True
         return True
 
+    def read_respelled(self, index: int) -> Any:
+        """Read an ASCII set whose rows end in blanks or whose exponents are written with a D."""
+        if self._set_formats[index]:
+            raise ValueError("binary numbers have one spelling")
+        start, last = self._block_ind[index]
+        block = Path(self._filename).read_bytes()[start : last + 1]
+        header = _LINES_OF_HEADER.match(block)
+        n = header.end() if header else 0
+        rows = _EXPONENT_OF_FORTRAN.sub(rb"\1E\2", _BLANKS_OF_ROW.sub(b"", block[n:]))
+        with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+            copy = Path(folder) / "copy.uff"
+            copy.write_bytes(block[:n] + rows.rstrip() + b"\n    -1\n")
+            return _Sets(str(copy)).read_sets(0)
+
 
 def _set_ends(data: bytes) -> tuple[list[tuple[int, int]], bool]:
     """Return where every set begins and ends, and whether the last one does end."""
@@ -641,17 +657,16 @@ def _opened(path: Path) -> Any:
 
 
 def _content(path: Path, index: int, file: Any) -> Mapping[str, Any]:
-    try:
-        with _quiet():
-            content: dict[str, Any] = file.read_sets(index)
-        if content["type"] == 58:
-            content["data"], content["x"]  # another data type leaves them out
-    except Exception:  # pyuff raises bare Exception without a reason
-        raise InputError(
-            f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; "
-            "export the file again"
-        ) from None
-    return content
+    for read in (file.read_sets, file.read_respelled):
+        # pyuff raises bare Exception without a reason, and leaves out data of another type
+        with contextlib.suppress(Exception), _quiet():
+            content: dict[str, Any] = read(index)
+            if content["type"] != 58 or {"data", "x"} <= content.keys():
+                return content
+    raise InputError(
+        f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; export the "
+        "file again"
+    )
 
 
 def _unit_scale(path: Path, index: int, file: Any) -> tuple[float, float]:

@@ -234,6 +234,8 @@ LABELS = {
     ("N/m", 1e6): "kN/mm|N/µm",
     ("rpm", 1.0): "rpm|RPM|1/min|min^-1|min-1|min⁻¹|U/min|rev/min|r/min",
     ("Pa", 1e5): "bar",
+    ("Pa", 1.0): "Pa|Pascal|N/m^2|N/m²",
+    ("Pa", 1e6): "MPa|N/mm²",
     ("Pa", POUND_FORCE / 0.0254**2): "psi",
     ("Hz", 1.0): "Hz|hz|HZ",
     ("dB(A)", 1.0): "dB(A)|dBA",

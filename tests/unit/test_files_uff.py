@@ -516,6 +516,21 @@ def test_an_ordinate_label_may_name_the_denominator(tmp_path, above, below, fact
     np.testing.assert_allclose(read.values, factor * transfer_function().values, rtol=1e-10)
 
 
+def test_an_ordinate_label_may_name_a_denominator_without_a_quantity(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [transfer_function()])
+    without_units(path)
+    edit(path, WHOLE_LABEL % b"Pa", WHOLE_LABEL % b"kPa/N")
+    edit(
+        path,
+        b"        13    0    0    0 force                N   ",
+        b"         0    0    0    0 NONE                 NONE",
+    )
+    (read,) = read_uff(path)
+    assert (read.unit, read.denominator, read.file_unit) == ("Pa/N", "unknown", "kPa/N")
+    np.testing.assert_allclose(read.values, 1e3 * transfer_function().values, rtol=1e-10)
+
+
 def test_two_labels_of_one_denominator_that_differ_are_refused(tmp_path):
     path = tmp_path / "a.uff"
     write_uff(path, [transfer_function()])

@@ -363,17 +363,18 @@ def _si_of(quantity: str, direction: str) -> str:
 def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, str]:
     """Return both labels; an ordinate's such as m/s^2/N, which names the denominator, is parted.
 
-    It stays whole where the denominator's own label is another one.
+    It stays whole where the denominator's own label is another one. Programs that leave out the
+    denominator's quantity write so.
     """
-    if not (si_above and si_below):
-        return above, below
-    for place in (k for k, character in enumerate(above) if character == "/"):
+    slashes = [k for k, character in enumerate(above) if character == "/"]
+    for place in slashes if si_above else ():
         label, under = above[:place].strip(" ()"), above[place + 1 :].strip(" ()")
         with contextlib.suppress(InputError):
             units = parse_unit(label, si_above), parse_unit(under, si_below)
-            if (units[0].si, units[1].si) != (si_above, si_below):
+            if (units[0].si, units[1].si) != (si_above, si_below or units[1].si):
                 continue
-            if _unless_none(below) and parse_unit(below, si_below).factor != units[1].factor:
+            again = parse_unit(_unless_none(below) or under, units[1].si)
+            if (again.si, again.factor) != (units[1].si, units[1].factor):
                 break
             return label, under
     return above, below

@@ -104,6 +104,7 @@ _WHOLE = {
         "ips": "in/s",
         "ips^2": "in/s^2",
     },
+    **{"N/m^2": "Pa", "kN/m^2": "kPa", "N/mm^2": "MPa"},
     **dict.fromkeys(("kmh", "kph", "km/hr"), "km/h"),
     **dict.fromkeys(("dBA", "dB A", "dB[A]"), "dB(A)"),
     **dict.fromkeys(("ft lbf", "lb ft", "ft lb"), "lbf ft"),

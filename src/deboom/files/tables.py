@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
@@ -139,8 +138,7 @@ def read_rows(
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
     """
-    wanted = [*plain, *with_unit]
-    place, cells = _cells(path, sheet, wanted)
+    place, cells = _cells(path, sheet, [*plain, *with_unit])
     excel = _is_excel(path)
     if sheet is not None and excel:
         path = path.with_name(f"{path.name}, sheet '{sheet}'")
@@ -155,6 +153,7 @@ def read_rows(
         if name in with_unit:
             with noting(faults.append):
                 units[name] = _column_unit(f"{path}: column '{text}'", text, label, with_unit[name])
+    wanted = [*plain, *with_unit]
     separated = "" if excel else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
         if not name:
@@ -318,33 +317,40 @@ def _too_large(path: Path, row: int, width: int) -> InputError:
 def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
     """Cells of a CSV file: commas and decimal points, or semicolons and decimal commas."""
     text = read_text(path).removeprefix("\ufeff")
-    begin, first = "\n".join(text.split("\n", _LINES_ABOVE)[:_LINES_ABOVE]), text.partition("\n")[0]
+    rows: list[list[str]] = []
     try:
-        commas, semicolons = (
-            _header_place(list(csv.reader(io.StringIO(begin, newline=""), delimiter=each)), names)[
-                1
-            ]
-            for each in ",;"
-        )
-        german = semicolons > commas or (semicolons == commas and ";" in first and "," not in first)
+        german, place = _text_format(text, names)
         lines = csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ",")
-        rows = list(itertools.islice(lines, MOST_ROWS + 1))
+        width = 0
+        for line, cells in enumerate(lines, 1):
+            width = len(cells) if line <= place + 1 else width
+            if len(cells) > width and _is_remark([cell.strip() for cell in cells]):
+                cells = [" ".join(cells)]
+            if line > MOST_ROWS or width > MOST_COLUMNS or line * width > MOST_CELLS:
+                raise _too_large(path, line, width)
+            if len(cells) > width:
+                raise InputError(
+                    f"{path} is no comma-separated table: line {line} has {len(cells)} cells and "
+                    f"the header {width}"
+                )
+            row = [unescaped(cell) for cell in cells]
+            rows.append([_with_point(cell) for cell in row] if german else row)
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
-    place = _header_place(rows, names)[0]
-    width = len(rows[place]) if rows else 0
-    for line, row in enumerate(rows, 1):
-        if len(row) > width and line > place and _is_remark(row):
-            rows[line - 1] = [" ".join(row)]
-        elif len(row) > width and line > place:
-            raise InputError(
-                f"{path} is no comma-separated table: line {line} has {len(row)} cells and the "
-                f"header {width}"
-            )
-    rows = [[unescaped(cell) for cell in row] for row in rows]
-    if german:
-        rows = [[_with_point(cell) for cell in row] for row in rows]
     return rows
+
+
+def _text_format(text: str, names: Sequence[str]) -> tuple[bool, int]:
+    """Tell whether semicolons part the names, and return the row in which these stand."""
+    begin = io.StringIO("\n".join(text.split("\n", _LINES_ABOVE)[:_LINES_ABOVE]), newline="")
+    rows = {}
+    for separator in ",;":
+        begin.seek(0)
+        rows[separator] = list(csv.reader(begin, delimiter=separator))
+    (place, commas), (other, semicolons) = (_header_place(each, names) for each in rows.values())
+    first = text.partition("\n")[0]
+    german = semicolons > commas or (semicolons == commas and ";" in first and "," not in first)
+    return german, other if german else place
 
 
 def sheet_names(path: Path) -> list[str]:

@@ -151,7 +151,7 @@ campaign.toml | mount = "EnM"\\naxis | mount = "XnM"\\naxis | static curve of mo
 sensors.csv | B&K 4321,EnM | B&K 4321,XnM | sensor 'A1' is at mount 'XnM'
 sensors.csv | accelerometer | microphone | sensors.csv line 2: sensor 'A1' is of unknown kind 'micro
 sensors.csv | ry [deg] | ry | column 'ry' has no unit: write 'ry [deg]' or [rad]
-sensors.csv | ry [deg] | ry [mm] | column 'ry [mm]': an angle is in deg or rad
+sensors.csv | ry [deg] | ry [mm] | column 'ry [mm]' is not in rad or a multiple of it
 sensors.csv | \\nA2, | \\nA1, | line 3: sensor 'A1' already stands in line 2
 channels.csv | 1,+x,m/s^2 | 1,+x,N | acceleration 'A1 x' is in 'N', which is no unit of it
 channels.csv | acceleration,1,+x | acceleration,1,+y | acceleration 'A1 x' has direction '+y', which

@@ -136,3 +136,29 @@ def test_a_value_that_is_not_finite_is_named_by_its_line(tmp_path):
     table.spectrum(NAMES[1])
     with pytest.raises(InputError, match=r"line 3 is .*nan.*does not fill gaps"):
         table.spectrum(NAMES[0])
+
+
+@pytest.mark.parametrize("ending", ["csv", "xlsx"])
+def test_functions_below_a_title_and_beside_remarks(tmp_path, ending):
+    """Lines are counted as the file does, and a decimal comma may be text of a sheet."""
+    rows = [["Wagon, run 3"], [*columns(), "remark"]]
+    rows += [[*map(float, each), "ok"] for each in zip(*columns().values(), strict=True)]
+    rows.insert(4, ["# repeated from here on"])
+    path = tmp_path / f"functions.{ending}"
+    width = len(rows[1])
+    frame = pd.DataFrame([row + [""] * (width - len(row)) for row in rows], dtype=object)
+    if ending == "csv":
+        frame.to_csv(path, index=False, header=False)
+    else:
+        text = frame.map(
+            lambda cell: str(cell).replace(".", ",") if isinstance(cell, float) else cell
+        )
+        text.to_excel(path, index=False, header=False)
+    table = read_function_table(path)
+    assert table.frequency == pytest.approx(LINES, rel=1e-14)
+    for name, wanted in zip(NAMES, VALUES.T, strict=True):
+        assert table.spectrum(name)[1] == pytest.approx(1e3 * wanted, rel=1e-13)
+    frame.iloc[6, 1] = "x"
+    frame.to_csv(tmp_path / "wrong.csv", index=False, header=False)
+    with pytest.raises(InputError, match=r"line 7, column 'TSM x real \[kN\]': 'x' is no finite"):
+        read_function_table(tmp_path / "wrong.csv").spectrum("TSM x")

@@ -11,9 +11,9 @@ import pytest
 from broken_files import content, edits, refused
 
 from deboom.errors import InputError
-from deboom.files.rows import ChannelRow, HammerChannel, MountRow
+from deboom.files.rows import ChannelRow, HammerChannel, MountRow, PlacedImpact
 from deboom.files.tables import read_table, workbook_bytes, write_table
-from deboom.files.units import RANGES, parse_unit
+from deboom.files.units import RANGES, SEVERAL_MEANINGS, UNITS, parse_unit
 
 MOUNTS = """\
 mount,piece,x [mm],y [mm],z [m]
@@ -72,7 +72,7 @@ def test_mount_tables_round_trip(tmp_path):
         """
 x [mm] | x | column 'x' has no unit: write 'x [mm]' or [m]
 x [mm] | x [] | column 'x []': a unit is missing
-x [mm] | x [inch] | column 'x [inch]': unknown unit 'inch'
+x [mm] | x [furlong] | column 'x [furlong]': unknown unit 'furlong'
 x [mm] | x [N] | column 'x [N]' is not in m or a multiple of it
 x [mm] | y [mm] | column 'x' is missing; the columns are mount, piece, x, y, z
 mount,piece,x [mm], | mount,piece,x [mm],x [mm], | column 'x' is unknown or doubled
@@ -103,7 +103,7 @@ NO_TABLES = [
     ("csv", "", r"mounts\.csv is empty"),
     ("csv", b"mount,piece,x [m]\xff\n", r"mounts\.csv is not UTF-8"),
     ("csv", f"{HEADER}\n\n", "has a header and no rows"),
-    ("csv", f"{HEADER},note\nTSM,,1,1,1,1\n", "column 'note' is unknown or doubled"),
+    ("csv", f"{HEADER},w\nTSM,,1,1,1,1\n", "column 'w' is unknown or doubled"),
     ("csv", HEADER.replace(",", "|"), "are mount, piece, x, y, z, separated by commas"),
     *(
         ("csv", f'{HEADER}\nTSM,,"{number}",1,1\n', "line 2, column 'x'.*is no finite number")
@@ -180,15 +180,87 @@ CONVENTIONS = (Path(__file__).parents[2] / "docs" / "conventions.md").read_text(
 
 def test_labels_of_files_reach_si_as_the_conventions_say():
     rows = re.findall(r"^\| [\w, -]+ \| (`.*`.*) \|$", CONVENTIONS, re.M)
-    assert len(rows) == 17
+    listed = {}
     for row in rows:
         (si, _), *others = re.findall(r"`(.*?)` ?([\d.e-]*)", row)
+        si = si.replace("²", "^2")
         for label, factor in ((si, "1"), *others):
             unit = parse_unit(label)
-            assert (unit.label, unit.si) == (label, si.replace("²", "^2"))
-            assert unit.factor == pytest.approx(float(factor), rel=1e-15)
+            assert (unit.label, unit.si) == (label, si)
+            assert unit.factor == pytest.approx(float(factor), rel=1e-14)
+            listed.setdefault(si, []).append(label.replace("²", "^2").replace("µ", "u"))
+    assert listed == {si: list(labels) for si, labels in UNITS.items()}
     ratio = parse_unit("mm/kN")
     assert (ratio.si, ratio.factor) == ("m/N", pytest.approx(1e-6, rel=1e-15))
+
+
+def test_labels_of_several_meanings_are_those_of_the_conventions():
+    rows = re.findall(r"^\| `(.*?)` \| (\S+) `(.*?)`.*?; (\S+) `(.*?)` \|$", CONVENTIONS, re.M)
+    assert [label for label, *_ in rows] == list(SEVERAL_MEANINGS)
+    for label, *meanings in rows:
+        for factor, si in zip(meanings[::2], meanings[1::2], strict=True):
+            unit = parse_unit(label, si.replace("²", "^2"))
+            assert (unit.si, unit.factor) == (si.replace("²", "^2"), pytest.approx(float(factor)))
+        if label != "g":
+            with pytest.raises(InputError, match=rf"may mean {meanings[0][:7]}.* or .*: write"):
+                parse_unit(label)
+
+
+POUND_FORCE = 0.45359237 * 9.80665
+LABELS = {
+    (
+        "m/s^2",
+        1.0,
+    ): "m/s²|m/s2|m/s**2|(m/s^2)|[m/s²]|m/sec^2|m s^-2|m·s⁻²|ms⁻²|ms-2|m/s/s|m / s ^ 2",
+    ("m/s^2", 9.80665): "g|gn|g's|g_n",
+    ("m/s^2", 0.0254): "in/s^2|in/sec²|inch/s2|in/s/s",
+    ("m/s^2/N", 1.0): "m/s^2/N|(m/s²)/N|m/(s² N)|m/(N·s²)|m s^-2 N^-1|(1/N)*(m/s²)|m/s²/Newton",
+    ("m/s^2/N", 9.80665): "g/N|gn/N|(g)/(N)",
+    ("m/s^2/N", 0.0254 / POUND_FORCE): "in/s^2/lbf|(in/s²)/lbf",
+    ("m/s/N", 1.0): "m/s/N|(m/s)/N|m/(s N)",
+    ("m/N", 1e-6): "mm/kN|µm/N|um/N",
+    ("Pa/N", 1.0): "Pa/N|Pa / N|Pascal/Newton",
+    ("Pa/m/s^2", 1.0): "Pa/(m/s^2)|Pa/m/s²",
+    ("rad/s^2/N m", 1.0): "rad/s^2/(N m)|rad/s²/Nm|(rad/s^2)/(N·m)",
+    ("rad/s", np.pi / 180): "deg/s|°/s",
+    ("rad", np.pi / 180): "deg|°|degrees",
+    ("N", POUND_FORCE): "lbf|LBF",
+    ("N", 1.0): "N|Newton|Newtons|newtons",
+    ("N", 9.80665): "kgf|kp",
+    ("N m", 1.0): "Nm|N·m|N*m|N-m|N.m|N m",
+    ("N m", 12 * 0.0254 * POUND_FORCE): "ft-lbf|lbf·ft|ft lb|lb-ft",
+    ("N m/rad", 180 / np.pi): "Nm/deg|N·m/°",
+    ("N/m", POUND_FORCE / 0.0254): "lbf/in|lbf/inch",
+    ("N/m", 1e6): "kN/mm|N/µm",
+    ("rpm", 1.0): "rpm|RPM|1/min|min^-1|min-1|min⁻¹|U/min|rev/min|r/min",
+    ("Pa", 1e5): "bar",
+    ("Pa", 1.0): "Pa|Pascal|N/m^2|N/m²",
+    ("Pa", 1e6): "MPa|N/mm²",
+    ("Pa", POUND_FORCE / 0.0254**2): "psi",
+    ("Hz", 1.0): "Hz|hz|HZ",
+    ("dB(A)", 1.0): "dB(A)|dBA",
+    ("1", 1.0): "1|-",
+}
+
+
+@pytest.mark.parametrize("unit", LABELS, ids=lambda unit: f"{unit[1]:.6g} {unit[0]}")
+def test_labels_that_laboratories_write(unit):
+    for label in LABELS[unit].split("|"):
+        read = parse_unit(label)
+        assert (read.label, read.si, read.factor) == (label, unit[0], pytest.approx(unit[1]))
+        assert parse_unit(label, unit[0]) == read
+
+
+@pytest.mark.parametrize("label", ["V", "mV", "Volts", "EU", "counts"])
+def test_raw_electrical_values_are_refused(label):
+    with pytest.raises(InputError, match="apply the sensor's sensitivity before the export"):
+        parse_unit(label)
+
+
+@pytest.mark.parametrize("label", ["g rms", "Pa RMS", "m/s^2 pk", "N (peak)", "Pa_rms"])
+def test_a_label_that_states_rms_or_peak_is_refused(label):
+    with pytest.raises(InputError, match="states how an amplitude is counted"):
+        parse_unit(label)
 
 
 def test_ranges_are_those_of_the_conventions():
@@ -225,3 +297,107 @@ def test_a_workbook_reads_back_with_units_and_empty_cells():
 def test_sheets_that_cannot_be_are_refused(sheets):
     with pytest.raises(InputError, match="sheet"):
         workbook_bytes({name: pd.DataFrame({"a": [1]}) for name in sheets}, "title")
+
+
+# ---- what people write around a table
+
+TITLE = "Mounts, measured on the bench; positions from the c.g."
+REMARKED = [
+    ["mount", "serial number", "piece", "x [mm]", "y [mm]", "#by", "z [mm]"],
+    ["# tape measure, 3 May"],
+    ["TSM", "4711", "", 200, -60.5, "Li", -270],
+    [],
+    ["Du", "4712", "left", -500.25, -300, "Li", -100],
+    ["Remark: right one not measured"],
+]
+POSITIONS = [(0.2, -0.0605, -0.27), (-0.50025, -0.3, -0.1)]
+
+
+def text_table(rows, separator, point):
+    cells = [[str(cell).replace(".", point) for cell in row] for row in rows]
+    width = max(map(len, rows))
+    lines = [separator.join(row + [""] * (width - len(row))) for row in cells]
+    return "\n".join([*lines, ""])
+
+
+def sheet(path, rows, name="Sheet1"):
+    book = openpyxl.Workbook()
+    book.active.title = name
+    for row in rows:
+        book.active.append(row)
+    book.save(path)
+
+
+@pytest.mark.parametrize("titles", [[], [[TITLE]], [["a;b"], [], [TITLE, "", "x"]]])
+@pytest.mark.parametrize("kind", ["comma", "semicolon", "xlsx", "xlsx with decimal commas"])
+def test_titles_remarks_and_serial_numbers_stand_around_a_table(tmp_path, titles, kind):
+    rows = [*titles, *REMARKED]
+    path = tmp_path / ("mounts.csv" if "xlsx" not in kind else "mounts.xlsx")
+    if kind == "comma":
+        path.write_text(text_table(rows, ",", ".").replace(TITLE, f'"{TITLE}"'))
+    elif kind == "semicolon":
+        path.write_text(text_table(rows, ";", ",").replace(TITLE, f'"{TITLE}"'))
+    elif kind == "xlsx":
+        sheet(path, rows)
+    else:
+        # numbers that were typed as text under a German locale
+        texts = [[str(c).replace(".", ",") if isinstance(c, float) else c for c in r] for r in rows]
+        sheet(path, texts)
+    read = read_table(path, MountRow)
+    assert [(row.mount, row.piece) for row in read] == [("TSM", ""), ("Du", "left")]
+    for row, position in zip(read, POSITIONS, strict=True):
+        assert row.position == pytest.approx(position, rel=1e-14)
+
+
+def test_a_line_below_a_title_is_named_as_the_file_counts_it(tmp_path):
+    path = tmp_path / "mounts.csv"
+    path.write_text(text_table([["Bench 3"], *REMARKED], ",", ".").replace("-300", "x"))
+    with pytest.raises(InputError, match=r"mounts\.csv line 6, column 'y': 'x' is no finite"):
+        read_table(path, MountRow)
+
+
+@pytest.mark.parametrize(
+    ("rows", "sentence"),
+    [
+        (
+            [["TSM", "", "1,500", 1, 1]],
+            "line 2, column 'x': '1,500' is no finite number: write 1.5",
+        ),
+        ([["TSM", "", "1.234,5", 1, 1]], r"column 'x': '1.234,5' is no finite number \(decimal po"),
+        (
+            [["Hub 3: not yet"], ["Du", "", 1, 1, 1]],
+            "line 2: 'Hub 3: not yet' stands alone: fill in",
+        ),
+        ([["TSM"], ["Du", "", 1, 1, 1]], "line 2, column 'x': '' is no finite number: fill it in"),
+        ([["#1", "", "", "", ""], ["Du", "", 1, 1, 1]], "line 2, column 'x': '' is no finite"),
+        ([["TSM", "", 1, 1, 1, 7]], "column 6 has entries and no name: name it"),
+    ],
+)
+def test_entries_around_a_table_are_refused(tmp_path, rows, sentence):
+    path = tmp_path / "mounts.xlsx"
+    sheet(path, [HEADER.split(","), *rows])
+    with pytest.raises(InputError, match=sentence):
+        read_table(path, MountRow)
+
+
+def test_an_item_whose_name_begins_like_a_remark_is_kept(tmp_path):
+    path = tmp_path / "mounts.csv"
+    path.write_text(f"{HEADER}\n# 1,,1,2,3\n# by tape, in May, twice, at 20 deg, by Li, Wu\n")
+    assert [row.mount for row in read_table(path, MountRow)] == ["# 1"]
+
+
+def test_a_decimal_comma_of_one_cell_tells_that_of_the_others(tmp_path):
+    path = tmp_path / "mounts.xlsx"
+    sheet(path, [HEADER.replace("[m]", "[mm]").split(","), ["TSM", "", "1,500", "0,125", "12"]])
+    assert read_table(path, MountRow)[0].position == pytest.approx((1.5e-3, 1.25e-4, 0.012))
+
+
+def test_faults_of_a_sheet_do_not_speak_of_commas(tmp_path):
+    path = tmp_path / "positions.xlsx"
+    columns = ["impact", "node", "x [mm]", "y [mm]", "z [mm]", "dx", "dy"]
+    sheet(path, [columns, ["I1", 1, 0, 0, 0, 1, 0]], "impacts")
+    with pytest.raises(InputError) as caught:
+        read_table(path, PlacedImpact)
+    sentence = "column 'dz' is missing; the columns are impact, node, dx, dy, dz, x, y, z"
+    assert str(caught.value).endswith(sentence)
+    assert "sheet 'impacts'" in str(caught.value)

@@ -94,30 +94,42 @@ def units_of(signals):
     return [unit for unit, _ in signals.values()]
 
 
-def lvm(path, signals, time, layout="One", comma=False):
+def lvm(path, signals, time, layout="One", comma=False, separator="Tab", blank=True, end="\r\n"):
+    """Write the layouts of LabVIEW: `blank` is the empty column of instants where it has none."""
+    between = {"Tab": "\t", "Comma": ","}[separator]
+
     def cells(*values):
-        text = "\t".join(value if isinstance(value, str) else f"{value:.9e}" for value in values)
-        return text.replace(".", ",") if comma else text
+        texts = [value if isinstance(value, str) else f"{value:.9e}" for value in values]
+        return between.join(text.replace(".", ",") if comma else text for text in texts)
+
+    def head(key, *values):
+        gap = [""] if layout == "Multi" else []
+        return cells(key, *[cell for value in values for cell in (value, *gap)])
 
     n, step = len(signals), time[1] - time[0]
-    lines = ["LabVIEW Measurement", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab"]
-    lines += [f"Decimal_Separator\t{',' if comma else '.'}", f"X_Columns\t{layout}"]
-    lines += ["Time_Pref\tRelative", "***End_of_Header***\t", "", f"Channels\t{n}"]
+    lines = ["LabVIEW Measurement", cells("Writer_Version", "2"), cells("Reader_Version", "2")]
+    lines += [cells("Separator", separator), f"Decimal_Separator{between}{',' if comma else '.'}"]
+    lines += [cells("Multi_Headings", "No"), cells("X_Columns", layout)]
+    lines += [cells("Time_Pref", "Relative"), cells("***End_of_Header***", ""), ""]
+    lines += ["***Start_Special***", "anything", "***End_Special***"]
     lines += [
-        f"Samples\t{cells(*[str(time.size)] * n)}",
-        "Y_Unit_Label\t" + cells(*units_of(signals)),
+        cells("Notes", "run", "3"),
+        cells("Channels", str(n)),
+        head("Samples", *[str(time.size)] * n),
     ]
-    lines += ["X0\t" + cells(*[time[0]] * n), "Delta_X\t" + cells(*[step] * n)]
-    lines += ["***End_of_Header***\t\t"]
+    lines += [head("Y_Unit_Label", *units_of(signals)), head("X_Dimension", *["Time"] * n)]
+    lines += [head("X0", *[time[0]] * n), head("Delta_X", *[step] * n)]
+    lines += [cells("***End_of_Header***", "", "")]
+    first = {"One": ["X_Value"], "No": ["X_Value"] if blank else [], "Multi": []}[layout]
     names = [name for pair in signals for name in ("X_Value", pair)]
-    lines += [cells(*(names if layout == "Multi" else ["X_Value", *signals]), "Comment")]
+    lines += [cells(*first, *(names if layout == "Multi" else signals), "Comment")]
     for k, instant in enumerate(time):
         row = [value[k] for _, value in signals.values()]
-        first = {"One": [instant], "Multi": [], "No": [""]}[layout]
+        first = {"One": [instant], "Multi": [], "No": [""] if blank else []}[layout]
         if layout == "Multi":
             row = [each for value in row for each in (instant, value)]
-        lines.append(cells(*first, *row))
-    path.write_text("\r\n".join(lines) + "\r\n", encoding="utf-8")
+        lines.append(cells(*first, *row, *(["a remark"] if k == 3 else [])))
+    path.write_text(end.join([*lines, ""]), encoding="cp1252", newline="")
 
 
 def wav(path, signals, time, kind=np.float32):
@@ -166,13 +178,91 @@ def test_whole_numbers_of_a_wav_file_are_calibrated(tmp_path, kind, step):
     assert values == pytest.approx(SIGNALS["driver ear"][1], abs=0.6 * 2.02 * step)
 
 
-@pytest.mark.parametrize(("layout", "comma"), [("Multi", False), ("No", False), ("One", True)])
-def test_layouts_of_labview(tmp_path, layout, comma):
+LAYOUTS_OF_LABVIEW = [
+    {"layout": layout, "comma": comma, "separator": separator, "blank": blank, "end": end}
+    for layout in ("No", "One", "Multi")
+    for comma, separator in ((False, "Tab"), (True, "Tab"), (False, "Comma"))
+    for blank, end in ((True, "\r\n"), (False, "\n"))
+]
+
+
+@pytest.mark.parametrize(
+    "layout", LAYOUTS_OF_LABVIEW, ids=lambda layout: " ".join(map(str, layout.values()))
+)
+def test_layouts_of_labview(tmp_path, layout):
     path = tmp_path / "run.lvm"
-    lvm(path, SIGNALS, TIME + 0.5, layout, comma)
-    for name, signal in read_time_signals(path, list(SIGNALS)).items():
-        assert signal.values == pytest.approx(SIGNALS[name][1], abs=1e-8)
+    signals = {
+        "A1 x": ("m/s²", SIGNALS["A1 x"][1]),
+        **{name: SIGNALS[name] for name in list(SIGNALS)[1:]},
+    }
+    lvm(path, signals, TIME + 0.5, **layout)
+    read = read_time_signals(path, list(signals))
+    assert list(read) == list(signals)
+    for name, signal in read.items():
+        assert signal.unit == signals[name][0]
+        assert signal.values == pytest.approx(signals[name][1], abs=1e-8)
         assert signal.time == pytest.approx(TIME + 0.5, abs=1e-8)
+
+
+def test_rounded_instants_of_labview_are_those_of_the_header(tmp_path):
+    """At 51.2 kHz six decimals of a second err by 2.6 % of a step."""
+    path = tmp_path / "run.lvm"
+    time = np.arange(64) / 51200
+    lvm(path, SIGNALS, time)
+    lines = path.read_text(encoding="cp1252").split("\n")
+    begin = next(k for k, line in enumerate(lines) if line.startswith("X_Value")) + 1
+    for k, instant in enumerate(time):
+        lines[begin + k] = f"{instant:.6f}" + lines[begin + k][lines[begin + k].index("\t") :]
+    path.write_text("\n".join(lines), encoding="cp1252")
+    assert read_time_signals(path, ["A1 x"])["A1 x"].time == pytest.approx(time, abs=1e-12)
+
+
+def test_a_shorter_and_slower_channel_beside_one_column_of_instants(tmp_path):
+    """The column of instants is that of the longest channel, the others have X0 and Delta_X."""
+    path = tmp_path / "run.lvm"
+    rows = [
+        "Channels\t2",
+        "Samples\t6\t3",
+        "Y_Unit_Label\tN\tm/s^2",
+        "X0\t1.0\t1.0",
+        "Delta_X\t0.01\t0.02",
+        "***End_of_Header***\t",
+        "X_Value\tfast\tslow\tComment",
+        *("1.00\t0\t7", "1.01\t1\t8", "1.02\t2\t9", "1.03\t3\t", "1.04\t4", "1.05\t5\t"),
+    ]
+    head = ["LabVIEW Measurement", "Separator\tTab", "X_Columns\tOne", "***End_of_Header***", ""]
+    path.write_text("\n".join([*head, *rows, ""]))
+    fast, slow = read_time_signals(path, ["fast", "slow"]).values()
+    assert (fast.unit, slow.unit) == ("N", "m/s^2")
+    assert fast.values == pytest.approx(np.arange(6))
+    assert slow.values == pytest.approx([7, 8, 9])
+    assert slow.time == pytest.approx([1.0, 1.02, 1.04])
+
+
+def second_record(layout):
+    """Write a second record below the first, as LabVIEW appends it to one header."""
+
+    def write(folder):
+        path = folder / "run.lvm"
+        lvm(path, SIGNALS, TIME, layout)
+        text = path.read_text(encoding="cp1252")
+        path.write_text(text + text[text.index("Comment") + 8 :].lstrip(), encoding="cp1252")
+        if layout == "No":
+            path.write_text(
+                text + "\t" + text[text.index("Comment") + 8 :].lstrip(), encoding="cp1252"
+            )
+        return path
+
+    return write
+
+
+def second_segment(folder):
+    path = folder / "run.lvm"
+    lvm(path, SIGNALS, TIME)
+    text = path.read_text(encoding="cp1252").replace("Channels", "Time\t10:45:47.03\nChannels")
+    again = text[text.index("Time\t10") :].replace("10:45:47.03", "10:46:02.51")
+    path.write_text(text + again, encoding="cp1252")
+    return path
 
 
 def test_functions_over_frequency_of_matlab_7_3(tmp_path):
@@ -183,6 +273,51 @@ def test_functions_over_frequency_of_matlab_7_3(tmp_path):
     assert table.frequency == pytest.approx(20.0 + TIME)
     assert table.spectrum("TSM x")[1] == pytest.approx(1e-3 * functions["TSM x"][1])
     assert table.spectrum("EnM x")[1] == pytest.approx(functions["EnM x"][1])
+
+
+def marked(path, variable, kind, numbers, **attributes):
+    """Exchange a variable of a file of version 7.3 for one of another of MATLAB's classes."""
+    with h5py.File(path, "r+") as file:
+        del file[variable]
+        data = file.create_dataset(variable, data=np.array(numbers))
+        data.attrs.update({"MATLAB_class": np.bytes_(kind), **attributes})
+
+
+@pytest.mark.parametrize(
+    ("variable", "kind", "numbers", "attributes", "sentence"),
+    [
+        # two names as MATLAB's strings: a reference to where the text is, in six numbers
+        (
+            "names",
+            "string",
+            np.uint32([[0xDD000000, 2, 1, 1, 1, 1]]),
+            {"MATLAB_object_decode": np.int32(3)},
+            "variable 'names' is of MATLAB's class string: save cellstr(names)",
+        ),
+        (
+            "values",
+            "table",
+            np.uint32([[0xDD000000, 2, 1, 1, 1, 1]]),
+            {"MATLAB_object_decode": np.int32(3)},
+            "variable 'values' is of MATLAB's class table: save numbers, or text in a cell array",
+        ),
+        # an empty text is the size 0 x 0
+        (
+            "units",
+            "char",
+            np.uint64([0, 0]),
+            {"MATLAB_empty": np.uint8(1)},
+            "states no unit: export it with one",
+        ),
+    ],
+)
+def test_classes_of_matlab_7_3(tmp_path, variable, kind, numbers, attributes, sentence):
+    path = tmp_path / "run.mat"
+    matlab_73(path, SIGNALS, TIME)
+    marked(path, variable, kind, numbers, **attributes)
+    row = CampaignChannel("driver ear", "acceleration", 1, "scalar", Unit("Pa", "Pa", 1.0))
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        time_functions(path, [row])
 
 
 def intact(kind):
@@ -235,6 +370,44 @@ def waveforms(*groups, **properties):
     return write
 
 
+def scale(k, kind):
+    """Properties of a scale of a TDMS channel: 0.5 + 2 x, where it is linear."""
+    begin = f"NI_Scale[{k}]"
+    return {
+        "NI_Number_Of_Scales": k + 1,
+        "NI_Scaling_Status": "unscaled",
+        f"{begin}_Scale_Type": kind,
+        f"{begin}_Linear_Slope": 2.0,
+        f"{begin}_Linear_Y_Intercept": 0.5,
+        f"{begin}_Linear_Input_Source": 0xFFFFFFFF if k == 0 else k - 1,
+    }
+
+
+def in_group(properties):
+    def write(folder):
+        with nptdms.TdmsWriter(folder / "run.tdms") as file:
+            channel = nptdms.ChannelObject("run", "A1 x", TIME, {"wf_increment": 0.1})
+            file.write_segment([nptdms.GroupObject("run", properties), channel])
+        return folder / "run.tdms"
+
+    return write
+
+
+@pytest.mark.parametrize(
+    ("properties", "slope", "offset"),
+    [
+        (scale(0, "Linear"), 2.0, 0.5),
+        ({**scale(0, "Linear"), **scale(1, "Linear")}, 4.0, 1.5),
+        ({**scale(0, "Linear"), "NI_Scaling_Status": "scaled"}, 1.0, 0.0),
+        ({**scale(0, "Reciprocal"), "NI_Scaling_Status": "scaled"}, 1.0, 0.0),
+        ({}, 1.0, 0.0),
+    ],
+)
+def test_scales_of_tdms_are_applied_once(tmp_path, properties, slope, offset):
+    path = waveforms("run", wf_increment=0.1, **properties)(tmp_path)
+    assert read_time_signals(path, ["A1 x"])["A1 x"].values == pytest.approx(offset + slope * TIME)
+
+
 def without_rate(folder):
     path = folder / "run.h5"
     with h5py.File(path, "w") as file:
@@ -270,8 +443,45 @@ REFUSED = {
     "hdf5 without rate": (without_rate, "nor an attribute 'sample_rate' [Hz]: add one of them"),
     "matlab cut": (cut("matlab", 0.7), "is damaged, or no MATLAB file"),
     "matlab 7.3 cut": (cut("matlab 7.3", 0.7), "a damaged MATLAB file of version 7.3"),
-    "lvm cut in a line": (cut("lvm", 0.9), "has too few columns"),
+    "lvm cut in a line": (cut("lvm", 0.9), "'A1 x' has 64 samples by its header and 57 in the"),
     "lvm without samples": (changed("lvm", "Channels\t3", "Channels\tx"), "but damaged"),
+    "lvm two records without instants": (
+        second_record("No"),
+        "'A1 x' has 64 samples by its header and 128 in the file: several records stand below",
+    ),
+    **{
+        f"lvm two records, {layout}": (
+            second_record(layout),
+            "begins again at sample 65, at 0 s after 0.0307617 s: several records stand below",
+        )
+        for layout in ("One", "Multi")
+    },
+    "lvm two segments": (second_segment, "has 2 segments, begun at 10:45:47.03, 10:46:02.51"),
+    "lvm over frequency": (
+        changed("lvm", "X_Dimension\tTime", "X_Dimension\tFrequency"),
+        "'A1 x' is over Frequency: export it over time",
+    ),
+    "lvm without a name": (changed("lvm", "\tTSM z", ""), "names of columns, which do not fit"),
+    **{
+        f"tdms scale {kind}": (
+            waveforms("run", wf_increment=0.1, **scale(0, kind)),
+            f"'A1 x' has raw numbers, whose scale 0 of type '{kind}' is not known: export it sc",
+        )
+        for kind in ("Reciprocal", "", "linear", "Map")
+    },
+    "tdms second scale": (
+        waveforms("run", wf_increment=0.1, **(scale(0, "Linear") | scale(1, "Own"))),
+        "whose scale 1 of type 'Own' is not known",
+    ),
+    "tdms scale of the group": (in_group(scale(0, "Reciprocal")), "whose scale 0 of type 'Recip"),
+    "tdms fewer scales": (
+        waveforms("run", wf_increment=0.1, **(scale(0, "Linear") | {"NI_Number_Of_Scales": 0})),
+        "whose scale 0 of type 'Linear' is not known",
+    ),
+    "tdms unscaled": (
+        waveforms("run", wf_increment=0.1, NI_Scaling_Status="unscaled"),
+        "'A1 x' has raw numbers and states no scale: export it scaled",
+    ),
     "wav cut": (cut("wav", 0.7), "bytes: copy it again"),
     "wav without calibration": (without_calibration, "write run.csv beside it"),
     "wav full scale": (changed("wav", "A1 x,", "A1 x,-", "run.csv"), "is not positive: state it"),

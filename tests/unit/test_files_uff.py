@@ -308,7 +308,10 @@ KILO = (FORCE_LABEL, b"force                kN  ")
         ([(NUMBER, b"1.0e+400".rjust(20))], "set 2: node 11 +x force: the value of line 1"),
         ([(NUMBER, b"twice".rjust(20))], "set 2 is damaged"),
         ([(b"        11   1", b"        11   9")], "direction 9 is not a UFF direction"),
-        ([scaled_units(1e3, 1e-3)], "label says 'N', but data set 164 states another unit"),
+        (
+            [scaled_units(1e3, 1e-3)],
+            "force is labelled 'N', 1 N, but data set 164 makes it 1000 N: correct",
+        ),
         ([scaled_units(1e3, 1e-3), NO_LABEL], "no unit label and data set 164 is not SI; export"),
         ([scaled_units(0.0, 1.0)], "states length 0.0"),
         ([without_units, (FORCE_LABEL, b"force                mm  ")], "labelled 'mm', which is"),
@@ -328,7 +331,7 @@ def test_what_one_edit_makes_wrong_is_refused(newtons, edits, sentence):
         ([without_units, NO_LABEL], "", "", 2.0),
         ([NO_LABEL], "N", "N", 2.0),
         ([scaled_units(1e3, 1e-3), KILO], "N", "kN", 2000.0),
-        ([without_units, (FORCE_LABEL, b"force                lbf ")], "lbf", "lbf", 2.0),
+        ([without_units, (FORCE_LABEL, b"force                lbf ")], "N", "lbf", 8.896443230521),
     ],
 )
 def test_units_come_from_the_label_or_from_164(newtons, edits, unit, file_unit, value):
@@ -356,3 +359,195 @@ def test_two_different_164_are_refused(newtons):
     newtons.write_bytes(data + newtons.read_bytes())
     with pytest.raises(InputError, match="data sets 164 state different units"):
         read_uff(newtons)
+
+
+# ---- layouts that other programs write
+
+
+def padded_row():
+    """Five complex values in rows of three, the last row filled up with zeros."""
+    values = np.array([1 + 2j, 3 - 4j, -5 + 6j, 7j, 8.5])
+    numbers = [part for value in [*values, 0j] for part in (value.real, value.imag)]
+    rows = ["".join(f"{number:13.5e}" for number in numbers[k : k + 6]) for k in (0, 6)]
+    return values, rows
+
+
+def rewritten(path, *, rows, n_points):
+    """Exchange the numbers of an ASCII function for single-precision rows."""
+    lines = path.read_text().split("\n")
+    begin = next(k for k, line in enumerate(lines) if line.startswith("         6         9"))
+    spacing = "         1" + lines[begin][30:]
+    lines[begin] = f"{5:10d}{n_points:10d}{spacing}"
+    path.write_text("\n".join([*lines[: begin + 5], *rows, "    -1", ""]))
+
+
+def test_a_last_row_filled_up_with_zeros_holds_the_announced_values(tmp_path):
+    path = tmp_path / "a.uff"
+    values, rows = padded_row()
+    write_uff(path, [spectrum()])
+    rewritten(path, rows=rows, n_points=5)
+    (read,) = read_uff(path)
+    np.testing.assert_allclose(read.values, values)
+    np.testing.assert_allclose(read.abscissa, LINES[:5])
+
+
+@pytest.mark.parametrize("values", [np.exp(1j * LINES), np.sin(LINES)])
+@pytest.mark.parametrize("exponent", ["e", "E", "D"])
+@pytest.mark.parametrize("width", [0, 80])
+def test_rows_as_fortran_writes_them_are_read(tmp_path, values, exponent, width):
+    """Double precision in records of 80 columns, the last one filled up with blanks."""
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum(values=values)])
+    lines = path.read_text().split("\n")
+    begin = (
+        next(
+            k
+            for k, line in enumerate(lines)
+            if line.startswith("         6  " if np.iscomplexobj(values) else "         4  ")
+        )
+        + 5
+    )
+    for k in range(begin, len(lines) - 2):
+        lines[k] = lines[k].replace("e", exponent).ljust(width)
+    path.write_text("\n".join(lines))
+    np.testing.assert_allclose(read_uff(path)[0].values, values, rtol=1e-11)
+
+
+@pytest.mark.parametrize(("n_points", "there"), [(7, 6), (3, 6), (2, 6)])
+def test_more_than_a_row_of_zeros_is_refused(tmp_path, n_points, there):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()])
+    rewritten(path, rows=padded_row()[1], n_points=n_points)
+    with pytest.raises(InputError, match=f"{n_points} values are announced and {there} are there"):
+        read_uff(path)
+
+
+NODES_OF_COLOUR_MINUS_ONE = b"""    -1
+  2411
+         1         1         1        -1
+   1.0000000000000000E+00   2.0000000000000000E+00   3.0000000000000000E+00
+         2         1         1        -1
+   4.0000000000000000E+00   5.0000000000000000E+00   6.0000000000000000E+00
+    -1
+    -1
+    82
+         1         3        -1
+NONE
+         1         2         0
+    -1
+"""
+
+
+@pytest.mark.parametrize("binary", [False, True])
+@pytest.mark.parametrize("ends", [b"\n", b"\r\n"])
+def test_a_row_that_ends_in_minus_one_is_no_separator(tmp_path, binary, ends):
+    path = tmp_path / "a.uff"
+    function = spectrum(id_lines=("drift of channel 3     -1",))
+    write_uff(path, [function], binary=binary)
+    data = NODES_OF_COLOUR_MINUS_ONE + path.read_bytes()
+    path.write_bytes(data if binary else data.replace(b"\n", ends))
+    (read,) = read_uff(path)
+    same(function, read, rtol=0 if binary else 5e-12)
+
+
+def numbers_like_separators(places):
+    """Values of which some have the bytes of a separator."""
+    values = np.linspace(1.0, 2.0, 9)
+    values[places] = np.frombuffer(b"    -1\r\n", dtype=np.float64)
+    return values
+
+
+@pytest.mark.parametrize(
+    ("announced", "places"), [(72, slice(0, 9)), (36, [4]), (0, [2, 4]), (5000, [4, 6])]
+)
+def test_binary_numbers_may_hold_the_bytes_of_a_separator(tmp_path, announced, places):
+    path = tmp_path / "a.uff"
+    values = numbers_like_separators(places)
+    functions = [spectrum(values=values), spectrum(response_node=12)]
+    write_uff(path, functions, binary=True)
+    edit(path, b"%12d" % 72, b"%12d" % announced)
+    read = read_uff(path)
+    assert len(read) == 2
+    np.testing.assert_array_equal(read[0].values, values)
+    np.testing.assert_array_equal(read[1].values, functions[1].values)
+
+
+@pytest.mark.parametrize(
+    ("label", "outcome"),
+    [
+        (b"hz", 1.0),
+        (b"1/s", 1.0),
+        (b"kHz", 1e3),
+        (b"rpm", "its frequency is labelled 'rpm': export it in Hz"),
+        (b"line", "its frequency is labelled 'line': export it in Hz"),
+    ],
+)
+def test_a_frequency_is_in_the_unit_of_its_label(tmp_path, label, outcome):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()])
+    edit(path, b"frequency            Hz  ", b"frequency            %-4s" % label)
+    if isinstance(outcome, str):
+        with pytest.raises(InputError, match=re.escape(outcome)):
+            read_uff(path)
+    else:
+        np.testing.assert_allclose(read_uff(path)[0].abscissa, outcome * LINES)
+
+
+WHOLE_LABEL = b"pressure             %-20s"
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "factor"),
+    [
+        (b"Pa/N", b"NONE", 1.0),
+        (b"Pa/N", b"N", 1.0),
+        (b"(Pa)/(kN)", b"NONE", 1e-3),
+        (b"kPa/lbf", b"lbf", 1e3 / 4.4482216152605),
+    ],
+)
+def test_an_ordinate_label_may_name_the_denominator(tmp_path, above, below, factor):
+    path = tmp_path / "a.uff"
+    write_uff(path, [transfer_function()])
+    without_units(path)
+    edit(path, WHOLE_LABEL % b"Pa", WHOLE_LABEL % above)
+    edit(path, b"force                N   ", b"force                %-4s" % below)
+    (read,) = read_uff(path)
+    assert (read.unit, read.denominator_unit) == ("Pa/N", "N")
+    np.testing.assert_allclose(read.values, factor * transfer_function().values, rtol=1e-10)
+
+
+def test_an_ordinate_label_may_name_a_denominator_without_a_quantity(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [transfer_function()])
+    without_units(path)
+    edit(path, WHOLE_LABEL % b"Pa", WHOLE_LABEL % b"kPa/N")
+    edit(
+        path,
+        b"        13    0    0    0 force                N   ",
+        b"         0    0    0    0 NONE                 NONE",
+    )
+    (read,) = read_uff(path)
+    assert (read.unit, read.denominator, read.file_unit) == ("Pa/N", "unknown", "kPa/N")
+    np.testing.assert_allclose(read.values, 1e3 * transfer_function().values, rtol=1e-10)
+
+
+def test_two_labels_of_one_denominator_that_differ_are_refused(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [transfer_function()])
+    without_units(path)
+    edit(path, WHOLE_LABEL % b"Pa", WHOLE_LABEL % b"Pa/N")
+    edit(path, b"force                N ", b"force                kN")
+    with pytest.raises(InputError, match="pressure is labelled 'Pa/N', which is no unit of it"):
+        read_uff(path)
+
+
+def test_g_beside_a_data_set_164_in_si_is_refused_with_both_meanings(tmp_path):
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum(ordinate="acceleration", ordinate_unit="m/s^2")])
+    edit(path, b"acceleration         m/s^2", b"acceleration         g    ")
+    sentence = "labelled 'g', 9.80665 m/s^2, but data set 164 makes it 1 m/s^2: correct the label"
+    with pytest.raises(InputError, match=re.escape(sentence)):
+        read_uff(path)
+    without_units(path)
+    (read,) = read_uff(path)
+    np.testing.assert_allclose(read.values, 9.80665 * spectrum().values, rtol=1e-11)

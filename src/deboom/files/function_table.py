@@ -22,8 +22,8 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import InputError, naming
 from deboom.files.disk import library, read_bytes
-from deboom.files.schema import noting, refuse_all, telling
-from deboom.files.tables import name_and_unit, number_in, read_columns
+from deboom.files.schema import noting, telling
+from deboom.files.tables import Columns, name_and_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import Frf, Spectrum
@@ -332,7 +332,7 @@ class FunctionMatrix:
         if unit and function.unit != unit:
             raise self.error(f"{what} is in '{function.unit}': export it in {unit}")
         if table is not None and function.id_lines[-1] != IN_SI:
-            stated = parse_unit(function.file_unit)
+            stated = parse_unit(function.file_unit, unit)
             if not math.isclose(stated.factor, table.factor, rel_tol=1e-9):
                 raise self.error(
                     f"{what} is in '{function.file_unit}', but the channel table says "
@@ -432,23 +432,21 @@ def _from_matlab(path: Path) -> FunctionTable:
 
 
 def _from_columns(path: Path) -> FunctionTable:
-    columns = read_columns(path)
-    by_name = {name_and_unit(header)[0]: header for header in columns}
+    columns = read_columns(path, _FREQUENCY)
+    by_name = {name_and_unit(header)[0]: header for header in columns.texts}
     header = by_name.get(_FREQUENCY, "")
     if header != "frequency [Hz]":
         separated = ", columns separated by commas" if path.suffix.lower() == ".csv" else ""
         raise InputError(f"{path}: there is no column 'frequency [Hz]': add it{separated}")
     with naming(path):
-        (frequency,) = _numbers(columns, header)
+        (frequency,) = columns.numbers(header)
     split = (name.rpartition(" ") for name in by_name)
     stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
     return FunctionTable(frequency, read)
 
 
-def _complex(
-    stem: str, by_name: Mapping[str, str], columns: Mapping[str, tuple[str, ...]]
-) -> tuple[str, ComplexArray]:
+def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[str, ComplexArray]:
     for part in _PARTS:
         if f"{stem} {part}" not in by_name:
             raise InputError(f"there is no column '{stem} {part} [unit]': both parts are needed")
@@ -456,18 +454,8 @@ def _complex(
     label = name_and_unit(real)[1]
     if label is None or label != name_and_unit(imag)[1]:
         raise InputError(f"columns '{real}' and '{imag}' need one unit in brackets, the same")
-    values = _numbers(columns, real, imag)
+    values = columns.numbers(real, imag)
     return label, values[0] + 1j * values[1]
-
-
-def _numbers(columns: Mapping[str, tuple[str, ...]], *headers: str) -> RealArray:
-    numbers = np.array([[number_in(text) for text in columns[header]] for header in headers])
-    refuse_all(
-        f"line {k + 2}, column '{headers[n]}': '{columns[headers[n]][k]}' is no finite number "
-        "(decimal point, no thousands separator)"
-        for n, k in np.argwhere(~np.isfinite(numbers))
-    )
-    return numbers
 
 
 def matlab_table(
@@ -487,7 +475,8 @@ def matlab_table(
         unit = "Hz" if axis == _FREQUENCY else "s"
         raise InputError(
             f"{path}: there is no variable {', '.join(map(repr, missing))}: save {axis} [{unit}], "
-            "names (cell array of text), values (lines x names) and units"
+            "names (cell array of text; of strings, cellstr(names)), values (lines x names) and "
+            "units, each a variable of its own"
         )
     names, units = _texts(content["names"]), _texts(content["units"])
     units = units * len(names) if len(units) == 1 else units
@@ -535,17 +524,26 @@ def _mat_of_hdf5(path: Path) -> dict[str, Any]:
     """Variables of a file of version 7.3: HDF5 with turned axes, and texts as numbers."""
     h5py = library(path, "h5py", "hdf5")
 
-    def plain(file: Any, data: Any) -> Any:
+    def plain(name: str, file: Any, data: Any) -> Any:
+        kind = data.attrs.get("MATLAB_class", b"").decode()
+        if kind == "string" or "MATLAB_object_decode" in data.attrs or hasattr(data, "keys"):
+            remedy = f"cellstr({name})" if kind == "string" else "numbers, or text in a cell array"
+            raise InputError(
+                f"{path}: variable '{name}' is of MATLAB's class {kind}: save {remedy}"
+            )
         if data.dtype == h5py.ref_dtype:
-            return np.array([str(plain(file, file[each])) for each in np.ravel(data[()])])
-        if data.attrs.get("MATLAB_class") == b"char":
-            return np.array("".join(map(chr, np.ravel(data[()].T))))
+            return np.array([str(plain(name, file, file[each])) for each in np.ravel(data[()])])
+        if kind == "char":
+            empty = data.attrs.get("MATLAB_empty", 0)
+            return np.array("" if empty else "".join(map(chr, np.ravel(data[()].T))))
         values = data[()].T
         return values["real"] + 1j * values["imag"] if values.dtype.names else values
 
     try:
         with h5py.File(path, "r") as file:
-            return {name: plain(file, file[name]) for name in _VARIABLES if name in file}
+            return {name: plain(name, file, file[name]) for name in _VARIABLES if name in file}
+    except InputError:
+        raise
     except Exception as error:  # a damaged file raises many kinds
         raise InputError(
             f"{path} is a damaged MATLAB file of version 7.3 ({error}): save it again"

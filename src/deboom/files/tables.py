@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import math
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
 from pathlib import Path
@@ -22,9 +21,10 @@ from openpyxl.styles import Alignment, Font
 from openpyxl.utils import get_column_letter
 from openpyxl.worksheet.properties import PageSetupProperties
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_bytes, replace_text
-from deboom.files.schema import Note, noting, telling
+from deboom.files.schema import Note, noting, refuse_all, telling
 from deboom.files.units import Unit, parse_unit, refuse_beyond
 from deboom.tabled import csv_text, unescaped
 
@@ -35,9 +35,21 @@ _OLE2 = b"\xd0\xcf\x11\xe0"
 _EXCEL_ERRORS = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
 _DECIMAL_COMMA = re.compile(r"^(\s*[+-]?\d+),(\d+(?:[eE][+-]?\d+)?\s*)$", re.ASCII)
+_THOUSANDS = re.compile(r"[+-]?[1-9]\d{0,2},\d{3}", re.ASCII)
+"""What may be a decimal comma as well as a separator of thousands."""
+_REMARK_COLUMNS = {
+    *("remark", "remarks", "note", "notes", "comment", "comments", "description"),
+    *("serial", "serial number", "serial no", "serial no.", "s/n", "sn", "no", "no.", "#"),
+    *("date", "operator", "maker", "manufacturer", "calibrated", "calibration date"),
+    *("bemerkung", "bemerkungen", "anmerkung", "seriennummer", "nr", "nr.", "datum"),
+}
+"""Columns that may stand beside those of a table, in small letters."""
+_REMARK = re.compile(r"(notes?|remarks?|comments?|bemerkung|anmerkung|hinweis)\s*:", re.IGNORECASE)
+_LINES_ABOVE = 20
+"""Lines in which the header is looked for: titles may stand above it."""
 _WITH_UNIT = re.compile(r"(?P<name>[^\[\]]+?)\s*\[(?P<unit>[^\[\]]*)\]")
+_NOT_A_NUMBER = "decimal point, no thousands separator"
 _EXAMPLES = {"m": "[mm]' or [m]", "rad": "[deg]' or [rad]", "N/m": "[N/mm]' or [N/m]"}
-_ANGLES = {"rad": 1.0, "deg": math.pi / 180.0, "°": math.pi / 180.0}
 
 
 @dataclass(frozen=True)
@@ -48,12 +60,14 @@ class Row:
     - `line`: in the file; the header is line 1.
     - `cells`: column name, without its unit, to text.
     - `units`: of the columns that have one.
+    - `decimal_comma`: a number may be text with a decimal comma.
     """
 
     path: Path
     line: int
     cells: Mapping[str, str]
     units: Mapping[str, Unit]
+    decimal_comma: bool = False
 
     def error(self, sentence: str) -> InputError:
         """Return an error that names file and line."""
@@ -74,9 +88,11 @@ class Row:
         - raises InputError: it is no number, or not finite.
         """
         text = self.cells[column]
-        number = number_in(text)
+        number = number_in(_with_point(text) if self.decimal_comma else text)
         if not math.isfinite(number):
-            remedy = " (decimal point, no thousands separator)" if text else ": fill it in"
+            remedy = f" ({_NOT_A_NUMBER})" if text else ": fill it in"
+            if _THOUSANDS.fullmatch(text):
+                remedy = f": write {text.replace(',', '.')} or {text.replace(',', '')}"
             raise InputError(
                 f"{self.path} line {self.line}, column '{column}': '{text}' is no finite number"
                 f"{remedy}"
@@ -124,10 +140,12 @@ def read_rows(
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
     """
-    cells = _cells(path, sheet)
-    if sheet is not None and _is_excel(path):
+    place, cells = _cells(path, sheet, [*plain, *with_unit])
+    excel = _is_excel(path)
+    if sheet is not None and excel:
         path = path.with_name(f"{path.name}, sheet '{sheet}'")
-    header = [text.strip() for text in cells[0]]
+    header, below = cells[place], cells[place + 1 :]
+    comma = excel and _has_decimal_commas(below)
     names: list[str] = []
     units: dict[str, Unit] = {}
     faults: list[InputError] = []
@@ -139,41 +157,120 @@ def read_rows(
                 units[name] = _column_unit(f"{path}: column '{text}'", text, label, with_unit[name])
     absent = {name for group in optional if not set(group) & set(names) for name in group}
     wanted = [name for name in (*plain, *with_unit) if name not in absent]
-    separated = "" if _is_excel(path) else ", separated by commas"
+    separated = "" if excel else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
-        if names.count(name) != 1 or name not in wanted:
+        if not name:
+            if any(row[k] for k, each in enumerate(names) if not each for row in below):
+                k = names.index("")
+                faults.append(
+                    InputError(f"{path}: column {k + 1} has entries and no name: name it")
+                )
+        elif names.count(name) != 1 if name in wanted else not _remarks(name):
             state = "is missing" if name not in names else "is unknown or doubled"
-            sentence = f"column '{name}' {state}; the columns are {', '.join(wanted)}{separated}"
+            remedy = "" if name in wanted else "; begin the name of a remark with #"
+            columns = f"the columns are {', '.join(wanted)}{separated}"
+            sentence = f"column '{name}' {state}; {columns}{remedy}"
             faults.append(InputError(f"{path}: {sentence}"))
     rows = []
     with telling(note) as tell:
         for fault in faults:
             tell(fault)
-        for line, row in enumerate(cells[1:] if not faults else (), 2):
-            texts = [text.strip() for text in row]
-            if any(texts):
-                rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units))
+        for line, texts in enumerate(below if not faults else (), place + 2):
+            filled = [text for text in texts if text]
+            if not filled or _is_remark(texts):
+                continue
+            if len(filled) == 1 < len(wanted) - 1 and _is_sentence(filled[0]):
+                sentence = (
+                    f"'{filled[0]}' stands alone: fill in the row, or begin a remark with '# '"
+                )
+                tell(InputError(f"{path} line {line}: {sentence}"))
+                continue
+            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units, comma))
         if not rows and not faults:
             tell(InputError(f"{path} has a header and no rows: add one row per item"))
     return tuple(rows)
 
 
-def read_columns(path: Path) -> dict[str, tuple[str, ...]]:
+@dataclass(frozen=True)
+class Columns:
+    """Columns of a table that are not known beforehand.
+
+    - `texts`: header, as it stands, to the texts below it.
+    - `lines`: of these texts in the file.
+    """
+
+    texts: Mapping[str, Sequence[str]]
+    lines: Sequence[int]
+
+    def numbers(self, *headers: str) -> RealArray:
+        """Return columns as numbers, one row per header.
+
+        - raises InputError: one is no finite number; names line and column.
+        """
+        numbers = np.array([[number_in(text) for text in self.texts[each]] for each in headers])
+        refuse_all(
+            f"line {self.lines[k]}, column '{headers[n]}': '{self.texts[headers[n]][k]}' is no "
+            f"finite number ({_NOT_A_NUMBER})"
+            for n, k in np.argwhere(~np.isfinite(numbers))
+        )
+        return numbers
+
+
+def read_columns(path: Path, first: str) -> Columns:
     """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
 
-    - returns: header, as it stands, to the texts below it; empty rows at the end are left out.
+    - `first`: name of a column that it has, by which its header is known below a title.
+    - returns: the columns; rows of remarks, and empty rows at the end, are left out.
     - raises InputError: the file is missing or no table, a header comes twice, or there is no row.
     """
-    cells = [[text.strip() for text in row] for row in _cells(path, None)]
-    filled = [number for number, row in enumerate(cells) if any(row)]
-    if len(filled) < 2:
+    place, cells = _cells(path, None, (first,))
+    header = cells[place]
+    rows = {
+        line: row for line, row in enumerate(cells[place + 1 :], place + 2) if not _is_remark(row)
+    }
+    filled = [line for line, row in rows.items() if any(row)]
+    if not filled:
         raise InputError(f"{path} has a header and no rows: add one row per item")
-    header = cells[0]
     doubled = next((text for text in header if text and header.count(text) > 1), None)
     if doubled is not None:
         raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
-    below = zip(*cells[1 : filled[-1] + 1], strict=True)
-    return {text: column for text, column in zip(header, below, strict=True) if text}
+    lines = [line for line in rows if line <= filled[-1]]
+    if _is_excel(path) and _has_decimal_commas(rows.values()):
+        rows = {line: [_with_point(text) for text in row] for line, row in rows.items()}
+    below = zip(*(rows[line] for line in lines), strict=True)
+    texts = {text: column for text, column in zip(header, below, strict=True) if text}
+    return Columns(texts, lines)
+
+
+def _is_remark(texts: Sequence[str]) -> bool:
+    """Tell whether a row is a remark: ``# ...``, or ``Remark: ...`` with nothing beside it."""
+    first, *others = [text for text in texts if text] or [""]
+    if first.startswith("# "):  # an item may be named so: then numbers stand beside it
+        return not any(map(_NUMBER.fullmatch, others))
+    return not others and bool(_REMARK.match(first))
+
+
+def _is_sentence(text: str) -> bool:
+    """Tell a remark without its mark from the name of an item whose row is to be filled in."""
+    return ":" in text or len(text.split()) > 3
+
+
+def _remarks(column: str) -> bool:
+    return column.startswith("#") or column.lower() in _REMARK_COLUMNS
+
+
+def _has_decimal_commas(rows: Iterable[Sequence[str]]) -> bool:
+    """Tell whether a text of a table can only be a number with a decimal comma."""
+    return any(
+        _DECIMAL_COMMA.match(text) and not _THOUSANDS.fullmatch(text)
+        for row in rows
+        for text in row
+        if "," in text
+    )
+
+
+def _with_point(text: str) -> str:
+    return _DECIMAL_COMMA.sub(r"\1.\2", text)
 
 
 def name_and_unit(header: str) -> tuple[str, str | None]:
@@ -191,15 +288,26 @@ def number_in(text: str) -> float:
     return float(text) if _NUMBER.fullmatch(text) else math.nan
 
 
-def _cells(path: Path, sheet: str | None) -> list[list[str]]:
-    """Texts of a table, a list per line, all of one length."""
-    rows = _excel_cells(path, sheet) if _is_excel(path) else _text_cells(path)
+def _cells(path: Path, sheet: str | None, names: Sequence[str]) -> tuple[int, list[list[str]]]:
+    """Place of the header with these names, and texts of a table, lists of one length per line."""
+    rows = _excel_cells(path, sheet) if _is_excel(path) else _text_cells(path, names)
     width = max(map(len, rows), default=0)
     if len(rows) > MOST_ROWS or width > MOST_COLUMNS or len(rows) * width > MOST_CELLS:
         raise _too_large(path, len(rows), width)
     if not width:
         raise InputError(f"{path} is empty: export it again")
-    return [row + [""] * (width - len(row)) for row in rows]
+    rows = [[text.strip() for text in row] + [""] * (width - len(row)) for row in rows]
+    return _header_place(rows, names)[0], rows
+
+
+def _header_place(rows: Sequence[Sequence[str]], names: Sequence[str]) -> tuple[int, int]:
+    """Return the row that has most of the names, and how many; titles may stand above it."""
+    counts = [
+        len({name_and_unit(text.strip())[0] for text in row} & set(names))
+        for row in rows[:_LINES_ABOVE]
+    ]
+    most = max(counts, default=0)
+    return (counts.index(most) if most else 0), most
 
 
 def _too_large(path: Path, row: int, width: int) -> InputError:
@@ -209,27 +317,43 @@ def _too_large(path: Path, row: int, width: int) -> InputError:
     )
 
 
-def _text_cells(path: Path) -> list[list[str]]:
+def _text_cells(path: Path, names: Sequence[str]) -> list[list[str]]:
     """Cells of a CSV file: commas and decimal points, or semicolons and decimal commas."""
     text = read_text(path).removeprefix("\ufeff")
-    header = text.partition("\n")[0]
-    german = ";" in header and "," not in header
+    rows: list[list[str]] = []
     try:
+        german, place = _text_format(text, names)
         lines = csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ",")
-        rows = list(itertools.islice(lines, MOST_ROWS + 1))
+        width = 0
+        for line, cells in enumerate(lines, 1):
+            width = len(cells) if line <= place + 1 else width
+            if len(cells) > width and _is_remark([cell.strip() for cell in cells]):
+                cells = [" ".join(cells)]
+            if line > MOST_ROWS or width > MOST_COLUMNS or line * width > MOST_CELLS:
+                raise _too_large(path, line, width)
+            if len(cells) > width:
+                raise InputError(
+                    f"{path} is no comma-separated table: line {line} has {len(cells)} cells and "
+                    f"the header {width}"
+                )
+            row = [unescaped(cell) for cell in cells]
+            rows.append([_with_point(cell) for cell in row] if german else row)
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
-    width = len(rows[0]) if rows else 0
-    for line, row in enumerate(rows, 1):
-        if len(row) > width:
-            raise InputError(
-                f"{path} is no comma-separated table: line {line} has {len(row)} cells and the "
-                f"header {width}"
-            )
-    rows = [[unescaped(cell) for cell in row] for row in rows]
-    if german:
-        rows = [[_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows]
     return rows
+
+
+def _text_format(text: str, names: Sequence[str]) -> tuple[bool, int]:
+    """Tell whether semicolons part the names, and return the row in which these stand."""
+    begin = io.StringIO("\n".join(text.split("\n", _LINES_ABOVE)[:_LINES_ABOVE]), newline="")
+    rows = {}
+    for separator in ",;":
+        begin.seek(0)
+        rows[separator] = list(csv.reader(begin, delimiter=separator))
+    (place, commas), (other, semicolons) = (_header_place(each, names) for each in rows.values())
+    first = text.partition("\n")[0]
+    german = semicolons > commas or (semicolons == commas and ";" in first and "," not in first)
+    return german, other if german else place
 
 
 def sheet_names(path: Path) -> list[str]:
@@ -302,12 +426,8 @@ def _column_unit(what: str, column: str, label: str | None, si: str) -> Unit:
     if label is None:
         example = _EXAMPLES.get(si, f"[{si}]'")
         raise InputError(f"{what} has no unit: write '{column} {example}")
-    if si == "rad":
-        if label not in _ANGLES:
-            raise InputError(f"{what}: an angle is in deg or rad")
-        return Unit(label, "rad", _ANGLES[label])
     with naming(what):
-        unit = parse_unit(label)
+        unit = parse_unit(label, si)
     if unit.si != si:
         raise InputError(f"{what} is not in {si} or a multiple of it")
     return unit
@@ -348,7 +468,7 @@ class Numbers:
         """Return values in the unit that is written, without the digits that the scaling made."""
         if not self.written:
             return list(values)
-        factor = 180.0 / math.pi if self.written == "deg" else 1.0 / parse_unit(self.written).factor
+        factor = 1.0 / parse_unit(self.written).factor
         rounded: list[float] = np.round(factor * np.array(values), 10).tolist()
         return rounded
 

@@ -10,7 +10,7 @@ from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 from pathlib import Path
 from traceback import walk_tb
 from typing import Annotated, Any
@@ -140,7 +140,7 @@ def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunctio
         if not signal.unit.strip():
             raise InputError(f"{what} states no unit: export it with one, such as {row.unit.label}")
         with naming(what):
-            unit = parse_unit(signal.unit)
+            unit = parse_unit(signal.unit, row.unit.si)
     with naming(what):
         return UffFunction(
             abscissa=signal.time,
@@ -229,15 +229,51 @@ def _tdms(path: Path) -> _Channels:
     with library(path, "nptdms", "tdms").TdmsFile.open(path) as file:
         for group in file.groups():
             for channel in group.channels():
-                yield channel.name, partial(_of_tdms, path, channel)
+                yield channel.name, partial(_of_tdms, path, file, group, channel)
 
 
-def _of_tdms(path: Path, channel: Any) -> _Loaded:
+_SCALE_TYPE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
+_SCALES = (
+    *("Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple"),
+    *("Add", "Subtract", "AdvancedAPI"),
+)
+"""Types of scales that npTDMS applies; of any other it returns the raw numbers without a word."""
+
+
+def _check_scales(what: str, file: Any, group: Any, channel: Any) -> None:
+    """Refuse raw numbers whose way into the channel's unit is not known."""
+    for properties in (channel.properties, group.properties, file.properties):
+        types = {
+            int(match[1]): properties[match[0]]
+            for match in map(_SCALE_TYPE.fullmatch, properties)
+            if match
+        }
+        status = properties.get("NI_Scaling_Status")
+        if status == "scaled":
+            return
+        number = int(properties.get("NI_Number_Of_Scales", max(types, default=-1) + 1))
+        if not channel.scaler_data_types:  # scalers of a DAQmx recording state no type
+            types = {k: types.get(k, "") for k in range(number)} | types
+        unknown = {k: kind for k, kind in types.items() if kind not in _SCALES or k >= number}
+        if unknown:
+            k, kind = min(unknown.items())
+            raise InputError(
+                f"{what} has raw numbers, whose scale {k} of type '{kind}' is not known: export it "
+                "scaled, such as by 'Write to Measurement File' or DIAdem"
+            )
+        if number > 0:
+            return
+        if status == "unscaled":
+            raise InputError(f"{what} has raw numbers and states no scale: export it scaled")
+
+
+def _of_tdms(path: Path, file: Any, group: Any, channel: Any) -> _Loaded:
     properties = channel.properties
     if "wf_increment" not in properties:
         raise InputError(
             f"{path}: channel '{channel.name}' has no property wf_increment: write it as a waveform"
         )
+    _check_scales(f"{path}: channel '{channel.name}'", file, group, channel)
     unit = properties.get("unit_string") or properties.get("NI_UnitDescription") or ""
     step, start = properties["wf_increment"], properties.get("wf_start_offset", 0.0)
     return unit, start + step * np.arange(len(channel)), channel[:]
@@ -325,42 +361,151 @@ def _wav(path: Path) -> _Channels:
 
 
 _END = "***End_of_Header***"
+_SPECIAL = re.compile(
+    r"^\*\*\*Start_Special\*\*\*.*?^\*\*\*End_Special\*\*\*[^\n]*\n?", re.M | re.S
+)
+_COMMENT = "Comment"
+"""Name of the last column, which LabVIEW writes behind the channels."""
 
 
 def _lvm(path: Path) -> _Channels:
     """LabVIEW's text: a header of the file, one of the segment, names, and a line per sample."""
-    lines = read_bytes(path).decode("utf-8", errors="replace").splitlines()
+    data = read_bytes(path)
+    try:
+        text = data.decode("utf-8-sig")
+    except UnicodeDecodeError:  # LabVIEW writes in the code page of its machine
+        text = data.decode("cp1252", errors="replace")
+    lines = _SPECIAL.sub("", text.replace("\r\n", "\n").replace("\r", "\n")).split("\n")
     ends = [k for k, line in enumerate(lines) if line.strip().startswith(_END)]
     if len(ends) != 2:
+        begun = [line[5:].split("\t")[0] for line in lines[sum(ends[:1]) :] if line[:4] == "Time"]
+        when = f", begun at {', '.join(begun)}" if begun else ""
         raise InputError(
-            f"{path} has {max(len(ends) - 1, 0)} segments: save it with one header and one segment"
+            f"{path} has {max(len(ends) - 1, 0)} segments{when}: save every record as a file of "
+            "its own, with one header and one segment"
         )
     facts = dict(re.split(r"[\t,]", f"{line}\t", maxsplit=1) for line in lines[: ends[0]])
     separator = "," if facts.get("Separator", "").strip() == "Comma" else "\t"
-    comma = facts.get("Decimal_Separator", "").strip() == ","
-    head = {cells[0]: cells[1:] for cells in (line.split(separator) for line in lines[: ends[1]])}
-    names, *rows = (line.split(separator) for line in lines[ends[1] + 1 :] if line.strip())
-    n_channel, layout = int(head["Channels"][0]), head["X_Columns"][0]
-    columns = {"No": range(n_channel), "One": range(1, n_channel + 1)}.get(
-        layout, range(1, 2 * n_channel, 2)
+    segment = _LvmSegment(
+        path,
+        {cells[0]: cells[1:] for cells in (each.split(separator) for each in lines[: ends[1]])},
+        tuple(each.split(separator) for each in lines[ends[1] + 1 :] if each.strip()),
+        comma=facts.get("Decimal_Separator", "").strip() == ",",
     )
-    short = next((k for k, row in enumerate(rows, 1) if len(row) <= columns[-1]), None)
-    if short is not None:
-        raise InputError(f"{path}: sample {short} has too few columns: export the file again")
-    for k, column in enumerate(columns):
-        values = _lvm_numbers(rows, column, comma)
-        if layout == "No":
-            start, step = (_lvm_numbers([head[key]], k, comma)[0] for key in ("X0", "Delta_X"))
-            time = start + step * np.arange(len(values))
+    for k, name in enumerate(segment.names):
+        yield name, partial(segment.channel, k)
+
+
+@dataclass(frozen=True)
+class _LvmSegment:
+    """Segment of a LabVIEW file.
+
+    - `head`: key to its cells, of both headers.
+    - `table`: names of the columns, then a row per sample.
+    - `comma`: numbers have decimal commas.
+    """
+
+    path: Path
+    head: Mapping[str, Sequence[str]]
+    table: Sequence[Sequence[str]]
+    comma: bool
+
+    @cached_property
+    def layout(self) -> str:
+        """Columns of instants: ``No``, ``One``, or ``Multi`` for one before every channel."""
+        return self.head["X_Columns"][0].strip()
+
+    @cached_property
+    def columns(self) -> range:
+        """Columns of the channels."""
+        n = int(self.head["Channels"][0])
+        header = [name.strip() for name in self.table[0]]
+        while header and header[-1] in ("", _COMMENT):
+            header.pop()
+        # an empty column of instants stands before the channels, as a rule
+        width = 2 * n if self.layout == "Multi" else n if self.layout == "No" else n + 1
+        if self.layout not in ("No", "One", "Multi") or len(header) - width not in (
+            (0, 1) if self.layout == "No" else (0,)
+        ):
+            raise InputError(
+                f"{self.path} has {n} channels, X_Columns {self.layout} and {len(header)} names of "
+                "columns, which do not fit: name every channel in LabVIEW and export again"
+            )
+        if self.layout == "Multi":
+            return range(1, width, 2)
+        return range(len(header) - n, len(header))
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the channels."""
+        return [self.table[0][column].strip() for column in self.columns]
+
+    def fact(self, key: str, channel: int) -> str:
+        """Text that the header states of a channel; ``""`` where it states none."""
+        cells = self.head.get(key, ())
+        # with a column of instants for every channel, a channel has two cells here, too
+        stated = [cell.strip() for cell in self.head["Samples"][: len(self.columns)]]
+        step = 2 if self.layout == "Multi" and not all(stated) else 1
+        return cells[step * channel].strip() if step * channel < len(cells) else ""
+
+    def number(self, text: str) -> float:
+        """Return a number of the file; nan where it is none."""
+        return number_in(text.strip().replace(",", ".") if self.comma else text.strip())
+
+    def channel(self, k: int) -> _Loaded:
+        """Return unit, instants [s] and values of a channel."""
+        what = f"{self.path}: channel '{self.names[k]}'"
+        column, rows = self.columns[k], self.table[1:]
+        texts = [row[column].strip() if column < len(row) else "" for row in rows]
+        # a shorter channel than the others has empty cells below
+        n = next((i for i in range(len(texts), 0, -1) if texts[i - 1]), 0)
+        n_stated = int(self.fact("Samples", k) or 0)
+        if n < n_stated or n < 2:
+            raise InputError(
+                f"{what} has {n_stated} samples by its header and {n} in the file: copy or export "
+                "it again"
+            )
+        values = np.array([self.number(text) for text in texts[:n]])
+        unit = self.fact("Y_Unit_Label", k)
+        dimension = self.fact("X_Dimension", k)
+        if dimension not in ("", "Time"):
+            raise InputError(f"{what} is over {dimension}: export it over time")
+        start, step = self.number(self.fact("X0", k) or "0"), self.number(self.fact("Delta_X", k))
+        time = start + step * np.arange(n)
+        if self.layout == "No" or (self.layout == "One" and not self._shares_instants(k)):
+            if not step > 0:
+                raise InputError(f"{what} has neither instants nor a Delta_X: export it again")
+            if n != n_stated:
+                raise InputError(
+                    f"{what} has {n_stated} samples by its header and {n} in the file: several "
+                    "records stand below each other, and nothing says when each began; save one "
+                    "record per file, or with one X column per channel"
+                )
         else:
-            time = _lvm_numbers(rows, 0 if layout == "One" else column - 1, comma)
-        unit = head.get("Y_Unit_Label", [""] * n_channel)[k]
-        yield names[column].strip(), partial(_loaded, unit, time, values)
+            before = [row[column - 1 if self.layout == "Multi" else 0] for row in rows[:n]]
+            written = np.array([self.number(text) for text in before])
+            again = np.flatnonzero(np.diff(written) < 0)
+            if again.size:
+                raise InputError(
+                    f"{what} begins again at sample {again[0] + 2}, at {written[again[0] + 1]:g} s "
+                    f"after {written[again[0]]:g} s: several records stand below each other; save "
+                    "one record per file"
+                )
+            # the instants of the file are rounded, those of its header are not
+            if not np.abs(written - time).max() <= LARGEST_JITTER * step:
+                time = written
+        with naming(what):
+            second = parse_unit(self.fact("X_Unit_Label", k) or "s", "s")
+        if second.si != "s":
+            raise InputError(f"{what} has instants in {second.label}: export them in s")
+        return unit, second.factor * time, values
 
-
-def _lvm_numbers(rows: Sequence[Sequence[str]], column: int, comma: bool) -> RealArray:
-    texts = (row[column].strip() for row in rows)
-    return np.array([number_in(text.replace(",", ".") if comma else text) for text in texts])
+    def _shares_instants(self, k: int) -> bool:
+        """Tell whether the one column of instants, which is the longest channel's, holds for it."""
+        channels = range(len(self.columns))
+        sizes = [int(self.fact("Samples", each) or 0) for each in channels]
+        first = sizes.index(max(sizes))
+        return all(self.fact(key, k) == self.fact(key, first) for key in ("X0", "Delta_X"))
 
 
 _READERS: Mapping[str, Callable[[Path], _Channels]] = {

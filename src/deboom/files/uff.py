@@ -162,6 +162,11 @@ _SI = {
     "mass": (("kg", -1, 1), ("kg", -1, 1)),
 }
 _AXIS_UNIT = {"frequency": "Hz", "time": "s", "rpm": "rpm", "order": "1"}
+_VALUES_PER_ROW = {
+    **{(2, 1): 6, (4, 1): 4, (5, 1): 3, (6, 1): 2},
+    **{(2, 0): 3, (4, 0): 2, (5, 0): 2, (6, 0): 1},
+}
+"""Data type and spacing of the abscissa (1 even) → values in a row of numbers of data set 58."""
 _WRITABLE_TYPES = (0, 1, 2, 3, 4, 6, 9, 12, 27)
 
 
@@ -297,26 +302,23 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
             raise InputError(f"direction {code} is not a UFF direction (-6 … 6); export it again")
     response, reference = DIRECTIONS[content["rsp_dir"]], DIRECTIONS[content["ref_dir"]]
     where = f"node {content['rsp_node']} {response}"
-    n_found = len(content["data"])
-    if n_found != content["num_pts"]:
-        raise InputError(
-            f"{where}: {content['num_pts']} values are announced and {n_found} are there; the file "
-            "is truncated or damaged, export it again"
-        )
+    axis_values, stored = _announced(where, content)
     quantity = _QUANTITY.get(content["abscissa_spec_data_type"], "unknown")
-    axis = _unit(where, quantity, content["abscissa_axis_units_lab"], "scalar", None)
+    axis = _axis_unit(where, quantity, _unless_none(content["abscissa_axis_units_lab"]))
     if quantity == "unknown":
         quantity = {"Hz": "frequency", "s": "time", "rpm": "rpm"}.get(axis.si, quantity)
     ordinate = _QUANTITY.get(content["ordinate_spec_data_type"], "unknown")
-    above = _unit(where, ordinate, content["ordinate_axis_units_lab"], response, scale)
     denominator = _QUANTITY.get(content["orddenom_spec_data_type"], "unknown")
-    below = _unit(where, denominator, content["orddenom_axis_units_lab"], reference, scale)
+    labels = (content["ordinate_axis_units_lab"], content["orddenom_axis_units_lab"])
+    labels = _parted(*labels, _si_of(ordinate, response), _si_of(denominator, reference))
+    above = _unit(where, ordinate, labels[0], response, scale)
+    below = _unit(where, denominator, labels[1], reference, scale)
     if denominator == "unknown" and not below.label:
         denominator = "none"
     with np.errstate(invalid="ignore", over="ignore"):  # refused with its line number below
-        values = content["data"] * (above.factor / below.factor)
+        values = stored * (above.factor / below.factor)
     return UffFunction(
-        abscissa=content["x"] * axis.factor,
+        abscissa=axis_values * axis.factor,
         values=values,
         function_type=content["func_type"],
         response_node=content["rsp_node"],
@@ -335,8 +337,68 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
     )
 
 
+def _announced(where: str, content: Mapping[str, Any]) -> tuple[Any, Any]:
+    """Return abscissa and values without the zeros that fill up the last row.
+
+    - raises InputError: there are fewer values than announced, or more than a row of zeros.
+    """
+    announced, values = content["num_pts"], content["data"]
+    beyond = values[announced:]
+    key = (content["ord_data_type"], content["abscissa_spacing"])
+    columns = 1 if content["binary"] else _VALUES_PER_ROW.get(key, 1)
+    filled_up = len(beyond) < columns and len(values) % columns == 0 and not np.any(beyond)
+    if announced != len(values) and not (filled_up and 0 < announced < len(values)):
+        raise InputError(
+            f"{where}: {announced} values are announced and {len(values)} are there; the file is "
+            "truncated or damaged, export it again"
+        )
+    return content["x"][:announced], values[:announced]
+
+
+def _si_of(quantity: str, direction: str) -> str:
+    known = _SI.get(quantity)
+    return known["r" in direction.removeprefix("scalar")][0] if known else ""
+
+
+def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, str]:
+    """Return both labels; an ordinate's such as m/s^2/N, which names the denominator, is parted.
+
+    It stays whole where the denominator's own label is another one. Programs that leave out the
+    denominator's quantity write so.
+    """
+    slashes = [k for k, character in enumerate(above) if character == "/"]
+    for place in slashes if si_above else ():
+        label, under = above[:place].strip(" ()"), above[place + 1 :].strip(" ()")
+        with contextlib.suppress(InputError):
+            units = parse_unit(label, si_above), parse_unit(under, si_below)
+            if (units[0].si, units[1].si) != (si_above, si_below or units[1].si):
+                continue
+            again = parse_unit(_unless_none(below) or under, units[1].si)
+            if (again.si, again.factor) != (units[1].si, units[1].factor):
+                break
+            return label, under
+    return above, below
+
+
 def _unless_none(text: str) -> str:
     return "" if text == "NONE" else text
+
+
+def _axis_unit(where: str, quantity: str, label: str) -> Unit:
+    """Return the unit of the abscissa.
+
+    - raises InputError: time or frequency in another quantity's unit, or an unknown one.
+    """
+    si = _AXIS_UNIT.get(quantity, "")
+    if not label:
+        return Unit("", "", 1.0)
+    try:
+        unit = parse_unit(label, si)
+    except InputError:
+        unit = Unit(label, label, 1.0)
+    if quantity in ("time", "frequency") and unit.si != si:
+        raise InputError(f"{where}: its {quantity} is labelled {label!r}: export it in {si}")
+    return unit
 
 
 def _unit(
@@ -358,21 +420,28 @@ def _unit(
             )
         return from_set
     try:
-        unit = parse_unit(label)
+        unit = parse_unit(label, si)
     except InputError:
         return Unit(label, label, 1.0)
     if known and unit.si != si:
         raise InputError(f"{where}: {quantity} is labelled {label!r}, which is no unit of it")
     if from_set is not None and abs(unit.factor / from_set.factor - 1.0) > 1e-6:
         raise InputError(
-            f"{where}: the label says {label!r}, but data set 164 states another unit (factor "
-            f"{from_set.factor:g} to {si}); export it in SI"
+            f"{where}: {quantity} is labelled {label!r}, {unit.factor:g} {si}, but data set 164 "
+            f"makes it {from_set.factor:g} {si}: correct the label if the numbers follow data set "
+            "164, or take data set 164 out if they follow the label"
         )
     return unit
 
 
-# the same rule as pyuff's: -1 in columns 5 and 6, then the end of the line or blanks to column 80
-_SEPARATOR = re.compile(rb"    -1(?=\r|\n|\Z| {74})")
+# -1 in columns 5 and 6 alone on its line: a row of data may end in -1, too
+_SEPARATOR = re.compile(rb"(?:\A|(?<=[\r\n]))    -1 *(?=[\r\n]|\Z)")
+# after binary numbers no line begins, and they may hold the same bytes
+_AFTER_BINARY = re.compile(rb"    -1 *(?=[\r\n]|\Z)")
+_BEFORE_NEXT_SET = re.compile(rb"    -1 *(?=\s*(?:\Z|    -1 *[\r\n]))")
+_BLANKS_OF_ROW = re.compile(rb" +(?=[\r\n]|\Z)")
+_EXPONENT_OF_FORTRAN = re.compile(rb"(\d)[dD]([+-]?\d)")
+_LINES_OF_HEADER = re.compile(rb"(?:[^\r\n]*(?:\r\n|\r|\n)){13}")
 _SI_SET: dict[str, Any] = {
     "type": 164,
     "units_code": 1,
@@ -509,20 +578,79 @@ def _quiet() -> Iterator[None]:
         yield
 
 
+class _Sets(pyuff.UFF):
+    """File of which pyuff reads the sets that stand between separators of their own lines."""
+
+    def refresh(self) -> bool:
+        """Find the sets; pyuff's own search takes any row that ends in -1 for a separator."""
+        data = Path(self._filename).read_bytes()
+        ends, self.is_whole = _set_ends(data)
+        blocks: Any = np.array([(start, end - 1) for start, end in ends], dtype=np.int64)
+        self._block_ind = blocks
+        heads = [data[start : start + 200].splitlines()[1:2] for start, _ in ends]
+        kinds = [re.match(rb" *(\d+)(b?)", head[0] if head else b"") for head in heads]
+        self._set_types = np.array([int(kind[1]) if kind else 0 for kind in kinds], dtype=int)
+        self._set_formats = np.array([float(bool(kind and kind[2])) for kind in kinds])
+        self._n_sets = len(ends)
+        self._refreshed = True
+        return True
+
+    def read_respelled(self, index: int) -> Any:
+        """Read an ASCII set whose rows end in blanks or whose exponents are written with a D."""
+        if self._set_formats[index]:
+            raise ValueError("binary numbers have one spelling")
+        start, last = self._block_ind[index]
+        block = Path(self._filename).read_bytes()[start : last + 1]
+        header = _LINES_OF_HEADER.match(block)
+        n = header.end() if header else 0
+        rows = _EXPONENT_OF_FORTRAN.sub(rb"\1E\2", _BLANKS_OF_ROW.sub(b"", block[n:]))
+        with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+            copy = Path(folder) / "copy.uff"
+            copy.write_bytes(block[:n] + rows.rstrip() + b"\n    -1\n")
+            return _Sets(str(copy)).read_sets(0)
+
+
+def _set_ends(data: bytes) -> tuple[list[tuple[int, int]], bool]:
+    """Return where every set begins and ends, and whether the last one does end."""
+    ends: list[tuple[int, int]] = []
+    start = _SEPARATOR.search(data)
+    while start:
+        end = _end_of_set(data, start.start())
+        if end is None:
+            return ends, False
+        ends.append((start.start(), end.start()))
+        start = _SEPARATOR.search(data, end.end())
+    return ends, True
+
+
+def _end_of_set(data: bytes, start: int) -> re.Match[bytes] | None:
+    """Return the separator that ends a set; a binary one ends behind the bytes it announces."""
+    kind = data[start : start + 200].splitlines()[1:2]
+    header = _LINES_OF_HEADER.match(data, start) if kind and kind[0][:7] == b"    58b" else None
+    if header is None:
+        return _SEPARATOR.search(data, start + 6)
+    stated = kind[0][31:43].strip()
+    behind = header.end() + (int(stated) if stated.isdigit() else 0)
+    end = _AFTER_BINARY.search(data, behind)
+    if end and not data[behind : end.start()].strip(b"\r\n"):
+        return end
+    # programs that announce too few bytes or too many are read as well
+    return _BEFORE_NEXT_SET.search(data, header.end())
+
+
 def _opened(path: Path) -> Any:
     data = read_bytes(path)
     if not data.strip():
         raise InputError(f"{path} is empty: export it again")
-    n_separators = len(_SEPARATOR.findall(data))
-    if n_separators == 0:
+    if not _SEPARATOR.search(data):
         raise InputError(
             f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6, it is "
             f"{kind_of(path)}; export it as UFF, data set 58"
         )
-    if n_separators % 2:
-        raise InputError(f"{path} is truncated: its last set does not end; export it again")
     with _quiet():
-        file = pyuff.UFF(str(path))
+        file = _Sets(str(path))
+    if not file.is_whole:
+        raise InputError(f"{path} is truncated: its last set does not end; export it again")
     bad = [index + 1 for index, kind in enumerate(file.get_set_types()) if kind <= 0]
     if bad:
         raise InputError(f"{path}: set {bad[0]} states no type; export the file again")
@@ -530,17 +658,16 @@ def _opened(path: Path) -> Any:
 
 
 def _content(path: Path, index: int, file: Any) -> Mapping[str, Any]:
-    try:
-        with _quiet():
-            content: dict[str, Any] = file.read_sets(index)
-        if content["type"] == 58:
-            content["data"], content["x"]  # another data type leaves them out
-    except Exception:  # pyuff raises bare Exception without a reason
-        raise InputError(
-            f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; "
-            "export the file again"
-        ) from None
-    return content
+    for read in (file.read_sets, file.read_respelled):
+        # pyuff raises bare Exception without a reason, and leaves out data of another type
+        with contextlib.suppress(Exception), _quiet():
+            content: dict[str, Any] = read(index)
+            if content["type"] != 58 or {"data", "x"} <= content.keys():
+                return content
+    raise InputError(
+        f"{path}: set {index + 1} is damaged: its header or its numbers cannot be read; export the "
+        "file again"
+    )
 
 
 def _unit_scale(path: Path, index: int, file: Any) -> tuple[float, float]:

@@ -11,7 +11,11 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from deboom.errors import InputError
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
+from deboom.mounts.piecewise_cubic import (
+    FewLevelsWarning,
+    PiecewiseCubicRegressor,
+    TrainingRegion,
+)
 from deboom.mounts.response_surface import (
     BergModel,
     DynamicStiffnessSurface,
@@ -103,7 +107,7 @@ def test_a_temperature_between_few_levels_is_not_invented(temperatures, pieces):
 
     other = np.linspace(-1, 1, 40)
     rows = np.array([(temperature, value) for temperature in temperatures for value in other])
-    with pytest.warns(UserWarning, match=r"variable 1 takes [123] of the 4 levels"):
+    with pytest.warns(FewLevelsWarning, match=r"variable 1 takes [123] of the 4 levels"):
         model = PiecewiseCubicRegressor(pieces=pieces).fit(rows, stiffness(rows))
     held_out = np.column_stack([np.full(40, 23.0), other])
     assert np.abs(model.predict(held_out) / stiffness(held_out) - 1).max() < 0.08
@@ -257,7 +261,8 @@ def test_predict_refuses_what_the_lines_do_not_determine():
     lines = operating_points(
         np.tile([-300.0, -350.0], 200), 1e-4 + 5e-4 * (frequency - 20) / 60, frequency
     )
-    tied = DynamicStiffnessSurface().fit(lines, law(lines))
+    with pytest.warns(FewLevelsWarning, match="variable 1 takes 2 of the 4 levels"):
+        tied = DynamicStiffnessSurface().fit(lines, law(lines))
     assert tied.supported(lines).all()
     with pytest.raises(InputError, match="the measured lines do not determine the model there"):
         tied.predict([-300.0, 3.6e-4, 50.0])

@@ -62,6 +62,10 @@ NARROW = 1e-9
 """Range of a piece over that of all rows, below which a variable counts as constant there [1]."""
 
 
+class FewLevelsWarning(UserWarning):
+    """A variable takes fewer levels than a cubic needs: its degree is lower, the fit is sound."""
+
+
 @checked(points="n k", lower="k", upper="k")
 class TrainingRegion:
     """Surroundings of the measured rows, holes left out.
@@ -572,6 +576,7 @@ def _fitted_cubic(
                 f"{name}: variable {feature + 1} takes {n_level} of the 4 levels that a cubic "
                 f"needs, its powers above {n_level - 1} are left out: measure more levels, or ask "
                 "for fewer pieces",
+                FewLevelsWarning,
                 stacklevel=4,
             )
             used &= powers < n_level
@@ -609,7 +614,7 @@ def _levels(values: RealArray, whole: float) -> int:
     ordered, count, place = np.sort(values), 0, 0
     span = float(ordered[-1] - ordered[0])
     apart = LEVEL * (span if span > LEVEL * whole else whole)
-    while place < ordered.size and count <= 3:  # noqa: PLR2004  degree of a cubic
+    while place < ordered.size and count <= 3:
         count += 1
         place = int(np.searchsorted(ordered, ordered[place] + apart))
     return count

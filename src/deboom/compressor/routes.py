@@ -469,6 +469,8 @@ def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> Compl
     # all entries of v K/ω² share one phase
     trace = np.trace(mounts, axis1=1, axis2=2)
     static = (mounts * (np.abs(trace) / trace)[:, np.newaxis, np.newaxis]).real
+    # sensors and impacts that are not calibrated have axes of their own
+    static = (static + np.swapaxes(static, 1, 2)) / 2
     motions = np.stack([load.motion for load in loads], axis=1)
     strain = motions @ static @ np.swapaxes(motions, 1, 2).conj()
     n = len(loads)

@@ -27,7 +27,7 @@ from deboom.errors import InputError
 N_ROTOR = 4
 """Real unknowns of the rotor: static and dynamic unbalance, real and imaginary part."""
 SMALLEST_LINES = 6
-LARGEST_STEPS = 15
+LARGEST_STEPS = 30
 TOLERANCE = 1e-2
 """Largest step at the end, in standard deviations."""
 SHORTEST_STEP = 1 / 64
@@ -119,19 +119,21 @@ def fit_source(
     unit normal n_k, L_k and S_k what these do to the axes of load and motion (`FrameErrors`), e the
     noise of sweep and hammer test. To take the errors as unknowns with their prior is the same as
     to weight with their full covariance, which ties every line to every other. Where mounts in
-    operation do
-    what no C_k describes, the weights of all lines allow for as much of it as brings the χ of those
-    below 60 Hz to one.
+    operation do what no C_k describes, the weights of all lines allow for as much of it as brings
+    the χ of those below 60 Hz to one.
     """
     problem = _SourceProblem(model, loads, sense, change, band)
-    values, covariance, converged = problem.solve(np.zeros(problem.prior.size), 0.0)
+    # from mounts as struck, impossible errors of the route would explain the resonances
+    start, *_ = problem.solve(np.zeros(problem.prior.size), 0.0, problem.n_source + problem.n_change)
+    values, covariance, converged = problem.solve(start, 0.0)
     reduced_chi, mismatch = problem.chi_over_mismatch(values, np.inf)(0.0), 0.0
     for _ in range(MISMATCH_PASSES):
         chi = problem.chi_over_mismatch(values, MOUNTS_BELOW)
         if chi(mismatch) <= EXPLAINED and mismatch == 0:
             break
         mismatch = _explaining_mismatch(chi)
-        values, covariance, converged = problem.solve(values, mismatch)
+        # and impossible errors what no change of the mounts describes
+        values, covariance, converged = problem.solve(start, mismatch)
     by_line = (
         problem.change_alone(values, covariance, mismatch) if mismatch > 0 else (values, covariance)
     )
@@ -233,8 +235,10 @@ class _SourceProblem:
                 )
             )
 
-    def solve(self, values: RealArray, mismatch: float) -> tuple[RealArray, RealArray, bool]:
-        """Gauss-Newton: values, covariance, convergence.
+    def solve(
+        self, values: RealArray, mismatch: float, n_free: int | None = None
+    ) -> tuple[RealArray, RealArray, bool]:
+        """Gauss-Newton over the first `n_free` unknowns or all: values, covariance, convergence.
 
         The slopes are those of the predicted motion: measured ones share the noise of the
         residuals, which would draw the whole load towards zero by many percent. At the solution the
@@ -243,7 +247,8 @@ class _SourceProblem:
         for _ in range(LARGEST_STEPS):
             normal, gradient, cost, parts = self._normal_equations(values, mismatch)
             whiteners = [whitener for whitener, _ in parts]
-            covariance = _inverse(normal)
+            covariance = np.zeros_like(normal)
+            covariance[:n_free, :n_free] = _inverse(normal[:n_free, :n_free])
             step = -covariance @ gradient
             # the size of the step in the metric of the posterior, whatever its direction
             if np.sqrt(abs(step @ normal @ step)) < TOLERANCE:

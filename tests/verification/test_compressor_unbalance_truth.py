@@ -82,7 +82,7 @@ def test_exact_data_return_the_exact_source():
     assert found.state.loss == pytest.approx(-0.1, abs=1e-3)
     for result in found.routes:
         sources = result.sources
-        # changed mounts say nothing of where the origin lies, which the hammer test knows to 0.06 mm
+        # changed mounts say nothing of where the origin lies: the hammer test knows it to 0.06 mm
         assert abs(sources.static.value - STATIC) < sources.static.deviation
         assert sources.static.value == pytest.approx(STATIC, rel=1e-3)
         assert abs(sources.dynamic.value - DYNAMIC) < sources.dynamic.deviation
@@ -239,9 +239,7 @@ def test_gyroscopic_moment_is_the_change_of_the_rotors_spin(sense):
     """Spin vectors over time against the term of the apparent mass."""
     line, empty = 40.0, np.zeros((1, 6, 6), complex)
     frame = routes.FrameErrors(np.zeros((1, 6, 6)), np.zeros((1, 6, 6)))
-    model = routes.RouteModel(
-        np.array([line]), np.eye(6), empty, empty[None], empty, frame, None
-    )
+    model = routes.RouteModel(np.array([line]), np.eye(6), empty, empty[None], empty, frame, None)
     block = model.with_rotor(ROTOR, sense).apparent_mass[0, 3:, 3:]
     omega = 2 * np.pi * line
     angles = 1e-3 * np.array([0.3 + 0.1j, -0.5j, 0.8])

@@ -124,7 +124,9 @@ def fit_source(
     """
     problem = _SourceProblem(model, loads, sense, change, band)
     # from mounts as struck, impossible errors of the route would explain the resonances
-    start, *_ = problem.solve(np.zeros(problem.prior.size), 0.0, problem.n_source + problem.n_change)
+    start, *_ = problem.solve(
+        np.zeros(problem.prior.size), 0.0, problem.n_source + problem.n_change
+    )
     values, covariance, converged = problem.solve(start, 0.0)
     reduced_chi, mismatch = problem.chi_over_mismatch(values, np.inf)(0.0), 0.0
     for _ in range(MISMATCH_PASSES):

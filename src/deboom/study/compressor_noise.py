@@ -134,7 +134,7 @@ class SweepErrors:
     - `lines`, `lines_by_mounts` (n_frequency,): synthesised minus measured level [dB].
     - `complete`: whether no path was left out.
     - `inside`: share of the louder half of the lines at which the measured level lies within the
-      band of the synthesis; noise of the microphone, which the band has not, fills the notches [1].
+      band of the synthesis [1].
     - `hose_band`, `hose_band_by_mounts`: level of the energy in `HOSE_BAND`, synthesised minus
       measured [dB]; nan where the sweep does not reach it.
     """

@@ -52,6 +52,7 @@ INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
 MASS_UNITS = ("kg", "kg m", "kg m²")
 SHEET, MODEL = "measured, places of the sheet", "identified"
 CALIBRATED = "measured, calibrated places"
+OF_MASS = "force in rows, acceleration in columns"
 WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
@@ -370,6 +371,10 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         "inertance": (inertance, INERTANCE_UNITS),
         "apparent mass": (mass, MASS_UNITS),
     }
+    readings = {
+        "inertance": "response in rows, excitation in columns",
+        "apparent mass": OF_MASS,
+    }
     for stem, entries, what in (
         ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri (thesis, figure 57)"),
         ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti (figure 58)"),
@@ -403,6 +408,7 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
                 curves,
                 units=units,
                 what=name,
+                reading=readings[name],
                 dashed=[label for label in curves if label.endswith(MODEL)],
             ),
             f"All entries of the {name}, real and imaginary part, by calibrated places (thesis, "
@@ -416,6 +422,7 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
             {name: np.abs(values) for name, values in mass.items()},
             units=MASS_UNITS,
             what="|apparent mass|",
+            reading=OF_MASS,
             dashed=(MODEL,),
             fitted=found.options.bands,
             logarithmic=True,
@@ -434,7 +441,7 @@ def _entry_panels(
     """Draw real and imaginary part of some entries of both matrices."""
     return [
         plot.CurvePanel(
-            f"{part} {name}, {MOTIONS[row]}–{MOTIONS[column]}",
+            f"{part} {name.replace('apparent', 'app.')}, {MOTIONS[row]}–{MOTIONS[column]}",
             lines,
             {label: getattr(matrix[:, row, column], field) for label, matrix in values.items()},
             y_label=f"[{units[(row > 2) + (column > 2)]}]",

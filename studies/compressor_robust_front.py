@@ -498,7 +498,7 @@ def _cars(report: Report, front: MountFront) -> None:
         lambda: front.heard(front.best, change=front.change),
         "Today and best mean.",
     )
-    cars = front.vehicle_table(BEST, front.change)
+    cars = front.vehicle_table(BEST)
     report.table("cars", cars, "Mean level of the lines over scatter, best mean against today.")
     peaks = front.peak_table(front.best)
     louder = peaks[peaks["change [dB]"] > RISE]

@@ -58,9 +58,9 @@ def heard_by_the_driver(report: Report, front: RobustFront) -> None:
     )
     report.table(
         "vehicles",
-        front.vehicle_table(BEST_MEAN, front.splv_change(best)),
-        "Before: today's mounts; after: best mean. Levels are means over the lines "
-        "and over the scatter, changes are those of the designs without scatter.",
+        front.vehicle_table(BEST_MEAN),
+        "Before: today's mounts; after: best mean (thesis, table 5). Levels and changes are means "
+        "over the lines and over the scatter.",
     )
     report.table(
         "peaks",

@@ -31,6 +31,7 @@ from deboom import plot
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
+from deboom.compressor.parameters import STIFFNESS_AXES
 from deboom.measurement.compressor_test import HoseState
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
@@ -44,10 +45,12 @@ from deboom.study.compressor_noise import (
     RANKED,
     STEPS,
     CarNoise,
+    DrawnCar,
     NoisePlan,
     SweepErrors,
     band_level,
     band_words,
+    car_whose_hoses_add,
     in_band,
     noise_of_car,
     peak_deviations,
@@ -139,6 +142,14 @@ def car_report(
     ):
         if key in report.summary:
             report.tile(f"{float(report.summary[key]):.1f} dB".replace("-", "−"), label)
+    drawn = car_whose_hoses_add() if noise.seed is not None and len(gains) else None
+    if len(gains):
+        thesis = f"the thesis heard {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB more"
+        beside = f"in drawn car {drawn.car} {signed(drawn.gain, 1)} dB; " if drawn else ""
+        report.tile(
+            f"{signed(float(report.summary['measured_gain_db_90_140']), 1)} dB",
+            f"by the hoses of this car at {band_words(HOSE_BAND)}, measured; {beside}{thesis}",
+        )
     report.warn(*noise.alarms, *running.source.notices)
     report.inputs += inputs
     sweeps = "; ".join(
@@ -164,6 +175,8 @@ def car_report(
             f"thesis observed {THESIS_GAIN[0]:g} to {THESIS_GAIN[1]:g} dB on its car."
         )
         report.table("measured_gain", gains, caption if len(gains) else "")
+    if drawn is not None:
+        _hoses_that_add(report, drawn)
     _paths(report, noise, ways)
     _mounts(report, running)
     return report
@@ -311,6 +324,45 @@ def _standard_hoses(report: Report, running: RunningInCar, noise: CarNoise) -> N
         report.table("hoses", table, caption, shown=in_words(table))
 
 
+def _hoses_that_add(report: Report, drawn: DrawnCar) -> None:
+    """Show a drawn car whose hoses add, as those of the thesis did."""
+    report.section(
+        "A car whose hoses add",
+        "Whether hoses add sound or take it away is a matter of the body's phases where they end: "
+        "in all five cars of the frozen fleet they change little or cancel part of the mounts' "
+        f"sound. In car {drawn.car} of drawn fleet {drawn.fleet} the same compressor with the same "
+        f"hoses is {signed(drawn.gain, 1)} dB louder at {band_words(HOSE_BAND)}, as in the "
+        "thesis. Levels are those of the bench's coupled car, without noise.",
+        folded=True,
+    )
+    soft, joined = "hoses cut off", "hoses of the car"
+    panel = CurvePanel(
+        f"{drawn.car} of drawn fleet {drawn.fleet}",
+        drawn.frequency,
+        {soft: drawn.without_hoses, joined: drawn.with_hoses},
+    )
+    report.figure(
+        "figure_66_drawn_car",
+        lambda: plot.curve_panels(
+            [panel],
+            y_label=LEVEL,
+            columns=1,
+            dashed=(soft,),
+            order=ORDER,
+            speed_label=SPEED,
+        ),
+        "Level at the driver's ear with hoses and with their paths cut (thesis, figure 66, where "
+        f"hoses add 5 to 10 dB at {band_words(HOSE_BAND)} and nothing below 80 Hz).",
+    )
+    columns = {
+        "frequency [Hz]": drawn.frequency,
+        "speed [rpm]": 60 * drawn.frequency,
+        f"{joined} [dB(A)]": drawn.with_hoses,
+        f"{soft} [dB(A)]": drawn.without_hoses,
+    }
+    report.table("drawn_car", pd.DataFrame(columns))
+
+
 def _paths(report: Report, noise: CarNoise, ways: pd.DataFrame) -> None:
     """Show by which mount and hose the sound gets to the ear."""
     report.section(
@@ -381,6 +433,15 @@ def _mounts(report: Report, running: RunningInCar) -> None:
     )
     mounts = mount_table(running)
     report.table("mounts", mounts, "Mounts; deviations are 1 σ.", shown=in_words(mounts))
+    stiffness = stiffness_table(running)
+    report.figure(
+        "figure_63_stiffness",
+        lambda: _stiffness_figure(stiffness),
+        "Dynamic stiffness of the single mounts over frequency, real and imaginary part (thesis, "
+        "figure 63): the stiffness found times the gain of the hammer test and, where the mounts "
+        "have changed, the change in operation.",
+    )
+    report.table("mount_stiffness", stiffness)
 
 
 def mount_table(running: RunningInCar) -> pd.DataFrame:
@@ -412,6 +473,39 @@ def mount_table(running: RunningInCar) -> pd.DataFrame:
         }
         frames.append(pd.DataFrame(columns))
     return pd.concat(frames, ignore_index=True)
+
+
+def stiffness_table(running: RunningInCar) -> pd.DataFrame:
+    """Write the dynamic stiffness of single mounts along their axes, line by line."""
+    lines = running.found.inertance.frequency
+    factor = running.found.calibrated.model.gain.at(lines)
+    factor = factor * (1 + running.source.state.significant(lines))
+    frames = []
+    for mount in running.shares.mounts:
+        for axis, stiffness in zip(STIFFNESS_AXES, mount.stiffness, strict=True):
+            columns = {
+                "mount": mount.name,
+                "direction": axis,
+                "frequency [Hz]": lines,
+                "real [N/mm]": 1e-3 * stiffness * factor.real,
+                "imaginary [N/mm]": 1e-3 * stiffness * factor.imag,
+            }
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _stiffness_figure(table: pd.DataFrame) -> plot.Figure:
+    """Draw real and imaginary part of each mount in a panel each."""
+    panels = []
+    for mount, rows in table.groupby("mount", sort=False):
+        for part, name in (("Re K", "real [N/mm]"), ("Im K", "imaginary [N/mm]")):
+            curves = {
+                str(axis): group[name].to_numpy()
+                for axis, group in rows.groupby("direction", sort=False)
+            }
+            lines = rows["frequency [Hz]"].unique()
+            panels.append(CurvePanel(f"{part}, {mount}", lines, curves, y_label=f"{part} [N/mm]"))
+    return plot.curve_panels(panels, columns=2, dashed=STIFFNESS_AXES[2:], log_frequency=True)
 
 
 def peak_table(errors: Sequence[SweepErrors]) -> pd.DataFrame:

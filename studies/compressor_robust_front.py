@@ -528,7 +528,7 @@ def _cars(report: Report, view: MountFront) -> None:
         ),
         "Today and best-mean.",
     )
-    cars = view.fleet.vehicle_table(Pick.best_mean, view.change)
+    cars = view.fleet.vehicle_table(Pick.best_mean)
     report.table("cars", cars, "Mean level of the lines over scatter, best-mean against today.")
     peaks = view.fleet.peak_table(view.best)
     louder = peaks[peaks["change [dB]"] > RISE]

@@ -11,7 +11,11 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from deboom.errors import InputError
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion
+from deboom.mounts.piecewise_cubic import (
+    FewLevelsWarning,
+    PiecewiseCubicRegressor,
+    TrainingRegion,
+)
 from deboom.mounts.response_surface import (
     BergModel,
     DynamicStiffnessSurface,
@@ -33,6 +37,7 @@ Y = np.tanh(4 * X[:, 0]) + 0.2 * X[:, 1]
 
 
 @pytest.mark.filterwarnings("ignore:.* distinct rows do not determine a cubic:UserWarning")
+@pytest.mark.filterwarnings("ignore:.*of the 4 levels")  # of the checks' own tiny samples
 @parametrize_with_checks(
     [PiecewiseCubicRegressor(), PiecewiseCubicRegressor(pieces="cv", max_pieces=3)]
 )
@@ -89,6 +94,24 @@ def test_an_underdetermined_piece_gets_a_lower_degree_and_is_named():
     expected = everywhere[:, 0] ** 2 - everywhere[:, 0] * everywhere[:, 1]
     np.testing.assert_allclose(model.predict(everywhere), expected, rtol=1e-9, atol=1e-9)
     assert model.supported(rows).all()
+
+
+@pytest.mark.parametrize(
+    ("temperatures", "pieces"), [((-20, 0, 40, 80), 2), ((-20, 0, 40, 60, 80), 3), ((0, 80), 1)]
+)
+def test_a_temperature_between_few_levels_is_not_invented(temperatures, pieces):
+    """A cubic through two or three levels errs by 45 to 280 % between them."""
+
+    def stiffness(rows):
+        return (1 + 0.5 * np.exp(-(rows[:, 0] + 20) / 60)) * (1 + 0.2 * rows[:, 1] ** 2)
+
+    other = np.linspace(-1, 1, 40)
+    rows = np.array([(temperature, value) for temperature in temperatures for value in other])
+    with pytest.warns(FewLevelsWarning, match=r"variable 1 takes [123] of the 4 levels"):
+        model = PiecewiseCubicRegressor(pieces=pieces).fit(rows, stiffness(rows))
+    held_out = np.column_stack([np.full(40, 23.0), other])
+    assert np.abs(model.predict(held_out) / stiffness(held_out) - 1).max() < 0.08
+    np.testing.assert_allclose(model.predict(rows), stiffness(rows), rtol=0.06)
 
 
 def test_a_variable_that_only_rounding_moves_is_constant_in_its_piece():
@@ -238,7 +261,8 @@ def test_predict_refuses_what_the_lines_do_not_determine():
     lines = operating_points(
         np.tile([-300.0, -350.0], 200), 1e-4 + 5e-4 * (frequency - 20) / 60, frequency
     )
-    tied = DynamicStiffnessSurface().fit(lines, law(lines))
+    with pytest.warns(FewLevelsWarning, match="variable 1 takes 2 of the 4 levels"):
+        tied = DynamicStiffnessSurface().fit(lines, law(lines))
     assert tied.supported(lines).all()
     with pytest.raises(InputError, match="the measured lines do not determine the model there"):
         tied.predict([-300.0, 3.6e-4, 50.0])

@@ -280,3 +280,14 @@ def test_a_seed_is_one_compressor_at_any_level(tmp_path):
     assert truths[0]["static_stiffness"] == truths[1]["static_stiffness"]
     ratio = np.array(truths[0]["sensor_gain"]) / truths[1]["sensor_gain"]
     np.testing.assert_allclose(ratio, 4.0)
+
+
+def test_drawn_sources_differ_in_their_gas_forces():
+    """A third to three times the frozen ones, of any phase, each by itself; seed 1 is frozen."""
+    frozen, *drawn = (compressor_rig.true_source(1, seed) for seed in range(1, 61))
+    assert frozen.gas_force == complex(*DATA["operation"]["gas_force_x_N"])
+    for name in ("gas_force", "gas_moment", "rotating_gas_force"):
+        ratios = np.array([getattr(source, name) for source in drawn]) / getattr(frozen, name)
+        assert 1 / 3 <= np.abs(ratios).min() < 0.5
+        assert 2 < np.abs(ratios).max() <= 3
+        assert np.abs(np.mean(ratios / np.abs(ratios))) < 0.35

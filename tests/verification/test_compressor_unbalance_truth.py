@@ -82,8 +82,11 @@ def test_exact_data_return_the_exact_source():
     assert found.state.loss == pytest.approx(-0.1, abs=1e-3)
     for result in found.routes:
         sources = result.sources
+        # changed mounts say nothing of where the origin lies: the hammer test knows it to 0.06 mm
+        assert abs(sources.static.value - STATIC) < sources.static.deviation
         assert sources.static.value == pytest.approx(STATIC, rel=1e-3)
-        assert sources.dynamic.value == pytest.approx(DYNAMIC, rel=1e-3)
+        assert abs(sources.dynamic.value - DYNAMIC) < sources.dynamic.deviation
+        assert sources.dynamic.value == pytest.approx(DYNAMIC, rel=1.2e-3)
         for gas, factor in zip(sources.gas, (1.0, 1.6), strict=True):
             parts = [gas.axial.value, gas.moment.value, gas.rotating.value]
             np.testing.assert_allclose(parts, factor * GAS, rtol=0.02)
@@ -235,7 +238,8 @@ def test_without_the_rotors_inertia_the_dynamic_unbalance_is_off():
 def test_gyroscopic_moment_is_the_change_of_the_rotors_spin(sense):
     """Spin vectors over time against the term of the apparent mass."""
     line, empty = 40.0, np.zeros((1, 6, 6), complex)
-    model = routes.RouteModel(np.array([line]), np.eye(6), empty, empty[None], empty, None)
+    frame = routes.FrameErrors(np.zeros((1, 6, 6)), np.zeros((1, 6, 6)))
+    model = routes.RouteModel(np.array([line]), np.eye(6), empty, empty[None], empty, frame, None)
     block = model.with_rotor(ROTOR, sense).apparent_mass[0, 3:, 3:]
     omega = 2 * np.pi * line
     angles = 1e-3 * np.array([0.3 + 0.1j, -0.5j, 0.8])
@@ -368,3 +372,19 @@ def test_mounts_that_changed_alike_keep_their_factor():
     result = unbalance(test, softened()[2], BY_STROKE)
     assert result.by_letter("e").fit.change == routes.UPDATED.update
     assert result.notices == ()
+
+
+@pytest.mark.parametrize("letter", "abcde")
+def test_changed_mounts_do_not_pretend_to_reveal_the_origin(letter):
+    """An origin 2 mm off moves u_d by 2 mm times u, whatever the mounts did; so must its interval.
+
+    Sensors and impacts all shifted along the shaft are one hammer test with another origin: mass
+    and mounts move with it. A fit whose changed mounts stay behind would see the shift.
+    """
+    route = next(route for route in UnbalanceOptions().routes if route.letter == letter)
+    deviations = []
+    for storage in (1.0, 0.9):
+        test, _ = sample(1, lines=LINES, storage=storage)
+        options = UnbalanceOptions(routes=(route,), chosen=route)
+        deviations.append(unbalance(test, identified(), options).chosen.sources.dynamic.deviation)
+    assert deviations[1] > 0.97 * deviations[0]

@@ -444,7 +444,8 @@ class OperationPlan:
       operation, over those under the hammer [1].
     - `softening`: mounts soften with their amplitude while it runs.
     - `sense`: 1: the rotor turns from y to z; −1: from z to y.
-    - `truth_seed`: 1 is the frozen unbalance; every other seed draws its sizes, phases and sense.
+    - `truth_seed`: 1 is the frozen source; every other seed draws sizes and phases of unbalance and
+      gas forces, and the sense.
     - `time_record`: whether a short run-up is recorded over time with tacho as well.
     - raises InputError: a factor that is not positive, another sense.
     """
@@ -563,11 +564,14 @@ class Source:
 LARGEST_STATIC, LARGEST_DYNAMIC = 40e-6, 2500e-9
 """Of drawn unbalances, uniform from zero [kg m], [kg m²]."""
 
+GAS_SPREAD = 3.0
+"""Of drawn gas forces: amplitude over the frozen one, at most and at least its inverse [1]."""
+
 
 def true_source(sense: int = 1, truth_seed: int = 1) -> Source:
     """Return the source of the frozen data; two balance weights leave its unbalances.
 
-    Every `truth_seed` but 1 draws what they leave, and the sense.
+    Every `truth_seed` but 1 draws what they leave, the sense, and size and phase of each gas force.
     """
     operation = read_data(COMPRESSOR_DATA)["operation"]
 
@@ -575,11 +579,16 @@ def true_source(sense: int = 1, truth_seed: int = 1) -> Source:
         return complex(*operation[key])
 
     left = np.array([number("static_unbalance_kg_m"), number("dynamic_unbalance_kg_m2")])
+    gas = np.array(
+        [number(f"gas_{key}") for key in ("force_x_N", "moment_x_N_m", "force_rotating_N")]
+    )
     if truth_seed != 1:
         generator = np.random.default_rng([truth_seed, FOR_UNBALANCE])
         sizes = generator.uniform(0, [LARGEST_STATIC, LARGEST_DYNAMIC])
         left = sizes * np.exp(1j * generator.uniform(0, 2 * np.pi, 2))
         sense *= int(generator.choice([1, -1]))
+        larger = GAS_SPREAD ** generator.uniform(-1, 1, gas.size)
+        gas = gas * larger * np.exp(1j * generator.uniform(0, 2 * np.pi, gas.size))
     for part in PARTS:
         left = left - part.rotating * np.array([1.0, part.arm])
     arms = np.array([[1.0, 1.0], [arm for *_, arm in WEIGHTS]])
@@ -589,9 +598,9 @@ def true_source(sense: int = 1, truth_seed: int = 1) -> Source:
     )
     return Source(
         unbalances=PARTS + weights,
-        gas_force=number("gas_force_x_N"),
-        gas_moment=number("gas_moment_x_N_m"),
-        rotating_gas_force=number("gas_force_rotating_N"),
+        gas_force=complex(gas[0]),
+        gas_moment=complex(gas[1]),
+        rotating_gas_force=complex(gas[2]),
         rotor_inertia=operation["rotor_polar_inertia_kg_m2"],
         sense=sense,
     )

@@ -382,6 +382,7 @@ def write_operation(
     record: tuple[RealArray, RealArray] | None = None,
     holders: tuple[tuple[str, int], ...] = (),
     microphones: tuple[tuple[str, int], ...] = (),
+    sound_deviation: float = 0.0,
 ) -> None:
     """Write ``sweeps/``, the sensors on the compressor and ``operation.toml``.
 
@@ -390,6 +391,7 @@ def write_operation(
     - `channels`: order spectra of each sweep: on the compressor, in a car also of holders and ears.
     - `record` (tacho, acceleration), optional: run-up over time.
     - `holders`, `microphones`: name and node of the sensors beside those on the compressor.
+    - `sound_deviation`: noise of each part of a tracked pressure, 1 σ [Pa].
     """
     sheet = running_lab.laboratory.placed.sheet
     nodes = operating_test.SweepNodes(sheet.sensors, TACHO_NODE, holders, microphones)
@@ -453,7 +455,8 @@ def write_operation(
         ),
         holders=tuple(operating_test.HolderSection(name=name, node=node) for name, node in holders),
         microphones=tuple(
-            operating_test.MicrophoneSection(name=name, node=node) for name, node in microphones
+            operating_test.MicrophoneSection(name=name, node=node, deviation_pa=sound_deviation)
+            for name, node in microphones
         ),
     )
     dump_toml(folder / operating_test.OPERATING_TEST_FILE, file_content)

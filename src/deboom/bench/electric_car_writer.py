@@ -131,6 +131,7 @@ def write_electric_car(
             channels,
             holders=holders,
             microphones=((electric_car.EAR, electric_car.EAR_NODE),),
+            sound_deviation=electric_car.SOUND_FLOOR,
         )
         _write_body(unfinished, sheets, frfs, car)
         _write_car_file(unfinished, car, title, level, sheets, names, stated)

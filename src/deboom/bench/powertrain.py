@@ -492,7 +492,8 @@ def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:
     The prior is judgement. Half of the benches have the second engine. Standard deviation of the
     logarithm: 0.2 of a direction's stiffness with its stops, 0.25 of storage drop and amplitude of
     its filler and of its losses. Half widths: a tenth of the mass and of each moment of inertia,
-    15 % of the order torque and of the run-up's torque and speed, 8 % of each gear.
+    40 % of the gas torque at no load and of its growth with the load, each by itself, and 0.5 rad
+    of its phase, 15 % of the run-up's torque and speed, 8 % of each gear.
     """
     generator = np.random.default_rng([truth_seed, zlib.crc32(b"bench")])
     if generator.random() < 0.5:
@@ -512,15 +513,17 @@ def _drawn(data: dict[str, Any], truth_seed: int) -> dict[str, Any]:
         factors |= {"payne_amplitude": around(0.25), "payne_loss": loss, "fractional_weight": loss}
         directions[name] = law | _times(law, factors) | {"stages": stages}
     root = np.sqrt([within(0.1) for _ in AXES])
-    size, order, ramp = within(0.15), data["order_torque"], data["ramp"]
-    return data | {
+    at_no_load, order, ramp = within(0.4), data["order_torque"], data["ramp"]
+    drawn = data | {
         "mass_kg": within(0.1) * data["mass_kg"],
         "inertia_kg_m2": np.array(data["inertia_kg_m2"]) * np.outer(root, root),
         "directions": directions,
         "total_gear_ratio": [within(0.08) * ratio for ratio in data["total_gear_ratio"]],
-        "order_torque": order | _times(order, {"at_no_load": size, "per_torque": size}),
         "ramp": ramp | _times(ramp, {"scale": within(0.15), "natural_torque": within(0.15)}),
     }
+    gas = _times(order, {"at_no_load": at_no_load, "per_torque": within(0.4)})
+    turned = {"phase": order["phase"] + 0.5 * float(generator.uniform(-1, 1))}
+    return drawn | {"order_torque": order | gas | turned}
 
 
 def _times(numbers: Mapping[str, Any], factors: Mapping[str, float]) -> dict[str, float]:

@@ -273,10 +273,12 @@ class _Listening:
         factor: ComplexArray,
         displacement: ComplexArray,
         hoses: tuple[HoseDrawing, ...],
+        holder_gain: RealArray | float = 1.0,
     ) -> ComplexArray:
         """Compute the loads on the body, shape (n_frequency, n_path) [N, N m]."""
+        holder = holder_gain * self.holder
         loads, _ = loads_by_measured_holders(
-            mounts, factor, displacement, self.holder, hoses, self.lines, self.receptance
+            mounts, factor, displacement, holder, hoses, self.lines, self.receptance
         )
         return loads
 
@@ -359,7 +361,7 @@ def _sweep_noise(
 
 @dataclass(frozen=True, eq=False)
 class NoiseBand:
-    """Levels between which 90 % of the draws of a sweep lie, with and without the paths of hoses.
+    """Levels that a microphone would show in 90 % of the draws, with and without paths of hoses.
 
     `lower`, `upper` (n_frequency,): of all paths [dB(A)]; `lower_mounts`, `upper_mounts`
     (n_frequency,): of the mounts' paths alone [dB(A)].
@@ -380,6 +382,7 @@ class _Draw:
     inverse: RealArray
     hoses: tuple[HoseDrawing, ...]
     state: complex
+    holder_gain: RealArray
 
 
 def noise_bands(
@@ -398,16 +401,23 @@ def noise_bands(
     - raises InputError: as `cabin_noise`.
 
     Every draw has its own compressor from the joint posterior of model and placement, its own
-    single mounts, hoses, state of the mounts in operation and noise transfer functions. Left out:
-    noise of the sweeps, which is a hundredth of these, and gains and places of the holders'
-    accelerometers, since the body moves little against the compressor.
+    single mounts, hoses, state of the mounts in operation, gains of the holders' accelerometers,
+    noise transfer functions, whose hammer and places are wrong alike at every line, and noise of
+    the microphone as the test states it. Left out: noise of the accelerations, which is a hundredth
+    of these, and places of the holders' accelerometers.
     """
     drawn = _draws(running, draws, seed)
     bands = []
     for number, sweep in enumerate(running.car.operation.sweeps):
         generator = np.random.default_rng([seed, 2, number])
         both = _levels(running, transfer, sweep, band, drawn, generator)
-        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(both, TAILS, axis=0)
+        (lower, lower_mounts), (upper, upper_mounts) = np.percentile(
+            # so that a further draw lies between them with this probability
+            both,
+            TAILS,
+            axis=0,
+            method="weibull",
+        )
         bands.append(NoiseBand(lower, upper, lower_mounts, upper_mounts))
     return tuple(bands)
 
@@ -431,6 +441,9 @@ def _draws(running: RunningInCar, count: int, seed: int) -> list[_Draw]:
                 inverse=np.asarray(np.linalg.pinv(forward), dtype=float),
                 hoses=hoses,
                 state=complex(*generator.standard_normal(2)) / np.sqrt(2),
+                holder_gain=1
+                + running.car.tolerances.sensor_gain
+                * generator.standard_normal(N_FORCE * len(running.shares.drawn)),
             )
         )
     return result
@@ -449,21 +462,21 @@ def _levels(
     lines = part.lines
     at_lines = transfer.at(lines)
     columns = [at_lines.transfer.inputs.index(path) for path in part.paths]
-    functions = at_lines.transfer.values[:, 0, columns]
-    deviation = at_lines.deviation[:, columns]
     square = (2 * np.pi * lines[:, np.newaxis]) ** 2
     recorded = -sweep.acceleration.values[part.inside] / square
     state = running.source.state
     change = state.significant(lines)
     unsure = np.interp(lines, state.frequency, state.curve_deviation)
+    noise = running.car.operation.sound_deviation.get(running.car.ear, 0.0)
     levels = []
     for draw in drawn:
         factor = draw.gain.at(lines) * (1 + change + unsure * draw.state)
         hoses = draw.hoses if part.hoses else ()
-        loads = part.loads(draw.mounts, factor, recorded @ draw.inverse.T, hoses)
-        error = generator.standard_normal((2, *deviation.shape)) / np.sqrt(2)
-        heard = (functions + deviation * (error[0] + 1j * error[1])) * loads
+        moved = recorded @ draw.inverse.T
+        loads = part.loads(draw.mounts, factor, moved, hoses, draw.holder_gain)
+        heard = at_lines.drawn(generator)[:, columns] * loads
         n = N_FORCE * len(draw.mounts)
         sounds: ComplexArray = np.stack([heard.sum(axis=1), heard[:, :n].sum(axis=1)], axis=1)
+        sounds += noise * (generator.standard_normal((lines.size, 1, 2)) @ [1, 1j])
         levels.append(spl(sounds, lines).T)
     return np.array(levels)

@@ -126,6 +126,48 @@ class HammerNoise:
 
 
 @dataclass(frozen=True, eq=False)
+class FrameErrors:
+    """What each error of a route does to the load of mounts that have changed.
+
+    `load`, `motion` (n_error, 6, 6): relative change of a load, and of a motion, at the virtual
+    point, by errors of unit standard deviation. The load of a change C is ``(1 + Σ n_k L_k) C (1 +
+    Σ n_k S_k) s`` with the errors' normal numbers n_k.
+
+    Sensors and impacts whose errors shift, turn or scale the axes of motion and load alike leave
+    the hammer test explained to its noise: ``AM_route = (1 + L)⁻¹ AM (1 + S)⁻¹``, mass and mounts
+    in the same way. Without this product a change of the mounts, which the sweep shows, would stand
+    in true axes beside a mass in those of the route, and their difference would seem to reveal
+    where the origin lies.
+    """
+
+    load: RealArray
+    motion: RealArray
+
+    def product(self, errors: RealArray, change: ComplexArray) -> ComplexArray:
+        """Compute what errors add to the load per motion of a change.
+
+        `errors` (n_error,): in standard deviations [1]; `change` (n_frequency, 6, 6): what the
+        mounts take off the apparent mass [kg, kg m, kg m²]. Returns the shape of `change`.
+        """
+        of_load, of_motion = self.combined(errors)
+        return np.asarray(of_load @ change + change @ of_motion)
+
+    def combined(self, errors: RealArray) -> tuple[RealArray, RealArray]:
+        """Add up load and motion over errors (n_error,) in standard deviations, (6, 6) each."""
+        return np.tensordot(errors, self.load, axes=1), np.tensordot(errors, self.motion, axes=1)
+
+    def slopes(self, change: ComplexArray, motion: ComplexArray) -> ComplexArray:
+        """Differentiate the load of a change by each error, shape (n_error, n_frequency, 6).
+
+        `change` (n_frequency, 6, 6) [kg, kg m, kg m²]; `motion` (n_frequency, 6) [m/s², rad/s²].
+        """
+        of_load = np.tensordot(self.load, applied(change, motion), axes=(2, 1))
+        turned = np.moveaxis(np.tensordot(self.motion, motion, axes=(2, 1)), 2, 0)
+        of_motion = np.moveaxis(change @ np.moveaxis(turned, 1, 2), 2, 0)
+        return np.asarray(np.moveaxis(of_load, 2, 1) + of_motion)
+
+
+@dataclass(frozen=True, eq=False)
 class RouteModel:
     """What a route makes of a motion.
 
@@ -134,7 +176,7 @@ class RouteModel:
     m, kg m²]; `by_error` (n_error, n_frequency, 6, 6): load per motion, by each of independent
     errors of unit standard deviation, which are the same at every line and in every sweep; `mounts`
     (n_frequency, 6, 6): part of the mounts, ``v K/ω²``: a change δ of their stiffness takes
-    ``δ v K/ω²`` off the apparent mass.
+    ``δ v K/ω²`` off the apparent mass; `frame`: what the same errors do to that change.
     """
 
     frequency: RealArray
@@ -142,6 +184,7 @@ class RouteModel:
     apparent_mass: ComplexArray
     by_error: ComplexArray
     mounts: ComplexArray
+    frame: FrameErrors
     noise: HammerNoise | None
 
     def with_rotor(self, inertia: float | None, sense: RotationSense) -> RouteModel:
@@ -191,11 +234,13 @@ def _point_model(
     inverse = _pseudo_inverse(placement.response_matrix(zero))
     mass = found.point.model.apparent_mass(lines)
     seen = inverse @ placement.response_derivatives(zero)
-    slopes = np.concatenate([-mass @ seen[:, np.newaxis], _by_impact(placement, zero) @ mass])
-    scale = placement.deviations(found.test.tolerances)
-    by_error = np.asarray(slopes * scale[:, np.newaxis, np.newaxis, np.newaxis], dtype=complex)
-    mounts = found.calibrated.model.mount_part(lines)
-    return RouteModel(lines, inverse, mass, by_error, mounts, None)
+    scale = placement.deviations(found.test.tolerances)[:, np.newaxis, np.newaxis]
+    of_load, of_motion = np.zeros((2, scale.size, 6, 6))
+    of_motion[: len(seen)], of_load[len(seen) :] = -seen, _by_impact(placement, zero)
+    frame = FrameErrors(scale * of_load, scale * of_motion)
+    by_error = frame.load[:, np.newaxis] @ mass + mass @ frame.motion[:, np.newaxis]
+    mounts = found.point.model.mount_part(lines)
+    return RouteModel(lines, inverse, mass, np.asarray(by_error), mounts, frame, None)
 
 
 def _calibrated_model(
@@ -203,15 +248,25 @@ def _calibrated_model(
     calibration: SelfCalibration,  # noqa: ARG001  the model goes with its own sensors
     lines: RealArray,
 ) -> RouteModel:
-    """Take the self-calibrated model and sensors with their joint posterior."""
+    """Take the self-calibrated model and sensors with their joint posterior.
+
+    What their errors do to a change of the mounts is that of the impacts' errors which go with
+    them: all three explain one hammer test.
+    """
     calibrated = found.calibrated
     inverse = _pseudo_inverse(calibrated.response_matrix)
     mass = calibrated.model.apparent_mass(lines)
     seen = inverse @ calibrated.placement.response_derivatives(calibrated.errors)
     by_parameter = calibrated.parametrisation.sensitivities(calibrated.values, lines)
     slopes = np.concatenate([by_parameter, -mass @ seen[:, np.newaxis]])
-    by_error = _standardised(slopes, calibrated.covariance[: len(slopes), : len(slopes)])
-    return RouteModel(lines, inverse, mass, by_error, calibrated.model.mount_part(lines), None)
+    n = len(slopes)
+    independent = _IndependentErrors.of(calibrated.covariance[:n, :n])
+    of_impacts = independent.scores(calibrated.covariance[:n, n:])
+    load = _combination(of_impacts, _by_impact(calibrated.placement, calibrated.errors))
+    frame = FrameErrors(load, np.zeros_like(load))
+    by_error = _combination(independent.factor, slopes)
+    mounts = calibrated.model.mount_part(lines)
+    return RouteModel(lines, inverse, mass, by_error, mounts, frame, None)
 
 
 def _calibrated_measurement(
@@ -253,7 +308,6 @@ def _measured(
     # the dynamic stiffness ω² AM runs smoothly through resonances, the inertance does not
     stiffness = (2 * np.pi * hammer_lines)[:, np.newaxis, np.newaxis] ** 2 * mass
     mass_at_lines = at_lines(stiffness) / (2 * np.pi * lines)[:, np.newaxis, np.newaxis] ** 2
-    slopes = _by_impact(placement, errors) @ mass_at_lines
     n = 9 * len(placement.sensors)
     noise = HammerNoise(
         seen=mass_at_lines @ inverse,
@@ -262,9 +316,15 @@ def _measured(
         columns=at_lines(mass @ (inverse @ raw.frf.values)),
         force_deviation=raw.force_deviation,
     )
-    by_error = _standardised(slopes, covariance[n:, n:])
-    mounts = found.calibrated.model.mount_part(lines)
-    return RouteModel(lines, inverse, mass_at_lines, by_error, mounts, noise)
+    factor = _IndependentErrors.of(covariance[n:, n:]).factor
+    load = _combination(factor, _by_impact(placement, errors))
+    frame = FrameErrors(load, np.zeros_like(load))
+    by_error = np.asarray(load[:, np.newaxis] @ mass_at_lines)
+    # the mounts as sensors and impacts of this placement see them
+    calibrated = found.calibrated
+    seen, struck = inverse @ calibrated.response_matrix, of_impacts @ calibrated.excitation_matrix
+    mounts = np.linalg.inv(struck).T @ calibrated.model.mount_part(lines) @ np.linalg.inv(seen)
+    return RouteModel(lines, inverse, mass_at_lines, by_error, mounts, frame, noise)
 
 
 MEASURED = Route("a", "measured apparent mass (thesis)", _by_sheet, needs_model=False)
@@ -288,21 +348,45 @@ def _pseudo_inverse(matrix: RealArray) -> RealArray:
     return np.asarray(np.linalg.pinv(matrix), dtype=float)
 
 
-def _by_impact(placement: Placement, errors: RealArray) -> ComplexArray:
-    """Change of a load by gain, offsets and tilts of the hammer, shape (1 + 4 m, 1, 6, 6)."""
+def _by_impact(placement: Placement, errors: RealArray) -> RealArray:
+    """Relative change of a load by gain, offsets and tilts of the hammer, shape (1 + 4 m, 6, 6)."""
     inverse = np.linalg.pinv(placement.excitation_matrix(errors))
     change = inverse @ placement.excitation_derivatives(errors)
-    return np.asarray(np.swapaxes(change, -1, -2)[:, np.newaxis], dtype=complex)
+    return np.asarray(np.swapaxes(change, -1, -2), dtype=float)
 
 
-def _standardised(slopes: ComplexArray, covariance: RealArray) -> ComplexArray:
-    """Turn slopes by correlated errors into slopes by independent ones of unit deviation."""
-    scale = np.sqrt(np.diag(covariance))
-    values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
-    # a posterior of very exact data is singular up to rounding: what is certain has no slope
-    kept = values > ROUNDING * values[-1]
-    factor = scale[:, np.newaxis] * vectors[:, kept] * np.sqrt(values[kept])
-    return np.asarray(np.tensordot(factor, slopes, axes=(0, 0)))
+@dataclass(frozen=True, eq=False)
+class _IndependentErrors:
+    """Independent errors of unit deviation behind correlated ones.
+
+    `factor` (n_error, n_independent): correlated errors are ``factor @ n``; `inverse`
+    (n_independent, n_error).
+    """
+
+    factor: RealArray
+    inverse: RealArray
+
+    @classmethod
+    def of(cls, covariance: RealArray) -> _IndependentErrors:
+        """Divide a covariance, shape (n_error, n_error)."""
+        scale = np.sqrt(np.diag(covariance))
+        values, vectors = np.linalg.eigh(covariance / np.outer(scale, scale))
+        # a posterior of very exact data is singular up to rounding: what is certain has no slope
+        kept = values > ROUNDING * values[-1]
+        along, size = vectors[:, kept], np.sqrt(values[kept])
+        return cls(scale[:, np.newaxis] * along * size, (along / size).T / scale)
+
+    def scores(self, covariance: RealArray) -> RealArray:
+        """Regress other errors on the independent ones, shape (n_other, n_independent).
+
+        `covariance` (n_error, n_other): of the correlated errors with the others.
+        """
+        return np.asarray((self.inverse @ covariance).T)
+
+
+def _combination(factor: RealArray, slopes: _Array) -> _Array:
+    """Turn slopes by errors into slopes by what each column of `factor` moves together."""
+    return cast("_Array", np.tensordot(factor, slopes, axes=(0, 0)))
 
 
 @dataclass(frozen=True, eq=False)
@@ -385,6 +469,8 @@ def mount_covariance(model: RouteModel, loads: Sequence[OperatingLoad]) -> Compl
     # all entries of v K/ω² share one phase
     trace = np.trace(mounts, axis1=1, axis2=2)
     static = (mounts * (np.abs(trace) / trace)[:, np.newaxis, np.newaxis]).real
+    # sensors and impacts that are not calibrated have axes of their own
+    static = (static + np.swapaxes(static, 1, 2)) / 2
     motions = np.stack([load.motion for load in loads], axis=1)
     strain = motions @ static @ np.swapaxes(motions, 1, 2).conj()
     n = len(loads)

@@ -27,7 +27,7 @@ from deboom.errors import InputError
 N_ROTOR = 4
 """Real unknowns of the rotor: static and dynamic unbalance, real and imaginary part."""
 SMALLEST_LINES = 6
-LARGEST_STEPS = 15
+LARGEST_STEPS = 30
 TOLERANCE = 1e-2
 """Largest step at the end, in standard deviations."""
 SHORTEST_STEP = 1 / 64
@@ -114,22 +114,28 @@ def fit_source(
     `band`: lines that take part, both ends included [Hz]. InputError: fewer than six lines in the
     band.
 
-    ``(AM − Σ c_k C_k − Σ n_k D_k) s = B x + e``: thesis, eq. 36, solved for all lines instead of
-    one; C_k are changes of the mounts, D_k errors of the route with unit normal n_k, e the noise of
-    sweep and hammer test. To take the errors as unknowns with their prior is the same as to weight
-    with their full covariance, which ties every line to every other. Where mounts in operation do
-    what no C_k describes, the weights of all lines allow for as much of it as brings the χ of those
-    below 60 Hz to one.
+    ``(AM − Σ c_k C_k − Σ n_k D_k + Σ n_k c_l (L_k C_l + C_l S_k)) s = B x + e``: thesis, eq. 36,
+    solved for all lines instead of one; C_k are changes of the mounts, D_k errors of the route with
+    unit normal n_k, L_k and S_k what these do to the axes of load and motion (`FrameErrors`), e the
+    noise of sweep and hammer test. To take the errors as unknowns with their prior is the same as
+    to weight with their full covariance, which ties every line to every other. Where mounts in
+    operation do what no C_k describes, the weights of all lines allow for as much of it as brings
+    the χ of those below 60 Hz to one.
     """
     problem = _SourceProblem(model, loads, sense, change, band)
-    values, covariance, converged = problem.solve(np.zeros(problem.prior.size), 0.0)
+    # from mounts as struck, impossible errors of the route would explain the resonances
+    start, *_ = problem.solve(
+        np.zeros(problem.prior.size), 0.0, problem.n_source + problem.n_change
+    )
+    values, covariance, converged = problem.solve(start, 0.0)
     reduced_chi, mismatch = problem.chi_over_mismatch(values, np.inf)(0.0), 0.0
     for _ in range(MISMATCH_PASSES):
         chi = problem.chi_over_mismatch(values, MOUNTS_BELOW)
         if chi(mismatch) <= EXPLAINED and mismatch == 0:
             break
         mismatch = _explaining_mismatch(chi)
-        values, covariance, converged = problem.solve(values, mismatch)
+        # and impossible errors what no change of the mounts describes
+        values, covariance, converged = problem.solve(start, mismatch)
     by_line = (
         problem.change_alone(values, covariance, mismatch) if mismatch > 0 else (values, covariance)
     )
@@ -164,9 +170,9 @@ class _Group:
     """Lines that the same sweeps have, at which the hammer's noise is one and the same.
 
     `changes` (per sweep, since mounts may go by their motion) and `errors` hold what each unknown
-    of mounts and route takes off the apparent mass; `rest` (per sweep, (n, 6 n_rest, 6)) is both
-    line by line; `columns` (per sweep) the load per unknown of rotor and gas, shape
-    (n, 6, n_source).
+    of mounts and route takes off the apparent mass; `of_changes` (per sweep) and `of_errors` are
+    the same line by line, (n, 6 n_unknown, 6); `columns` (per sweep) the load per unknown of rotor
+    and gas, shape (n, 6, n_source).
     """
 
     members: tuple[int, ...]
@@ -175,7 +181,8 @@ class _Group:
     apparent_mass: ComplexArray
     changes: tuple[ComplexArray, ...]
     errors: ComplexArray
-    rest: tuple[ComplexArray, ...]
+    of_changes: tuple[ComplexArray, ...]
+    of_errors: ComplexArray
     columns: tuple[ComplexArray, ...]
 
 
@@ -221,7 +228,8 @@ class _SourceProblem:
                     model.apparent_mass[lines],
                     changes,
                     errors,
-                    tuple(_by_line(np.concatenate([part, errors])) for part in changes),
+                    tuple(_by_line(part) for part in changes),
+                    _by_line(errors),
                     tuple(
                         self._source_columns(parts[0].frequency, sense, int(which[member]))
                         for member in members
@@ -229,8 +237,10 @@ class _SourceProblem:
                 )
             )
 
-    def solve(self, values: RealArray, mismatch: float) -> tuple[RealArray, RealArray, bool]:
-        """Gauss-Newton: values, covariance, convergence.
+    def solve(
+        self, values: RealArray, mismatch: float, n_free: int | None = None
+    ) -> tuple[RealArray, RealArray, bool]:
+        """Gauss-Newton over the first `n_free` unknowns or all: values, covariance, convergence.
 
         The slopes are those of the predicted motion: measured ones share the noise of the
         residuals, which would draw the whole load towards zero by many percent. At the solution the
@@ -239,7 +249,8 @@ class _SourceProblem:
         for _ in range(LARGEST_STEPS):
             normal, gradient, cost, parts = self._normal_equations(values, mismatch)
             whiteners = [whitener for whitener, _ in parts]
-            covariance = _inverse(normal)
+            covariance = np.zeros_like(normal)
+            covariance[:n_free, :n_free] = _inverse(normal[:n_free, :n_free])
             step = -covariance @ gradient
             # the size of the step in the metric of the posterior, whatever its direction
             if np.sqrt(abs(step @ normal @ step)) < TOLERANCE:
@@ -349,7 +360,9 @@ class _SourceProblem:
         """Apparent mass in each sweep, with the unknowns of mounts and route as they are."""
         change, errors = np.split(values[self.n_source :], [self.n_change])
         alike = group.apparent_mass - _combined(errors, group.errors)
-        return [alike - _combined(change, part) for part in group.changes]
+        taken = [_combined(change, part) for part in group.changes]
+        frame = self.model.frame
+        return [alike - each + frame.product(errors, each) for each in taken]
 
     def _misfit(self, group: _Group, values: RealArray) -> ComplexArray:
         """Load of source less load found, all sweeps of a group, shape (n, 6 n_sweep)."""
@@ -367,14 +380,20 @@ class _SourceProblem:
     ) -> tuple[ComplexArray, ComplexArray]:
         """Misfit, and its Jacobian of shape (n, 6 n_sweep, n_unknown)."""
         right, rows = [], []
-        for part, columns, rest, mass in zip(
-            group.parts, group.columns, group.rest, masses, strict=True
+        change, errors = np.split(values[self.n_source :], [self.n_change])
+        frame = self.model.frame
+        of_load, of_motion = (np.eye(6) - each for each in frame.combined(errors))
+        for part, columns, changes, of_changes, mass in zip(
+            group.parts, group.columns, group.changes, group.of_changes, masses, strict=True
         ):
             source = columns @ values[: self.n_source]
             motion = np.asarray(np.linalg.solve(mass, source[..., np.newaxis])[..., 0], complex)
-            by_rest = (rest @ motion[..., np.newaxis]).reshape(len(rest), 6, -1)
+            taken = _combined(change, changes)
+            by_change = of_load @ _columns(of_changes, motion @ of_motion.T)
+            by_error = _columns(group.of_errors, motion)
+            by_error -= np.moveaxis(frame.slopes(taken, motion), 0, -1)
             right.append(source - applied(mass, part.motion))
-            rows.append(np.concatenate([columns, by_rest], axis=-1))
+            rows.append(np.concatenate([columns, by_change, by_error], axis=-1))
         return np.concatenate(right, axis=1), np.concatenate(rows, axis=1)
 
     def _cost(self, values: RealArray, whiteners: Sequence[ComplexArray]) -> float:
@@ -405,6 +424,11 @@ def _by_line(matrices: ComplexArray) -> ComplexArray:
     """Put matrices (k, n, 6, 6) below each other at each line, rows first, (n, 6 k, 6)."""
     k, n, *_ = matrices.shape
     return np.ascontiguousarray(np.moveaxis(matrices, 0, 2)).reshape(n, 6 * k, 6)
+
+
+def _columns(by_line: ComplexArray, motion: ComplexArray) -> ComplexArray:
+    """Load per unknown, shape (n, 6, k), of matrices `_by_line` and a motion (n, 6)."""
+    return np.asarray((by_line @ motion[..., np.newaxis]).reshape(len(motion), 6, -1))
 
 
 def _real_rows(values: ComplexArray) -> RealArray:

@@ -285,6 +285,7 @@ class LoadUncertainty:
         self.noise = noise_covariance(model, (load,), (now,))
         self.mismatch = fit.mismatch**2 * mount_covariance(model, (load,))
         self.slopes = applied(model.by_error[:, load.lines], load.motion)
+        self.slopes -= model.frame.slopes(taken, load.motion)
         self.by_change = applied(change, load.motion)
 
     def band(self, weights: RealOrComplexArray) -> Band:

@@ -24,6 +24,7 @@ from deboom.files.platform import SPECTRA
 from deboom.files.rows import PlacedSensor
 from deboom.files.schema import (
     AtLeastOne,
+    NotNegative,
     Number,
     Positive,
     RelativePath,
@@ -245,6 +246,7 @@ class MicrophoneSection(StrictModel):
 
     name: Title  # such as driver
     node: Number  # in the UFF files, direction scalar
+    deviation_pa: NotNegative = 0.0  # of each part of a tracked pressure, by noise of the cabin
 
 
 class OperatingTestFile(StrictModel):
@@ -353,6 +355,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
             rotor_inertia=file.rotor_inertia_kg_m2,
             hoses=tuple(HoseDrawing(**values_of(hose)) for hose in file.hoses),
             input_files=tuple(dict.fromkeys(read)),
+            sound_deviation={entry.name: entry.deviation_pa for entry in file.microphones},
         )
 
 

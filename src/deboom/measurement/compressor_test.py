@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import field
 from enum import Enum
 from pathlib import Path
 
@@ -201,6 +203,8 @@ class OperatingTest:
     - `hammer_with_hoses`: test with the standard hoses, compressor off; same sensors and impacts.
     - `sweeps`: at least one sweep, with the accelerometers of the hammer test.
     - `rotor_inertia`: polar moment of the rotor, from its data sheet [kg m²]; None where not known.
+    - `sound_deviation`: microphone → standard deviation of the real and of the imaginary part of
+      its tracked pressures, by noise of cabin and microphone; 0 where none is stated [Pa].
     """
 
     name: str
@@ -210,6 +214,7 @@ class OperatingTest:
     rotor_inertia: float | None = None
     hoses: tuple[HoseDrawing, ...] = ()
     input_files: tuple[Path, ...] = ()
+    sound_deviation: Mapping[str, float] = field(default_factory=dict)
 
     def with_hoses(self, state: HoseState) -> tuple[OperatingSweep, ...]:
         """Sweeps with these hoses, in their order."""

@@ -161,23 +161,39 @@ class ElectricCar:
         return tuple(known[name] for name in names)
 
 
-@checked(deviation="f i")
+@checked(noise="f i", by_error="e f i")
 class WrenchNoiseTransfer:
     """Pressure at the ear per force and moment at every point.
 
-    - `deviation` (n_frequency, n_input): root of the mean square modulus of the error, in the unit
-      of each column.
+    - `noise` (n_frequency, n_input): root of the mean square modulus of the noise, independent from
+      line to line, in the unit of each column.
+    - `by_error` (n_error, n_frequency, n_input): change by each of independent errors of unit
+      standard deviation, the same at every line: hammer, places and angles of points and impacts.
     """
 
     transfer: Frf
-    deviation: RealArray
+    noise: RealArray
+    by_error: ComplexArray
+
+    @property
+    def deviation(self) -> RealArray:
+        """Root of the mean square modulus of all errors, shape (n_frequency, n_input)."""
+        return np.sqrt(self.noise**2 + np.sum(np.abs(self.by_error) ** 2, axis=0))
+
+    def drawn(self, generator: np.random.Generator) -> ComplexArray:
+        """Draw the functions that the measurement allows, shape (n_frequency, n_input)."""
+        values = self.transfer.values[:, 0]
+        noise = generator.standard_normal((2, *values.shape)) / np.sqrt(2)
+        errors = generator.standard_normal(len(self.by_error))
+        by_error = np.tensordot(errors, self.by_error, axes=1)
+        return np.asarray(values + self.noise * (noise[0] + 1j * noise[1]) + by_error)
 
     def at(self, frequency: npt.ArrayLike) -> WrenchNoiseTransfer:
         """Return these measured lines only [Hz]; another one raises InputError."""
         wanted, whole = np.asarray(frequency, dtype=float), self.transfer
         rows = measured_lines(whole.frequency, wanted)
         chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
-        return WrenchNoiseTransfer(chosen, self.deviation[rows])
+        return WrenchNoiseTransfer(chosen, self.noise[rows], self.by_error[:, rows])
 
 
 def wrench_noise_transfer(
@@ -190,17 +206,23 @@ def wrench_noise_transfer(
     ``Y_VP = Y (U⁺)ᵀ`` by least squares (van der Seijs et al., 2017). Errors to first order: the
     noise of a function has the mean square modulus ``|H|² (1 − γ²)/(n γ²)``; an impact that lies δr
     off pushes with the moment ``δr × d`` besides, one that leans by δd with ``δd`` and ``r × δd``;
-    each of these is multiplied with the functions of the point and goes through ``U⁺``. The gain of
-    the hammer, and the place of the point itself, are common to its impacts.
+    each of these is multiplied with the functions of the point and goes through ``U⁺``. The place
+    of a point is common to its impacts, the gain of the hammer to all points; none of them changes
+    from line to line, so that nothing averages out over lines or paths.
     """
     chosen = car.chosen(points)
     geometries = {point.name: impact_geometry(point.impacts, point.position) for point in chosen}
     transfer = noise_transfer_at_points(car.pressure, geometries)
     per_point = np.split(transfer.values[:, 0], len(chosen), axis=1)
-    deviations = [
-        _deviation(car, point, values) for point, values in zip(chosen, per_point, strict=True)
-    ]
-    return WrenchNoiseTransfer(transfer, np.hstack(deviations))
+    errors = [_errors(car, point, values) for point, values in zip(chosen, per_point, strict=True)]
+    of_points = sum(len(part) for _, part in errors)
+    by_error = np.zeros((1 + of_points, *transfer.values[:, 0].shape), dtype=complex)
+    by_error[0] = car.tolerances.hammer_gain * transfer.values[:, 0]
+    first = 1
+    for number, (_, part) in enumerate(errors):
+        by_error[first : first + len(part), :, 6 * number : 6 * number + 6] = part
+        first += len(part)
+    return WrenchNoiseTransfer(transfer, np.hstack([noise for noise, _ in errors]), by_error)
 
 
 def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) -> Frf:
@@ -231,27 +253,38 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
     )
 
 
-def _deviation(car: ElectricCar, point: TransferPoint, functions: ComplexArray) -> RealArray:
-    """Root mean square modulus of the error of six functions (n_frequency, 6) of a point."""
+def _errors(
+    car: ElectricCar, point: TransferPoint, functions: ComplexArray
+) -> tuple[RealArray, ComplexArray]:
+    """Errors of the six functions (n_frequency, 6) of a point.
+
+    Returns the root mean square modulus of the noise (n_frequency, 6), and the change by each error
+    of places and angles in its standard deviation (n_error, n_frequency, 6).
+    """
     columns = [car.pressure.inputs.index(name) for name in point.impact_names]
     measured = np.abs(car.pressure.values[:, 0, columns]) ** 2
     coherence = np.maximum(car.coherence[:, 0, columns], np.finfo(float).tiny)
     variance = measured * (1 - coherence) / (car.n_averages * coherence)
     force, moment = functions[:, :3], functions[:, 3:]
     struck, tolerances = point.struck(), car.tolerances
-    directions = struck.geometry.directions
+    directions, inverse = struck.geometry.directions, struck.inverse.T
     # what a force at the lever r gives: N_f + N_m × r, a vector over the direction of the force
     per_force = force[:, None] + np.cross(moment[:, None], struck.geometry.levers)
+    by_error = []
     for across in tangents(directions):
         leaning = np.einsum("fia,ia->fi", per_force, across)
         off = moment @ np.cross(across, directions).T
-        variance = variance + np.abs(tolerances.impact_angle * leaning) ** 2
-        variance = variance + np.abs(tolerances.impact_position * off) ** 2
-    common = np.abs(tolerances.hammer_gain * functions) ** 2
+        by_error += [
+            np.einsum("fi,ip->ifp", size * change, inverse)
+            for size, change in (
+                (tolerances.impact_angle, leaning),
+                (tolerances.impact_position, off),
+            )
+        ]
     # a load that truly acts beside the stated point turns about it as well
-    turning = np.abs(moment) ** 2
-    common[:, :3] += tolerances.sensor_position**2 * (turning.sum(axis=1)[:, None] - turning)
-    return np.asarray(np.sqrt(variance @ (struck.inverse.T**2) + common))
+    turning = np.zeros((3, *functions.shape), dtype=complex)
+    turning[..., :3] = tolerances.sensor_position * np.cross(moment[None], np.eye(3)[:, None])
+    return np.sqrt(variance @ inverse**2), np.concatenate([*by_error, turning])
 
 
 def tangents(directions: RealArray) -> tuple[RealArray, RealArray]:

@@ -45,6 +45,10 @@ COARSE_BLOCKS = 48
 ZOOM_CUTS = 16
 """Candidates on each side of a cut in every refinement of the search."""
 
+LEVEL = 0.01
+"""Values of a variable nearer than this fraction of its range are one level, such as one
+temperature of a chamber [1]."""
+
 RIDGE = 1e-10
 """Keeps the squares defined where rows cannot tell terms apart; far below any noise."""
 
@@ -56,6 +60,10 @@ ROUNDING = 1e-13
 
 NARROW = 1e-9
 """Range of a piece over that of all rows, below which a variable counts as constant there [1]."""
+
+
+class FewLevelsWarning(UserWarning):
+    """A variable takes fewer levels than a cubic needs: its degree is lower, the fit is sound."""
 
 
 @checked(points="n k", lower="k", upper="k")
@@ -133,7 +141,9 @@ class PiecewiseCubicRegressor(RegressorMixin, BaseEstimator):
     Least squares by orthogonal triangularisation and a singular value decomposition of the
     triangle, no normal equations. Terms that the rows cannot tell apart get the shortest
     coefficients, and their directions a very large leverage. A piece with fewer distinct rows than
-    terms gets a polynomial of the degree that they determine, and a warning that names it.
+    terms gets a polynomial of the degree that they determine, and a warning that names it. So does
+    a variable that takes fewer than four levels in a piece, such as a temperature: k levels
+    determine the powers up to k − 1, and a cubic through them errs by half or more between them.
 
     Examples
     --------
@@ -550,15 +560,28 @@ def _fitted_cubic(
     n_rows, n_terms = terms.shape
     n_distinct = len(np.unique(X, axis=0))
     degree = max(d for d in range(4) if comb(X.shape[1] + d, d) <= n_distinct)
-    n_used = comb(X.shape[1] + degree, degree)
-    if n_used < n_terms:
+    used = np.arange(n_terms) < comb(X.shape[1] + degree, degree)
+    if not used.all():
         warnings.warn(
             f"{name}: {n_distinct} distinct rows do not determine a cubic of {n_terms} terms, it "
             f"is a polynomial of degree {degree}: measure more, or ask for fewer pieces",
             stacklevel=4,
         )
+    # what stands still in a piece is scaled by its whole range, and its powers are 0
+    for feature in np.flatnonzero(np.ptp(X, axis=0) / 2 > NARROW * whole):
+        powers = _polynomials(X.shape[1]).powers_[:, feature]
+        n_level = _levels(X[:, feature], 2 * whole[feature])
+        if powers[used].max() >= n_level:
+            warnings.warn(
+                f"{name}: variable {feature + 1} takes {n_level} of the 4 levels that a cubic "
+                f"needs, its powers above {n_level - 1} are left out: measure more levels, or ask "
+                "for fewer pieces",
+                FewLevelsWarning,
+                stacklevel=4,
+            )
+            used &= powers < n_level
     root = np.sqrt(weight)[:, np.newaxis]
-    weighted = root * terms * (np.arange(n_terms) < n_used)
+    weighted = root * terms * used
     triangle = np.asarray(np.linalg.qr(np.hstack([weighted, root * y]), mode="r"))
     left, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
     smallest = float(singular[0]) * max(n_rows, n_terms) * np.finfo(float).eps
@@ -569,7 +592,7 @@ def _fitted_cubic(
     squares = np.sum((root * (y - terms @ coefficients)) ** 2, axis=0)
     freedom = n_rows - rank
     # terms left out are no terms that the rows have never seen
-    unseen = 0.0 if rank == n_used < n_terms else smallest**-2
+    unseen = 0.0 if rank == np.sum(used) < n_terms else smallest**-2
     return {
         "centre": centre,
         "half_range": half_range,
@@ -581,6 +604,20 @@ def _fitted_cubic(
         "variance": squares / freedom if freedom else np.full_like(squares, np.nan),
         "degrees_of_freedom": np.asarray(freedom),
     }
+
+
+def _levels(values: RealArray, whole: float) -> int:
+    """Count the levels of a variable in a piece, 4 at most: a cubic needs no more.
+
+    `whole`: its range over all rows. What varies within a level is noise, not another level.
+    """
+    ordered, count, place = np.sort(values), 0, 0
+    span = float(ordered[-1] - ordered[0])
+    apart = LEVEL * (span if span > LEVEL * whole else whole)
+    while place < ordered.size and count <= 3:
+        count += 1
+        place = int(np.searchsorted(ordered, ordered[place] + apart))
+    return count
 
 
 def _leverage(

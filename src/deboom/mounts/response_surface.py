@@ -21,7 +21,12 @@ from sklearn.exceptions import ConvergenceWarning
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, checked, checked_array
 from deboom.errors import InputError
-from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor, TrainingRegion, named_arrays
+from deboom.mounts.piecewise_cubic import (
+    FewLevelsWarning,
+    PiecewiseCubicRegressor,
+    TrainingRegion,
+    named_arrays,
+)
 from deboom.physics.dynamic_stiffness import kelvin_voigt
 
 if TYPE_CHECKING:
@@ -364,6 +369,7 @@ class DynamicStiffnessSurface(StiffnessModel):
             for part, measured in zip(parts, values, strict=True):
                 # a piece of lower degree is no surface to believe in
                 with warnings.catch_warnings(action="error", category=UserWarning):
+                    warnings.simplefilter("default", FewLevelsWarning)
                     try:
                         part.fit(points, measured, weight, runs)
                     except UserWarning as error:

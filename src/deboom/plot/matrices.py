@@ -74,6 +74,7 @@ def curve_matrix(
     *,
     units: Sequence[str],
     what: str,
+    reading: str = "response in rows, excitation in columns",
     dashed: Sequence[str] = (),
     fitted: Sequence[tuple[float, float]] = (),
     logarithmic: bool = False,
@@ -84,7 +85,7 @@ def curve_matrix(
     - `frequency` (n_frequency,): increasing, above 0 [Hz].
     - `curves` (n_frequency, n, n): label → real values.
     - `units`: of the translational, the coupling and the rotational entries.
-    - `what`: quantity, for the title.
+    - `what`: quantity, `reading`: what rows and columns are; both for the title.
     - `dashed`: labels whose curves are dashed and dark.
     - `fitted`: frequency bands that are shaded [Hz].
     - `logarithmic`: scale of the values; entries of one unit then share it.
@@ -144,8 +145,8 @@ def curve_matrix(
         if logarithmic:
             _share_blocks(grid, n)
         figure.suptitle(
-            f"{what}: response in rows, excitation in columns; translations [{units[0]}], "
-            f"couplings [{units[1]}], rotations [{units[2]}]",
+            f"{what}: {reading}; translations [{units[0]}], couplings [{units[1]}], rotations "
+            f"[{units[2]}]",
             fontsize=8,
             y=1 - 0.1 / height,
             va="top",

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import RealArray
+from deboom.arrays import ComplexArray, RealArray
 from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
@@ -249,10 +249,26 @@ def identified_virtual(
 
 def condition_at_100_hz(test: IdentifiedTest) -> float:
     """Condition number of the inertance near 100 Hz, rotations times the radius of gyration [1]."""
-    inertance = test.found.inertance
-    nearest = int(np.argmin(np.abs(inertance.frequency - 100.0)))
-    unit = np.repeat([1.0, test.found.length], 3)
-    return float(np.linalg.cond(inertance.values[nearest] * np.outer(unit, unit)))
+    nearest = int(np.argmin(np.abs(test.found.inertance.frequency - 100.0)))
+    return float(condition_numbers(test.found, test.found.length)[nearest])
+
+
+def condition_numbers(found: Identification, length: float) -> RealArray:
+    """Condition number of the measured inertance, rotations times a length, shape (f,) [1].
+
+    - `length`: that counts as one radian [m]; 1 for SI units.
+    """
+    unit = np.repeat([1.0, length], 3)
+    return np.asarray(np.linalg.cond(found.inertance.values * np.outer(unit, unit)))
+
+
+def calibrated_inertance(found: Identification) -> ComplexArray:
+    """Measured inertance at the virtual point by self-calibrated sensors and impacts, (f, 6, 6)."""
+    response, excitation = (
+        np.linalg.pinv(matrix)
+        for matrix in (found.calibrated.response_matrix, found.calibrated.excitation_matrix)
+    )
+    return np.asarray(response @ found.raw.frf.values @ excitation.T)
 
 
 def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFrame:

@@ -59,9 +59,9 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
     )
     report.table(
         "vehicles",
-        view.fleet.vehicle_table(Pick.best_mean, view.fleet.splv_change(best)),
-        "Before: today's mounts; after: best-mean. Levels are means over the lines "
-        "and over the scatter, changes are those of the designs without scatter.",
+        view.fleet.vehicle_table(Pick.best_mean),
+        "Before: today's mounts; after: best-mean (thesis, table 5). Levels and changes are means "
+        "over the lines and over the scatter.",
     )
     report.table(
         "peaks",

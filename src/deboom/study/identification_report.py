@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,7 +32,9 @@ from deboom.study.compressor_identification import (
     STEPS,
     Beside,
     IdentifiedTest,
+    calibrated_inertance,
     condition_at_100_hz,
+    condition_numbers,
     errors_of,
     identifiability_table,
     identified_test,
@@ -47,13 +50,28 @@ if TYPE_CHECKING:
 
 MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
 INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
+MASS_UNITS = ("kg", "kg m", "kg m²")
 SHEET, MODEL = "measured, places of the sheet", "identified"
+CALIBRATED = "measured, calibrated places"
+OF_MASS = "force in rows, acceleration in columns"
 WIDE_BAND = 1.96
 """Standard deviations of a 95 % interval."""
 SHOWN_ROWS = 12
 """Of long tables; the files of the run hold them all."""
 MODEL_FILE = "compressor_model"
 """Stem of the file that other studies load."""
+TABLE_11 = (
+    "parameter",
+    "unit",
+    "start",
+    "lower bound",
+    "upper bound",
+    "fitted",
+    "truth",
+    "at its bound",
+    "verdict",
+)
+"""Columns of the thesis's numbers on the page."""
 COMMAND = "identify"
 SEED = 1
 """Identification draws nothing; a run folder states a seed all the same."""
@@ -110,6 +128,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
     _identified(report, first)
     _sound(report, first, condition)
     _compared(report, first)
+    _apparent_mass(report, first)
     _limits(report, first)
     if first.identical is not None:
         _identical(report, first.identical)
@@ -314,6 +333,144 @@ def _likeness(test: IdentifiedTest) -> Figure:
     return plot.heat_maps(maps)
 
 
+def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
+    """Draw figures 56 to 59, 66 and 67 of the thesis, and write what they show."""
+    found, lines = test.found, test.found.inertance.frequency
+    model = found.calibrated.model
+    report.section(
+        "Apparent mass, entry by entry",
+        "The apparent mass is the inverse of the inertance: what accelerations of the running "
+        "compressor are multiplied with to find the load inside. By the places of the sheet its "
+        "small entries miss the model, by the calibrated places they follow it: what looks like a "
+        "fault of the inversion is misplacement. apparent_mass.csv has all entries.",
+        folded=True,
+    )
+    shown = {"SI units": 1.0, f"rotations times {1e3 * found.length:.0f} mm": found.length}
+    condition = plot.CurvePanel(
+        "Condition number of the inertance",
+        lines,
+        {name: condition_numbers(found, length) for name, length in shown.items()},
+        y_label="condition number [1]",
+        levels={"450, the thesis": 450.0},
+        logarithmic=True,
+    )
+    report.figure(
+        "figure_56_condition",
+        lambda: plot.curve_panels([condition], columns=1, log_frequency=True),
+        "Condition number over frequency (thesis, figure 56) of one measured matrix in two units. "
+        "In SI units it is mass over the smallest moment of inertia above the modes; scaled by the "
+        "radius of gyration it is near 1 there, and large only at the modes, where one shape is "
+        "all that moves.",
+    )
+    inertance = {
+        SHEET: found.inertance.values,
+        CALIBRATED: calibrated_inertance(found),
+        MODEL: model.inertance(lines),
+    }
+    mass = {name: np.linalg.inv(values) for name, values in inertance.items()}
+    both = {
+        "inertance": (inertance, INERTANCE_UNITS),
+        "apparent mass": (mass, MASS_UNITS),
+    }
+    readings = {
+        "inertance": "response in rows, excitation in columns",
+        "apparent mass": OF_MASS,
+    }
+    for stem, entries, what in (
+        ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri (thesis, figure 57)"),
+        ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti (figure 58)"),
+        ("figure_59_couplings", ((0, 1), (0, 2), (1, 2)), "Couplings Ti–Tj (figure 59)"),
+    ):
+        panels = _entry_panels(lines, both, entries)
+        report.figure(
+            stem,
+            partial(
+                plot.curve_panels,
+                panels,
+                columns=3,
+                dashed=(MODEL,),
+                fitted=found.options.bands,
+                log_frequency=True,
+            ),
+            f"{what}: inertance and apparent mass, real and imaginary part.",
+        )
+    for number, (name, (values, units)) in zip((66, 67), both.items(), strict=True):
+        curves = {
+            f"{part}, {label}": getattr(values[of], field)
+            for label, of in (("measured", CALIBRATED), (MODEL, MODEL))
+            for part, field in (("real", "real"), ("imaginary", "imag"))
+        }
+        report.figure(
+            f"figure_{number}_{name.replace(' ', '_')}",
+            partial(
+                plot.curve_matrix,
+                MOTIONS,
+                lines,
+                curves,
+                units=units,
+                what=name,
+                reading=readings[name],
+                dashed=[label for label in curves if label.endswith(MODEL)],
+            ),
+            f"All entries of the {name}, real and imaginary part, by calibrated places (thesis, "
+            f"figure {number} of the appendix).",
+        )
+    report.figure(
+        "apparent_mass_magnitude",
+        lambda: plot.curve_matrix(
+            MOTIONS,
+            lines,
+            {name: np.abs(values) for name, values in mass.items()},
+            units=MASS_UNITS,
+            what="|apparent mass|",
+            reading=OF_MASS,
+            dashed=(MODEL,),
+            fitted=found.options.bands,
+            logarithmic=True,
+        ),
+        "Magnitude of the apparent mass, by the places of the sheet, by calibrated places and "
+        "identified.",
+    )
+    report.table("apparent_mass", apparent_mass_table(lines, mass))
+
+
+def _entry_panels(
+    lines: RealArray,
+    both: Mapping[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]],
+    entries: Sequence[tuple[int, int]],
+) -> list[plot.CurvePanel]:
+    """Draw real and imaginary part of some entries of both matrices."""
+    return [
+        plot.CurvePanel(
+            f"{part} {name.replace('apparent', 'app.')}, {MOTIONS[row]}–{MOTIONS[column]}",
+            lines,
+            {label: getattr(matrix[:, row, column], field) for label, matrix in values.items()},
+            y_label=f"[{units[(row > 2) + (column > 2)]}]",
+        )
+        for name, (values, units) in both.items()
+        for part, field in (("Re", "real"), ("Im", "imag"))
+        for row, column in entries
+    ]
+
+
+def apparent_mass_table(lines: RealArray, mass: Mapping[str, ComplexArray]) -> pd.DataFrame:
+    """Write apparent masses (f, 6, 6), complex, entry by entry; units by entry."""
+    frames = []
+    for row, motion in enumerate(MOTIONS):
+        for column, other in enumerate(MOTIONS):
+            columns: dict[str, Any] = {
+                "force": motion,
+                "acceleration": other,
+                "unit": MASS_UNITS[(row > 2) + (column > 2)],
+                "frequency [Hz]": lines,
+            }
+            for name, matrix in mass.items():
+                columns[f"{name}, real"] = matrix[:, row, column].real
+                columns[f"{name}, imaginary"] = matrix[:, row, column].imag
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
 def _limits(report: Report, test: IdentifiedTest) -> None:
     """Say which parameters are seen, which are not, and which come from what was known before."""
     found, thesis = test.found, test.thesis
@@ -359,10 +516,27 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             pd.DataFrame({"change that no test at one virtual point can see": changes}),
             "Changes that leave every FRF as it is.",
         )
-        report.table("identifiability", identifiability_table(test, thesis))
+        identifiability = identifiability_table(test, thesis)
     pairs = found.known.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
+    if thesis is not None:
+        report.section(
+            "The thesis's numbers",
+            "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
+            "squares that take the places of the sheet for exact. A number at its bound has not "
+            "been found. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
+            f"than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a part of "
+            "it lies in a combination that no test at one point can see.",
+            folded=True,
+        )
+        columns = [name for name in TABLE_11 if name in identifiability]
+        report.table(
+            "identifiability",
+            identifiability,
+            "The thesis's numbers (its table 11).",
+            shown=in_words(identifiability)[columns],
+        )
 
 
 def _identical(report: Report, fit: MountShares) -> None:

@@ -15,6 +15,7 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
+from deboom.compressor.routes import OperatingMotion
 from deboom.compressor.sources import UnbalanceCurve, case_name
 from deboom.compressor.unbalance import RouteResult, SweepUnbalance
 from deboom.files.compressor_model import compressor_document
@@ -39,6 +40,8 @@ COMMAND = "unbalance"
 SEED = 1
 """Nothing is drawn; a run folder states a seed all the same."""
 TRUTH = "truth"
+FORCES = ("in y", "in z", "along x, gas alone")
+"""Forces of the thesis's figures 61c and 62c."""
 ROTOR = "rotor speed [rpm]"
 """Axis above the panels."""
 _SIZES = {STATIC: ("|u| [g mm]", 1e6), DYNAMIC: ("|u_d| [g mm²]", 1e9)}
@@ -121,6 +124,7 @@ def unbalance_report(
     if measured.limits is not None:
         append_verdicts(report, measured, command)
     _unbalance(report, measured)
+    _motions(report, measured)
     _routes(report, measured)
     if measured.with_hoses is not None:
         _hoses(report, measured, measured.with_hoses)
@@ -187,6 +191,93 @@ def _unbalance(report: Report, measured: MeasuredUnbalance) -> None:
     )
     report.table("unbalance", pd.concat([_curve_table(sweep) for sweep in chosen.sweeps]))
     report.table("forces", pd.concat([_force_table(sweep) for sweep in chosen.sweeps]))
+
+
+def _motions(report: Report, measured: MeasuredUnbalance) -> None:
+    """Show the motion at the virtual point, and the forces inside, over speed."""
+    evaluation = measured.evaluation
+    report.section(
+        "Motion and forces over speed",
+        "What was measured, referred to the virtual point by calibrated sensors, and the load "
+        "inside that follows from it. Unbalance grows with the square of the speed; gas forces do "
+        "not grow, and prevail at low speed only.",
+        folded=True,
+    )
+    kinds = (("Translations", slice(0, 3), "xyz", "|a| [m/s²]"),)
+    kinds += (("Rotations", slice(3, 6), ("rx", "ry", "rz"), "|α| [rad/s²]"),)
+    panels = [
+        CurvePanel(
+            f"{what}, {motion.sweep}",
+            motion.motion.frequency,
+            dict(zip(names, np.abs(motion.motion.values[:, columns]).T, strict=True)),
+            y_label=label,
+        )
+        for motion in evaluation.motions
+        for what, columns, names, label in kinds
+    ]
+    report.figure(
+        "figure_52_motions",
+        lambda: plot.curve_panels(panels, columns=2, order=1.0, speed_label=ROTOR),
+        "The six motions of the virtual point over speed (thesis, figure 52): amplitudes of "
+        "first order.",
+    )
+    report.table("motions", pd.concat([_motion_table(motion) for motion in evaluation.motions]))
+    forces = _force_panels(evaluation.chosen, measured.truth)
+    report.figure(
+        "figure_61c_forces",
+        lambda: _forces_over_speed(forces),
+        "Forces inside over speed, rotor against gas (thesis, figure 61c): in y and in z what "
+        "turns, along x what only the gas does. Shades: confidence bands; forces.csv has all six "
+        "loads.",
+    )
+
+
+def _force_panels(result: RouteResult, truth: UnbalanceTruth | None) -> list[CurvePanel]:
+    """Draw the three forces of each sweep, and the true ones where they are known."""
+    panels = []
+    for sweep in result.sweeps:
+        load = None if truth is None else truth.load_of(sweep)
+        curves = dict(zip(FORCES, np.abs(sweep.load[:, (1, 2, 0)]).T, strict=True))
+        if load is not None:
+            true = np.abs(load[:, (1, 2, 0)]).T
+            curves |= {
+                f"{name}, {TRUTH}": values for name, values in zip(FORCES, true, strict=True)
+            }
+            del curves[f"{FORCES[1]}, {TRUTH}"]  # the same as in y
+        bands = zip(sweep.load_lower[:, (1, 2, 0)].T, sweep.load_upper[:, (1, 2, 0)].T, strict=True)
+        panels.append(
+            CurvePanel(
+                f"Forces, {sweep.sweep}",
+                sweep.frequency,
+                curves,
+                ranges=dict(zip(FORCES, bands, strict=True)),
+                y_label="|F| [N]",
+                masked=sweep.static.reasons,
+                note=f"route {result.route.letter}",
+            )
+        )
+    return panels
+
+
+def _forces_over_speed(panels: Sequence[CurvePanel]) -> plot.Figure:
+    names = dict.fromkeys(name for panel in panels for name in panel.curves)
+    return plot.curve_panels(
+        panels,
+        dashed=[name for name in names if name.endswith(TRUTH)],
+        columns=1,
+        order=1.0,
+        speed_label=ROTOR,
+    )
+
+
+def _motion_table(motion: OperatingMotion) -> pd.DataFrame:
+    """Write the motion of the virtual point in one sweep, complex."""
+    table: dict[str, Any] = {"sweep": motion.sweep, "frequency [Hz]": motion.motion.frequency}
+    names = ["x", "y", "z", "rx", "ry", "rz"]
+    for name, values in zip(names, motion.motion.values.T, strict=True):
+        unit = "rad/s²" if name.startswith("r") else "m/s²"
+        table |= {f"{name} real [{unit}]": values.real, f"{name} imaginary [{unit}]": values.imag}
+    return pd.DataFrame(table)
 
 
 def _routes(report: Report, measured: MeasuredUnbalance) -> None:
@@ -261,6 +352,13 @@ def _hoses(report: Report, measured: MeasuredUnbalance, joined: RouteResult) -> 
         ),
         "Unbalance as it appears with the hoses of the vehicle against hoses cut "
         "off (thesis, figure 62). The difference is what the hoses push back.",
+    )
+    forces = _force_panels(joined, measured.truth)
+    report.figure(
+        "figure_62c_forces",
+        lambda: _forces_over_speed(forces),
+        "Forces inside as they appear with the hoses joined (thesis, figure 62c): where the hoses "
+        "resonate, they stand beside the truth of rotor and gas.",
     )
 
 

@@ -94,15 +94,17 @@ class FleetFront:
                 rows.append((vehicle, *states[0], *states[1], difference))
         return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
-    def vehicle_table(self, name: str, change: RealArray) -> pd.DataFrame:
-        """Tabulate level and σ of each vehicle today and in a pick, beside its change (v,) [dB]."""
+    def vehicle_table(self, name: str) -> pd.DataFrame:
+        """Tabulate level, its change and σ of each vehicle today and in a pick, over the scatter."""
         row, n_lines = self.front.picks[name], self.front.n_lines
+        before = self.front.baseline.mean[0] / n_lines
+        after = self.front.values.mean[row] / n_lines
         return pd.DataFrame(
             {
                 "vehicle": list(self.vehicles),
-                "level before [dB(A)]": self.front.baseline.mean[0] / n_lines,
-                "level after [dB(A)]": self.front.values.mean[row] / n_lines,
-                "change [dB]": change,
+                "level before [dB(A)]": before,
+                "level after [dB(A)]": after,
+                "change [dB]": after - before,
                 "sigma before [dB]": self.front.baseline.sigma[0] / n_lines,
                 "sigma after [dB]": self.front.values.sigma[row] / n_lines,
             }

@@ -43,7 +43,7 @@ from deboom.compressor.virtual_point_fit import (
     whitened_inertance,
 )
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Frf, refuse_window
 from deboom.measurement.compressor_test import HoseDrawing, InertanceTest
 from deboom.measurement.culprit import (
     Fault,
@@ -230,6 +230,7 @@ def identify(
     options = options or IdentifyOptions()
     say = step or (lambda _: None)
     say("virtual point and quality")
+    refuse_window(test.frf.added_decay_rate, test.name)
     _refuse_different_units(test)
     fitted = thinned(in_bands(test.frf.frequency, options.bands), options.largest_lines)
     _refuse_low_coherence(test, fitted, options)

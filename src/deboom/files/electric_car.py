@@ -10,9 +10,8 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import naming
-from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.inertance_test import (
-    FRF,
     Places,
     ToleranceSection,
     read_coherences,
@@ -35,7 +34,7 @@ from deboom.files.schema import (
     values_of,
 )
 from deboom.files.vehicle import EarEntry
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Frf, refuse_window
 from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.sensors import PlacementTolerances
@@ -119,6 +118,8 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)
     accelerance = read_inertances(files[1], placed)
+    for file_path, functions in zip(files, (pressure, accelerance), strict=True):
+        refuse_window(functions.added_decay_rate, str(file_path))
     operation = read_operating_test(folder)
     with naming(path):
         return ElectricCar(

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
-from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
@@ -66,8 +66,8 @@ def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
     return rows
 
 
-FRF, COHERENCE = 4, 6
-"""UFF function types."""
+COHERENCE = 6
+"""UFF function type."""
 _NAMES = {FRF: "FRF", COHERENCE: "coherence"}
 
 

@@ -11,8 +11,8 @@ import numpy as np
 from pydantic import Field
 
 from deboom.errors import InputError
-from deboom.files.function_table import Dof, FunctionMatrix
-from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
+from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.rows import (
     CampaignChannel,
     ImpactRow,
@@ -37,6 +37,7 @@ from deboom.files.schema import (
     refuse_all,
 )
 from deboom.files.tables import read_table
+from deboom.measurement.channels import refuse_window
 from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (
@@ -150,6 +151,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     sources = [Dof(ear.name, ear.node, "scalar") for ear in file.ears]
     blows = [Dof(row.impact, row.node, row.direction) for row in impact_rows]
     direct = FunctionMatrix(folder / file.direct, "hammer", (FRF,))
+    refuse_window(direct.added_decay_rate, str(direct.path))
     reciprocal = FunctionMatrix(folder / file.reciprocal, "loudspeaker", (FRF,))
     accelerance = None
     if file.accelerance:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
@@ -176,7 +177,7 @@ class WrenchNoiseTransfer:
         """Return these measured lines only [Hz]; another one raises InputError."""
         wanted, whole = np.asarray(frequency, dtype=float), self.transfer
         rows = measured_lines(whole.frequency, wanted)
-        chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
+        chosen = replace(whole, frequency=wanted, values=whole.values[rows])
         return WrenchNoiseTransfer(chosen, self.deviation[rows])
 
 
@@ -222,12 +223,11 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
         ]
         for response in seen
     ]
-    return Frf(
-        car.accelerance.frequency,
-        np.block(blocks),
-        tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS),
-        tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS),
-        car.accelerance.unit,
+    return replace(
+        car.accelerance,
+        values=np.block(blocks),
+        outputs=tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS),
+        inputs=tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS),
     )
 
 

@@ -233,8 +233,8 @@ class HammerOptions:
     """How hits become an FRF.
 
     - `time_constant`, optional: τ of an exponential window on force and response; by default none
-      [s]. It moves every pole by 1/τ; the result states it as `added_decay_rate`, and the values
-      are left as measured.
+      [s]. It moves every pole by 1/τ; result and functions state it as `added_decay_rate`, their
+      values are left as measured, and modal analysis takes it off.
     - `band` (float, float), optional, optional: first and last frequency of the result [Hz]; by
       default from above 0 to rate/2.56, above which anti-aliasing filters work.
     - `minimum_hits`: fewest good hits, at least 1. With 1, allow an FRF whose coherence is not
@@ -273,12 +273,16 @@ class FrfEstimate:
 
     @property
     def frf(self) -> Frf:
-        """The values as a matrix of one unit; outputs of several units raise InputError."""
+        """The values as a matrix of one unit, with the window's decay rate.
+
+        Outputs of several units raise InputError.
+        """
         units = sorted(set(self.units))
         if len(units) > 1:
             raise InputError(f"FRFs in units {units}: select outputs of one unit first")
         above = f"({units[0]})" if "/" in units[0] else units[0]
-        return Frf(self.frequency, self.values, self.outputs, self.inputs, f"{above}/N")
+        unit, rate = f"{above}/N", self.added_decay_rate
+        return Frf(self.frequency, self.values, self.outputs, self.inputs, unit, rate)
 
     def select(
         self, outputs: Sequence[str] | None = None, inputs: Sequence[str] | None = None

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
@@ -171,7 +171,7 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
         for point, _, axis in (piece.rpartition(" ") for piece in wanted)
     ]
     values = np.stack(columns, axis=2)
-    return Frf(measured.frequency, values, measured.outputs, tuple(wanted), measured.unit)
+    return replace(measured, values=values, inputs=tuple(wanted))
 
 
 def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> Spectrum:

@@ -144,13 +144,13 @@ class Platform(platform_files.Platform):
         >>> len(model.variable_names), model.response_names[0]
         (12, 'U06-1')
         """
-        lines, band = self.load_cases[0].force.frequency, band or study_band(self)
-        low, high = band
-        if not (lines[0] <= low < high <= lines[-1]):
+        lines = self.load_cases[0].force.frequency
+        if band is not None and not lines[0] <= band[0] < band[1] <= lines[-1]:
             raise InputError(
-                f"the band from {low:g} to {high:g} Hz is not inside the measured "
+                f"the band from {band[0]:g} to {band[1]:g} Hz is not inside the measured "
                 f"{lines[0]:g} to {lines[-1]:g} Hz: give a lower and an upper edge within them"
             )
+        band = study_band(self) if band is None else band
         chosen, source = self._listening(vehicles), _choice(MountSource, mounts, "mounts")
         runs = operation(chosen, load_cases, source, None, band)
         chosen_motion = None if motion is None else _choice(Motion, motion, "motion")

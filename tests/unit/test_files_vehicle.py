@@ -58,6 +58,33 @@ def test_mixed_microphones_are_refused(folder, file):
         read_vehicle(folder)
 
 
+def restated(path, other):
+    """Write all functions of a file again under the same label: another sign or quantity."""
+    jw = 2j * np.pi
+    functions = [
+        replace(each, values=other(each.values, jw * each.abscissa)) for each in read_uff(path)
+    ]
+    write_uff(path, functions, binary=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "other", "words"),
+    [
+        ("reciprocal.uff", lambda v, _: -v, "polarity reversed: of the loudspeaker"),
+        ("direct.uff", lambda v, _: -v, "polarity reversed: of the loudspeaker, the microphone or"),
+        ("reciprocal.uff", lambda v, jw: v * jw, "factor jω: volume velocity, stated as volume"),
+        ("reciprocal.uff", lambda v, jw: -v * jw, "factor jω: .*; and polarity reversed"),
+        ("reciprocal.uff", lambda v, jw: v / jw, "factor 1/jω: velocity of the body"),
+        ("direct.uff", lambda v, _: v.conj(), "conjugated: either hammer or loudspeaker"),
+        ("direct.uff", lambda v, _: v / 9.80665, r"a factor of 1?\d\.\d: unit or calibration"),
+    ],
+)
+def test_loudspeaker_and_hammer_are_held_against_each_other_in_phase(folder, file, other, words):
+    restated(folder / "noise_transfer" / file, other)
+    with pytest.raises(InputError, match=rf"at the driver ear .* likeness of 0\.\d+, .*: {words}"):
+        read_vehicle(folder)
+
+
 def test_a_path_without_noise_transfer_function_is_refused(folder):
     functions = read_uff(folder / DIRECT)
     write_uff(folder / DIRECT, functions[1:], binary=True)

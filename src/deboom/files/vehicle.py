@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.rows import (
@@ -38,7 +38,11 @@ from deboom.files.schema import (
 )
 from deboom.files.tables import read_table
 from deboom.measurement.channels import refuse_window
-from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
+from deboom.measurement.measured_vehicle import (
+    MeasuredVehicle,
+    VehicleRun,
+    refuse_contradictions_of_vehicle,
+)
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
@@ -134,7 +138,8 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     - returns: in SI.
     - raises InputError: a file that is missing or damaged; a blow, channel or ear without its
       function, with two of them, or with one of another microphone, type or unit; a mount without
-      blows or sensors. The sentence names the file, the item and the remedy.
+      blows or sensors; functions whose sign, convention or quantity others deny. The
+      sentence names the file, the item and the remedy.
     """
     file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table
@@ -157,7 +162,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     if file.accelerance:
         matrix = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
         accelerance = matrix.frf(body_dofs, blows, "acceleration", "m/s^2/N", "(m/s^2)/N")
-    return MeasuredVehicle(
+    vehicle = MeasuredVehicle(
         name=file.name,
         group=file.group,
         ears=tuple(ear.name for ear in ears),
@@ -180,6 +185,9 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         runs=tuple(_run(folder, file, entry, ears, list(channels.values())) for entry in file.runs),
         panels=None if file.panels is None else read_panels(folder, file.panels, sources),
     )
+    with naming(folder):
+        refuse_contradictions_of_vehicle(vehicle)
+    return vehicle
 
 
 def _run(

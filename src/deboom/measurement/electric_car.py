@@ -19,6 +19,7 @@ from deboom.measurement.compressor_test import (
     check_coherence,
     check_enough,
 )
+from deboom.measurement.driving_points import refuse_other_functions
 from deboom.measurement.noise_transfer import POINT_LOADS, noise_transfer_at_points
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
@@ -160,6 +161,18 @@ class ElectricCar:
         if missing:
             raise self._error(f"no point '{', '.join(missing)}', there are {list(known)}")
         return tuple(known[name] for name in names)
+
+
+def refuse_contradictions_of_car(car: ElectricCar) -> None:
+    """Refuse accelerances of the body whose sign, form or quantity is not the stated one."""
+    bodies = [
+        (
+            sensor_geometry(point.sensors, point.position),
+            impact_geometry(point.impacts, point.position),
+        )
+        for point in car.points
+    ]
+    refuse_other_functions(car.accelerance, bodies, f"accelerance of car {car.name}")
 
 
 @checked(deviation="f i")

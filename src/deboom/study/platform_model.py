@@ -48,7 +48,7 @@ from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, comp
 from deboom.vehicles.booming_model import BoomingModel, booming_model
 from deboom.vehicles.booming_model import Motion as Motion
 from deboom.vehicles.booming_peaks import compare_peaks
-from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
 from deboom.vehicles.design_factor import Factor as Factor
 from deboom.vehicles.fleet import Band, Fleet, path_contributions
 from deboom.vehicles.powertrain import library_model
@@ -225,6 +225,7 @@ class Operation:
         also says what coupled motion lacks.
         """
         report.warn(self.not_coupled)
+        report.warn(band_in_words(self.platform, self.band))
         if words := pieces_in_words(self.platform):
             report.facts["pieces"] = words
         if words := unidentified_in_words([case for case, _ in self.cases]):
@@ -297,14 +298,34 @@ DEMONSTRATED = "U06"
 """Its group of vehicles that studies serve."""
 BAND = (20.0, 60.0)
 """What the studies sum over by default; both edges belong to it [Hz]."""
-BAND_DEFAULT = "20 60; all lines of data that begin above 20 or end below 60"
+BAND_DEFAULT = "20 60; all lines of data that miss 20 or 60 by a line or more"
 
 
 def study_band(platform: Platform) -> Band:
     """Return the lines that count by default: `BAND`, or all of data that do not span it [Hz]."""
     lines = platform.load_cases[0].force.frequency
-    spans = lines[0] <= BAND[0] and lines[-1] >= BAND[1]
-    return BAND if spans else (float(lines[0]), float(lines[-1]))
+    return BAND if _spans(lines) else (float(lines[0]), float(lines[-1]))
+
+
+def _spans(lines: RealArray) -> bool:
+    """Whether lines [Hz] reach both edges of `BAND`, or miss one by less than a line spacing."""
+    if lines.size < 2:
+        return False
+    missed = lines[0] - BAND[0], BAND[1] - lines[-1]
+    spacings = lines[1] - lines[0], lines[-1] - lines[-2]
+    return all(gap <= 0 or gap < step for gap, step in zip(missed, spacings, strict=True))
+
+
+def band_in_words(platform: Platform, band: Band) -> str:
+    """Name both bands where the data do not span the usual one; empty where they do."""
+    lines = platform.load_cases[0].force.frequency
+    if _spans(lines):
+        return ""
+    return (
+        f"The booming index counts the lines from {band[0]:g} to {band[1]:g} Hz instead of the "
+        f"usual {BAND[0]:g} to {BAND[1]:g} Hz, which the data do not span ({lines[0]:g} to "
+        f"{lines[-1]:g} Hz): compare it with no index of the usual band."
+    )
 
 
 @dataclass(frozen=True)
@@ -574,7 +595,8 @@ def check_platform(folder: Path) -> PlatformCheck:
     -------
     PlatformCheck
         Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
-        mount library that does not fit.
+        channel whose reversal makes the powertrain's motion rigid, a mount library that does not
+        fit.
 
     Raises
     ------
@@ -609,6 +631,8 @@ def check_platform(folder: Path) -> PlatformCheck:
         for case in platform.load_cases:
             with noting(faults.append):
                 refuse_active_mounts(case)
+            with noting(faults.append):
+                refuse_reversed_channel(platform.mounts, case)
         band = study_band(platform)
         if not faults and (folder / LIBRARY_FILE).exists():
             with noting(faults.append):
@@ -666,6 +690,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
         f"of order {case.order:g}",
     )
+    if words := band_in_words(platform, band):
+        yield "other band", words
     for name, sizes in _sizes(platform).items():
         yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
     if (platform.folder / LIBRARY_FILE).exists():

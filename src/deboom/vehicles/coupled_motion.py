@@ -30,6 +30,9 @@ LARGEST_RESIDUAL = 0.1
 """Largest part of the mounts' motion that no rigid motion explains; beyond it, positions or
 channels are wrong rather than noisy [1]."""
 
+CLEARLY_LESS = 3.0
+"""How many times less of the motion a reversed channel's right sign leaves over [1]."""
+
 _Direction = tuple[Mount, int, str, str]
 """Mount, number of its piece, axis, channel."""
 
@@ -315,12 +318,8 @@ def coupled_motion(
         force = _measured(channels, load_case, "force")[inside]
         forward, motion = np.ones((1, 1)), displacement
         if len(mass) == 6:
-            rows = [
-                rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
-                for mount, piece, axis, _ in directions
-            ]
-            forward = np.array(rows).reshape(-1, 6)
-            motion = _rigid_motion(forward, displacement, load_case.name)
+            forward = _forward(directions)
+            motion = _rigid_motion(forward, displacement, channels, load_case.name)
             displacement = motion @ forward.T
         _refuse_rest(displacement, channels, frequency, load_case.name)
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
@@ -362,6 +361,62 @@ def _directions(mount: Mount, axes: Sequence[str]) -> list[_Direction]:
     ]
 
 
+def _forward(directions: Sequence[_Direction]) -> RealArray:
+    """Motion of the powertrain to each direction, (s, 6) [1, m/rad]."""
+    rows = [
+        rigid_body.forward_matrix(mount.positions[piece])[AXES.index(axis)]
+        for mount, piece, axis, _ in directions
+    ]
+    return np.array(rows).reshape(-1, 6)
+
+
+def refuse_reversed_channel(mounts: Sequence[Mount], load_case: LoadCase) -> None:
+    """Refuse a channel of a powertrain mount whose reversal makes the measured motion rigid.
+
+    Displacement and force that are reversed together leave a mount passive: only the body that all
+    of its mounts hold tells. Nothing is judged where a direction was not measured, or the mounts
+    leave a motion undetermined. Raises InputError: such a channel, by name.
+    """
+    directions = [d for m in mounts if m.body_mass is None for d in _directions(m, AXES)]
+    channels = [channel for *_, channel in directions]
+    if not channels or not set(channels) <= set(load_case.displacement.channels):
+        return
+    forward = _forward(directions)
+    displacement = load_case.displacement.select(channels).values
+    residual = _not_rigid(forward, displacement)
+    if np.linalg.matrix_rank(forward) == 6 and residual > LARGEST_RESIDUAL:
+        words = _reversed_channel(forward, displacement, channels, residual)
+        if words:
+            raise InputError(f"load case {load_case.name}: {_in_words(residual)}: {words}")
+
+
+def _not_rigid(forward: RealArray, displacement: ComplexArray) -> float:
+    """Part of displacements (f, s) that no rigid motion explains [1]."""
+    fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
+    left = np.linalg.norm(displacement - fit @ forward.T)
+    return float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
+
+
+def _in_words(residual: float) -> str:
+    share = f"{100 * residual:.0f} % of the motion of the powertrain's mounts"
+    return f"{share} is not that of a rigid body"
+
+
+def _reversed_channel(
+    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], residual: float
+) -> str:
+    """Name the channel whose reversal makes the motion rigid; empty where none does."""
+    signs = 1.0 - 2.0 * np.eye(len(channels))
+    left = [_not_rigid(forward, displacement * row) for row in signs]
+    best = int(np.argmin(left))
+    if left[best] > min(LARGEST_RESIDUAL, residual / CLEARLY_LESS):
+        return ""
+    return (
+        f"with '{channels[best]}' reversed {100 * left[best]:.1f} % are left; turn the sign of its "
+        "displacement and its force, in channels.csv by the direction"
+    )
+
+
 def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> ComplexArray:
     spectrum = load_case.force if quantity == "force" else load_case.displacement
     missing = [name for name in names if name not in spectrum.channels]
@@ -374,7 +429,9 @@ def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> Compl
     return spectrum.select(names).values
 
 
-def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str) -> ComplexArray:
+def _rigid_motion(
+    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], load_case: str
+) -> ComplexArray:
     """Fit the rigid motion (f, 6) to displacements (f, s); refuse one that leaves much over."""
     if np.linalg.matrix_rank(forward) < 6:
         raise InputError(
@@ -383,13 +440,11 @@ def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str
         )
     fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
     motion = np.asarray(fit, dtype=np.complex128)
-    left = np.linalg.norm(displacement - motion @ forward.T)
-    residual = float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
+    residual = _not_rigid(forward, displacement)
     if residual > LARGEST_RESIDUAL:
-        raise InputError(
-            f"load case {load_case}: {100 * residual:.0f} % of the motion of the powertrain's "
-            "mounts is not that of a rigid body: check the positions, axes and signs of its mounts"
-        )
+        words = _reversed_channel(forward, displacement, channels, residual)
+        remedy = words or "check the positions, axes and signs of its mounts"
+        raise InputError(f"load case {load_case}: {_in_words(residual)}: {remedy}")
     return motion
 
 

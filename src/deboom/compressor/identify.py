@@ -155,7 +155,7 @@ class Identification(Tabled):
     @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust the model, in words; empty where there are none."""
-        alarms = []
+        alarms = [f"{doubt[:1].upper()}{doubt[1:]}." for doubt in self.test.doubts]
         if self.hoses is not None and self.hoses.visible:
             alarms.append(self.hoses.statement)
         if self.calibrated.reduced_chi > ALARM:

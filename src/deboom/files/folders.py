@@ -25,7 +25,7 @@ from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
 from deboom.measurement.compressor_test import refuse_contradictions
 from deboom.measurement.driving_points import fault_of_hammer_test
 from deboom.measurement.electric_car import refuse_contradictions_of_car
-from deboom.measurement.impact_test import hammer_frfs
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.mounts.mount import AXES
 
 FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
@@ -38,6 +38,8 @@ FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
 }
 """Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
+CHECKED_LINES = 200.0
+"""Last line of the functions that the check of a hammer test makes of its hits [Hz]."""
 
 
 def kind_of_folder(folder: Path) -> FolderKind:
@@ -123,7 +125,10 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
 def _hammer(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_hammer_test(folder)
     first = held.measurements[0]
-    estimate = hammer_frfs(held)
+    # lines of a car; beyond them a push may have zeros
+    options = HammerOptions(band=(0.0, CHECKED_LINES), minimum_hits=1)
+    with naming(folder):
+        estimate = hammer_frfs(held, options)
     if fault := fault_of_hammer_test(held, estimate):
         raise InputError(f"{folder}: {fault}")
     yield "test", held.title

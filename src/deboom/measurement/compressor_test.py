@@ -83,6 +83,7 @@ class InertanceTest:
     - `coherence` (n_frequency, n_channel, n_impact): ordinary coherence of the hits of an impact, 0
       … 1 [1].
     - `weighed_mass`: mass of the body from a pair of scales; None if it was not weighed [kg].
+    - `doubts`: sentences on what the hits leave in doubt, such as responses that had not decayed.
     """
 
     name: str
@@ -96,6 +97,7 @@ class InertanceTest:
     weighed_mass_deviation: float = 0.0
     drawing: Drawing | None = None
     input_files: tuple[Path, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.frf.frequency[0] > 0:

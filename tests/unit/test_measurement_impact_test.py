@@ -96,6 +96,12 @@ def test_a_hit_beside_a_good_one(force, changes, words):
     assert re.search(words, " ".join(judged.reasons))
 
 
+def test_a_push_before_its_trigger_says_that_the_pretrigger_is_wrong():
+    (judged,) = check_hits(hits([push()], pretrigger=0.4))
+    (reason,) = judged.reasons
+    assert reason.startswith("early: its peak comes 0.337 s before the trigger")
+
+
 def test_hits_through_a_steep_filter_pass_with_their_coherence():
     ringing = struck_through(ellip(8, 0.1, 80, 0.7 / 16, output="sos"))
     assert -ringing.force.min() > 0.2 * ringing.force.max()

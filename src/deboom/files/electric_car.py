@@ -33,7 +33,7 @@ from deboom.files.schema import (
     refuse_all,
     values_of,
 )
-from deboom.files.vehicle import EarEntry
+from deboom.files.vehicle import EarEntry, far_from_its_point
 from deboom.measurement.channels import Frf, refuse_window
 from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
@@ -114,6 +114,19 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     struck = [name for point in file.points for name in point.impacts]
     _check_named(path, tables[0], "sensor", list(sensors), asked)
     _check_named(path, tables[1], "impact", list(impacts), struck)
+    beside = [
+        *(
+            (tables[0], point.name, n, sensors[n].position)
+            for point in file.points
+            for n in point.sensors
+        ),
+        *(
+            (tables[1], point.name, n, impacts[n].position)
+            for point in file.points
+            for n in point.impacts
+        ),
+    ]
+    refuse_all(far_from_its_point({p.name: p.position_m for p in file.points}, beside))
     placed = Places(tuple(map(sensors.__getitem__, asked)), tuple(map(impacts.__getitem__, struck)))
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)

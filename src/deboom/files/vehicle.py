@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -50,6 +50,8 @@ from deboom.measurement.noise_transfer import (
 )
 
 VEHICLE_FILE = "vehicle.toml"
+LARGEST_LEVER = 1.0
+"""Largest distance of an accelerometer or a blow from the virtual point that it is beside [m]."""
 _MOTION = ("m/s^2/m^3/s^2", ACCELERATION_PER_VOLUME_ACCELERATION)
 """Unit of acceleration per volume acceleration, as UFF has it and as we write it."""
 
@@ -150,6 +152,18 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     sensor_rows = read_table(folder / file.sensor_table, SensorRow)
     refuse_all(_misplaced(folder, file, points, impact_rows, sensor_rows))
     on_body = [row for row in sensor_rows if row.sensor not in file.source_sensors]
+    places = {
+        f"{mount.name} {piece}".strip(): place
+        for mount in mounts
+        for piece, place in zip(mount.pieces, mount.positions, strict=True)
+    }
+    beside = [
+        (folder / file.sensor_table, _point(row), row.sensor, row.position) for row in on_body
+    ]
+    beside += [
+        (folder / file.impact_table, _point(row), row.impact, row.position) for row in impact_rows
+    ]
+    refuse_all(far_from_its_point(places, beside))
     channels = _channels(folder, file, sensor_rows)
     body_dofs = [channels[f"{row.sensor} {axis}"] for row in on_body for axis in "xyz"]
     ears = [Dof(ear.name, ear.node, "scalar", ear.microphone) for ear in file.ears]
@@ -198,6 +212,9 @@ def _run(
     channels: Sequence[Dof],
 ) -> VehicleRun:
     matrix = FunctionMatrix(folder / entry.file, f"run '{entry.name}'", SPECTRA)
+    matrix.check_order(
+        file.engine.dominant_order, "correct it, or the dominant_order of the engine"
+    )
     return VehicleRun(
         name=entry.name,
         gear=entry.gear,
@@ -255,6 +272,24 @@ def _misplaced(
                     f"{folder / table}: {point} has no {what}: a path without noise transfer "
                     "function cannot be judged; measure it, or leave the mount out"
                 )
+
+
+def far_from_its_point(
+    places: Mapping[str, Sequence[float]],
+    beside: Iterable[tuple[Path, str, str, Sequence[float]]],
+) -> Iterator[str]:
+    """Give a sentence for a sensor or blow that lies nowhere near the point that it is beside.
+
+    - `places`: name of each point to its position [m].
+    - `beside`: file, point, name and position [m] of each sensor and blow.
+    """
+    for path, point, name, position in beside:
+        off = float(np.linalg.norm(np.subtract(position, places[point])))
+        if off > LARGEST_LEVER:
+            yield (
+                f"{path}: {name} lies {off:.3g} m from {point}, which it is beside: correct the "
+                "sign, the axis or the unit of one of the two positions, or the point"
+            )
 
 
 def _point(row: ImpactRow | SensorRow) -> str:

@@ -180,6 +180,11 @@ def _force_faults(measurement: HammerMeasurement, push: RealArray, loudest: floa
     peak, pull, main = float(push.max()), -float(push.min()), int(np.argmax(push))
     before = push[: measurement.n_before]
     noise = float(np.sqrt(np.mean(before**2))) if before.size else 0.0
+    at, duration = main / measurement.rate, measurement.n_sample / measurement.rate
+    if main < measurement.n_before and peak > pull:
+        early = measurement.pretrigger - at
+        yield f"early: its peak comes {early:.3g} s before the trigger: is the pretrigger right?"
+        return
     # a hammer that was not used shows noise: far below the other hits, or no peak above its own
     if max(peak, pull) <= max(NOISE_PEAKS * noise, 1e-3 * loudest):
         yield f"no force: peak of {peak:.3g} N"
@@ -198,7 +203,6 @@ def _force_faults(measurement: HammerMeasurement, push: RealArray, loudest: floa
         if share:
             apart = later / measurement.rate
             yield f"double hit: {100 * share:.0f} % again, {1e3 * apart:.1f} ms from the main push"
-    at, duration = main / measurement.rate, measurement.n_sample / measurement.rate
     if at > LATEST * duration:
         yield f"late: its peak comes {at:.3g} s into a block of {duration:.3g} s"
 

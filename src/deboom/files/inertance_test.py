@@ -241,9 +241,13 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     ------
     InputError
         A file is missing, damaged or wrong in itself; a length without a unit; an unknown node; an
-        FRF or a coherence that is missing or doubled; fewer than three sensors or six impacts; a
-        line at 0 Hz; hits that do not belong to the position sheet. The sentence names file, item
-        and remedy.
+        FRF or a coherence that is missing or doubled; fewer than three sensors or six impacts;
+        hits that do not belong to the position sheet. The sentence names file, item and remedy.
+
+    Warns
+    -----
+    DataWarning
+        A line at 0 Hz was left out; hits had not decayed at the end of their blocks.
 
     Examples
     --------

@@ -28,6 +28,13 @@ def _readable(line: str) -> str:
     return line
 
 
+class DataWarning(UserWarning):
+    """Something about the user's data that changes what a result is worth; the result stands.
+
+    The message is a sentence that names the file and the item. The command line prints it alone.
+    """
+
+
 @contextmanager
 def naming(item: object) -> Iterator[None]:
     """Begin each sentence of a refusal with the item that it is about, such as its file."""

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+import warnings
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,7 +12,9 @@ from broken_files import content, edited, functions
 
 import deboom
 from command_line import call, refused
+from deboom.errors import DataWarning
 from deboom.study.overview import command_of
+from deboom.study.progress import one_sentence_errors
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -153,3 +156,13 @@ def test_a_run_names_the_command_that_makes_it_again():
     given = {"band": [20.0, 60.0], "load_case": ["g5 wot", "g7=0.5"], "free": True, "plan": False}
     again = "deboom run studies/u.py --band 20.0 60.0 --load-case 'g5 wot' --load-case g7=0.5"
     assert command_of({"study": "u", "arguments": given}) == f"{again} --free --no-plan"
+
+
+def test_a_warning_about_the_data_is_a_sentence_and_others_stay_as_they_are():
+    layout = warnings.formatwarning
+    with one_sentence_errors():
+        said = warnings.formatwarning(DataWarning("frf.uff: a line"), DataWarning, "file.py", 3)
+        other = warnings.formatwarning(UserWarning("else"), UserWarning, "file.py", 3, "code")
+    assert said == "deboom: warning: frf.uff: a line\n"
+    assert "file.py:3: UserWarning: else" in other
+    assert warnings.formatwarning is layout

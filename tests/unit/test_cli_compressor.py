@@ -1,6 +1,8 @@
 """`deboom identify` and `deboom unbalance`: from a folder to a run folder, or one sentence."""
 
 import json
+import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -11,7 +13,10 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel
 from deboom.files.compressor_model import read_fitted_bands
+from deboom.files.rows import PlacedSensor
 from deboom.files.run_folder import hash_files
+from deboom.files.tables import read_table
+from deboom.files.uff import read_uff, write_uff
 from deboom.report import Report
 
 
@@ -41,6 +46,25 @@ def hanging(tmp_path_factory):
     """Write the test of a body on soft cords."""
     folder = tmp_path_factory.mktemp("free") / "test"
     return write_compressor_test(folder, 3, CalibrationLevel.C05, CompressorPlan(free=True))
+
+
+@pytest.mark.parametrize("test", ["hanging", "measured"])
+def test_a_sensor_turned_by_180_degrees_is_named_free_mounted_and_by_check(test, request, tmp_path):
+    folder = shutil.copytree(request.getfixturevalue(test), tmp_path / "turned")
+    node = read_table(folder / "positions.xlsx", PlacedSensor)[1].node
+    functions = [
+        replace(each, values=-each.values)
+        if each.response_node == node and each.response_direction[1] in "xy"
+        else each
+        for each in read_uff(folder / "frf.uff")
+    ]
+    write_uff(folder / "frf.uff", functions, binary=True)
+    words = "sensor A2 contradicts all others: A2: swapped axes, A2 x carries −x, A2 y carries −y"
+    free = ["--free"] if test == "hanging" else []
+    for arguments in (["identify", folder, "--out", tmp_path, *free], ["check", folder]):
+        result = call(*arguments, code=2)
+        assert words in result.stderr
+    assert call("check", request.getfixturevalue(test)).stderr == ""
 
 
 def test_a_test_becomes_a_model_that_others_load(measured, tmp_path):

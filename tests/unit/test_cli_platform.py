@@ -1,6 +1,7 @@
 """`deboom new platform` and `deboom check`: a folder to fill in, and all its faults at once."""
 
 import re
+import shutil
 from dataclasses import replace
 
 import numpy as np
@@ -10,14 +11,16 @@ import pytest
 from command_line import call
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.errors import InputError
-from deboom.files.check import check_platform
+from deboom.files.check import band_in_words, check_platform
 from deboom.files.folders import FILES, Names, new_folder
-from deboom.files.platform import Engine, LoadCaseEntry, read_platform
+from deboom.files.platform import DEMONSTRATION, Engine, LoadCaseEntry, read_platform
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import ChannelRow
 from deboom.files.schema import _sections, load_toml
 from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction, read_uff, write_uff
+from deboom.mounts.mount import refuse_active_mounts
+from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
 
 LINES = 20.0 + 2.0 * np.arange(21)
 
@@ -336,3 +339,91 @@ def test_nothing_is_left_of_a_folder_that_could_not_be_finished(tmp_path, monkey
     with pytest.raises(InputError, match="cannot be written"):
         made(tmp_path / "mine")
     assert list(tmp_path.iterdir()) == []
+
+
+def turned(case, channel):
+    """Return a run with one channel reversed in displacement and in force."""
+    sign = np.where(np.array(case.force.channels) == channel, -1.0, 1.0)
+    both = {
+        name: replace(getattr(case, name), values=getattr(case, name).values * sign)
+        for name in ("displacement", "force")
+    }
+    return replace(case, **both)
+
+
+@pytest.fixture(scope="module")
+def shipped():
+    return read_platform(DEMONSTRATION)
+
+
+@pytest.mark.parametrize("mount", ["EnM", "GeM", "TSM"])
+def test_a_channel_reversed_in_displacement_and_force_is_named(shipped, mount):
+    """Mounts stay passive; only the rigid powertrain that all of them hold tells."""
+    for case in shipped.load_cases:
+        refuse_reversed_channel(shipped.mounts, case)
+        refuse_active_mounts(turned(case, f"{mount} z"))
+        with pytest.raises(InputError, match=f"with '{mount} z' reversed [0-9.]+ % are left"):
+            refuse_reversed_channel(shipped.mounts, turned(case, f"{mount} z"))
+
+
+def test_check_and_coupled_motion_name_the_reversed_channel(shipped, tmp_path):
+    folder = shutil.copytree(DEMONSTRATION, tmp_path / "u06")
+    rows = read_table(folder / "channels.csv", ChannelRow)
+    (node,) = {row.node for row in rows if row.channel == "TSM z" and row.quantity == "force"}
+    for path in (folder / "operating").glob("*.uff"):
+        functions = [
+            replace(one, values=-one.values)
+            if (one.response_node, one.response_direction) == (node, "+z")
+            else one
+            for one in read_uff(path)
+        ]
+        write_uff(path, functions, binary=True)
+    sentences = call("check", folder, code=2).stderr.splitlines()
+    named = [line for line in sentences if "with 'TSM z' reversed" in line]
+    assert len(named) == len(shipped.load_cases)
+    case = turned(shipped.load_cases[0], "TSM z")
+    with pytest.raises(InputError, match="with 'TSM z' reversed"):
+        coupled_motion(shipped.fleet, shipped.mounts, shipped.powertrain, case)
+
+
+def test_positions_that_are_wrong_accuse_no_channel(shipped):
+    moved = [
+        replace(mount, positions=tuple((y, z, x) for x, y, z in mount.positions))
+        for mount in shipped.mounts
+    ]
+    for case in shipped.load_cases:
+        refuse_reversed_channel(moved, case)
+    with pytest.raises(InputError, match="check the positions, axes and signs of its mounts"):
+        coupled_motion(shipped.fleet, moved, shipped.powertrain, shipped.load_cases[0])
+
+
+def on_lines(platform, lines):
+    """Return the platform's first run on other lines, nothing else is looked at."""
+    lines = np.asarray(lines)
+    case = platform.load_cases[0]
+    values = np.zeros((lines.size, len(case.force.channels)), dtype=complex)
+    force = replace(case.force, frequency=lines, values=values)
+    torque = np.zeros(lines.size)
+    displacement = replace(force, unit="m")
+    case = replace(case, displacement=displacement, force=force, engine_torque=torque)
+    return replace(platform, load_cases=(case,))
+
+
+@pytest.mark.parametrize(
+    ("lines", "band"),
+    [
+        (20.508 + 0.7324 * np.arange(82), (20.0, 60.0)),
+        (20.0 + 0.7324 * np.arange(55), (20.0, 60.0)),
+        (np.arange(20.0, 61.0), (20.0, 60.0)),
+        (20.74 + 0.7324 * np.arange(82), (20.74, 20.74 + 0.7324 * 81)),
+        (np.arange(20.0, 60.0), (20.0, 59.0)),
+        (np.array([30.0]), (30.0, 30.0)),
+    ],
+)
+def test_data_that_miss_an_edge_by_less_than_a_line_keep_the_band(shipped, lines, band):
+    platform = on_lines(shipped, lines)
+    assert platform.band == pytest.approx(band)
+    words = band_in_words(platform, platform.band)
+    assert bool(words) == (band != (20.0, 60.0))
+    if words:
+        assert f"from {band[0]:g} to {band[1]:g} Hz instead of the usual 20 to 60 Hz" in words

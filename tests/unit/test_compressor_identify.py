@@ -136,6 +136,16 @@ def reversed_at(*place):
     return change
 
 
+def stated_as(other):
+    """Functions of another convention or quantity under the label of inertances."""
+
+    def change(test):
+        jw = 2j * np.pi * test.frf.frequency[:, None, None]
+        return with_values(test, other(test.frf.values, jw))
+
+    return change
+
+
 def moved(**factors):
     return lambda test: replace(
         test, **{name: scaled(getattr(test, name), factor) for name, factor in factors.items()}
@@ -155,7 +165,14 @@ EVERY = slice(None)
     [
         (reversed_at(EVERY, 4), "sensor A2 contradicts all others: A2 y: reversed sign"),
         (reversed_at(EVERY, EVERY, 5), "impact I06 contradicts all others: I06: reversed sign"),
-        (reversed_at(EVERY), "negative mass"),
+        (reversed_at(EVERY), "They are reversed: the hammer's force, or all accelerations"),
+        (stated_as(lambda a, _: a.conj()), r"They are conjugated: they follow exp\(−jωt\)"),
+        (stated_as(lambda a, jw: a / jw), "They are likely mobility"),
+        (stated_as(lambda a, jw: a / jw**2), "They are likely receptance"),
+        (
+            stated_as(lambda a, _: 1 / a),
+            "likely force over acceleration, each function the",
+        ),
         (taken(1, n6=7, n7=6), "A3: swapped axes, A3 x carries y, A3 y carries x"),
         (taken(1, n6=10, n10=6), "A3 x and A4 y are exchanged"),
         (taken(1, n6=9, n7=10, n8=11, n9=6, n10=7, n11=8), "A3 and A4 are exchanged"),

@@ -1,5 +1,6 @@
 """Electric cars from files: what is missing, mixed up or stated in another unit is refused."""
 
+import re
 import shutil
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +15,7 @@ from deboom.bench.electric_car_writer import write_electric_car
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.electric_car import PointKind
+from deboom.measurement.electric_car import PointKind, refuse_contradictions_of_car
 
 
 @pytest.fixture(scope="module")
@@ -55,6 +56,24 @@ node = 901 | node = 902 | pressure 'driver ear' per M1 I1x ... is not in it: exp
 def test_facts_that_do_not_fit(folder, fault, sentence):
     fault(folder)
     refused(read_electric_car, folder, sentence)
+
+
+def test_a_point_far_from_its_sensors_is_refused(folder):
+    path = folder / "car.toml"
+    text = path.read_text(encoding="utf-8")
+    place = re.search(r"position_m = \[(.*?),", text)[1]
+    path.unlink()
+    path.write_text(text.replace(f"[{place},", f"[{float(place) + 3.0},", 1), encoding="utf-8")
+    with pytest.raises(InputError, match=r"M1 S1 lies (2\.9|3\.0)\d* m from mount 1"):
+        read_electric_car(folder)
+
+
+def test_conjugated_accelerances_are_refused(car):
+    values = car.accelerance.values.conj()
+    conjugated = replace(car, accelerance=replace(car.accelerance, values=values))
+    refuse_contradictions_of_car(car)
+    with pytest.raises(InputError, match=r"EV-1: the functions are no inertance .* conjugated"):
+        refuse_contradictions_of_car(conjugated)
 
 
 def test_ear_that_no_sweep_has(folder):

@@ -1,6 +1,8 @@
 """Functions in tables: the same numbers from every format, and a sentence for what is none."""
 
 import re
+import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,8 +10,16 @@ import pandas as pd
 import pytest
 from scipy.io import savemat
 
-from deboom.errors import InputError
-from deboom.files.function_table import is_table, read_function_table
+from deboom.errors import DataWarning, InputError
+from deboom.files.function_table import (
+    Dof,
+    FunctionMatrix,
+    frf_functions,
+    is_table,
+    read_function_table,
+)
+from deboom.files.uff import write_uff
+from deboom.measurement.channels import Frf, Spectrum
 
 LINES = 20.0 + 0.1 * np.arange(7)
 VALUES = np.random.default_rng(2).normal(size=(7, 2)) + 1j * np.arange(14).reshape(7, 2)
@@ -55,6 +65,72 @@ def test_every_format_gives_the_same_functions_in_si(tmp_path, ending):
         unit, values = table.spectrum(name)
         assert (unit.label, unit.si) == ("kN", "N")
         assert values == pytest.approx(1e3 * wanted, rel=1e-13)
+
+
+@pytest.mark.parametrize("ending", ["csv", "xlsx", "mat"])
+def test_a_line_at_0_hz_is_left_out_and_said(tmp_path, ending, monkeypatch):
+    monkeypatch.setattr(sys.modules[__name__], "LINES", LINES - 20.0)
+    path = written(tmp_path, ending)
+    with pytest.warns(DataWarning, match=f"functions.{ending}: the line at 0 Hz is left out"):
+        table = read_function_table(path)
+    assert table.frequency == pytest.approx(LINES[1:], rel=1e-12)
+    assert table.spectrum(NAMES[1])[1] == pytest.approx(1e3 * VALUES[1:, 1], rel=1e-13)
+
+
+WINDOWED = Frf(LINES, VALUES[:, :, None], ("A1 x", "A1 y"), ("I1",), "(m/s^2)/N", 2.5)
+RESPONSES = (Dof("A1 x", 11, "+x"), Dof("A1 y", 11, "-y", sign=-1.0))
+STRUCK = (Dof("I1", 21, "+z"),)
+
+
+@pytest.mark.parametrize("rate", [2.5, 0.0])
+def test_the_decay_of_an_exponential_window_travels_with_a_uff_file(tmp_path, rate):
+    frf = replace(WINDOWED, added_decay_rate=rate)
+    write_uff(tmp_path / "frf.uff", frf_functions(frf, RESPONSES, STRUCK), binary=True)
+    matrix = FunctionMatrix(tmp_path / "frf.uff", "", (4,))
+    back = matrix.frf(RESPONSES, STRUCK, "acceleration", "m/s^2/N", "(m/s^2)/N")
+    assert back.added_decay_rate == rate
+    np.testing.assert_array_equal(back.values, frf.values)
+    assert (back.outputs, back.inputs, back.unit) == (frf.outputs, frf.inputs, frf.unit)
+
+
+def test_unlike_windows_in_a_file_and_an_impossible_one_are_refused(tmp_path):
+    one, other = frf_functions(WINDOWED, RESPONSES, STRUCK)
+    matrix = FunctionMatrix(tmp_path, "", (4,), (one, replace(other, id_lines=())))
+    with pytest.raises(InputError, match=r"added decay rate of 2\.5 1/s and .* 0 1/s"):
+        _ = matrix.added_decay_rate
+    wrong = replace(one, id_lines=("added decay rate -2 1/s",))
+    with pytest.raises(InputError, match="is no rate"):
+        _ = FunctionMatrix(tmp_path, "", (4,), (wrong,)).added_decay_rate
+    with pytest.raises(InputError, match="'N' are not written"):
+        frf_functions(replace(WINDOWED, unit="N"), RESPONSES, STRUCK)
+    with pytest.raises(InputError, match="2 responses and 2 references do not fit"):
+        frf_functions(WINDOWED, RESPONSES, STRUCK * 2)
+
+
+@pytest.mark.parametrize("ending", ["csv", "xlsx", "mat"])
+def test_a_table_states_the_decay_in_a_column(tmp_path, ending):
+    path = tmp_path / f"windowed.{ending}"
+    if ending == "mat":
+        names = np.array([*NAMES, "added decay rate [1/s]"], dtype=object)
+        values = np.column_stack([VALUES, np.full(7, 2.5)])
+        savemat(path, variables(names=names, values=values, units=np.array(["N", "N", "1/s"])))
+    else:
+        frame = pd.DataFrame({**columns(), "added decay rate [1/s]": 2.5})
+        frame.to_csv(path, index=False) if ending == "csv" else frame.to_excel(path, index=False)
+    table = read_function_table(path)
+    assert table.added_decay_rate == 2.5
+    assert set(table.functions) == set(NAMES)
+    assert WINDOWED.table["added decay rate [1/s]"].tolist() == [2.5] * 7
+    if ending == "csv":
+        frame["added decay rate [1/s]"] = np.arange(7.0)
+        frame.to_csv(path, index=False)
+        with pytest.raises(InputError, match="one number for all lines"):
+            read_function_table(path)
+
+
+def test_a_windowed_function_is_no_synthesis():
+    with pytest.raises(InputError, match="peaks are too low"):
+        WINDOWED @ Spectrum(LINES, VALUES[:, :1], ("I1",), "N")
 
 
 def test_other_endings_are_uff():

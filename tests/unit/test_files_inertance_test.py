@@ -9,7 +9,7 @@ import pytest
 from broken_files import all_of, edits, function, refused
 from broken_files import functions as rewritten
 
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.files import rows, tables
 from deboom.files.inertance_test import (
     INERTANCE_TEST_FILE,
@@ -222,11 +222,22 @@ BAD_FUNCTIONS = [
         "holds no coherence ... type 6",
     ),
     (rewritten(COHERENCE, shifted(0.5)), "coherence.uff has other lines than"),
-    (
-        all_of(rewritten(FRF, shifted(-10.0)), rewritten(COHERENCE, shifted(-10.0))),
-        "line at 0 Hz ... leave it out",
-    ),
 ]
+
+
+def test_a_line_at_0_hz_is_left_out_and_said(folder):
+    """Every analyser exports one; the lines above it are as without it."""
+    all_of(rewritten(FRF, shifted(-10.0)), rewritten(COHERENCE, shifted(-10.0)))(folder)
+    with pytest.warns(DataWarning) as warned:
+        test = read_inertance_test(folder)
+    frf, coherence = measured()
+    np.testing.assert_array_equal(test.frf.frequency, LINES[1:] - 10.0)
+    np.testing.assert_array_equal(test.frf.values, frf[1:])
+    np.testing.assert_array_equal(test.coherence, coherence[1:])
+    sentences = [str(each.message) for each in warned]
+    for file, sentence in zip((FRF, COHERENCE), sentences, strict=True):
+        assert sentence.startswith(str(folder / file))
+        assert "the line at 0 Hz is left out" in sentence
 
 
 @pytest.mark.parametrize(("fault", "words"), BAD_FUNCTIONS)

@@ -4,6 +4,7 @@ import shutil
 from dataclasses import replace
 
 import numpy as np
+import pandas as pd
 import pytest
 from broken_files import edits, refused, without_sections
 
@@ -58,6 +59,33 @@ def test_mixed_microphones_are_refused(folder, file):
         read_vehicle(folder)
 
 
+def restated(path, other):
+    """Write all functions of a file again under the same label: another sign or quantity."""
+    jw = 2j * np.pi
+    functions = [
+        replace(each, values=other(each.values, jw * each.abscissa)) for each in read_uff(path)
+    ]
+    write_uff(path, functions, binary=True)
+
+
+@pytest.mark.parametrize(
+    ("file", "other", "words"),
+    [
+        ("reciprocal.uff", lambda v, _: -v, "polarity reversed: of the loudspeaker"),
+        ("direct.uff", lambda v, _: -v, "polarity reversed: of the loudspeaker, the microphone or"),
+        ("reciprocal.uff", lambda v, jw: v * jw, "factor jω: volume velocity, stated as volume"),
+        ("reciprocal.uff", lambda v, jw: -v * jw, "factor jω: .*; and polarity reversed"),
+        ("reciprocal.uff", lambda v, jw: v / jw, "factor 1/jω: velocity of the body"),
+        ("direct.uff", lambda v, _: v.conj(), "conjugated: either hammer or loudspeaker"),
+        ("direct.uff", lambda v, _: v / 9.80665, r"a factor of 1?\d\.\d: unit or calibration"),
+    ],
+)
+def test_loudspeaker_and_hammer_are_held_against_each_other_in_phase(folder, file, other, words):
+    restated(folder / "noise_transfer" / file, other)
+    with pytest.raises(InputError, match=rf"at the driver ear .* likeness of 0\.\d+, .*: {words}"):
+        read_vehicle(folder)
+
+
 def test_a_path_without_noise_transfer_function_is_refused(folder):
     functions = read_uff(folder / DIRECT)
     write_uff(folder / DIRECT, functions[1:], binary=True)
@@ -65,6 +93,18 @@ def test_a_path_without_noise_transfer_function_is_refused(folder):
         read_vehicle(folder)
     write_uff(folder / DIRECT, [functions[0], *functions], binary=True)
     with pytest.raises(InputError, match="is in it 2 times: keep one"):
+        read_vehicle(folder)
+
+
+@pytest.mark.parametrize(("table", "name"), [("sensors.csv", "B1"), ("impacts.csv", "I1 x")])
+def test_what_lies_beside_a_mount_lies_near_it(folder, table, name):
+    """On the other side of the car by a wrong sign, as no consistency of one point shows."""
+    path = folder / table
+    rows = pd.read_csv(path, keep_default_na=False)
+    column = rows.columns[0]
+    rows.loc[rows[column] == name, "y [m]"] -= 1.2
+    rows.to_csv(path, index=False)
+    with pytest.raises(InputError, match=rf"{table}: {name} lies 1\.\d+ m from EnM, which it is"):
         read_vehicle(folder)
 
 
@@ -99,6 +139,7 @@ impacts.csv | I1 x,EnM | I1 x,XYZ | 'XYZ' is no mount or piece
 impacts.csv | I1 y,EnM,,301,+y | I1 y,EnM,,301,+x | DoF 301 +x already stands
 sensors.csv | B1,accelerometer,B&K 4321,EnM | B1,accelerometer,B&K 4321,X | 'X' is
 channels.csv | B1 x, | B99 x, | no row for channel B1 x
+vehicle.toml | dominant_order = 1.5 | dominant_order = 2.0 | is of order 1.5, not of order 2: corr
 vehicle.toml | "A1" | "A99" | source_sensors ['A99'] are not in
 vehicle.toml | gear = 5 | gear = 9 | is in gear 9, but total_ratios in [engine] has 7 gears
 vehicle.toml | node = 902 | node = 901 | two [[ears]] have the node '901'

@@ -2,12 +2,13 @@
 
 import math
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.signal import ellip
 
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.measurement.impact_test import (
     ForceWindow,
     HammerMeasurement,
@@ -93,6 +94,12 @@ def test_a_hit_beside_a_good_one(force, changes, words):
     assert (good.used, good.reasons) == (True, ())
     assert judged.used == (not judged.reasons)
     assert re.search(words, " ".join(judged.reasons))
+
+
+def test_a_push_before_its_trigger_says_that_the_pretrigger_is_wrong():
+    (judged,) = check_hits(hits([push()], pretrigger=0.4))
+    (reason,) = judged.reasons
+    assert reason.startswith("early: its peak comes 0.337 s before the trigger")
 
 
 def test_hits_through_a_steep_filter_pass_with_their_coherence():
@@ -209,3 +216,82 @@ def with_nan(array):
 def test_bad_blocks_are_named(changes, words):
     with pytest.raises(InputError, match=words):
         hits(FORCES[:2], **changes)
+
+
+# responses that their blocks cut off
+
+
+def ringing(modes, seconds, *, n_hit=5, noise=0.0, seed=1):
+    """Hits of several strengths on modes of frequency [Hz] and damping [1], in closed form."""
+    generator = np.random.default_rng(seed)
+    rate, before = 512.0, 25
+    time = np.arange(int(seconds * rate)) / rate
+    receptance = sum(
+        np.exp(-damping * 2 * np.pi * frequency * time)
+        * np.sin(2 * np.pi * frequency * np.sqrt(1 - damping**2) * time)
+        for frequency, damping in modes
+    )
+    force = np.zeros((n_hit, time.size))
+    force[:, before : before + 3] = np.outer(1 + 0.2 * np.arange(n_hit), (50.0, 100.0, 60.0))
+    response = np.array([np.convolve(push, receptance)[: time.size] for push in force]) / rate
+    response += noise * np.abs(response).max() * generator.normal(size=response.shape)
+    return HammerMeasurement(
+        *("I1", force, response[:, :, None], ("A1 x",), ("m/s^2",), (math.inf,), rate),
+        pretrigger=before / rate,
+    )
+
+
+CLOSE = ((30.0, 0.0015), (31.5, 0.002))
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01])
+def test_two_modes_that_ring_on_are_said_to(noise):
+    """e^(−ζωT) leaves 0.58 and 0.46 of the amplitudes; the peak is as much too low."""
+    measurement = ringing(CLOSE, 2.0, noise=noise)
+    with pytest.warns(DataWarning, match=r"of the response of 'A1 x' near 3\d\.\d Hz is left"):
+        estimate = hammer_frf(measurement)
+    (remainder,) = estimate.remainders
+    shares = [math.exp(-2 * np.pi * f * z * remainder.seconds) for f, z in CLOSE]
+    assert min(shares) - 0.03 < remainder.share < max(shares) + 0.03
+    # blocks and window that it names do
+    seconds, tau = (
+        float(re.search(pattern, estimate.not_decayed)[1])
+        for pattern in (r"blocks of ([\d.]+) s", r"time_constant=([\d.]+) ")
+    )
+    assert hammer_frf(measurement, HammerOptions(time_constant=tau)).not_decayed == ""
+    assert hammer_frf(ringing(CLOSE, seconds + 0.05, noise=noise)).not_decayed == ""
+    assert 7.0 < seconds < 14.0
+
+
+def test_the_share_that_is_left_is_that_of_one_mode():
+    with pytest.warns(DataWarning, match="at 1 of 1 impacts"):
+        estimate = hammer_frf(ringing([(30.0, 0.004)], 2.0))
+    (remainder,) = estimate.remainders
+    left = math.exp(-2 * np.pi * 30.0 * 0.004 * remainder.seconds)
+    assert remainder.share == pytest.approx(left, rel=0.1)
+    assert remainder.frequency == pytest.approx(30.0, abs=0.3)
+
+
+@pytest.mark.parametrize("seed", range(1, 13))
+def test_responses_that_have_decayed_are_not_accused_whatever_the_noise(seed):
+    modes = [(25.0, 0.02), (45.0, 0.02), (90.0, 0.02)]
+    noise = (0.0, 0.02, 0.1, 0.3)[seed % 4]
+    estimate = hammer_frf(ringing(modes, 2.0, n_hit=2 + seed % 3, noise=noise, seed=seed))
+    assert estimate.not_decayed == ""
+
+
+def test_a_short_block_and_one_hit_are_not_judged():
+    options = HammerOptions(minimum_hits=1)
+    for measurement in (ringing(CLOSE, 2.0, n_hit=1), ringing(CLOSE, 0.15)):
+        (remainder,) = hammer_frf(measurement, options).remainders
+        assert (remainder.share, remainder.decay_rate) == (0.0, math.inf)
+
+
+def test_all_impacts_are_warned_of_once_and_selected_with_their_columns():
+    impacts = tuple(Impact(name, np.zeros(3), np.eye(3)[2]) for name in ("I1", "I2"))
+    measurements = (ringing(CLOSE, 2.0), replace(ringing([(30.0, 0.03)], 2.0), impact="I2"))
+    with pytest.warns(DataWarning, match="at 1 of 2 impacts") as warned:
+        estimate = hammer_frfs(HammerTest("plate", impacts, (), measurements))
+    assert len(warned) == 1
+    assert estimate.select(inputs=("I2",)).not_decayed == ""
+    assert estimate.select(inputs=("I1",)).not_decayed.endswith("[s]")

@@ -19,6 +19,7 @@ from deboom.errors import InputError
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import body_modes
 from deboom.measurement.channels import Frf
+from deboom.measurement.impact_test import HammerMeasurement, HammerOptions, hammer_frf
 from deboom.measurement.modal import (
     LARGE_ERROR,
     _parts,
@@ -55,19 +56,21 @@ def test_parts_of_a_wide_band_overlap_by_an_octave():
     np.testing.assert_allclose(parts[:, 1], [*(edges[1:-1] * np.sqrt(2)), 1000.0])
 
 
-def chain_frf(form, frequency):
+def chain_frf(form, frequency, added=0.0):
     omega, damping, shapes = chain()
-    w = 2 * np.pi * frequency[:, None]
-    modal = 1 / (omega**2 - w**2 + 2j * damping * omega * w)
+    s = 2j * np.pi * frequency[:, None] + added
+    modal = 1 / (omega**2 + s**2 + 2 * damping * omega * s)
     values = np.einsum("nl,fn,nk->flk", shapes, modal, shapes[:, :2])
-    values = values * (1j * w[:, :, None]) ** form.derivative
-    return Frf(frequency, values, tuple("abcd"), ("a", "b"), "any")
+    values = values * s[:, :, None] ** form.derivative
+    return Frf(frequency, values, tuple("abcd"), ("a", "b"), "any", added)
 
 
+@pytest.mark.parametrize("added", [0.0, 2.5])
 @pytest.mark.parametrize("form", [FrfForm.RECEPTANCE, FrfForm.MOBILITY, FrfForm.INERTANCE])
-def test_poles_constants_and_shapes_of_a_chain_of_masses(form):
+def test_poles_constants_and_shapes_of_a_chain_of_masses(form, added):
+    """With an exponential window of τ = 0.4 s, too: H(jω + 1/τ), whose decay comes off again."""
     omega, damping, shapes = chain()
-    frf = chain_frf(form, np.arange(0.25, 80.01, 0.25))
+    frf = chain_frf(form, np.arange(0.25, 80.01, 0.25), added)
     band = (1.0, 80.0)
 
     clusters = pole_clusters(poles_over_orders(frf, form, band, largest_order=14))
@@ -86,7 +89,37 @@ def test_poles_constants_and_shapes_of_a_chain_of_masses(form):
     assert model.rank_one == pytest.approx(1.0, abs=1e-6)
     assert model.complexity == pytest.approx(0.0, abs=1e-4)
     assert model.total_error < 1e-4
+    assert model.added_decay_rate == added
+    assert ("2.5 1/s of the exponential window are taken off" in model.verdict) == bool(added)
     assert np.array_equal(model.rebuilt.frequency, frf.frequency[frf.frequency >= 1.0])
+
+
+def test_damping_of_hits_under_an_exponential_window():
+    """Damping of 1.5 and 2.0 % out of blocks that decay by their window, not by themselves."""
+    rate, n_sample, before = 512.0, 1024, 32
+    frequency, damping = np.array([22.0, 35.0]), np.array([0.015, 0.02])
+    time = np.arange(n_sample) / rate
+    push = np.zeros(n_sample)
+    push[before : before + 3] = (50.0, 100.0, 50.0)
+    omega = 2 * np.pi * frequency[:, None]
+    damped = omega * np.sqrt(1 - damping[:, None] ** 2)
+    decay = np.exp(-damping[:, None] * omega * time) / damped
+    receptance = (decay * np.sin(damped * time)).sum(axis=0)
+    response = np.convolve(push, receptance)[:n_sample] / rate
+    measurement = HammerMeasurement(
+        impact="I1",
+        force=np.tile(push, (3, 1)),
+        response=np.tile(response[:, None], (3, 1, 1)),
+        channels=("A1 x",),
+        units=("m",),
+        ranges=(np.inf,),
+        rate=rate,
+        pretrigger=before / rate,
+    )
+    estimate = hammer_frf(measurement, HammerOptions(time_constant=0.4, band=(0.5, 100.0)))
+    clusters = pole_clusters(poles_over_orders(estimate.frf, FrfForm.RECEPTANCE, (5.0, 80.0)))
+    assert [cluster.frequency for cluster in clusters] == pytest.approx(frequency, rel=1e-3)
+    assert [cluster.damping for cluster in clusters] == pytest.approx(damping, rel=0.01)
 
 
 def test_residuals_stand_for_the_mode_left_out():

@@ -43,17 +43,16 @@ from deboom.compressor.virtual_point_fit import (
     whitened_inertance,
 )
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
-from deboom.measurement.compressor_test import HoseDrawing, InertanceTest
-from deboom.measurement.culprit import (
-    Fault,
-    culprit_of_excitation,
-    culprit_of_responses,
-    exchanged_impacts,
-    exchanged_responses,
+from deboom.measurement.channels import Frf, refuse_window
+from deboom.measurement.compressor_test import (
+    HoseDrawing,
+    InertanceTest,
+    refuse_contradictions,
+    spread,
 )
+from deboom.measurement.culprit import tolerances_of_all
 from deboom.measurement.quality import QualityCheck, quality_of_frf
-from deboom.measurement.sensors import PlacementTolerances, Tolerances
+from deboom.measurement.sensors import PlacementTolerances
 from deboom.measurement.virtual_point import (
     VirtualPoint,
     impact_geometry,
@@ -70,12 +69,8 @@ GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
 """How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
 SANE_DEVIATIONS = 6.0
 """Deviations of the gain's shape within which it may move in the fit at the virtual point."""
-SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
-"""Faults that no tolerance explains."""
 PLAUSIBLE_DENSITY = (50.0, 2e4)
 """Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
-DIFFERENT_UNITS = 8.0
-"""Ratio of the spread of the sensors to that of the impacts that no hammer test has."""
 WRONG_SCALE = 2.0
 """Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
 MISPLACED = 5.0
@@ -160,7 +155,7 @@ class Identification(Tabled):
     @property
     def alarms(self) -> tuple[str, ...]:
         """Reasons not to trust the model, in words; empty where there are none."""
-        alarms = []
+        alarms = [f"{doubt[:1].upper()}{doubt[1:]}." for doubt in self.test.doubts]
         if self.hoses is not None and self.hoses.visible:
             alarms.append(self.hoses.statement)
         if self.calibrated.reduced_chi > ALARM:
@@ -230,13 +225,13 @@ def identify(
     options = options or IdentifyOptions()
     say = step or (lambda _: None)
     say("virtual point and quality")
-    _refuse_different_units(test)
+    refuse_window(test.frf.added_decay_rate, test.name)
     fitted = thinned(in_bands(test.frf.frequency, options.bands), options.largest_lines)
     _refuse_low_coherence(test, fitted, options)
     response = virtual_point(sensor_geometry(test.sensors))
     excitation = virtual_point(impact_geometry(test.impacts))
-    tolerances = _sheet_tolerances(test.tolerances)
-    _refuse_sheet_faults(test, response, excitation, tolerances)
+    refuse_contradictions(test)
+    tolerances = tolerances_of_all(test.tolerances)
     quality = quality_of_frf(
         response, excitation, test.frf, FrfForm.INERTANCE, tolerances=tolerances
     )
@@ -334,7 +329,7 @@ def _start(
     test: InertanceTest, inertance: Frf, fitted: BoolArray
 ) -> tuple[MinimalParameters, RealArray]:
     """Linear start with the radius of gyration as characteristic length."""
-    length = _spread([sensor.position for sensor in test.sensors])
+    length = spread([sensor.position for sensor in test.sensors])
     lines, values = inertance.frequency[fitted], inertance.values[fitted]
     for _ in range(2):
         parametrisation = MinimalParameters(length)
@@ -354,61 +349,6 @@ def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[
         for n in worst
         if abs(scores[n]) > MISPLACED
     )
-
-
-def _refuse_sheet_faults(
-    test: InertanceTest, response: VirtualPoint, excitation: VirtualPoint, tolerances: Tolerances
-) -> None:
-    """Refuse a reversed or swapped channel or impact, or two exchanged, whichever explains more."""
-    frf = test.frf
-    for what, diagnosis, exchange in (
-        (
-            "sensor",
-            culprit_of_responses(response, frf, tolerances),
-            exchanged_responses(response, frf),
-        ),
-        (
-            "impact",
-            culprit_of_excitation(excitation, frf, tolerances),
-            exchanged_impacts(excitation, frf),
-        ),
-    ):
-        suspect = diagnosis.suspect if diagnosis.named else None
-        if suspect is not None and suspect.fault not in SHEET_FAULTS:
-            suspect = None
-        left = np.inf if suspect is None else suspect.residual_undone / diagnosis.residual_of_all
-        if exchange is not None and exchange.left / exchange.disagreement < left:
-            raise InputError(
-                f"{test.name}: {exchange.verdict}. Mend the position sheet or the cables and start "
-                "again"
-            )
-        if suspect is not None:
-            raise InputError(
-                f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the "
-                "position sheet and start again"
-            )
-
-
-def _sheet_tolerances(stated: PlacementTolerances) -> Tolerances:
-    """Larger of sensors' and impacts' tolerances, as the search for the culprit takes them."""
-    return Tolerances(
-        sensor_position=max(stated.sensor_position, stated.impact_position),
-        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
-        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
-        sensor_cross_axis=0.0,
-    )
-
-
-def _refuse_different_units(test: InertanceTest) -> None:
-    """Refuse a sheet whose sensors and impacts are not in one unit of length."""
-    sensors = _spread([sensor.position for sensor in test.sensors])
-    impacts = _spread([impact.position for impact in test.impacts])
-    if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
-        raise InputError(
-            f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
-            f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
-            "the position sheet"
-        )
 
 
 def _refuse_low_coherence(test: InertanceTest, lines: BoolArray, options: IdentifyOptions) -> None:
@@ -447,12 +387,6 @@ def _refuse_wrong_scale(test: InertanceTest, model: CompressorModel) -> None:
             f"{test.weighed_mass:.3g} kg, {ratio:.3g} times apart: check units and sensitivities "
             "of hammer and accelerometers (g or m/s²)"
         )
-
-
-def _spread(places: Sequence[RealArray]) -> float:
-    """Mean distance from the middle [m]."""
-    points = np.array(places)
-    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
 
 
 def frac(

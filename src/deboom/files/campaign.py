@@ -12,8 +12,8 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.files.function_table import IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
-from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
+from deboom.files.function_table import FRF, IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
+from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
     CAMPAIGN_QUANTITIES,

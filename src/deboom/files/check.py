@@ -19,8 +19,9 @@ from deboom.measurement.channels import LoadCase
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
-from deboom.vehicles.fleet import path_contributions
-from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
+from deboom.vehicles.coupled_motion import refuse_reversed_channel
+from deboom.vehicles.fleet import Band, path_contributions
+from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,7 +81,8 @@ def check_platform(folder: Path) -> PlatformCheck:
     -------
     PlatformCheck
         Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
-        mount library that does not fit.
+        channel whose reversal makes the powertrain's motion rigid, a mount library that does not
+        fit.
 
     Raises
     ------
@@ -115,6 +117,8 @@ def check_platform(folder: Path) -> PlatformCheck:
         for case in platform.load_cases:
             with noting(faults.append):
                 refuse_active_mounts(in_mount_axes(platform.mounts, case))
+            with noting(faults.append):
+                refuse_reversed_channel(platform.mounts, case)
         if not faults and (folder / LIBRARY_FILE).exists():
             with noting(faults.append):
                 every = [case.name for case in platform.load_cases]
@@ -171,6 +175,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         f"{inside.size} lines in {band[0]:g} to {band[1]:g} Hz: {rpm[0]:.0f} to {rpm[1]:.0f} rpm "
         f"of order {case.order:g}",
     )
+    if words := band_in_words(platform, band):
+        yield "other band", words
     for name, sizes in _sizes(platform).items():
         yield name, RANGES[name].sentence(float(np.min(sizes)), float(np.max(sizes)))
     if (platform.folder / LIBRARY_FILE).exists():
@@ -193,6 +199,18 @@ def pieces_in_words(platform: Platform) -> str:
                 "pieces, right only where these are alike"
             )
     return "; ".join(words)
+
+
+def band_in_words(platform: Platform, band: Band) -> str:
+    """Name both bands where the data do not span the usual one; empty where they do."""
+    if platform.spans_band:
+        return ""
+    lines = platform.load_cases[0].force.frequency
+    return (
+        f"The booming index counts the lines from {band[0]:g} to {band[1]:g} Hz instead of the "
+        f"usual {BAND[0]:g} to {BAND[1]:g} Hz, which the data do not span ({lines[0]:g} to "
+        f"{lines[-1]:g} Hz): compare it with no index of the usual band."
+    )
 
 
 def unidentified_in_words(platform: Platform, load_cases: Sequence[LoadCase]) -> str:

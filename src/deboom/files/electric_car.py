@@ -10,9 +10,8 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.errors import naming
-from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.inertance_test import (
-    FRF,
     Places,
     ToleranceSection,
     read_coherences,
@@ -34,8 +33,8 @@ from deboom.files.schema import (
     refuse_all,
     values_of,
 )
-from deboom.files.vehicle import EarEntry
-from deboom.measurement.channels import Frf
+from deboom.files.vehicle import EarEntry, far_from_its_point
+from deboom.measurement.channels import Frf, refuse_window
 from deboom.measurement.electric_car import ElectricCar, PointKind, TransferPoint
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
 from deboom.measurement.sensors import PlacementTolerances
@@ -115,10 +114,25 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     struck = [name for point in file.points for name in point.impacts]
     _check_named(path, tables[0], "sensor", list(sensors), asked)
     _check_named(path, tables[1], "impact", list(impacts), struck)
+    beside = [
+        *(
+            (tables[0], point.name, n, sensors[n].position)
+            for point in file.points
+            for n in point.sensors
+        ),
+        *(
+            (tables[1], point.name, n, impacts[n].position)
+            for point in file.points
+            for n in point.impacts
+        ),
+    ]
+    refuse_all(far_from_its_point({p.name: p.position_m for p in file.points}, beside))
     placed = Places(tuple(map(sensors.__getitem__, asked)), tuple(map(impacts.__getitem__, struck)))
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)
     accelerance = read_inertances(files[1], placed)
+    for file_path, functions in zip(files, (pressure, accelerance), strict=True):
+        refuse_window(functions.added_decay_rate, str(file_path))
     operation = read_operating_test(folder)
     with naming(path):
         return ElectricCar(

@@ -11,7 +11,7 @@ import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.common import AXES
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_electric_car
@@ -23,6 +23,10 @@ from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
+from deboom.measurement.compressor_test import refuse_contradictions
+from deboom.measurement.driving_points import fault_of_hammer_test
+from deboom.measurement.electric_car import refuse_contradictions_of_car
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
 from deboom.vehicles.platform import PLATFORM_FILE
 
 FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
@@ -35,6 +39,8 @@ FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
 }
 """Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
+CHECKED_LINES = 200.0
+"""Last line of the functions that the check of a hammer test makes of its hits [Hz]."""
 
 
 def kind_of_folder(folder: Path) -> FolderKind:
@@ -87,6 +93,8 @@ def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
 
 def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_inertance_test(folder)
+    with naming(folder):
+        refuse_contradictions(held)
     lines = held.frf.frequency
     weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
     yield "test", f"{held.name}, {weighed}"
@@ -96,6 +104,9 @@ def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
 
 def _operation(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_operating_test(folder)
+    with naming(folder):
+        for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
+            refuse_contradictions(hammer)
     yield "test", held.name
     for sweep in held.sweeps:
         lines = sweep.acceleration.frequency
@@ -105,6 +116,8 @@ def _operation(folder: Path) -> Iterator[tuple[str, str]]:
 
 def _car(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_electric_car(folder)
+    with naming(folder):
+        refuse_contradictions_of_car(held)
     yield "car", f"{held.name}, {held.ear}"
     yield "points", ", ".join(f"{point.name} ({point.kind.value})" for point in held.points)
     yield from _operation(folder)
@@ -113,6 +126,12 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
 def _hammer(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_hammer_test(folder)
     first = held.measurements[0]
+    # lines of a car; beyond them a push may have zeros
+    options = HammerOptions(band=(0.0, CHECKED_LINES), minimum_hits=1)
+    with naming(folder):
+        estimate = hammer_frfs(held, options)
+    if fault := fault_of_hammer_test(held, estimate):
+        raise InputError(f"{folder}: {fault}")
     yield "test", held.title
     yield "impacts", f"{len(held.impacts)}, {sum(len(m.force) for m in held.measurements)} hits"
     yield "channels", f"{len(first.channels)}, {first.rate:g} samples per second"

@@ -7,9 +7,10 @@ import re
 import subprocess
 import sys
 import tempfile
+import warnings
 from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
@@ -20,13 +21,13 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
-from deboom.errors import InputError, naming
+from deboom.errors import DataWarning, InputError, naming
 from deboom.files.disk import library, read_bytes
 from deboom.files.schema import noting, telling
 from deboom.files.tables import Columns, name_and_unit, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
-from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
 TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
@@ -39,8 +40,10 @@ ENTITY_NAME = 10
 """Characters of a channel's name that UFF keeps; the DoF is what counts."""
 SAME_LINE = 1e-3
 """How far two lines may differ and still be the same, as a fraction of the least spacing."""
-TIME_SIGNAL = 1
-"""UFF function type over time; all others are over frequency."""
+_ADDED_DECAY = re.compile(r"added decay rate\s+([-+.0-9eE]+)\s*1/s")
+"""ID line of a function that was measured with an exponential window."""
+TIME_SIGNAL, FRF = 1, 4
+"""UFF function types: over time, and frequency response functions; all but 1 are over frequency."""
 _QUANTITIES = {RANGES[name].unit: name for name in RANGES if name != "position"}
 """SI unit of functions → quantity in the table of ranges."""
 SPEED_TOLERANCE = 0.5
@@ -124,6 +127,15 @@ def _differing(a: RealArray, b: RealArray) -> npt.NDArray[np.intp]:
     return np.flatnonzero(np.abs(a - b) > SAME_LINE * spacing)
 
 
+def starts_at_0_hz(lines: RealArray, whose: object) -> bool:
+    """Tell whether the first of at least three lines is at 0 Hz, and warn that it is left out."""
+    if lines.size < 3 or lines[0] != 0:
+        return False
+    sentence = "the line at 0 Hz is left out: there sensors measure nothing, and ω divides by 0"
+    warnings.warn(f"{whose}: {sentence}", DataWarning, stacklevel=3)
+    return True
+
+
 class FunctionMatrix:
     """Functions of a file, asked for by their DoF; all share one axis.
 
@@ -132,6 +144,7 @@ class FunctionMatrix:
     - `function_types`: UFF function types that are accepted.
     - `functions`: functions to choose from; by default those of the UFF file.
     - raises InputError: no UFF file; functions of different axes, or over time without type 1.
+    - warns DataWarning: a line at 0 Hz, where sensors measure nothing, was left out.
     """
 
     def __init__(
@@ -158,6 +171,12 @@ class FunctionMatrix:
                     f"{first_difference(self.axis, function.abscissa)}; export all on the same "
                     "lines"
                 )
+        if TIME_SIGNAL not in function_types and starts_at_0_hz(self.axis, self.error("")):
+            self.functions = tuple(
+                replace(one, abscissa=one.abscissa[1:], values=one.values[1:])
+                for one in self.functions
+            )
+            self.axis = self.functions[0].abscissa
 
     def error(self, sentence: str) -> InputError:
         """Return an error that names file and item."""
@@ -200,10 +219,34 @@ class FunctionMatrix:
         unit: str,
         label: str = "",
     ) -> Frf:
-        """Return the functions of all pairs of DoF, see `values`; `label` writes their unit."""
+        """Return the functions of all pairs of DoF, see `values`; `label` writes their unit.
+
+        An exponential window that their ID lines state comes as `Frf.added_decay_rate`.
+        """
         values = self.values(responses, references, ordinate=ordinate, unit=unit)
         outputs, inputs = (tuple(dof.name for dof in dofs) for dofs in (responses, references))
-        return Frf(self.axis, values, outputs, inputs, label or unit)
+        return Frf(self.axis, values, outputs, inputs, label or unit, self.added_decay_rate)
+
+    @cached_property
+    def added_decay_rate(self) -> float:
+        """Decay of the exponential window that the ID lines state; 0 where none does [1/s].
+
+        Functions that state different ones raise InputError.
+        """
+        stated: dict[float, str] = {}
+        for function in self.functions:
+            matches = [match for line in function.id_lines if (match := _ADDED_DECAY.search(line))]
+            rate = number_in(matches[0][1]) if matches else 0.0
+            if not 0 <= rate < math.inf:
+                raise self.error(f"{function.dof}: '{matches[0][0]}' is no rate: correct it")
+            stated.setdefault(rate, function.dof)
+        if len(stated) > 1:
+            (first, one), (second, other), *_ = stated.items()
+            raise self.error(
+                f"{one} states an added decay rate of {first:g} 1/s and {other} {second:g} 1/s: "
+                "measure all with one exponential window"
+            )
+        return next(iter(stated), 0.0)
 
     def spectrum(self, dofs: Sequence[Dof], ordinate: str, unit: str) -> Spectrum:
         """Return the spectra of all DoF, see `values`."""
@@ -347,6 +390,55 @@ class FunctionMatrix:
         return by_node
 
 
+def added_decay_line(rate: float) -> tuple[str, ...]:
+    """Return the ID line that states the decay of an exponential window [1/s]; none for 0."""
+    return (f"added decay rate {rate:.9g} 1/s",) if rate else ()
+
+
+def frf_functions(
+    frf: Frf, responses: Sequence[Dof], references: Sequence[Dof]
+) -> tuple[UffFunction, ...]:
+    """Return frequency response functions per force as functions to be written to a UFF file.
+
+    - `frf`: outputs per force, such as [(m/s^2)/N] or [Pa/N]; the decay of its exponential window
+      becomes an ID line, which is read back.
+    - `responses`, `references`: degrees of freedom of its outputs and inputs, in their order.
+    - raises InputError: other numbers of them, or a unit that is not one over N.
+    """
+    above, _, below = frf.unit.rpartition("/")
+    unit = above.strip("()")
+    quantity = next((name for name, si in _RESPONSES.items() if si == unit), "")
+    if below != "N" or not quantity:
+        raise InputError(f"functions in '{frf.unit}' are not written: give a motion or Pa per N")
+    if (len(responses), len(references)) != frf.values.shape[1:]:
+        raise InputError(
+            f"{len(responses)} responses and {len(references)} references do not fit functions of "
+            f"shape {frf.values.shape}"
+        )
+    notes = added_decay_line(frf.added_decay_rate)
+    functions = []
+    for o, response in enumerate(responses):
+        for i, reference in enumerate(references):
+            values = frf.values[:, o, i] * reference.sign
+            plain = response.function(frf.frequency, values, FRF, quantity, unit, notes)
+            functions.append(
+                replace(
+                    plain,
+                    reference_node=reference.node,
+                    reference_direction=reference.direction,
+                    denominator="force",
+                    denominator_unit=below,
+                )
+            )
+    return tuple(functions)
+
+
+_RESPONSES = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "acceleration": "m/s^2",
+    "pressure": "Pa",
+}
 _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")
 _VARIABLES = (_FREQUENCY, "time", "names", "values", "units")
@@ -373,10 +465,13 @@ class FunctionTable:
 
     - `frequency` (n,): [Hz].
     - `functions`: name to what reads unit label and complex values (n,) [that unit].
+    - `added_decay_rate`: of an exponential window, from the column `ADDED_DECAY`; 0 without one
+      [1/s].
     """
 
     frequency: RealArray
     functions: Mapping[str, Callable[[], tuple[str, ComplexArray]]]
+    added_decay_rate: float = 0.0
 
     def spectrum(self, name: str) -> tuple[Unit, ComplexArray]:
         """Return unit and values of a function, in SI.
@@ -413,6 +508,7 @@ def read_function_table(path: Path) -> FunctionTable:
     - raises InputError: the file is missing, damaged or no such table; it has no frequency in Hz,
       or one that is no finite number or does not increase. What is wrong with a single function is
       told when it is asked for.
+    - warns DataWarning: a line at 0 Hz was left out.
     """
     table = _from_matlab(path) if path.suffix.lower() == ".mat" else _from_columns(path)
     lines = table.frequency
@@ -423,12 +519,32 @@ def read_function_table(path: Path) -> FunctionTable:
         raise InputError(
             f"{path}: frequency needs two lines or more that increase: {found}; export it again"
         )
+    if starts_at_0_hz(lines, path):
+        functions = {name: partial(_without_first, read) for name, read in table.functions.items()}
+        return replace(table, frequency=lines[1:], functions=functions)
     return table
+
+
+def _without_first(read: Callable[[], tuple[str, ComplexArray]]) -> tuple[str, ComplexArray]:
+    label, values = read()
+    return label, values[1:]
 
 
 def _from_matlab(path: Path) -> FunctionTable:
     frequency, columns = matlab_table(path)
-    return FunctionTable(frequency, {name: partial(columns.__getitem__, name) for name in columns})
+    # a constant column, as in the other tables
+    _, rates = columns.pop(ADDED_DECAY, ("1/s", np.zeros(1)))
+    return FunctionTable(
+        frequency,
+        {name: partial(columns.__getitem__, name) for name in columns},
+        _constant(path, rates.real),
+    )
+
+
+def _constant(path: Path, rates: RealArray) -> float:
+    if np.ptp(rates) or not 0 <= rates[0] < math.inf:
+        raise InputError(f"{path}: '{ADDED_DECAY}' needs one number for all lines, 0 or more")
+    return float(rates[0])
 
 
 def _from_columns(path: Path) -> FunctionTable:
@@ -443,7 +559,12 @@ def _from_columns(path: Path) -> FunctionTable:
     split = (name.rpartition(" ") for name in by_name)
     stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
-    return FunctionTable(frequency, read)
+    rate = 0.0
+    if ADDED_DECAY in columns:
+        with naming(path):
+            (rates,) = _numbers(columns, ADDED_DECAY)
+        rate = _constant(path, rates)
+    return FunctionTable(frequency, read, rate)
 
 
 def _complex(stem: str, by_name: Mapping[str, str], columns: Columns) -> tuple[str, ComplexArray]:

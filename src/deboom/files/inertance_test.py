@@ -12,7 +12,7 @@ from pydantic import Field
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
-from deboom.files.function_table import Dof, FunctionMatrix
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
@@ -39,7 +39,7 @@ from deboom.measurement.compressor_test import (
     InertanceTest,
     check_enough,
 )
-from deboom.measurement.impact_test import HammerOptions, HammerTest, hammer_frfs
+from deboom.measurement.impact_test import FrfEstimate, HammerOptions, HammerTest, hammer_frfs
 from deboom.measurement.sensors import Impact, PlacementTolerances
 
 SMALLEST_SPAN, LARGEST_SPAN = 0.01, 10.0
@@ -66,8 +66,8 @@ def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
     return rows
 
 
-FRF, COHERENCE = 4, 6
-"""UFF function types."""
+COHERENCE = 6
+"""UFF function type."""
 _NAMES = {FRF: "FRF", COHERENCE: "coherence"}
 
 
@@ -241,9 +241,13 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     ------
     InputError
         A file is missing, damaged or wrong in itself; a length without a unit; an unknown node; an
-        FRF or a coherence that is missing or doubled; fewer than three sensors or six impacts; a
-        line at 0 Hz; hits that do not belong to the position sheet. The sentence names file, item
-        and remedy.
+        FRF or a coherence that is missing or doubled; fewer than three sensors or six impacts;
+        hits that do not belong to the position sheet. The sentence names file, item and remedy.
+
+    Warns
+    -----
+    DataWarning
+        A line at 0 Hz was left out; hits had not decayed at the end of their blocks.
 
     Examples
     --------
@@ -265,9 +269,12 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     if from_hits and file.hits is None:
         raise InputError(f"{path}: key 'hits' is missing: name the folder of the hits over time")
     if from_hits or file.frf is None:
-        frf, coherence, n_averages, read = _from_hits(folder, file, impacts, places.channels)
+        estimate, read = _from_hits(folder, file, impacts, places.channels)
+        frf, coherence, n_averages = estimate.frf, estimate.coherence, min(estimate.n_averages)
+        doubts = tuple(filter(None, (estimate.not_decayed,)))
     else:
         frf, coherence, n_averages, read = _from_frfs(folder, file, places)
+        doubts = ()
     with naming(folder):
         drawing = None
         if file.drawing is not None:
@@ -289,6 +296,7 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
             weighed_mass_deviation=file.weighed_mass_deviation_kg or 0.0,
             drawing=drawing,
             input_files=tuple(dict.fromkeys([path, *tables, *read])),
+            doubts=doubts,
         )
 
 
@@ -310,15 +318,14 @@ def _from_frfs(folder: Path, file: InertanceTestFile, places: Places) -> _Measur
 
 def _from_hits(
     folder: Path, file: InertanceTestFile, impacts: tuple[Impact, ...], channels: tuple[str, ...]
-) -> _Measured:
+) -> tuple[FrfEstimate, list[Path]]:
     assert file.hits is not None
     hits = folder / file.hits
     test = read_hammer_test(hits)
     refuse_all(_other_places(hits, test, impacts))
     estimate = hammer_frfs(test, HammerOptions(band=file.band_hz))
     estimate = estimate.select(channels, tuple(impact.name for impact in impacts))
-    read = sorted(path for path in hits.rglob("*") if path.is_file())
-    return estimate.frf, estimate.coherence, int(min(estimate.n_averages)), read
+    return estimate, sorted(path for path in hits.rglob("*") if path.is_file())
 
 
 def _other_places(hits: Path, test: HammerTest, impacts: tuple[Impact, ...]) -> Iterator[str]:

@@ -18,10 +18,12 @@ from deboom.common import AXES, shipped_studies
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
     ANY_REFERENCE,
+    FRF,
     TABLE_ENDINGS,
     Dof,
     FunctionMatrix,
     FunctionTable,
+    added_decay_line,
     first_difference,
     is_table,
     read_function_table,
@@ -51,7 +53,7 @@ from deboom.files.schema import (
 )
 from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
-from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import as_mounted
@@ -59,7 +61,6 @@ from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
 
-FRF = 4
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -111,6 +112,8 @@ def noise_transfer_columns(
         remedy = "measure all paths with one, or correct the response names"
         tell(matrix.error(f"{sentence}node {node}: {remedy}"))
     ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
+    with noting(tell):
+        refuse_window(matrix.added_decay_rate, f"{path}: {item}")
     columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
     return replace(columns, ear="".join(sorted(ears)[:1]))
 
@@ -170,6 +173,7 @@ def _of_table(table: FunctionTable, row: ChannelRow) -> UffFunction:
         denominator_unit=denominator,
         response_name="ear" if transfer else "",
         file_unit=unit.label,
+        id_lines=added_decay_line(table.added_decay_rate),
     )
 
 

@@ -13,7 +13,7 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
-from deboom.files.function_table import Dof, first_difference, same_lines
+from deboom.files.function_table import Dof, first_difference, same_lines, starts_at_0_hz
 from deboom.files.tables import (
     InUnitOfRow,
     MayBeEmpty,
@@ -475,6 +475,8 @@ def read_torque_table(path: Path, frequency: RealArray) -> RealArray:
     """
     rows = read_rows(path, (), {"frequency": "Hz", "engine torque": "N m"})
     lines = np.array([row.number("frequency") for row in rows])
+    if frequency[0] > 0 and starts_at_0_hz(lines, path):
+        rows, lines = rows[1:], lines[1:]
     if not same_lines(frequency, lines):
         raise InputError(
             f"{path}: the lines of the spectra and of this table differ: "

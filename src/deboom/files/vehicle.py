@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal
@@ -10,9 +10,9 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field
 
-from deboom.errors import InputError
-from deboom.files.function_table import Dof, FunctionMatrix
-from deboom.files.platform import FRF, SPECTRA, Engine, MountEntry, mounts_of
+from deboom.errors import InputError, naming
+from deboom.files.function_table import FRF, Dof, FunctionMatrix
+from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
 from deboom.files.rows import (
     CampaignChannel,
     ImpactRow,
@@ -37,7 +37,12 @@ from deboom.files.schema import (
     refuse_all,
 )
 from deboom.files.tables import read_table
-from deboom.measurement.measured_vehicle import MeasuredVehicle, VehicleRun
+from deboom.measurement.channels import refuse_window
+from deboom.measurement.measured_vehicle import (
+    MeasuredVehicle,
+    VehicleRun,
+    refuse_contradictions_of_vehicle,
+)
 from deboom.measurement.modal import PRESSURE_PER_VOLUME_ACCELERATION, PanelMeasurement
 from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
@@ -45,6 +50,8 @@ from deboom.measurement.noise_transfer import (
 )
 
 VEHICLE_FILE = "vehicle.toml"
+LARGEST_LEVER = 1.0
+"""Largest distance of an accelerometer or a blow from the virtual point that it is beside [m]."""
 _MOTION = ("m/s^2/m^3/s^2", ACCELERATION_PER_VOLUME_ACCELERATION)
 """Unit of acceleration per volume acceleration, as UFF has it and as we write it."""
 
@@ -133,7 +140,8 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     - returns: in SI.
     - raises InputError: a file that is missing or damaged; a blow, channel or ear without its
       function, with two of them, or with one of another microphone, type or unit; a mount without
-      blows or sensors. The sentence names the file, the item and the remedy.
+      blows or sensors; functions whose sign, convention or quantity others deny. The
+      sentence names the file, the item and the remedy.
     """
     file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table
@@ -144,18 +152,31 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     sensor_rows = read_table(folder / file.sensor_table, SensorRow)
     refuse_all(_misplaced(folder, file, points, impact_rows, sensor_rows))
     on_body = [row for row in sensor_rows if row.sensor not in file.source_sensors]
+    places = {
+        f"{mount.name} {piece}".strip(): place
+        for mount in mounts
+        for piece, place in zip(mount.pieces, mount.positions, strict=True)
+    }
+    beside = [
+        (folder / file.sensor_table, _point(row), row.sensor, row.position) for row in on_body
+    ]
+    beside += [
+        (folder / file.impact_table, _point(row), row.impact, row.position) for row in impact_rows
+    ]
+    refuse_all(far_from_its_point(places, beside))
     channels = _channels(folder, file, sensor_rows)
     body_dofs = [channels[f"{row.sensor} {axis}"] for row in on_body for axis in "xyz"]
     ears = [Dof(ear.name, ear.node, "scalar", ear.microphone) for ear in file.ears]
     sources = [Dof(ear.name, ear.node, "scalar") for ear in file.ears]
     blows = [Dof(row.impact, row.node, row.direction) for row in impact_rows]
     direct = FunctionMatrix(folder / file.direct, "hammer", (FRF,))
+    refuse_window(direct.added_decay_rate, str(direct.path))
     reciprocal = FunctionMatrix(folder / file.reciprocal, "loudspeaker", (FRF,))
     accelerance = None
     if file.accelerance:
         matrix = FunctionMatrix(folder / file.accelerance, "hammer", (FRF,))
         accelerance = matrix.frf(body_dofs, blows, "acceleration", "m/s^2/N", "(m/s^2)/N")
-    return MeasuredVehicle(
+    vehicle = MeasuredVehicle(
         name=file.name,
         group=file.group,
         ears=tuple(ear.name for ear in ears),
@@ -178,6 +199,9 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         runs=tuple(_run(folder, file, entry, ears, list(channels.values())) for entry in file.runs),
         panels=None if file.panels is None else read_panels(folder, file.panels, sources),
     )
+    with naming(folder):
+        refuse_contradictions_of_vehicle(vehicle)
+    return vehicle
 
 
 def _run(
@@ -188,6 +212,9 @@ def _run(
     channels: Sequence[Dof],
 ) -> VehicleRun:
     matrix = FunctionMatrix(folder / entry.file, f"run '{entry.name}'", SPECTRA)
+    matrix.check_order(
+        file.engine.dominant_order, "correct it, or the dominant_order of the engine"
+    )
     return VehicleRun(
         name=entry.name,
         gear=entry.gear,
@@ -245,6 +272,24 @@ def _misplaced(
                     f"{folder / table}: {point} has no {what}: a path without noise transfer "
                     "function cannot be judged; measure it, or leave the mount out"
                 )
+
+
+def far_from_its_point(
+    places: Mapping[str, Sequence[float]],
+    beside: Iterable[tuple[Path, str, str, Sequence[float]]],
+) -> Iterator[str]:
+    """Give a sentence for a sensor or blow that lies nowhere near the point that it is beside.
+
+    - `places`: name of each point to its position [m].
+    - `beside`: file, point, name and position [m] of each sensor and blow.
+    """
+    for path, point, name, position in beside:
+        off = float(np.linalg.norm(np.subtract(position, places[point])))
+        if off > LARGEST_LEVER:
+            yield (
+                f"{path}: {name} lies {off:.3g} m from {point}, which it is beside: correct the "
+                "sign, the axis or the unit of one of the two positions, or the point"
+            )
 
 
 def _point(row: ImpactRow | SensorRow) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import numpy.typing as npt
@@ -171,10 +171,12 @@ def _motion_under_the_loudspeaker(vehicle: MeasuredVehicle) -> Frf:
         panels = vehicle.panels.motion
         if not np.array_equal(panels.frequency, measured.frequency):
             raise InputError(f"vehicle {vehicle.name}: panels and body sensors have other lines")
+        if panels.added_decay_rate != measured.added_decay_rate:
+            raise InputError(f"vehicle {vehicle.name}: panels and body sensors had other windows")
         blocks.append(panels.select(inputs=vehicle.ears).values)
         names += panels.outputs
     values = np.concatenate(blocks, axis=1)
-    return Frf(measured.frequency, values, tuple(names), measured.inputs, measured.unit)
+    return replace(measured, values=values, outputs=tuple(names))
 
 
 def _places(vehicle: MeasuredVehicle) -> tuple[Place, ...]:

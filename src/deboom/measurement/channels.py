@@ -6,6 +6,7 @@ Names are doubled nowhere, numbers are finite, and lines increase; else InputErr
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -14,12 +15,25 @@ from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.tabled import Tabled
 
+ADDED_DECAY = "added decay rate [1/s]"
+"""Column of a table of functions that were measured with an exponential window."""
+
 
 def refuse_doubled(names: Sequence[str], what: str) -> None:
     """Refuse names that occur twice."""
     doubled = sorted({name for name in names if names.count(name) > 1})
     if doubled:
         raise InputError(f"duplicated {what} {doubled}: every {what} needs a name of its own")
+
+
+def refuse_window(added_decay_rate: float, whose: str) -> None:
+    """Refuse functions with the decay of an exponential window [1/s] where poles count."""
+    if added_decay_rate:
+        raise InputError(
+            f"{whose}: the functions carry the decay of an exponential window, "
+            f"{added_decay_rate:g} 1/s, so their peaks are too low: export them without one; only "
+            "modal analysis can take it off"
+        )
 
 
 def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list[int]:
@@ -89,7 +103,13 @@ class Spectrum(Tabled):
         return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
 
 
-@checked(frequency="f increasing", values="f o i", outputs="o distinct", inputs="i distinct")
+@checked(
+    frequency="f increasing",
+    values="f o i",
+    outputs="o distinct",
+    inputs="i distinct",
+    added_decay_rate=">=0 <inf",
+)
 class Frf(Tabled):
     """A matrix of frequency response functions whose outputs and inputs have names.
 
@@ -103,6 +123,9 @@ class Frf(Tabled):
         Names of the responses and of what excites them.
     unit : str
         Unit of all functions, such as ``Pa/N``.
+    added_decay_rate : float
+        1/τ of an exponential window on force and responses: the values are those of a body whose
+        poles lie this much further left, until modal analysis takes it off; 0 without one [1/s].
 
     Raises
     ------
@@ -122,15 +145,18 @@ class Frf(Tabled):
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
     unit: str
+    added_decay_rate: float = 0.0
 
     @property
     def table(self) -> pd.DataFrame:
-        """Complex values of each output per input over frequency."""
-        columns = {
+        """Complex values of each output per input over frequency, and the window's decay rate."""
+        columns: dict[str, object] = {
             f"{output} per {source} [{self.unit}]": self.values[:, o, i]
             for o, output in enumerate(self.outputs)
             for i, source in enumerate(self.inputs)
         }
+        if self.added_decay_rate:
+            columns |= {ADDED_DECAY: self.added_decay_rate}
         return pd.DataFrame({"frequency [Hz]": self.frequency} | columns)
 
     def select(
@@ -142,7 +168,7 @@ class Frf(Tabled):
         rows = _positions(outputs, self.outputs, "output")
         columns = _positions(inputs, self.inputs, "input")
         values = self.values[:, rows][:, :, columns]
-        return Frf(self.frequency, values, outputs, inputs, self.unit)
+        return replace(self, values=values, outputs=outputs, inputs=inputs)
 
     def __matmul__(self, source: Spectrum) -> Spectrum:
         """Response to a spectrum: ``o_f = Σ_i H_foi s_fi``; names and frequencies must agree."""
@@ -153,6 +179,7 @@ class Frf(Tabled):
             )
         if not np.array_equal(self.frequency, source.frequency):
             raise InputError("the frequency axes of matrix and spectrum differ")
+        refuse_window(self.added_decay_rate, "a response to a spectrum")
         values = np.einsum("foi,fi->fo", self.values, source.values)
         unit = unit_of_response(self.unit, source.unit)
         return Spectrum(self.frequency, values, self.outputs, unit)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import field
 from enum import Enum
 from pathlib import Path
@@ -12,7 +12,10 @@ import numpy as np
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.culprit import refuse_sheet_faults
+from deboom.measurement.driving_points import refuse_other_functions
 from deboom.measurement.sensors import Impact, PlacementTolerances, Sensor
+from deboom.measurement.virtual_point import impact_geometry, sensor_geometry, virtual_point
 from deboom.physics.rigid_body import rotation_matrix
 
 ACCELERATION_PER_FORCE = "(m/s^2)/N"
@@ -20,6 +23,8 @@ ACCELERATION_PER_FORCE = "(m/s^2)/N"
 
 SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 """Triaxial sensors and impacts that six motions of a body need at least."""
+DIFFERENT_UNITS = 8.0
+"""Ratio of the spread of the sensors to that of the impacts that no hammer test has [1]."""
 
 
 @checked(position="3", rotation="3", stiffness="3 >0")
@@ -79,6 +84,7 @@ class InertanceTest:
     - `coherence` (n_frequency, n_channel, n_impact): ordinary coherence of the hits of an impact, 0
       … 1 [1].
     - `weighed_mass`: mass of the body from a pair of scales; None if it was not weighed [kg].
+    - `doubts`: sentences on what the hits leave in doubt, such as responses that had not decayed.
     """
 
     name: str
@@ -92,6 +98,7 @@ class InertanceTest:
     weighed_mass_deviation: float = 0.0
     drawing: Drawing | None = None
     input_files: tuple[Path, ...] = ()
+    doubts: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         if not self.frf.frequency[0] > 0:
@@ -125,6 +132,37 @@ def check_coherence(coherence: RealArray, frf: Frf, name: str) -> None:
         )
     if np.any((coherence < 0) | (coherence > 1 + 1e-9)):
         raise InputError(f"{name}: a coherence lies between 0 and 1: this is another function")
+
+
+def _refuse_unlike_lengths(test: InertanceTest) -> None:
+    """Refuse a sheet whose sensors and impacts are not in one unit of length."""
+    sensors = spread([sensor.position for sensor in test.sensors])
+    impacts = spread([impact.position for impact in test.impacts])
+    if not 1 / DIFFERENT_UNITS < sensors / impacts < DIFFERENT_UNITS:
+        raise InputError(
+            f"{test.name}: the sensors lie {sensors:.3g} m from their middle and the impacts "
+            f"{impacts:.3g} m: one of the two is in another unit of length, look at the headers of "
+            "the position sheet"
+        )
+
+
+def refuse_contradictions(test: InertanceTest) -> None:
+    """Refuse what is stated and the functions deny: their sign, form and quantity, and the sheet.
+
+    - raises InputError: functions conjugated, reversed, inverted or of another quantity; a channel
+      or impact reversed, swapped or exchanged with another; lengths in two units.
+    """
+    _refuse_unlike_lengths(test)
+    sensors, impacts = sensor_geometry(test.sensors), impact_geometry(test.impacts)
+    refuse_other_functions(test.frf, [(sensors, impacts)], test.name)
+    both = virtual_point(sensors), virtual_point(impacts)
+    refuse_sheet_faults(test.frf, *both, test.tolerances, test.name)
+
+
+def spread(places: Sequence[RealArray]) -> float:
+    """Return the mean distance of places (n, 3) from their middle [m]."""
+    points = np.array(places)
+    return float(np.mean(np.linalg.norm(points - points.mean(axis=0), axis=1)))
 
 
 class HoseState(Enum):

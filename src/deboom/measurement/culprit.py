@@ -20,7 +20,7 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import SENSOR_AXES, Tolerances
+from deboom.measurement.sensors import SENSOR_AXES, PlacementTolerances, Tolerances
 from deboom.measurement.virtual_point import SINGULAR, ChannelGeometry, VirtualPoint, channel_values
 from deboom.physics.rigid_body import forward_matrices
 
@@ -59,6 +59,10 @@ class Fault(Enum):
     OFFSET = "wrong position"
     TILT = "wrong orientation"
     UNEXPLAINED = "unexplained"
+
+
+SHEET_FAULTS = (Fault.SIGN, Fault.AXES)
+"""Faults that no tolerance explains."""
 
 
 @dataclass(frozen=True)
@@ -180,6 +184,58 @@ def find_culprit(
     who = suspect.channels[0] if len(suspect.channels) == 1 else item.name
     verdict = f"{who}: {suspect.fault.value}, {suspect.detail}"
     return Diagnosis(residual, without, suspect, True, verdict)
+
+
+def tolerances_of_all(stated: PlacementTolerances) -> Tolerances:
+    """Return the larger of sensors' and impacts' tolerances, as the search for a culprit asks."""
+    return Tolerances(
+        sensor_position=max(stated.sensor_position, stated.impact_position),
+        sensor_angle=max(stated.sensor_angle, stated.impact_angle),
+        sensor_gain=max(stated.sensor_gain, stated.hammer_gain),
+        sensor_cross_axis=0.0,
+    )
+
+
+def refuse_sheet_faults(
+    frf: Frf,
+    response: VirtualPoint,
+    excitation: VirtualPoint,
+    stated: PlacementTolerances,
+    whose: str,
+) -> None:
+    """Refuse a reversed or swapped channel or impact, or two exchanged, whichever explains more.
+
+    - `frf`: from all impacts to all channels of one rigid body.
+    - `whose`: test, to begin the sentence with.
+    - raises InputError: with the name of the channel, impact or pair.
+    """
+    tolerances = tolerances_of_all(stated)
+    for what, diagnosis, exchange in (
+        (
+            "sensor",
+            culprit_of_responses(response, frf, tolerances),
+            exchanged_responses(response, frf),
+        ),
+        (
+            "impact",
+            culprit_of_excitation(excitation, frf, tolerances),
+            exchanged_impacts(excitation, frf),
+        ),
+    ):
+        suspect = diagnosis.suspect if diagnosis.named else None
+        if suspect is not None and suspect.fault not in SHEET_FAULTS:
+            suspect = None
+        left = np.inf if suspect is None else suspect.residual_undone / diagnosis.residual_of_all
+        if exchange is not None and exchange.left / exchange.disagreement < left:
+            raise InputError(
+                f"{whose}: {exchange.verdict}. Mend the position sheet or the cables and start "
+                "again"
+            )
+        if suspect is not None:
+            raise InputError(
+                f"{whose}: {what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend "
+                "the position sheet and start again"
+            )
 
 
 @dataclass(frozen=True, eq=False)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from enum import Enum
 from pathlib import Path
 
@@ -18,6 +19,7 @@ from deboom.measurement.compressor_test import (
     check_coherence,
     check_enough,
 )
+from deboom.measurement.driving_points import refuse_other_functions
 from deboom.measurement.noise_transfer import POINT_LOADS, noise_transfer_at_points
 from deboom.measurement.sensors import SENSOR_AXES, Impact, PlacementTolerances, Sensor
 from deboom.measurement.virtual_point import (
@@ -161,6 +163,18 @@ class ElectricCar:
         return tuple(known[name] for name in names)
 
 
+def refuse_contradictions_of_car(car: ElectricCar) -> None:
+    """Refuse accelerances of the body whose sign, form or quantity is not the stated one."""
+    bodies = [
+        (
+            sensor_geometry(point.sensors, point.position),
+            impact_geometry(point.impacts, point.position),
+        )
+        for point in car.points
+    ]
+    refuse_other_functions(car.accelerance, bodies, f"accelerance of car {car.name}")
+
+
 @checked(noise="f i", by_error="e f i")
 class WrenchNoiseTransfer:
     """Pressure at the ear per force and moment at every point.
@@ -192,7 +206,7 @@ class WrenchNoiseTransfer:
         """Return these measured lines only [Hz]; another one raises InputError."""
         wanted, whole = np.asarray(frequency, dtype=float), self.transfer
         rows = measured_lines(whole.frequency, wanted)
-        chosen = Frf(wanted, whole.values[rows], whole.outputs, whole.inputs, whole.unit)
+        chosen = replace(whole, frequency=wanted, values=whole.values[rows])
         return WrenchNoiseTransfer(chosen, self.noise[rows], self.by_error[:, rows])
 
 
@@ -244,12 +258,11 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
         ]
         for response in seen
     ]
-    return Frf(
-        car.accelerance.frequency,
-        np.block(blocks),
-        tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS),
-        tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS),
-        car.accelerance.unit,
+    return replace(
+        car.accelerance,
+        values=np.block(blocks),
+        outputs=tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS),
+        inputs=tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS),
     )
 
 

@@ -3,27 +3,36 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 
 import numpy as np
 
+from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.campaign import MeasuredMount
 from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.driving_points import refuse_other_functions
 from deboom.measurement.modal import PanelMeasurement
 from deboom.measurement.noise_transfer import (
     noise_transfer_at_points,
     noise_transfer_of_paths,
     reciprocal_noise_transfer,
 )
+from deboom.measurement.quality import HALFWAY, likeness
 from deboom.measurement.sensors import SENSOR_AXES, Impact, Sensor
 from deboom.measurement.virtual_point import (
     ChannelGeometry,
+    conditioning,
     impact_geometry,
     sensor_geometry,
     virtual_point,
 )
+from deboom.physics.frf import msf
+
+UNLIKE_ENOUGH, BETTER = 0.15, 3.0
+"""Loudspeaker and hammer agree once what is named is undone if no more of the likeness is missing
+than this, and this many times less than before [1]."""
 
 
 class Method(Enum):
@@ -135,6 +144,101 @@ def path_noise_transfer(vehicle: MeasuredVehicle, method: Method, ear: str) -> F
     return noise_transfer_of_paths(points, piece_paths(vehicle.mounts), ear)
 
 
+@dataclass(frozen=True)
+class _OtherSource:
+    """What makes loudspeaker functions unlike hammer functions: a factor ``±(jω)^n``, or Y*."""
+
+    sign: int
+    power: int
+    conjugated: bool
+    words: str
+
+    def undone(self, values: ComplexArray, omega: RealArray) -> ComplexArray:
+        """Return functions (f, ...) without it."""
+        factor = self.sign * (1j * omega) ** float(-self.power)
+        values = values.conj() if self.conjugated else values
+        return np.asarray(values * factor.reshape(-1, *(1,) * (values.ndim - 1)))
+
+
+_POWERS = {
+    1: "factor jω: volume velocity, stated as volume acceleration",
+    2: "factor (jω)²: volume displacement, stated as volume acceleration",
+    -1: "factor 1/jω: velocity of the body, stated as acceleration",
+    -2: "factor 1/(jω)²: displacement of the body, stated as acceleration",
+}
+_OTHER_SOURCES = (
+    _OtherSource(
+        -1, 0, False, "polarity reversed: of the loudspeaker, the microphone or the hammer"
+    ),
+    _OtherSource(1, 0, True, "conjugated: either hammer or loudspeaker follows exp(−jωt)"),
+    *(_OtherSource(1, power, False, words) for power, words in _POWERS.items()),
+    *(
+        _OtherSource(-1, power, False, f"{words}; and polarity reversed")
+        for power, words in _POWERS.items()
+    ),
+)
+
+
+def refuse_contradictions_of_vehicle(vehicle: MeasuredVehicle) -> None:
+    """Refuse functions whose sign, convention or quantity other functions of the vehicle deny.
+
+    - raises InputError: accelerances that no body has at its driving points, see
+      `driving_points.refuse_other_functions`; loudspeaker functions that agree with those of the
+      hammer, in phase as well, only without a factor such as ``−1``, ``jω`` or 9.81, or conjugated.
+
+    Only points whose blows and sensors determine six loads and motions are compared; functions that
+    agree in neither way are left to the study that compares them.
+    """
+    points = [
+        point
+        for point in vehicle.points
+        if all(
+            geometry.channels and conditioning(geometry).complete
+            for geometry in (vehicle.geometry(point, method) for method in Method)
+        )
+    ]
+    if vehicle.accelerance is not None:
+        bodies = [
+            (vehicle.geometry(point, Method.RECIPROCAL), vehicle.geometry(point, Method.DIRECT))
+            for point in points
+        ]
+        whose = f"accelerance of vehicle {vehicle.name}"
+        refuse_other_functions(vehicle.accelerance, bodies, whose)
+    if not points:
+        return
+    direct, reciprocal = (point_noise_transfer(vehicle, method, points) for method in Method)
+    frequency, *rows = np.intersect1d(direct.frequency, reciprocal.frequency, return_indices=True)
+    rows = [lines[frequency > 0] for lines in rows]
+    omega = 2 * np.pi * frequency[frequency > 0]
+    forces = [name for name in direct.inputs if name.rpartition(" ")[2] in SENSOR_AXES]
+    for ear in vehicle.ears:
+        struck, heard = (
+            each.select((ear,), forces).values[lines, 0]
+            for each, lines in zip((direct, reciprocal), rows, strict=True)
+        )
+        unlike = 1.0 - _alike(struck, heard)
+        if unlike <= 1.0 - HALFWAY:
+            continue
+        undone = [(each.words, each.undone(heard, omega)) for each in _OTHER_SOURCES]
+        scale = float(np.median(np.abs(msf(heard, struck))))
+        if scale > 0:
+            words = f"a factor of {scale:.3g}: unit or calibration, such as g for m/s²"
+            undone.append((words, heard / scale))
+        tried = [(1.0 - _alike(struck, values), words) for words, values in undone]
+        least, likely = min(tried)
+        if least < UNLIKE_ENOUGH and BETTER * least < unlike:
+            raise InputError(
+                f"vehicle {vehicle.name}: at the {ear} the functions of loudspeaker and hammer "
+                f"have a likeness of {1 - unlike:.2f}, and of {1 - least:.2f} once this is undone "
+                f"in the loudspeaker's: {likely}; correct it where they are exported"
+            )
+
+
+def _alike(first: ComplexArray, second: ComplexArray) -> float:
+    """Median likeness over the columns, each over all lines: 0 opposite, 0.5 unrelated, 1 equal."""
+    return float(np.median(likeness(first, second, axis=0))) if first.size else 1.0
+
+
 def piece_paths(mounts: Sequence[MeasuredMount]) -> dict[str, tuple[str, ...]]:
     """Return the paths ``<mount> <axis>`` into a body with their pieces, for all transfer axes."""
     return {
@@ -171,7 +275,7 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
         for point, _, axis in (piece.rpartition(" ") for piece in wanted)
     ]
     values = np.stack(columns, axis=2)
-    return Frf(measured.frequency, values, measured.outputs, tuple(wanted), measured.unit)
+    return replace(measured, values=values, inputs=tuple(wanted))
 
 
 def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> Spectrum:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
@@ -52,6 +52,8 @@ class StabilisationChart(Tabled):
     - `order` (n_pole,): order of the polynomial that has the pole.
     - `pole` (n_pole,) [rad/s].
     - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
+    - `added_decay_rate`: decay of an exponential window that was taken off every pole; 0 without
+      one [1/s].
     """
 
     order: IntArray
@@ -59,6 +61,7 @@ class StabilisationChart(Tabled):
     stable: BoolArray
     orders: tuple[int, ...]
     band: tuple[float, float]
+    added_decay_rate: float = 0.0
 
     @property
     def frequency(self) -> RealArray:
@@ -243,6 +246,8 @@ class ModalModel(Tabled):
       [1].
     - `error` (n_output, n_input): rms deviation of the rebuilt FRF from the measured one over the
       rms of the latter; near 1 where a channel shows noise only [1].
+    - `added_decay_rate`: decay of an exponential window that is taken off the damping, and still in
+      `rebuilt`, which stands beside the functions as measured; 0 without one [1/s].
     """
 
     clusters: tuple[PoleCluster, ...]
@@ -258,6 +263,7 @@ class ModalModel(Tabled):
     rebuilt: Frf
     error: RealArray
     total_error: float
+    added_decay_rate: float = 0.0
 
     @property
     def frequency(self) -> RealArray:
@@ -297,6 +303,11 @@ class ModalModel(Tabled):
             share += (
                 f"; near {near} Hz more than {100 * LARGE_NEARBY:g} %: two modes stand as one "
                 "there, or noise prevails"
+            )
+        if self.added_decay_rate:
+            share += (
+                f"; the {self.added_decay_rate:g} 1/s of the exponential window are taken off the "
+                "damping"
             )
         if self.total_error <= LARGE_ERROR:
             return f"{share}."
@@ -345,6 +356,9 @@ def poles_over_orders(
     force, a pressure per force (`Pa/N`: the air follows displacements) and an acceleration per
     volume acceleration (two derivatives above and below) are all receptance-like; an acceleration
     per force is an inertance.
+
+    The decay that an exponential window added, `Frf.added_decay_rate`, is taken off every pole,
+    ``s = s_fitted + 1/τ``; see `deboom.physics.frf.exponential_window`.
 
     The lines below the band are unknown to the polynomial in ``z``, whose numerators are fixed by
     the band alone: the closer the band begins to its end, the lower the order that it carries.
@@ -401,7 +415,7 @@ def _joined(charts: Sequence[StabilisationChart], band: tuple[float, float]) -> 
         begin = end
     order, pole, stable = (np.concatenate(columns) for columns in zip(*kept, strict=True))
     orders = max((chart.orders for chart in charts), key=len)
-    return StabilisationChart(order, pole, stable, orders, band)
+    return StabilisationChart(order, pole, stable, orders, band, charts[0].added_decay_rate)
 
 
 def _chart(
@@ -410,12 +424,14 @@ def _chart(
     """Compute the chart of one polynomial per order."""
     model = _ema_model(frf, form, band, largest_order)
     model.get_poles("lscf", show_progress=False)
+    # a pole that a window alone would move further than it lies has no decay left and is dropped
     by_order = {
-        len(poles) // 2: np.asarray(poles, dtype=complex)
+        len(poles) // 2: np.asarray(poles + frf.added_decay_rate, dtype=complex)
         for poles in model.all_poles
         if len(poles) // 2 >= SMALLEST_ORDER
     }
-    return stabilisation_chart(by_order, band)
+    chart = stabilisation_chart(by_order, band)
+    return replace(chart, added_decay_rate=frf.added_decay_rate)
 
 
 def modal_model(
@@ -462,7 +478,7 @@ def modal_model(
     model = _ema_model(frf, form, band, SMALLEST_ORDER)
     chosen = SimpleNamespace(
         pole_ind=[[0, number] for number in range(len(kept))],
-        all_poles=[[cluster.pole for cluster in kept]],
+        all_poles=[[cluster.pole - frf.added_decay_rate for cluster in kept]],
     )
     rebuilt, constants = model.get_constants(
         whose_poles=chosen,
@@ -476,6 +492,7 @@ def modal_model(
     # the library holds one row per pair of output and input, on lines of its own
     inside = np.isin(model.freq, frf.frequency[lines])
     values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[inside]
+    values = values / _between_forms(frf.frequency[lines], form, frf.added_decay_rate)
     residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)
     left, singular, _ = np.linalg.svd(residues, full_matrices=False)
     leading = left[:, :, 0]
@@ -485,7 +502,8 @@ def modal_model(
     deviation, energy = (each.sum(axis=0) for each in by_line)
     nearby = []
     for cluster in kept:
-        reach = max(2 * NEARBY * cluster.damping * cluster.frequency, 2 * np.diff(frf.frequency)[0])
+        width = cluster.damping * cluster.frequency + frf.added_decay_rate / (2 * np.pi)
+        reach = max(2 * NEARBY * width, 2 * np.diff(frf.frequency)[0])
         near = np.abs(frf.frequency[lines] - cluster.frequency) <= reach
         nearby.append(np.sqrt(by_line[0][near].sum() / by_line[1][near].sum()))
     return ModalModel(
@@ -498,10 +516,11 @@ def modal_model(
         lower_residual=np.asarray(model.LR).reshape(pairs),
         upper_residual=np.asarray(model.UR).reshape(pairs),
         rank_one=singular[:, 0] ** 2 / np.sum(singular**2, axis=1),
-        rebuilt=Frf(frf.frequency[lines], values, frf.outputs, frf.inputs, frf.unit),
+        rebuilt=replace(frf, frequency=frf.frequency[lines], values=values),
         nearby_error=np.array(nearby),
         error=np.sqrt(deviation / np.where(energy > 0, energy, 1.0)),
         total_error=float(np.sqrt(deviation.sum() / energy.sum())),
+        added_decay_rate=frf.added_decay_rate,
     )
 
 
@@ -579,7 +598,8 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
     # the library drops the line at its upper limit: it gets one more, which it never reads
     end = int(np.searchsorted(frf.frequency, high, side="right"))
     frequency = np.append(frf.frequency[:end], frf.frequency[end - 1] + step)
-    rows = np.moveaxis(frf.values[:end], 0, -1).reshape(-1, end)
+    values = frf.values[:end] * _between_forms(frequency[:end], form, frf.added_decay_rate)
+    rows = np.moveaxis(values, 0, -1).reshape(-1, end)
     rows = np.column_stack([rows, np.zeros(len(rows))])
     return EMA.Model(
         frf=rows,
@@ -589,6 +609,18 @@ def _ema_model(frf: Frf, form: FrfForm, band: tuple[float, float], order: int) -
         pol_order_high=order,
         frf_form=_FORM_NAMES[form],
     )
+
+
+def _between_forms(frequency: RealArray, form: FrfForm, added_decay_rate: float) -> ComplexArray:
+    """Return (jω)^n over (jω + 1/τ)^n for the n derivatives of a form, shape (f, 1, 1).
+
+    A library that divides by jω gets the receptance at jω + 1/τ, which has the window's poles only.
+    """
+    if not added_decay_rate:
+        return np.ones((1, 1, 1), dtype=complex)
+    s = 2j * np.pi * frequency
+    factor = s / (s + added_decay_rate)
+    return np.asarray(factor**form.derivative)[:, np.newaxis, np.newaxis]
 
 
 def mac_matrix(first: npt.ArrayLike, second: npt.ArrayLike) -> RealArray:

@@ -8,6 +8,7 @@ mount give the three forces and three moments of its virtual point.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -39,7 +40,13 @@ def reciprocal_noise_transfer(measured: Frf) -> Frf:
             f"'{measured.unit}': calibrate the loudspeaker's volume acceleration first"
         )
     values = -np.swapaxes(measured.values, 1, 2)
-    return Frf(measured.frequency, values, measured.inputs, measured.outputs, PRESSURE_PER_FORCE)
+    return replace(
+        measured,
+        values=values,
+        outputs=measured.inputs,
+        inputs=measured.outputs,
+        unit=PRESSURE_PER_FORCE,
+    )
 
 
 def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry]) -> Frf:
@@ -66,7 +73,7 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
         blocks.append(measured.select(inputs=point.channels).values @ point.inverse.T)
         names += [f"{name} {load}" for load in POINT_LOADS]
     values = np.concatenate(blocks, axis=2)
-    return Frf(measured.frequency, values, measured.outputs, tuple(names), measured.unit)
+    return replace(measured, values=values, inputs=tuple(names))
 
 
 def noise_transfer_of_paths(
@@ -88,9 +95,7 @@ def noise_transfer_of_paths(
             )
     chosen = points if ear is None else points.select(outputs=(ear,))
     columns = [chosen.select(inputs=pieces).values.mean(axis=2) for pieces in paths.values()]
-    return Frf(
-        chosen.frequency, np.stack(columns, axis=2), chosen.outputs, tuple(paths), chosen.unit
-    )
+    return replace(chosen, values=np.stack(columns, axis=2), inputs=tuple(paths))
 
 
 def _check_unit(frf: Frf) -> None:

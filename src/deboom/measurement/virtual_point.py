@@ -7,6 +7,7 @@ it maps the motion of the body to the channel, and transposed the force to a loa
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
@@ -324,4 +325,4 @@ def virtual_point_frf(
         values, outputs = response.inverse @ values, RIGID_MOTIONS
     if excitation is not None:
         values, inputs = values @ excitation.inverse.T, RIGID_LOADS
-    return Frf(measured.frequency, values, outputs, inputs, measured.unit)
+    return replace(measured, values=values, outputs=outputs, inputs=inputs)

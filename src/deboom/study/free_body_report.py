@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.measurement.compressor_test import InertanceTest
+from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
 from deboom.measurement.free_body import free_body
 from deboom.measurement.virtual_point import (
     impact_geometry,
@@ -39,7 +39,8 @@ def free_body_into_run(
     - `band`: lines of the fit [Hz]; chosen from the data by default.
     - `hung`: fit the cords as well.
     - returns the finished run folder.
-    - raises InputError: a test that cannot be read, see also `deboom.free_body`.
+    - raises InputError: a test that cannot be read; a channel or impact that contradicts all
+      others, or functions of another sign or quantity; see also `deboom.free_body`.
     """
     begin = time.perf_counter()
     test, truth = read_test(folder, from_hits=from_hits, truth=with_truth)
@@ -72,6 +73,7 @@ def _free_report(
     hung: bool,
 ) -> Report:
     """Fit the mass lines of a free body and report them."""
+    refuse_contradictions(test)
     inertance = virtual_point_frf(
         test.frf,
         response=virtual_point(sensor_geometry(test.sensors)),

@@ -11,7 +11,7 @@ from typer import Option
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
-from deboom.files.check import pieces_in_words, unidentified_in_words
+from deboom.files.check import band_in_words, pieces_in_words, unidentified_in_words
 from deboom.files.platform import DEMONSTRATION, read_platform
 from deboom.report import Report
 from deboom.vehicles.amplitude_motion import SAME, STARTS, AmplitudeMotion, compare_starts
@@ -23,7 +23,7 @@ from deboom.vehicles.surface_check import PEAK_AGREEMENT
 
 DEMONSTRATED = "U06"
 """Its group of vehicles that studies serve."""
-BAND_DEFAULT = "20 60; all lines of data that begin above 20 or end below 60"
+BAND_DEFAULT = "20 60; all lines of data that miss 20 or 60 by a line or more"
 
 
 @dataclass(frozen=True)
@@ -176,6 +176,7 @@ def report_runs(report: Report, runs: Runs) -> None:
     also says what coupled motion lacks.
     """
     report.warn(runs.not_coupled)
+    report.warn(band_in_words(runs.platform, runs.band))
     if words := pieces_in_words(runs.platform):
         report.facts["pieces"] = words
     if words := unidentified_in_words(runs.platform, [case for case, _ in runs.cases]):

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import typer
 from tqdm import tqdm
 
 from deboom.common import Progress
-from deboom.errors import IncompleteReport, InputError
+from deboom.errors import DataWarning, IncompleteReport, InputError
 
 LOG_LINES = 4
 
@@ -20,10 +21,12 @@ LOG_LINES = 4
 def one_sentence_errors() -> Iterator[None]:
     """Turn what ends a command into its sentence on standard error and an exit code.
 
-    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130.
+    Bad input is 2, a page that lacks a figure 3, Ctrl-C 130. Warnings about the data are sentences,
+    too.
     """
     try:
-        yield
+        with _one_sentence_warnings():
+            yield
     except InputError as error:
         typer.echo(f"deboom: {error}", err=True)
         raise typer.Exit(2) from error
@@ -33,6 +36,23 @@ def one_sentence_errors() -> Iterator[None]:
     except KeyboardInterrupt as stop:
         typer.echo(f"deboom: {stop or 'stopped'}", err=True)
         raise typer.Exit(130) from None
+
+
+@contextmanager
+def _one_sentence_warnings() -> Iterator[None]:
+    """Print a `DataWarning` as its sentence, and leave other warnings as they are."""
+    layout = warnings.formatwarning
+
+    def formatted(message: Warning | str, category: type[Warning], *place: Any, **line: Any) -> str:
+        if issubclass(category, DataWarning):
+            return f"deboom: warning: {message}\n"
+        return layout(message, category, *place, **line)
+
+    warnings.formatwarning = formatted
+    try:
+        yield
+    finally:
+        warnings.formatwarning = layout
 
 
 _Task = TypeVar("_Task")

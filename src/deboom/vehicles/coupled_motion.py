@@ -13,6 +13,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase, refuse_doubled
 from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics.dynamic_stiffness import dynamic_stiffness
+from deboom.physics.rigid_body import forward_matrices
 from deboom.vehicles.fleet import (
     Band,
     Fleet,
@@ -30,6 +31,9 @@ BLOCK = 16
 LARGEST_RESIDUAL = 0.1
 """Largest part of the mounts' motion that no rigid motion explains; beyond it, positions or
 channels are wrong rather than noisy [1]."""
+
+CLEARLY_LESS = 3.0
+"""How many times less of the motion a reversed channel's right sign leaves over [1]."""
 
 _Direction = tuple[Mount, int, str, str]
 """Mount, number of its piece, axis, channel."""
@@ -321,7 +325,7 @@ def coupled_motion(
         forward, motion = np.ones((1, 1)), displacement
         if len(mass) == 6:
             forward = mount_forward(on_powertrain)
-            motion = _rigid_motion(forward, displacement, load_case.name)
+            motion = _rigid_motion(forward, displacement, channels, load_case.name)
             displacement = motion @ forward.T
         _refuse_rest(displacement, channels, frequency, load_case.name)
         to_ear = np.zeros((*transfer.shape[:2], len(directions)), dtype=complex)
@@ -365,6 +369,55 @@ def _directions(mount: Mount, axes: Sequence[str], pieces: Sequence[int]) -> lis
     return [(mount, piece, axis, mount.channels(axis)[piece]) for piece in pieces for axis in axes]
 
 
+def refuse_reversed_channel(mounts: Sequence[Mount], load_case: LoadCase) -> None:
+    """Refuse a channel of a powertrain mount whose reversal makes the measured motion rigid.
+
+    Displacement and force that are reversed together leave a mount passive: only the body that all
+    of its mounts hold tells. Nothing is judged where a direction was not measured, or the mounts
+    leave a motion undetermined. Raises InputError: such a channel, by name.
+    """
+    carriers = [mount for mount in mounts if mount.carries_powertrain]
+    pieces = [(mount, piece) for mount in carriers for piece in range(len(mount.pieces))]
+    channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
+    if not channels or not set(channels) <= set(load_case.displacement.channels):
+        return
+    # channels are along vehicle axes, however the mounts stand
+    forward = forward_matrices([mount.positions[piece] for mount, piece in pieces])
+    displacement = load_case.displacement.select(channels).values
+    residual = _not_rigid(forward, displacement)
+    if np.linalg.matrix_rank(forward) == 6 and residual > LARGEST_RESIDUAL:
+        words = _reversed_channel(forward, displacement, channels, residual)
+        if words:
+            raise InputError(f"load case {load_case.name}: {_in_words(residual)}: {words}")
+
+
+def _not_rigid(forward: RealArray, displacement: ComplexArray) -> float:
+    """Part of displacements (f, s) that no rigid motion explains [1]."""
+    fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
+    left = np.linalg.norm(displacement - fit @ forward.T)
+    return float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
+
+
+def _in_words(residual: float) -> str:
+    share = f"{100 * residual:.0f} % of the motion of the powertrain's mounts"
+    return f"{share} is not that of a rigid body"
+
+
+def _reversed_channel(
+    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], residual: float
+) -> str:
+    """Name the channel whose reversal makes the motion rigid; empty where none does."""
+    signs = 1.0 - 2.0 * np.eye(len(channels))
+    left = [_not_rigid(forward, displacement * row) for row in signs]
+    best = int(np.argmin(left))
+    if left[best] > min(LARGEST_RESIDUAL, residual / CLEARLY_LESS):
+        return ""
+    return (
+        f"with '{channels[best]}' reversed {100 * left[best]:.1f} % are left; turn the sign of its "
+        "displacement and its force, in channels.csv by the direction"
+    )
+
+
 def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> ComplexArray:
     spectrum = load_case.force if quantity == "force" else load_case.displacement
     missing = [name for name in names if name not in spectrum.channels]
@@ -377,7 +430,9 @@ def _measured(names: Sequence[str], load_case: LoadCase, quantity: str) -> Compl
     return spectrum.select(names).values
 
 
-def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str) -> ComplexArray:
+def _rigid_motion(
+    forward: RealArray, displacement: ComplexArray, channels: Sequence[str], load_case: str
+) -> ComplexArray:
     """Fit the rigid motion (f, 6) to displacements (f, s); refuse one that leaves much over."""
     if np.linalg.matrix_rank(forward) < 6:
         raise InputError(
@@ -386,13 +441,11 @@ def _rigid_motion(forward: RealArray, displacement: ComplexArray, load_case: str
         )
     fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
     motion = np.asarray(fit, dtype=np.complex128)
-    left = np.linalg.norm(displacement - motion @ forward.T)
-    residual = float(left / max(np.linalg.norm(displacement), np.finfo(float).tiny))
+    residual = _not_rigid(forward, displacement)
     if residual > LARGEST_RESIDUAL:
-        raise InputError(
-            f"load case {load_case}: {100 * residual:.0f} % of the motion of the powertrain's "
-            "mounts is not that of a rigid body: check the positions, axes and signs of its mounts"
-        )
+        words = _reversed_channel(forward, displacement, channels, residual)
+        remedy = words or "check the positions, axes and signs of its mounts"
+        raise InputError(f"load case {load_case}: {_in_words(residual)}: {remedy}")
     return motion
 
 

@@ -121,8 +121,17 @@ class Platform:
     def band(self) -> Band:
         """Lines that count by default: `BAND`, or all of data that do not span it [Hz]."""
         lines = self.load_cases[0].force.frequency
-        spans = lines[0] <= BAND[0] and lines[-1] >= BAND[1]
-        return BAND if spans else (float(lines[0]), float(lines[-1]))
+        return BAND if self.spans_band else (float(lines[0]), float(lines[-1]))
+
+    @property
+    def spans_band(self) -> bool:
+        """Whether the lines reach both edges of `BAND`, or miss one by less than a line spacing."""
+        lines = self.load_cases[0].force.frequency
+        if lines.size < 2:
+            return False
+        missed = lines[0] - BAND[0], BAND[1] - lines[-1]
+        spacings = lines[1] - lines[0], lines[-1] - lines[-2]
+        return all(gap <= 0 or gap < step for gap, step in zip(missed, spacings, strict=True))
 
     def load_case(self, name: str) -> LoadCase:
         """Return a load case by its name.
@@ -192,11 +201,10 @@ class Platform:
         >>> len(model.variable_names), model.response_names[0]
         (12, 'U06-1')
         """
-        lines, band = self.load_cases[0].force.frequency, band or self.band
-        low, high = band
-        if not (lines[0] <= low < high <= lines[-1]):
+        lines = self.load_cases[0].force.frequency
+        if band is not None and not lines[0] <= band[0] < band[1] <= lines[-1]:
             raise InputError(
-                f"the band from {low:g} to {high:g} Hz is not inside the measured "
+                f"the band from {band[0]:g} to {band[1]:g} Hz is not inside the measured "
                 f"{lines[0]:g} to {lines[-1]:g} Hz: give a lower and an upper edge within them"
             )
         runs = self.runs(load_cases, fleet=self._chosen(vehicles), mounts=mounts, band=band)

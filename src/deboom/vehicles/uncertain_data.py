@@ -21,7 +21,7 @@ import numpy as np
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.measurement.channels import LoadCase, Spectrum
 from deboom.measurement.uncertainty import complex_normals, local_magnitude
 from deboom.vehicles.fleet import Band, Fleet, lines_inside
 
@@ -312,8 +312,12 @@ class UncertainData:
     def _of(self, data: MeasuredArrays) -> tuple[Fleet, tuple[LoadCase, ...]]:
         vehicles = []
         for vehicle, values in zip(self.fleet.vehicles, data.transfer, strict=True):
-            ears, unit = vehicle.noise_transfer.outputs, vehicle.noise_transfer.unit
-            frf = Frf(data.frequency, values[:, np.newaxis], ears, data.paths, unit)
+            frf = replace(
+                vehicle.noise_transfer,
+                frequency=data.frequency,
+                values=values[:, np.newaxis],
+                inputs=data.paths,
+            )
             vehicles.append(replace(vehicle, noise_transfer=frf))
         first = self.load_cases[0]
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")

@@ -24,7 +24,7 @@ from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.front import nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.robust import RobustResponse
+from deboom.explore.robust import Robust
 from deboom.explore.scatter import ToleranceSample, ToleranceSampler
 from deboom.explore.space import generator
 
@@ -67,7 +67,7 @@ class Differentiable(Protocol):
         """
 
 
-def is_smooth(robust: RobustResponse) -> bool:
+def is_smooth(robust: Robust) -> bool:
     """Say whether the objectives of a robust response have exact gradients.
 
     They do for the sums of means and sigmas of a `Differentiable` model whose designs share their
@@ -84,13 +84,13 @@ def is_smooth(robust: RobustResponse) -> bool:
 
 
 def objectives_and_gradients(
-    robust: RobustResponse, design: RealArray
+    robust: Robust, design: RealArray
 ) -> tuple[RealArray, RealArray]:
     """Return the mean and the sigma sum of a design (k,), and their gradients.
 
     Parameters
     ----------
-    robust : RobustResponse
+    robust : Robust
         Response for which `is_smooth` holds.
     design : array, shape (k,)
         Design [units of the space].
@@ -110,7 +110,7 @@ def objectives_and_gradients(
     sigma of plain moments.
     """
     made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
-    values, pull_back = robust.evaluate.linearised(design * made_per_design)  # type: ignore[attr-defined]
+    values, pull_back = robust.evaluate.linearised(design * made_per_design)
     moments = robust.prepared(design).derivatives(values)
     weights = np.empty((2, *values.shape))
     weights[0], weights[1] = moments.by_mean[:, np.newaxis], moments.by_sigma
@@ -133,7 +133,7 @@ class _Landscape:
     - `size` (2,): what an objective is divided by, so that one tolerance serves both.
     """
 
-    robust: RobustResponse
+    robust: Robust
     size: RealArray = field(default_factory=lambda: np.ones(2))
     places: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
@@ -220,13 +220,13 @@ class _Line:
 
 
 def converged_front(
-    robust: RobustResponse, *, seed: int, progress: Progress | None = None
+    robust: Robust, *, seed: int, progress: Progress | None = None
 ) -> RealArray:
     """Return designs of a converged front of two smooth objectives.
 
     Parameters
     ----------
-    robust : RobustResponse
+    robust : Robust
         Response for which `is_smooth` holds.
     seed : int
         Seed from 1 upwards of the random designs that find the branches.
@@ -295,12 +295,12 @@ def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
     return replace(sample, values=sample.values[:n])
 
 
-def _size(robust: RobustResponse, places: RealArray) -> RealArray:
+def _size(robust: Robust, places: RealArray) -> RealArray:
     """Return the standard deviation of each objective over random designs, shape (2,)."""
     space = robust.space
     values = robust(space.lower + places * (space.upper - space.lower))
     spread = values.objectives[~values.failed].std(axis=0)
-    return np.asarray(np.where(spread > 0.0, spread, 1.0))
+    return np.where(spread > 0.0, spread, 1.0)
 
 
 def _branches(

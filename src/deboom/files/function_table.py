@@ -24,7 +24,7 @@ from deboom.choices import FunctionFiles
 from deboom.errors import DataWarning, InputError, naming
 from deboom.files.disk import library, read_bytes
 from deboom.files.schema import noting, telling
-from deboom.files.tables import Columns, name_and_unit, read_columns
+from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
 from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
@@ -560,9 +560,9 @@ def _from_columns(path: Path) -> FunctionTable:
     stems = dict.fromkeys(stem for stem, _, part in split if part in _PARTS)
     read = {stem: partial(_complex, stem, by_name, columns) for stem in stems}
     rate = 0.0
-    if ADDED_DECAY in columns:
+    if ADDED_DECAY in columns.texts:
         with naming(path):
-            (rates,) = _numbers(columns, ADDED_DECAY)
+            (rates,) = columns.numbers(ADDED_DECAY)
         rate = _constant(path, rates)
     return FunctionTable(frequency, read, rate)
 

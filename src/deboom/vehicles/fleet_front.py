@@ -95,7 +95,7 @@ class FleetFront:
         return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
     def vehicle_table(self, name: str) -> pd.DataFrame:
-        """Tabulate level, its change and σ of each vehicle today and in a pick, over the scatter."""
+        """Tabulate level, change and σ of each vehicle, today and in a pick, over the scatter."""
         row, n_lines = self.front.picks[name], self.front.n_lines
         before = self.front.baseline.mean[0] / n_lines
         after = self.front.values.mean[row] / n_lines

@@ -23,7 +23,7 @@ LEAST_REVOLUTIONS = 5
 """Revolutions in which a seam must come back before its width is believed."""
 LEAST_MARKS = 3
 """Marks at equal distances that contradict a count."""
-RECURRING = 0.3
+RECURRING = 0.5
 """Share of the revolutions in which a mark must come back: damage hides some."""
 LEAST_CHANCE = 0.01
 """Number of patterns that damage at random would make, below which a pattern is believed."""
@@ -270,7 +270,7 @@ def _marked_places(coordinate: RealArray, width: RealArray) -> _Places | None:
     if starts is None:
         return None
     begin, period, n_turns = starts
-    turn = np.searchsorted(begin - SAME_PLACE, coordinate, side="right") - 1
+    turn = np.searchsorted(begin - SAME_WIDTH, coordinate, side="right") - 1
     pitch = coordinate - begin[np.maximum(turn, 0)]
     # from the nearer mark: what damage adds up to stays small
     left = begin[np.clip(turn + 1, 0, begin.size - 1)] - coordinate
@@ -318,7 +318,11 @@ def _starts(
             chance = binom.sf(hits - 2, turns - 1, by_chance) * mark.size**2
             share = hits / max(turns, 1)
             # a mark that damage hides now and then comes back after two and three turns as well
-            if hits >= LEAST_MARKS and chance < LEAST_CHANCE and CLEARLY_MORE * share > most:
+            if (
+                hits >= max(LEAST_MARKS, RECURRING * turns)
+                and chance < LEAST_CHANCE
+                and CLEARLY_MORE * share > most
+            ):
                 best, most = (begin, period, hits), share
     return best
 
@@ -406,12 +410,11 @@ def _seams(steps: RealArray, odd: BoolArray) -> tuple[float, RealArray, float]:
     Low orders of the shaft itself, which repeat with the revolution as well, are fitted beside, so
     that the seam does not take them.
     """
-    place = np.concatenate([[0.0], np.cumsum(steps)[:-1]]) + steps / 2
+    edges = np.concatenate([[0.0], np.cumsum(steps)])
     orders = np.arange(1, 1 + min(4, max((steps.size - LEAST_SLOTS) // 3, 0)))
-    phase = 2 * np.pi * orders * place[:, np.newaxis]
-    basis = np.column_stack(
-        [np.ones(steps.size), np.cos(phase), np.sin(phase), np.eye(steps.size)[:, odd]]
-    )
+    phase = 2 * np.pi * orders * edges[:, np.newaxis]
+    ripple = np.diff(np.hstack([np.cos(phase), np.sin(phase)]), axis=0)
+    basis = np.column_stack([np.ones(steps.size), ripple, np.eye(steps.size)[:, odd]])
     found, *_ = np.linalg.lstsq(basis, steps, rcond=None)
     excess = np.zeros(steps.size)
     excess[odd] = found[1 + 2 * orders.size :]

@@ -436,7 +436,7 @@ REFUSED = {
     "tdms cut": (cut("tdms", 0.9), "its last segment is cut off: copy it again"),
     "tdms twice": (
         waveforms("a", "b", wf_increment=0.1),
-        "channel 'A1 x' comes 2 times: keep or rename one",
+        "channel 'A1 x' comes 2 times, at 10 Hz and 10 Hz: keep or rename one",
     ),
     "tdms without step": (waveforms("run"), "has no property wf_increment: write it as a waveform"),
     "hdf5 cut": (cut("hdf5", 0.5), "is an HDF5 file, but damaged"),
@@ -605,3 +605,54 @@ def test_channels_that_do_not_fit_the_table_are_named(tmp_path, change, sentence
     with pytest.raises(InputError, match=re.escape(sentence)) as caught:
         time_functions(tmp_path / "run.mf4", rows)
     assert str(caught.value).startswith(str(tmp_path / "run.mf4"))
+
+
+ROWS = [
+    CampaignChannel("tacho", "tacho", 1, "scalar", Unit("1", "1", 1.0)),
+    CampaignChannel("engine torque", "engine torque", 2, "scalar", Unit("N m", "N m", 1.0)),
+]
+
+
+def torque_at(time):
+    """Components up to 40 Hz, 0.8 of the band of 100 Hz, on a ramp."""
+    return 50 + 20 * time + 8 * np.sin(2 * np.pi * 11.3 * time) + 2 * np.cos(2 * np.pi * 40 * time)
+
+
+def two_rasters(path, slow_start=0.0, slow_end=2.0, rate=100.0):
+    fast, slow = np.arange(8192) / 4096.0, np.arange(slow_start, slow_end, 1 / rate)
+    with asammdf.MDF(version="4.10") as file:
+        file.append(asammdf.Signal(np.sign(np.sin(99.0 * fast)), fast, unit="V", name="tacho"))
+        file.append(asammdf.Signal(torque_at(slow), slow, unit="N m", name="engine torque"))
+        file.save(path, overwrite=True)
+    return path
+
+
+@pytest.mark.parametrize("start", [0.0, 0.00371])
+def test_a_slow_channel_is_resampled_within_its_band(tmp_path, start):
+    read = time_functions(two_rasters(tmp_path / "run.mf4", start), ROWS)
+    tacho, torque = read.functions
+    assert read.rates == pytest.approx((4096.0, 100.0))
+    np.testing.assert_array_equal(torque.abscissa, tacho.abscissa)
+    inside = (torque.abscissa > 0.2) & (torque.abscissa < 1.75)
+    np.testing.assert_allclose(torque.values[inside], torque_at(torque.abscissa[inside]), atol=0.03)
+    assert read.notes[0] == (
+        "resampled from 100 Hz to 4096 Hz, band-limited: engine torque (engine torque)"
+    )
+    # a hundredth of a second is one sample of the slow channel, and no cut worth a word
+    assert len(read.notes) == (2 if start else 1)
+
+
+def test_channels_that_hardly_overlap_are_refused_by_name(tmp_path):
+    with pytest.raises(InputError, match=r"engine torque \(engine torque\) begins at 1.500 s"):
+        time_functions(two_rasters(tmp_path / "run.mf4", 1.5), ROWS)
+
+
+def test_the_fastest_raster_of_a_signal_is_taken_and_said(tmp_path):
+    fast, slow = np.arange(64) / 1000.0, np.arange(8) / 100.0
+    with asammdf.MDF(version="4.10") as file:
+        for time in (slow, fast):
+            file.append(asammdf.Signal(2.0 * time, time, unit="g", name="A1 x"))
+        file.save(tmp_path / "run.mf4")
+    signal = read_time_signals(tmp_path / "run.mf4", ["A1 x"])["A1 x"]
+    np.testing.assert_allclose(signal.values, 2.0 * fast)
+    assert "comes 2 times, at 100 Hz and 1000 Hz: that at 1000 Hz is used" in signal.note

@@ -58,6 +58,36 @@ def test_five_missing_in_a_row_are_counted():
     assert train.number[-1] == RISING.size - 1
 
 
+def test_a_pulse_within_six_standard_deviations_is_kept():
+    """Jitter of 1 % of an interval: five deviations may come by chance, nine may not."""
+    generator = np.random.default_rng(3)
+    times = np.arange(400) + 0.01 * generator.normal(size=400)
+    for deviations, dropped in ((5.0, []), (9.0, [200])):
+        displaced = times.copy()
+        displaced[200] = 200 + 0.01 * deviations
+        assert np.flatnonzero(~np.isin(displaced, repaired(displaced).times)).tolist() == dropped
+
+
+def test_vibration_recorded_too_slowly_is_refused_whatever_its_raster():
+    with pytest.raises(InputError, match=r"recorded at 100 Hz, and order 1.5 at 1560 .* 168 Hz"):
+        tracked_run(time_run(vibration_rate=100.0))
+    tracked = tracked_run(time_run(vibration_rate=500.0, notes=("resampled from 500 Hz",)))
+    assert "resampled from 500 Hz" in tracked.report()
+    assert "the stated 2 pulses per revolution cannot be checked" in tracked.report()[2]
+
+
+def test_statements_that_the_record_contradicts_are_named():
+    with pytest.raises(InputError, match=r"rises from 12\d\d to 1[56]\d\d 1/min, but"):
+        tracked_run(time_run(rising=False))
+    assert not any("WARNING" in line for line in tracked_run(time_run()).report())
+    wrong_count = tracked_run(time_run(pulses_per_revolution=3)).report()
+    assert any("WARNING: order 1.5 hardly stands out" in line for line in wrong_count)
+    weak = tracked_run(time_run(torque_limit=60.0)).report()
+    assert any("WARNING: the engine torque reaches 13" in line for line in weak)
+    slice_at = tracked_run(time_run(full_load=False)).report()
+    assert any("WARNING: the engine torque is 120 N m" in line for line in slice_at)
+
+
 def test_time_at_a_speed():
     rising = shaft_angle(repair_pulses(RISING, name="T1"))
     slowest, fastest = rising.rpm_range()

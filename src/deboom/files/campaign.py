@@ -112,7 +112,7 @@ class CurveEntry(StrictModel):
 class TimeRunEntry(RunEntry):
     """One run recorded over time."""
 
-    pulses_per_revolution: Number  # of the tacho
+    pulses_per_revolution: Number  # of the tacho: pitches, missing teeth included
 
 
 class CampaignFile(StrictModel):
@@ -483,8 +483,18 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
     entry = entries[name]
     path = tables.folder / entry.file
     recorded = [row for row in tables.rows if row.quantity != "engine speed"]
-    functions = time_functions(path, recorded)
-    file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), functions)
+    read = time_functions(path, recorded)
+    file = FunctionMatrix(path, f"time run '{name}'", (TIME_SIGNAL,), read.functions)
+    vibration = [
+        rate
+        for function, rate in zip(read.functions, read.rates, strict=True)
+        if (function.response_node, function.ordinate)
+        in {
+            (row.node, row.ordinate)
+            for row in recorded
+            if row.quantity in ("acceleration", "cell force")
+        }
+    ]
     time, channels, of = file.axis, tables.channels, CAMPAIGN_QUANTITIES
     return TimeRun(
         **_facts(entry, tables.file.engine),
@@ -498,6 +508,8 @@ def read_time_run(folder: Path, name: str) -> TimeRun:
         cell_force_channels=names_of(channels["cell force"]),
         static_force=file.real(channels["static force"], *of["static force"]),
         static_force_names=names_of(channels["static force"]),
+        vibration_rate=min(vibration, default=None),
+        notes=read.notes,
     )
 
 

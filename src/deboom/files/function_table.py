@@ -165,6 +165,12 @@ class FunctionMatrix:
                     f"the abscissa of {function.dof} is {function.abscissa_quantity}: export it "
                     "over frequency in Hz"
                 )
+            rates = [(t.size - 1) / np.ptp(t) for t in (self.axis, function.abscissa)]
+            if function_types == (TIME_SIGNAL,) and abs(rates[1] / rates[0] - 1) > SAME_LINE:
+                raise self.error(
+                    f"{self.functions[0].dof} is sampled at {rates[0]:.6g} Hz and {function.dof} "
+                    f"at {rates[1]:.6g} Hz: export all at one rate"
+                )
             if not same_lines(self.axis, function.abscissa):
                 raise self.error(
                     f"the axes of {self.functions[0].dof} and {function.dof} differ: "

@@ -9,19 +9,21 @@ import warnings
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from pathlib import Path
 from traceback import walk_tb
 from typing import Annotated, Any
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 from scipy.io import wavfile
+from scipy.signal import resample_poly
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
 from deboom.files.disk import kind_of, library, read_bytes
-from deboom.files.function_table import TIME_SIGNAL, matlab_table
+from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
 from deboom.files.tables import InUnitOfRow, TableRow, number_in, read_table
@@ -39,11 +41,13 @@ class TimeSignal:
     - `unit`: label of the file; ``""`` where it states none.
     - `time` (n,): instants of the samples [s].
     - `values` (n,): [unit].
+    - `note`: which of several rasters of one name it is; ``""`` where there is one.
     """
 
     unit: str
     time: RealArray
     values: RealArray
+    note: str = ""
 
 
 _Loaded = tuple[str, Any, Any]
@@ -90,9 +94,23 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
 
 
 def _signal(what: str, loaded: Sequence[_Loaded]) -> TimeSignal:
-    if len(loaded) > 1:
-        raise InputError(f"{what} comes {len(loaded)} times: keep or rename one")
-    (unit, instants, values), *_ = loaded
+    signals = [_single_signal(what, *each) for each in loaded]
+    if len(signals) == 1:
+        return signals[0]
+    rates = [_rate(signal.time) for signal in signals]
+    fastest = int(np.argmax(rates))
+    listed = " and ".join(f"{rate:.6g} Hz" for rate in rates)
+    others = [rate for k, rate in enumerate(rates) if k != fastest]
+    if max(others) > rates[fastest] * (1 - LARGEST_JITTER):
+        raise InputError(
+            f"{what} comes {len(loaded)} times, at {listed}: keep or rename one, such as with its "
+            "quantity"
+        )
+    note = f"{what} comes {len(loaded)} times, at {listed}: that at {rates[fastest]:.6g} Hz is used"
+    return replace(signals[fastest], note=note)
+
+
+def _single_signal(what: str, unit: Any, instants: Any, values: Any) -> TimeSignal:
     numbers = np.asarray(values)
     if numbers.ndim != 1 or numbers.dtype.kind not in "biuf":
         raise InputError(f"{what} holds no numbers over time: export it as a signal")
@@ -102,20 +120,41 @@ def _signal(what: str, loaded: Sequence[_Loaded]) -> TimeSignal:
     return TimeSignal(str(unit), time, numbers.astype(np.float64))
 
 
-def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> tuple[UffFunction, ...]:
-    """Read signals over time at the degrees of freedom of a channel table.
+@dataclass(frozen=True, eq=False)
+class TimeFunctions:
+    """Signals of a recording on one raster.
+
+    - `functions`: in SI, all at the same instants.
+    - `rates`: channels to their sampling rate in the file [Hz], in the order of `functions`.
+    - `notes`: what was resampled or chosen, in words.
+    """
+
+    functions: tuple[UffFunction, ...]
+    rates: tuple[float, ...]
+    notes: tuple[str, ...] = ()
+
+
+def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunctions:
+    """Read signals over time at the degrees of freedom of a channel table, on one raster.
 
     - `path`: UFF, where node and direction say which channel is which; or a file of
       `read_time_signals`, whose names are ``<channel>`` or ``<channel> <quantity>``.
     - `channels`: rows of the table that are wanted.
-    - returns: in SI, one per row of `channels`; of a UFF file all its functions.
+    - returns: one per row of `channels`; of a UFF file all its functions. Slower channels are
+      resampled to the raster of the fastest, band-limited, over the time that all of them cover.
     - raises InputError: as `read_uff` or `read_time_signals`; a channel that is missing or states
-      no unit; one that is not sampled evenly.
+      no unit; one that is not sampled evenly; channels that overlap by too little.
     """
     if kind_of(path) == "a UFF file":
         whole = read_uff(path)
-        _check_even(path, [(function.dof, function.abscissa) for function in whole])
-        return whole
+        by_dof = {(row.node, row.direction.lstrip("+-"), row.ordinate): row for row in channels}
+        labels = []
+        for function in whole:
+            at = function.response_node, function.response_direction.lstrip("+-")
+            row = by_dof.get((*at, function.ordinate))
+            labels.append(f"{row.channel} ({row.quantity})" if row else function.dof)
+        _check_even(path, [(name, f.abscissa) for name, f in zip(labels, whole, strict=True)])
+        return _on_one_raster(path, labels, whole)
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
@@ -130,7 +169,79 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> tuple[Uff
                     )
                 functions.append(_function(f"{path}: channel '{name}'", row, signals[name]))
         _check_even(path, [(name, signal.time) for name, signal in signals.items()])
-    return tuple(functions)
+    labels = [f"{row.channel} ({row.quantity})" for row in channels]
+    several = tuple(signal.note for signal in signals.values() if signal.note)
+    read = _on_one_raster(path, labels, functions)
+    return replace(read, notes=(*several, *read.notes))
+
+
+LEAST_OVERLAP = 0.5
+"""Share of the longest channel that all channels must cover."""
+OVERSAMPLED = 8
+"""Samples per sample of a slow channel through which a cubic spline is laid."""
+
+
+def _rate(time: RealArray) -> float:
+    return (time.size - 1) / float(time[-1] - time[0])
+
+
+def _on_one_raster(
+    path: Path, labels: Sequence[str], functions: Sequence[UffFunction]
+) -> TimeFunctions:
+    """Resample what is slower than the fastest channel, and cut all to the time they share."""
+    rates = tuple(_rate(function.abscissa) for function in functions)
+    if not functions:
+        return TimeFunctions((), ())
+    fastest = int(np.argmax(rates))
+    raster = functions[fastest].abscissa
+    if all(same_lines(raster, function.abscissa) for function in functions):
+        return TimeFunctions(tuple(functions), rates)
+    begins = [float(function.abscissa[0]) for function in functions]
+    ends = [float(function.abscissa[-1]) for function in functions]
+    first, last = int(np.argmax(begins)), int(np.argmin(ends))
+    longest = max(end - begin for begin, end in zip(begins, ends, strict=True))
+    if ends[last] - begins[first] < LEAST_OVERLAP * longest:
+        raise InputError(
+            f"{path}: {labels[first]} begins at {begins[first]:.3f} s and {labels[last]} ends at "
+            f"{ends[last]:.3f} s, so that less than half of the recording has all channels: "
+            "export the same time of all"
+        )
+    slack = SAME_LINE / rates[fastest]
+    shared = raster[(raster >= begins[first] - slack) & (raster <= ends[last] + slack)]
+    alike, resampled = [], defaultdict[str, list[str]](list)
+    for label, rate, function in zip(labels, rates, functions, strict=True):
+        inside = np.searchsorted(function.abscissa, shared[0] - slack)
+        same = function.abscissa[inside : inside + shared.size]
+        if same_lines(shared, same):
+            values = function.values[inside : inside + shared.size]
+        else:
+            values = _resampled(function, shared)
+            resampled[f"{rate:.6g} Hz"].append(label)
+        alike.append(replace(function, abscissa=shared, values=values))
+    notes = [
+        f"resampled from {rate} to {rates[fastest]:.6g} Hz, band-limited: {_listed(names)}"
+        for rate, names in resampled.items()
+    ]
+    if (shared.size - 1) / rates[fastest] < longest - 1 / min(rates):
+        notes.append(f"cut to {shared[0]:.3f} to {shared[-1]:.3f} s, which all channels have")
+    return TimeFunctions(tuple(alike), rates, tuple(notes))
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = f" and {len(names) - 4} more" if len(names) > 4 else ""
+    return f"{', '.join(names[:4])}{more}"
+
+
+def _resampled(function: UffFunction, instants: RealArray) -> RealArray:
+    """Band-limited values at other instants, within the function's own time."""
+    time, values = function.abscissa, function.values.real
+    # a straight line beside the signal: what the filter sees begins and ends at zero
+    line = values[0] + (values[-1] - values[0]) * (time - time[0]) / (time[-1] - time[0])
+    dense = resample_poly(values - line, OVERSAMPLED, 1, padtype="line")
+    dense = dense[: OVERSAMPLED * (time.size - 1) + 1]
+    grid = np.linspace(time[0], time[-1], dense.size)
+    at = np.clip(instants, time[0], time[-1])
+    return np.asarray(CubicSpline(grid, dense)(at) + np.interp(at, time, line))
 
 
 def _function(what: str, row: CampaignChannel, signal: TimeSignal) -> UffFunction:

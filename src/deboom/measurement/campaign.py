@@ -104,6 +104,10 @@ class TimeRun:
     - `acceleration`, `cell_force` (n_sample, n_channel): channels in sensor axes [m/s²], [N].
     - `static_force` (n_sample, n): quasi-static force of each mount direction, all cells of a mount
       together [N].
+    - `pulses_per_revolution`: pitches of the tacho's wheel or tape, missing teeth included.
+    - `vibration_rate`: lowest rate at which an acceleration or cell force was recorded, before it
+      was resampled [Hz]; None where it is `sample_rate`.
+    - `notes`: what was resampled or chosen when it was read.
     """
 
     name: str
@@ -124,6 +128,8 @@ class TimeRun:
     cell_force_channels: tuple[str, ...]
     static_force: RealArray
     static_force_names: tuple[str, ...]
+    vibration_rate: float | None = None
+    notes: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from deboom.measurement.campaign import OperatingRun, TimeRun
 from deboom.measurement.channels import Spectrum, TimeRecord
 from deboom.measurement.tacho import ShaftAngle, pulse_times, repair_pulses, shaft_angle
 from deboom.physics.order_tracking import (
+    LEAST_SAMPLES_PER_PERIOD,
     SAMPLES_PER_PERIOD,
     frequency_of_order,
     lower_rate,
@@ -28,6 +29,10 @@ STATIC_BANDWIDTH = 1.0
 """Bandwidth of what counts as quasi-static: an order above 2 Hz passes by less than 1 % [Hz]."""
 BESIDE = 0.25
 """Distance of an order that a four-stroke engine, with half orders alone, does not have."""
+BARELY = 0.5
+"""Share of the dominant order that shows beside it, above which it hardly stands out."""
+TORQUE_OFF = 0.25
+"""Share by which the measured torque may differ from the stated one before it is named."""
 SWEEP_STEP = 1.0
 """Distance of the lines of a compressor's sweep [Hz]."""
 SWEEP_BANDWIDTH = 3.0
@@ -199,6 +204,8 @@ class TrackedRun(Tabled):
     """An operating run that was a run over time, and how far its spectra may be believed.
 
     - `run`: spectra of the dominant order, engine torque and static force over its lines.
+    - `notes`: what was resampled or chosen when the run was read, and statements that the record
+      makes unlikely.
     - `acceleration_beside`, `force_beside`: amplitude that shows a quarter order beside the
       dominant one, where a four-stroke engine has none, relative to the dominant one (rms over
       lines, median over channels) [1]: what noise and neighbours pretend.
@@ -209,6 +216,7 @@ class TrackedRun(Tabled):
     shaft: ShaftAngle
     acceleration_beside: float
     force_beside: float
+    notes: tuple[str, ...] = ()
 
     @property
     def table(self) -> pd.DataFrame:
@@ -225,6 +233,8 @@ class TrackedRun(Tabled):
             f"{frequency.size} lines of order {spectrum.order:g}, {spectrum.rpm[0]:g} to "
             f"{spectrum.rpm[-1]:g} 1/min ({frequency[0]:g} to {frequency[-1]:g} Hz)",
             f"{self.shaft.pulses.report()}; jitter {np.rad2deg(self.shaft.jitter):.2g}°",
+            self.shaft.pulses.note,
+            *self.notes,
             f"bandwidth {spectrum.bandwidth.max():.3g} Hz; at up to {sweep.max():.2g} Hz/s it "
             f"smears what is finer than {spectrum.smear.max():.2g} Hz",
             f"noise and neighbouring orders: {100 * self.acceleration_beside:.2g} % of the "
@@ -265,8 +275,9 @@ def tracked_run(
     Raises
     ------
     InputError
-        A tacho that cannot be repaired, a speed outside of the run, a record too short or sampled
-        too slowly.
+        A tacho that cannot be repaired or contradicts the stated pulses per revolution, a run that
+        falls where it should rise, a speed outside of the run, a record too short or sampled too
+        slowly.
 
     Examples
     --------
@@ -284,7 +295,9 @@ def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedR
     rate = time_run.sample_rate
     pulses = pulse_times(time_run.tacho, rate)
     shaft = shaft_angle(repair_pulses(pulses, time_run.pulses_per_revolution))
+    _refuse_other_sense(time_run, shaft)
     rpm = _lines(shaft, options)
+    _refuse_slow_vibration(time_run, float(rpm[-1]), options)
     acceleration = TimeRecord(time_run.acceleration, rate, time_run.acceleration_channels, "m/s^2")
     force = TimeRecord(time_run.cell_force, rate, time_run.cell_force_channels, "N")
     of_motion, beside_motion = _spectra(acceleration, shaft, time_run.order, rpm, options)
@@ -312,7 +325,54 @@ def _tracked(time_run: TimeRun, options: TrackingOptions, name: str) -> TrackedR
         static_force_names=time_run.static_force_names,
     )
     beside = _share(beside_motion, of_motion), _share(beside_force, of_force)
-    return TrackedRun(run, of_motion, shaft, *beside)
+    notes = (*time_run.notes, *_doubts(time_run, torque, beside))
+    return TrackedRun(run, of_motion, shaft, *beside, notes=notes)
+
+
+def _refuse_other_sense(time_run: TimeRun, shaft: ShaftAngle) -> None:
+    first, last = shaft.rpm([shaft.begin, shaft.end])
+    if (last > first) != time_run.rising:
+        sense = "rises" if last > first else "falls"
+        stated = "true" if time_run.rising else "false"
+        raise InputError(
+            f"the speed {sense} from {first:.0f} to {last:.0f} 1/min, but rising says {stated}: "
+            "correct it"
+        )
+
+
+def _doubts(time_run: TimeRun, torque: RealArray, beside: tuple[float, float]) -> Iterator[str]:
+    """Give a sentence for every statement that the record makes unlikely."""
+    if min(beside) > BARELY:
+        yield (
+            f"WARNING: order {time_run.order:g} hardly stands out, {100 * min(beside):.0f} % of it "
+            f"is at order {time_run.order + BESIDE:g} as well: are pulses_per_revolution, "
+            "dominant_order and the tacho's channel right?"
+        )
+    reached = float(np.median(torque) if not time_run.full_load else np.max(torque))
+    stated, off = time_run.torque_limit, reached / time_run.torque_limit - 1
+    if time_run.full_load and off > TORQUE_OFF:
+        yield (
+            f"WARNING: the engine torque reaches {reached:.0f} N m, above the limit of {stated:g} "
+            "N m that torque_nm states: are its unit and torque_nm right?"
+        )
+    if not time_run.full_load and abs(off) > TORQUE_OFF:
+        yield (
+            f"WARNING: the engine torque is {reached:.0f} N m, and torque_nm states a slice at "
+            f"{stated:g} N m: are its unit and torque_nm right?"
+        )
+
+
+def _refuse_slow_vibration(time_run: TimeRun, rpm: float, options: TrackingOptions) -> None:
+    """Refuse vibration that was recorded too slowly, whatever raster it is on now."""
+    slowest = time_run.vibration_rate
+    needed = LEAST_SAMPLES_PER_PERIOD * float(frequency_of_order(rpm, time_run.order))
+    needed += LEAST_SAMPLES_PER_PERIOD * options.bandwidth
+    if slowest is not None and slowest < needed:
+        raise InputError(
+            f"an acceleration or a cell force was recorded at {slowest:.6g} Hz, and order "
+            f"{time_run.order:g} at {rpm:g} 1/min needs {needed:.4g} Hz: record it faster, or "
+            "narrow the range of speeds"
+        )
 
 
 def _lines(shaft: ShaftAngle, options: TrackingOptions) -> RealArray:

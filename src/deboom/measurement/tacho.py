@@ -2,20 +2,22 @@
 
 A voltage gives the times of its pulses; the pulses are numbered by what is true of a shaft, whose
 speed changes smoothly; a spline through them is the angle. No pulse is invented: a missing pulse is
-a gap in the numbers, which the shaft angle bridges.
+a gap in the numbers, which the shaft angle bridges. What repeats with the revolution checks the
+stated number of pulses, see `deboom.measurement.tacho_pattern`.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import numpy.typing as npt
-from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.interpolate import BSpline
 from scipy.ndimage import maximum_filter1d, median_filter, percentile_filter
 
 from deboom.arrays import BoolArray, IntArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.measurement.tacho_pattern import learn_pattern, smooth_course
 
 LEAST_PULSES = 10
 """Fewest pulses that say enough about a speed that changes."""
@@ -42,11 +44,8 @@ MOST_REPAIRED = 0.2
 """Pulses dropped, and missing, per good one beyond which a signal is refused."""
 FASTEST_CHANGE = 1.8
 """Ratio of the running medians nine intervals apart that is a stop and no run-up, once refused."""
-KNOT_SPACING = 4.0
-"""Revolutions between the knots of the spline: two cycles of a four-stroke engine."""
 LARGEST_DIP = 0.02
 """Share of the highest speed by which the speed of a run-up may fall in between."""
-_DEGREE = 3
 
 
 def pulse_times(
@@ -95,7 +94,7 @@ def pulse_times(
     return np.asarray((first + part) / rate)
 
 
-@checked(times="n", number="n", dropped="d", missing="m")
+@checked(times="n", number="n", dropped="d", missing="m", correction="n")
 class PulseTrain:
     """The pulses of a tacho that can be trusted, and what was done to get there.
 
@@ -103,8 +102,12 @@ class PulseTrain:
     - `number` (n_pulse,): count of each pulse from the first that was triggered, which may itself
       be dropped; a step above 1 bridges missing pulses.
     - `dropped` (n_dropped,): times of the pulses left out [s].
+    - `pulses_per_revolution`: pitches on the circumference, missing teeth included.
     - `missing` (n_missing,): times at which a pulse was due and none was trusted [s]. A displaced
       pulse counts here and among the dropped.
+    - `correction` (n_pulse,), optional: angle of each pulse beyond even pitches, from the seam of a
+      tape [revolutions].
+    - `note`: what checks the pulses per revolution, or that nothing does.
     """
 
     name: str
@@ -113,6 +116,14 @@ class PulseTrain:
     pulses_per_revolution: int
     dropped: RealArray
     missing: RealArray
+    correction: RealArray | None = None
+    note: str = ""
+
+    @property
+    def revolution(self) -> RealArray:
+        """Angle of each pulse from number 0, seam corrected, shape (n_pulse,) [revolutions]."""
+        even = self.number / self.pulses_per_revolution
+        return np.asarray(even if self.correction is None else even + self.correction)
 
     def report(self) -> str:
         """One sentence on the repair, for the log of a measurement."""
@@ -130,10 +141,19 @@ def repair_pulses(
     """Give each pulse its number, for a shaft whose speed changes smoothly.
 
     Raises InputError: fewer than ten pulses, times that do not increase, intervals that no smooth
-    speed explains, a gap that cannot be counted, too many bad pulses, or a shaft that stops or
-    turns back.
+    speed explains, a gap that cannot be counted, too many bad pulses, a shaft that stops or turns
+    back, a number of pulses per revolution that the pattern of gaps contradicts, or a seam that too
+    few revolutions show.
 
     - `times` (n,): times of the pulses, such as from `pulse_times` [s].
+    - `pulses_per_revolution`: pitches on the circumference, missing teeth included: 60 for a 60-2
+      wheel, 12 for a tape of 12 stripes whatever the width of its butt joint.
+
+    A gap or seam that comes back with the revolution confirms or contradicts the number; without
+    one, or with fewer than six pulses per revolution, `PulseTrain.note` says that nothing checks
+    it. A seam is taken out of the times before pulses are numbered and judged, and is in
+    `PulseTrain.correction`. Nothing else of the pattern is corrected: what repeats with the
+    revolution may be the shaft's own unevenness.
 
     Intervals are compared with their running median over nine. Out of all chains of pulses that are
     about whole numbers of intervals apart, the one that needs the fewest repairs is taken. Then
@@ -149,6 +169,27 @@ def repair_pulses(
         )
     if not np.all(np.isfinite(raw)) or np.any(np.diff(raw) <= 0):
         raise InputError(f"{name}: pulse times must be finite and increase from pulse to pulse")
+    pattern = learn_pattern(raw, pulses_per_revolution, name)
+    if isinstance(pattern, str):
+        return replace(_trusted(raw, pulses_per_revolution, name), note=pattern)
+    even = pattern.even_times
+    train = _trusted(even, pulses_per_revolution, name)
+    taken = np.isin(even, train.times)
+    place = np.rint(pattern.pitch[taken]).astype(int) % pulses_per_revolution
+    zero = (place[0] - train.number[0]) % pulses_per_revolution
+    correction = pattern.correction[place] - pattern.correction[zero]
+    return replace(
+        train,
+        times=raw[taken],
+        dropped=raw[~taken],
+        missing=np.interp(train.missing, even, raw),
+        correction=correction if np.any(correction) else None,
+        note=pattern.note,
+    )
+
+
+def _trusted(raw: RealArray, pulses_per_revolution: int, name: str) -> PulseTrain:
+    """Pulses with their numbers, displaced ones left out; what cannot be counted is refused."""
     number = _numbered(raw)
     taken = _without_displaced(raw, number)
     count, kept = number[taken], raw[taken]
@@ -397,12 +438,8 @@ def shaft_angle(pulses: PulseTrain) -> ShaftAngle:
     half order has two phases a half turn apart in one revolution, so whether 1.5 leads or lags by
     180° depends on which pulse is zero: the first of the record.
     """
-    times = pulses.times
-    revolution = pulses.number / pulses.pulses_per_revolution
-    every = max(1, round(KNOT_SPACING * pulses.pulses_per_revolution))
-    ends = _DEGREE + 1
-    knots = np.concatenate([[times[0]] * ends, times[2:-2:every], [times[-1]] * ends])
-    course = make_lsq_spline(times, revolution, knots, k=_DEGREE)
+    times, revolution = pulses.times, pulses.revolution
+    course = smooth_course(times, revolution)
     jitter = 2 * np.pi * float(np.sqrt(np.mean((course(times) - revolution) ** 2)))
     shaft = ShaftAngle(float(times[0]), float(times[-1]), jitter, pulses, course)
     slowest, _ = shaft.rpm_range()

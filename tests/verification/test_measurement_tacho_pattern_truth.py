@@ -1,0 +1,166 @@
+"""Gaps of toothed wheels and seams of zebra tapes: simulated runs of known speed."""
+
+import numpy as np
+import pytest
+
+from deboom.errors import InputError
+from deboom.measurement.channels import TimeRecord
+from deboom.measurement.order_tracking import vold_kalman_spectra
+from deboom.measurement.tacho import repair_pulses, shaft_angle
+
+FIRST, SLOPE, DURATION, RATE = 12.0, 3.0, 6.0, 4096.0
+"""Speed and its change [rev/s], [rev/s²], length and rate of the record [s], [Hz]."""
+ORDER, AMPLITUDE = 1.5, 10.0
+TIME = np.arange(round(DURATION * RATE) + 1) / RATE
+
+
+def turned(time, falling=False):
+    """Revolutions of the mean motion."""
+    first, slope = (FIRST + SLOPE * DURATION, -SLOPE) if falling else (FIRST, SLOPE)
+    return first * time + slope * time**2 / 2
+
+
+def speed(time, falling=False):
+    first, slope = (FIRST + SLOPE * DURATION, -SLOPE) if falling else (FIRST, SLOPE)
+    return first + slope * time
+
+
+def wheel(teeth, missing):
+    return np.arange(teeth - missing) / teeth
+
+
+def tape(stripes, seam, uneven, generator):
+    """Places of the stripes on the circumference, the seam before the first."""
+    steps = np.ones(stripes)
+    steps[:-1] += uneven * generator.uniform(-1, 1, stripes - 1)
+    steps[-1] = seam
+    places = np.concatenate([[0.0], np.cumsum(steps)])
+    return places[:-1] / places[-1]
+
+
+def pulses(places, *, falling=False, ripple=0.0, order=2.0, seconds=DURATION):
+    """Return when each place passes; `ripple` of the speed at an order, relative."""
+    fine = np.linspace(0, seconds, 100_001)
+    mean = turned(fine, falling)
+    angle = mean + ripple / (2 * np.pi * order) * np.sin(2 * np.pi * order * mean)
+    passing = (np.arange(int(angle[-1]) + 2)[:, np.newaxis] + places + 0.37).ravel()
+    return np.interp(passing[passing < angle[-1]], angle, fine)
+
+
+def damaged(times, share, generator):
+    """Leave pulses out, and double others."""
+    double = generator.random(times.size) < share
+    stray = times[double] + generator.uniform(0.05, 0.4, double.sum()) * np.gradient(times)[double]
+    return np.unique(np.append(times[generator.random(times.size) >= share], stray))
+
+
+def errors(shaft, falling=False):
+    """Largest error of the speed and of the amplitude of an order of the run [%]."""
+    inside = np.linspace(shaft.begin, shaft.end, 1001)[20:-20]
+    of_speed = shaft.rpm(inside) / (60 * speed(inside, falling)) - 1
+    signal = AMPLITUDE * np.cos(2 * np.pi * ORDER * turned(TIME, falling))
+    record = TimeRecord(signal[:, np.newaxis], RATE, ("A1 x",), "m/s^2")
+    low, high = np.sort(shaft.rpm([shaft.begin + 0.5, shaft.end - 0.5]))
+    lines = np.linspace(low, high, 12)
+    (spectrum,) = vold_kalman_spectra(record, shaft, [ORDER], lines, bandwidth=3.0)
+    of_order = np.abs(spectrum.spectrum.values) / AMPLITUDE - 1
+    return 100 * np.abs(of_speed).max(), 100 * np.abs(of_order).max()
+
+
+@pytest.mark.parametrize("share", [0.0, 0.01])
+@pytest.mark.parametrize(("teeth", "missing"), [(60, 2), (36, 1), (12, 1)])
+def test_the_right_number_of_pitches_is_confirmed_and_wrong_ones_are_refused(teeth, missing, share):
+    times = damaged(pulses(wheel(teeth, missing)), share, np.random.default_rng(1))
+    train = repair_pulses(times, teeth)
+    assert f"{teeth} pulses per revolution confirmed" in train.note
+    assert train.correction is None
+    assert errors(shaft_angle(train))[0] < 0.01
+    for wrong in {teeth - missing, teeth - 1, teeth + 1, teeth + teeth // 2, 1}:
+        with pytest.raises(InputError, match=f"says {wrong}, but a step .* state {teeth}"):
+            repair_pulses(times, wrong)
+
+
+@pytest.mark.parametrize("ripple_order", [1.5, 2.0])
+def test_an_engine_that_turns_unevenly_does_not_hide_the_gap(ripple_order):
+    times = pulses(wheel(60, 2), ripple=0.03, order=ripple_order)
+    assert errors(shaft_angle(repair_pulses(times, 60)))[0] < 0.1
+    with pytest.raises(InputError, match="state 60; missing teeth count as well"):
+        repair_pulses(times, 58)
+
+
+@pytest.mark.parametrize(("stated", "words"), [(120, "2 times per rev"), (30, "in every second")])
+def test_a_wheel_of_two_gaps_or_of_a_camshaft_is_possible_but_said(stated, words):
+    note = repair_pulses(pulses(wheel(60, 2)), stated).note
+    assert "WARNING" in note
+    assert words in note
+    assert "else state 60" in note
+
+
+@pytest.mark.parametrize("stated", [1, 2, 58, 60])
+def test_a_wheel_without_a_mark_cannot_be_checked_and_says_so(stated):
+    train = repair_pulses(pulses(wheel(60, 0)), stated)
+    assert f"the stated {stated} pulses per revolution cannot be checked" in train.note
+
+
+TAPES = [
+    (stripes, seam, uneven, falling, share)
+    for stripes in (12, 24, 60, 180)
+    for seam, uneven, falling, share in (
+        (0.3, 0.0, False, 0.0),
+        (0.5, 0.05, True, 0.005),
+        (0.8, 0.05, False, 0.0),
+        (1.1, 0.05, True, 0.005),
+        (1.5, 0.05, False, 0.005),
+        (1.8, 0.0, False, 0.0),
+        (1.8, 0.05, True, 0.005),
+        (2.5, 0.0, True, 0.0),
+        (3.0, 0.05, False, 0.005),
+    )
+]
+
+
+@pytest.mark.parametrize(("stripes", "seam", "uneven", "falling", "share"), TAPES)
+def test_the_seam_of_a_tape_is_corrected(stripes, seam, uneven, falling, share):
+    """Speed within 0.1 %, order within 1 %; seams, uneven stripes, both senses, bad pulses."""
+    generator = np.random.default_rng(7)
+    times = pulses(tape(stripes, seam, uneven, generator), falling=falling)
+    shaft = shaft_angle(repair_pulses(damaged(times, share, generator), stripes))
+    of_speed, of_order = errors(shaft, falling)
+    assert of_speed < 0.1
+    assert of_order < 1.0
+
+
+@pytest.mark.parametrize("stripes", [12, 24, 60, 180])
+def test_three_percent_of_order_two_survive_the_correction(stripes):
+    """The pulses about the mean rotation keep what the shaft itself turns unevenly."""
+    times = pulses(tape(stripes, 1.8, 0.0, np.random.default_rng(1)), ripple=0.03)
+    shaft = shaft_angle(repair_pulses(times, stripes))
+    train = shaft.pulses
+    assert "a seam of 1.8" in train.note
+    phase = 4 * np.pi * turned(train.times)
+    about = 2 * np.pi * train.revolution - shaft.angle(train.times)
+    basis = np.column_stack([np.sin(phase), np.cos(phase)])
+    amplitude = np.hypot(*np.linalg.lstsq(basis, about, rcond=None)[0])
+    assert amplitude == pytest.approx(0.03 / 2, rel=0.05)
+
+
+@pytest.mark.parametrize("seconds", [0.15, 0.25, 0.4])
+def test_a_seam_that_few_revolutions_show_is_refused(seconds):
+    times = pulses(tape(12, 1.8, 0.0, np.random.default_rng(1)), seconds=seconds)
+    with pytest.raises(InputError, match="tape"):
+        repair_pulses(times, 12)
+
+
+def test_another_number_of_stripes_is_refused():
+    times = pulses(tape(12, 1.7, 0.05, np.random.default_rng(1)))
+    for wrong in (10, 11, 14, 18):
+        with pytest.raises(InputError, match=f"says {wrong}, but a step .* state 12"):
+            repair_pulses(times, wrong)
+
+
+def test_an_even_tape_whose_seam_is_a_whole_number_of_pitches_is_told_from_no_wheel():
+    """The record is the same as that of a wheel: the larger count is right for both."""
+    times = pulses(tape(12, 2.0, 0.0, np.random.default_rng(1)))
+    with pytest.raises(InputError, match="state 13"):
+        repair_pulses(times, 12)
+    assert errors(shaft_angle(repair_pulses(times, 13)))[0] < 0.01

@@ -102,9 +102,6 @@ class Options:
     library_campaign: Annotated[
         str | None, Option(help="Campaign whose mounts the library has.")
     ] = None
-    balanced: Annotated[
-        bool, Option(help="Balancer shafts: torque alone excites; else z and its moment, too.")
-    ] = True
 
     def __post_init__(self) -> None:
         measured = self.campaign is not None or self.second is not None
@@ -149,11 +146,10 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             if options.second_engine:
                 engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
-            excited = ("my",) if options.balanced else ("fz", "mx", "my")
             engine = given_engine(
                 *(options.second, options.campaign, options.library, options.library_campaign),
                 options.mount_set,
-                replace(over_force, excited=excited),
+                over_force,
                 progress,
             )
     if report is None:
@@ -188,6 +184,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "alignment errors are stated, not those of a particular laboratory."
         if known
         else "",
+        *result.alarms,
     )
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)

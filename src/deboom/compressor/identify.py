@@ -51,6 +51,7 @@ from deboom.measurement.culprit import (
     culprit_of_responses,
     exchanged_impacts,
     exchanged_responses,
+    explain_rotation_order,
 )
 from deboom.measurement.quality import QualityCheck, quality_of_frf
 from deboom.measurement.sensors import PlacementTolerances, Tolerances
@@ -383,9 +384,10 @@ def _refuse_sheet_faults(
                 "again"
             )
         if suspect is not None:
+            turned = explain_rotation_order(test.sensors, frf) if what == "sensor" else ""
             raise InputError(
                 f"{what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend the "
-                "position sheet and start again"
+                f"position sheet and start again{turned and f'; {turned}'}"
             )
 
 

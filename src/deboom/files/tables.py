@@ -110,6 +110,7 @@ def read_rows(
     with_unit: Mapping[str, str],
     sheet: str | None = None,
     note: Note | None = None,
+    optional: Sequence[str] = (),
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
 
@@ -118,6 +119,7 @@ def read_rows(
     - `with_unit`: columns with a unit in their header, and the SI unit of it.
     - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
     - `note`: gets every fault of the header; without, they are raised as one error.
+    - `optional`: columns without a unit that may be absent.
     - returns: rows that are not empty; none if the header is at fault.
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
@@ -135,7 +137,7 @@ def read_rows(
         if name in with_unit:
             with noting(faults.append):
                 units[name] = _column_unit(f"{path}: column '{text}'", text, label, with_unit[name])
-    wanted = [*plain, *with_unit]
+    wanted = [*plain, *with_unit, *(name for name in optional if name in names)]
     separated = "" if _is_excel(path) else ", separated by commas"
     for name in dict.fromkeys((*wanted, *names)):
         if names.count(name) != 1 or name not in wanted:
@@ -319,6 +321,13 @@ class MayBeEmpty:
     """Mark of a text that may be empty."""
 
 
+@dataclass(frozen=True)
+class Optional:
+    """Mark of a text whose column may be absent, and whose cell may be empty: then `default`."""
+
+    default: str
+
+
 class InUnitOfRow:
     """Mark of a number in the unit of its row; empty is infinite."""
 
@@ -379,7 +388,8 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
     plain, with_unit = _headers(columns)
     read: list[_Row] = []
     with telling(note) as tell:
-        rows = read_rows(path, plain, with_unit, kind.sheet, tell)
+        optional = [field for field, column in columns.items() if isinstance(column, Optional)]
+        rows = read_rows(path, plain, with_unit, kind.sheet, tell, optional)
         seen: dict[str, int] = {}
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
@@ -437,7 +447,7 @@ def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
         names = column.names if isinstance(column, Numbers) else (field,)
         if isinstance(column, Numbers) and column.si:
             with_unit |= dict.fromkeys(names, column.si)
-        else:
+        elif not isinstance(column, Optional):
             plain += names
     return plain, with_unit
 
@@ -460,6 +470,8 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
             return _stated(row, field)
         if column is InUnitOfRow:
             return row.number(field) * _stated(row, "unit").factor if row.cells[field] else math.inf
+        if isinstance(column, Optional):
+            return row.cells.get(field) or column.default
         return row.cells[field] if column is MayBeEmpty else row.filled(field)
     except InputError as error:
         tell(error)
@@ -476,8 +488,12 @@ def _stated(row: Row, column: str) -> Unit:
 
 def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
     """Table of rows in the units that are written."""
-    columns = _columns(kind)
-    pairs = columns.items()
+    pairs = [
+        (field, column)
+        for field, column in _columns(kind).items()
+        if not isinstance(column, Optional)
+        or any(getattr(row, field) != column.default for row in rows)
+    ]
     labels = [
         label
         for field, column in pairs

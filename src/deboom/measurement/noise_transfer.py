@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Frf, SideUnits, load_units, unit_sides
 from deboom.measurement.virtual_point import ChannelGeometry, virtual_point
 
 PRESSURE_PER_FORCE = "Pa/N"
@@ -66,7 +66,9 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
         blocks.append(measured.select(inputs=point.channels).values @ point.inverse.T)
         names += [f"{name} {load}" for load in POINT_LOADS]
     values = np.concatenate(blocks, axis=2)
-    return Frf(measured.frequency, values, measured.outputs, tuple(names), measured.unit)
+    above, below = unit_sides(measured.unit)
+    unit = SideUnits((above,) * len(measured.outputs), load_units(names, below))
+    return Frf(measured.frequency, values, measured.outputs, tuple(names), unit)
 
 
 def noise_transfer_of_paths(
@@ -78,7 +80,6 @@ def noise_transfer_of_paths(
     such as ``Du x`` to ``Du left x`` and ``Du right x``; it is per newton of their summed force
     [Pa/N]. Raises InputError: a path without noise transfer function, no such ear.
     """
-    _check_unit(points)
     for path, pieces in paths.items():
         missing = [piece for piece in pieces if piece not in points.inputs]
         if missing or not pieces:
@@ -87,9 +88,14 @@ def noise_transfer_of_paths(
                 f"are {list(points.inputs)}: measure it, or leave the path out"
             )
     chosen = points if ear is None else points.select(outputs=(ear,))
+    _check_unit(chosen.select(inputs=[piece for pieces in paths.values() for piece in pieces]))
     columns = [chosen.select(inputs=pieces).values.mean(axis=2) for pieces in paths.values()]
     return Frf(
-        chosen.frequency, np.stack(columns, axis=2), chosen.outputs, tuple(paths), chosen.unit
+        chosen.frequency,
+        np.stack(columns, axis=2),
+        chosen.outputs,
+        tuple(paths),
+        PRESSURE_PER_FORCE,
     )
 
 

@@ -499,7 +499,7 @@ def _why_r2(bench: CharacterisedBench, numbers: pd.DataFrame) -> str:
     for name, thesis in THESIS_R2.items():
         value = reached.get(name, np.nan)
         if np.isfinite(value) and value < thesis[1] - 1.0:
-            ceiling = 100 * noise_ceiling(usable[name])[1]
+            ceiling = 100 * max(0.0, noise_ceiling(usable[name])[1])
             short.append(f"{name} {value:.1f} (thesis {thesis[1]:.1f}, noise allows {ceiling:.1f})")
     if not short:
         return ""
@@ -508,9 +508,8 @@ def _why_r2(bench: CharacterisedBench, numbers: pd.DataFrame) -> str:
         "compares with what was measured, noise included: a surface that is the truth itself "
         "would reach what noise allows, which is 1 − σ²/variance of Im K with the stated noise. "
         "Im K of these directions is small and hardly changes from line to line, so that noise is "
-        "most of its variance; where less is reached than noise allows, the directions hardly move "
-        "and the errors of the sensors in them are not smooth. The interval beside the lines says "
-        "how far to believe them."
+        "a good part of its variance, and a direction that hardly moves has errors besides that no "
+        "surface follows. The interval beside the lines says how far to believe them."
     )
 
 

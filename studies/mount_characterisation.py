@@ -66,6 +66,12 @@ from deboom.study.mount_characterisation import (
     uncertainty_table,
     usable_maps,
 )
+from deboom.study.mount_figures import (
+    append_maps,
+    append_runs,
+    append_sensors,
+    transfer_panels,
+)
 from deboom.study.options import Seed, at_least
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
@@ -100,9 +106,6 @@ class Options:
     library_campaign: Annotated[
         str | None, Option(help="Campaign whose mounts the library has.")
     ] = None
-    balanced: Annotated[
-        bool, Option(help="Balancer shafts: torque alone excites; else z and its moment, too.")
-    ] = True
 
     def __post_init__(self) -> None:
         measured = self.campaign is not None or self.second is not None
@@ -147,11 +150,10 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
             if options.second_engine:
                 engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
-            excited = ("my",) if options.balanced else ("fz", "mx", "my")
             engine = given_engine(
                 *(options.second, options.campaign, options.library, options.library_campaign),
                 options.mount_set,
-                replace(over_force, excited=excited),
+                over_force,
                 progress,
             )
     if report is None:
@@ -186,6 +188,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "alignment errors are stated, not those of a particular laboratory."
         if known
         else "",
+        *result.alarms,
     )
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
@@ -215,8 +218,11 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "response surface.",
     )
     _static(report, first, few)
+    append_maps(report, first)
+    append_runs(report, first, numbers)
     _transfer(report, first)
     _motion(report, first)
+    append_sensors(report, first)
     return report
 
 
@@ -320,6 +326,13 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
         force_transfer_table(list(matrices.values())),
         "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
     )
+    if matrices:
+        report.figure(
+            "force_transfer",
+            partial(transfer_panels, list(matrices.values())),
+            "What the cells show of a force at the virtual point, over frequency: constant, so "
+            "that its mean stands for all lines (thesis, figure 18).",
+        )
 
 
 def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:

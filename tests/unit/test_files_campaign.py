@@ -17,12 +17,18 @@ from broken_files import (
     without,
     without_sections,
 )
+from scipy.spatial.transform import Rotation
 
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
-from deboom.files.campaign import add_operating_run, read_campaign, read_time_run
+from deboom.files.campaign import (
+    CampaignEngine,
+    add_operating_run,
+    read_campaign,
+    read_time_run,
+)
 from deboom.measurement.sensors import SensorKind
 
 RUNS = (PlannedRun(5, 220.0, full_load=True), PlannedRun(5, 100.0, full_load=False, rising=False))
@@ -295,3 +301,74 @@ def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run):
     assert len(read_campaign(folder).runs) == 1
     sentence = "write the list as [[runs]] sections"
     refused(lambda place: add_operating_run(place, run), folder, sentence)
+
+
+# ------------------------------------------------------------------ loads and angles
+
+
+def engine_of(**keys):
+    stated = {"dominant_order": 2.0, "total_ratios": (3.0,), "cylinders": 4} | keys
+    return CampaignEngine(**stated)
+
+
+@pytest.mark.parametrize(
+    ("keys", "loads"),
+    [
+        ({"cylinders": 3, "dominant_order": 1.5}, ("my",)),
+        ({"cylinders": 6, "dominant_order": 3.0}, ("my",)),
+        ({"cylinders": None}, ("my",)),
+        ({"balancer_shafts": True}, ("my",)),
+        ({"balancer_shafts": False}, ("fz", "mx", "my")),
+        ({}, ("fz", "mx", "my")),
+        ({"cylinders": 2, "dominant_order": 1.0}, ("fz", "mx", "my")),
+        ({"excited": ("fx", "fz", "mx", "my", "mz")}, ("fx", "fz", "mx", "my", "mz")),
+        ({"cylinders": 3, "dominant_order": 1.0, "excited": ("mx", "mz")}, ("mx", "mz")),
+    ],
+)
+def test_loads_follow_from_cylinders_and_balancer_shafts(keys, loads):
+    engine = engine_of(**keys)
+    assert engine.loads == loads
+    assert [*engine.load_faults()] == []
+
+
+@pytest.mark.parametrize(
+    ("keys", "words"),
+    [
+        ({"cylinders": 3}, "3 cylinders, which fire at order 1.5, and dominant_order 2"),
+        ({"excited": ("my", "my")}, "two [engine] excited names 'my'"),
+        ({"excited": ("fx", "fy", "fz", "mx", "my", "mz")}, "names all six loads"),
+        ({"excited": ("my",), "balancer_shafts": True}, "both excited and balancer_shafts"),
+    ],
+)
+def test_loads_that_contradict_themselves(keys, words):
+    (fault,) = engine_of(**keys).load_faults()
+    assert words in fault
+
+
+def test_excited_loads_reach_the_campaign(copy):
+    path = copy / "campaign.toml"
+    path.write_text(path.read_text().replace("[engine]", '[engine]\nexcited = ["fz", "my"]'))
+    assert read_campaign(copy).excited == ("fz", "my")
+    path.write_text(path.read_text().replace('"fz", "my"', '"fq"'))
+    with pytest.raises(InputError, match="excited"):
+        read_campaign(copy)
+
+
+def test_another_order_of_rotations_by_name(copy):
+    sheet = copy / "sensors.csv"
+    table = pd.read_csv(sheet)
+    before = read_campaign(copy).sensors[0]
+    assert before.rotation_order == "RzRyRx"
+    table["rotation_order"] = "RxRyRz"
+    table.to_csv(sheet, index=False)
+    after = read_campaign(copy).sensors[0]
+    angles = np.deg2rad(table.loc[0, ["rx [deg]", "ry [deg]", "rz [deg]"]].to_numpy(float))
+    assert after.rotation_order == "RxRyRz"
+    # about axes that turn along: x, then the new y, then the new z
+    expected = Rotation.from_euler("XYZ", angles).as_matrix()
+    assert after.orientation == pytest.approx(expected, abs=1e-12)
+    assert before.orientation == pytest.approx(Rotation.from_euler("xyz", angles).as_matrix())
+    table["rotation_order"] = "yaw"
+    table.to_csv(sheet, index=False)
+    with pytest.raises(InputError, match=r"'A1' has the rotation_order 'yaw', use one of Rz"):
+        read_campaign(copy)

@@ -16,16 +16,19 @@ from mounts_campaign_samples import (
     campaign_of,
     true_stiffness,
 )
+from scipy.spatial.transform import Rotation
 from threadpoolctl import threadpool_limits
 
 from deboom.errors import InputError
+from deboom.measurement.sensors import SensorKind
 from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts import measuring_chain
 from deboom.mounts.characterise import CharacteriseOptions, characterise, training_runs
 from deboom.mounts.characterised_mount import FORCE_PER_TORQUE
 from deboom.mounts.error_budget import IDENTIFIED, error_budget
+from deboom.mounts.measuring_chain import NEWTON, RIGID_MOTION
 from deboom.mounts.operating_map import Preload
-from deboom.mounts.self_calibration import NEWTON, RIGID_MOTION, FreeBody, self_calibrated
+from deboom.mounts.self_calibration import FreeBody, self_calibrated
 from deboom.physics.rigid_body import rotation_matrix
 
 QUICK = CharacteriseOptions(self_calibration=False)
@@ -129,6 +132,28 @@ def test_reversed_channel_is_named_and_can_be_switched_off():
     assert [step[:2] for step in steps] == [(done, 4) for done in range(5)]
     true = true_stiffness(found.directions["E x"].measured.wheel_torque)[:, 0]
     assert found.directions["E x"].measured.stiffness == pytest.approx(true, rel=1e-6)
+
+
+def test_another_order_of_the_angles_is_named():
+    """The sheet says RxRyRz, the sensors are turned by RzRyRx: five sensors disagree."""
+
+    def misread(one):
+        if one.kind is not SensorKind.ACCELEROMETER:
+            return one
+        angles = Rotation.from_matrix(one.orientation).as_euler("xyz")
+        turned = rotation_matrix(angles, "RxRyRz")
+        return replace(one, orientation=turned, rotation_order="RxRyRz")
+
+    sensors = tuple(map(misread, Rig().sensors))
+    with pytest.raises(
+        InputError,
+        match=r"were read as RxRyRz; read as RzRyRx the disagreement "
+        r"falls from .* %: write a column rotation_order with RzRyRx into it",
+    ):
+        characterise(campaign_of(Rig(tolerances=GOOD, sensors=sensors)), "P1")
+    rig = Rig(tolerances=GOOD, channel_gain={"A2 x": -1.0})
+    with pytest.raises(InputError, match="read as RzRyRx, and no other order fits better"):
+        characterise(campaign_of(rig), "P1")
 
 
 def test_direction_that_was_never_loaded_leaves_the_others():

@@ -7,7 +7,7 @@ from scipy.optimize import root
 from scipy.special import expit
 
 from deboom.bench import powertrain
-from deboom.bench.operating_run import TORQUE_AXIS, PlannedRun, true_run
+from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.physics.rigid_body import rigid_body_modes
 
 BENCH = powertrain.load_bench()
@@ -157,7 +157,8 @@ def test_wheel_end_against_its_closed_form():
 )
 def test_rigid_body_modes(wheel_torque, printed):
     # storage stiffness at 0.1 mm and 20 Hz, at the static equilibrium
-    deflection = powertrain.static_deflection(BENCH.powertrain, wheel_torque * TORQUE_AXIS[None])
+    load = wheel_torque * powertrain.TORQUE_AXIS[None]
+    deflection = powertrain.static_deflection(BENCH.powertrain, load)
     amplitude, line = np.full((1, 9), 1e-4), np.array([20.0])
     stiffness = powertrain.operating_stiffness(BENCH.powertrain, deflection, amplitude, line)[
         0

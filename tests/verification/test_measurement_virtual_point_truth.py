@@ -7,7 +7,9 @@ from scipy.optimize import lsq_linear
 from deboom.errors import InputError
 from deboom.measurement import quality, virtual_point
 from deboom.measurement.channels import Spectrum
+from deboom.measurement.path_forces import blocked_forces_in_situ
 from deboom.measurement.sensors import Sensor, SensorKind
+from deboom.physics.force_inversion import Inversion, Regularisation
 from deboom.physics.frf import FrfForm
 from deboom.physics.rigid_body import shift_matrix
 from hammer_test import draw_hammer_test, measure
@@ -46,6 +48,34 @@ def test_the_rigid_body_comes_back_from_both_sides(perfect):
     assert relative_error(found.values, test.inertance) < 1e-12
     assert found.outputs == ("x", "y", "z", "rx", "ry", "rz")
     assert found.inputs == ("fx", "fy", "fz", "mx", "my", "mz")
+    # 1/m and 1/J: an angular acceleration per moment, each with its unit
+    headers = found.table.columns
+    assert "x per fx [(m/s^2)/N]" in headers
+    assert "rx per mx [(rad/s^2)/(N m)]" in headers
+    assert "x per my [(m/s^2)/(N m)]" in headers
+    forces = found.select(("x", "y", "z"), ("fx", "fy", "fz"))
+    assert forces.unit == "(m/s^2)/N"
+    assert found.select(("rx", "ry"), ("mz",)).unit == "(rad/s^2)/(N m)"
+
+
+def test_blocked_moments_are_in_newton_metres(perfect):
+    """Forces and moments at the virtual point come back from what they make, each in its unit."""
+    test, measured = perfect
+    response, excitation = points(test)
+    at_point = virtual_point.virtual_point_frf(measured, response=response, excitation=excitation)
+    load = np.outer(np.exp(0.1j * at_point.frequency), [3.0, -2.0, 5.0, 0.2, 0.7, -0.4])
+    units = ("N", "N", "N", "N m", "N m", "N m")
+    motion = at_point @ Spectrum(at_point.frequency, load, at_point.inputs, units)
+    assert motion.units == ("m/s^2",) * 3 + ("rad/s^2",) * 3
+    found = blocked_forces_in_situ(at_point, motion, Inversion(Regularisation.NONE)).force
+    assert found.units == units
+    assert found.table.columns[-1] == "mz [N m]"
+    assert relative_error(found.values, load) < 1e-9
+    with pytest.raises(InputError, match=r"inputs of 'x' add up in .*: their units N, N, N, N"):
+        at_point @ Spectrum(at_point.frequency, load, at_point.inputs, "N")
+    wrong = Spectrum(at_point.frequency, load, at_point.outputs, ("m/s^2",) * 3 + ("N m",) * 3)
+    with pytest.raises(InputError, match=r"the responses of the indicators are in m/s\^2, N m"):
+        blocked_forces_in_situ(at_point, wrong)
 
 
 def test_any_point_of_the_body_can_be_the_virtual_point(perfect):
@@ -110,7 +140,7 @@ def test_switched_off_channels_are_not_looked_at():
     values[:, list(full.channels).index("A2 y")] = 1e6
     spoiled = Spectrum(full.frequency, values, full.channels, full.unit)
     assert np.array_equal(virtual_point.motion_at_point(point, spoiled).values, found.values)
-    assert found.unit == "m/s^2"
+    assert found.unit == ("m/s^2",) * 3 + ("rad/s^2",) * 3
     with pytest.raises(InputError, match="no channel named"):
         virtual_point.motion_at_point(point, full.select(["A1 x", "A1 y"]))
 

@@ -18,6 +18,7 @@ from deboom.physics.elastic_centre import (
     residual_coupling,
 )
 from deboom.physics.rigid_body import (
+    ROTATION_ORDERS,
     characteristic_length,
     forward_matrices,
     forward_matrix,
@@ -387,3 +388,18 @@ def test_point_acceleration_is_the_second_derivative_of_the_path():
     np.testing.assert_allclose(full, measured, atol=2e-7)
     linear = forward_matrix(turned(t)) @ np.concatenate([travel, rotation])
     assert np.max(np.abs(linear - measured)) > 0.1
+
+
+@pytest.mark.parametrize("order", ROTATION_ORDERS)
+def test_every_order_of_rotations_is_scipys(order):
+    angles = np.array([[0.3, -0.7, 1.9], [2.0, 0.1, -0.4]])
+    axes = [axis for axis in order if axis != "R"]
+    turned = angles[:, ["xyz".index(axis) for axis in axes]]
+    # capital letters: about axes that turn along, the leftmost matrix first
+    expected = Rotation.from_euler("".join(axes).upper(), turned).as_matrix()
+    assert rotation_matrix(angles, order) == pytest.approx(expected, abs=1e-14)
+
+
+def test_an_unknown_order_of_rotations_is_refused():
+    with pytest.raises(InputError, match="unknown order of rotations 'zyx', use one of RzRyRx"):
+        rotation_matrix([0.0, 0.0, 0.0], "zyx")

@@ -339,7 +339,11 @@ def _campaign_file(
         mount_table=MOUNT_TABLE,
         sensor_table=SENSOR_TABLE,
         channel_table=CHANNEL_TABLE,
-        engine=engine_section(bench),
+        engine=campaign_file.CampaignEngine(
+            **engine_section(bench).model_dump(),
+            # three cylinders have no mass force at their order, with or without shafts
+            balancer_shafts=bench.reciprocating is None if bench.cylinders != 3 else None,
+        ),
         powertrain=powertrain_section(sheet, exact=not errors.data_sheet),
         tolerances=_tolerances(errors),
         mounts=tuple(

@@ -12,6 +12,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.bench import fleet
 from deboom.bench.powertrain import (
     SIDES,
+    TORQUE_AXIS,
     SuspendedBody,
     VirtualBench,
     operating_stiffness,
@@ -26,9 +27,6 @@ from deboom.physics.forced_response import amplitude_dependent_response
 from deboom.physics.order_tracking import rpm_of_frequency
 
 Values = TypeVar("Values", RealArray, ComplexArray)
-
-TORQUE_AXIS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
-"""The crankshaft lies along y, and the bench drives forward: the reaction turns about +y."""
 
 CONVERGED = 1e-12
 """Largest relative change of an amplitude in the last iteration [1]."""
@@ -191,14 +189,13 @@ def operate(
     not exist is refused.
     """
     ratio = total_ratio(bench, gear)
-    order_torque = bench.order_torque.torque(
-        engine_torque, rpm_of_frequency(frequency, bench.order_torque.order)
-    )
+    rpm = rpm_of_frequency(frequency, bench.order_torque.order)
+    order_torque = bench.order_torque.torque(engine_torque, rpm)
     wheel_torque = engine_torque * ratio
     powertrain = steady_state(
         bench.powertrain,
         np.outer(wheel_torque, TORQUE_AXIS),
-        np.outer(order_torque, TORQUE_AXIS),
+        bench.dynamic_load(engine_torque, rpm),
         frequency,
     )
     wheel_end = steady_state(
@@ -351,7 +348,7 @@ def drive(
     n_side, n_rigid = len(SIDES), TORQUE_AXIS.size
     wheel_load = bench.driveline.load(order_torque, ratio, frequency)
     load = np.zeros((frequency.size, n_rigid + n_side + body.frequencies.size), dtype=complex)
-    load[:, :n_rigid] = np.outer(order_torque, TORQUE_AXIS)
+    load[:, :n_rigid] = bench.dynamic_load(engine_torque, rpm)
     load[:, n_rigid : n_rigid + n_side] = wheel_load[:, None]
 
     relative, flexibility = _relative_motion(bench, body)

@@ -339,6 +339,35 @@ class OrderTorque:
         return np.asarray(amplitude * np.exp(1j * phase) + reciprocating, dtype=complex)
 
 
+TORQUE_AXIS = np.array([0.0, 0.0, 0.0, 0.0, 1.0, 0.0])
+"""The crankshaft lies along y, and the bench drives forward: the reaction turns about +y."""
+
+
+@dataclass(frozen=True)
+class ReciprocatingForce:
+    """Vertical mass force of four cylinders in line at order 2, which balancer shafts take away.
+
+    - `mass`: reciprocating mass per cylinder [kg].
+    - `crank_radius`, `rod_ratio`: radius of the crank [m], and over the length of the rod [1].
+    - `centre`: middle of the cylinders from the powertrain's centre of gravity [m].
+    """
+
+    mass: float
+    crank_radius: float
+    rod_ratio: float
+    centre: tuple[float, float, float]
+
+    def load(self, rpm: RealArray) -> RealArray:
+        """Return the peak load at the centre of gravity, shape (f, 6) [N, N m].
+
+        ``F_z = 4 m r λ ω² cos 2θ`` acts upwards at top dead centre, where the tacho has its zero;
+        beside the centre of gravity it turns about x and y.
+        """
+        per_squared_speed = 4 * self.mass * self.crank_radius * self.rod_ratio
+        force = per_squared_speed * (2 * np.pi * rpm / 60) ** 2
+        return np.outer(force, forward_matrix(np.array(self.centre))[2])
+
+
 @dataclass(frozen=True)
 class FullLoadRamp:
     """Engine torque over a run-up with wide open throttle.
@@ -414,6 +443,8 @@ class VirtualBench:
     - `cylinders`: number of cylinders of the engine.
     - `rotations` (n_mount, 3): turns of vehicle axes into the axes of each powertrain mount, about
       the fixed axes x, then y, then z; laws are along the axes of the mounts [rad].
+    - `reciprocating`: mass force at the dominant order; None where there is none, or where balancer
+      shafts take it away.
     """
 
     mass: float
@@ -427,6 +458,7 @@ class VirtualBench:
     ramp: FullLoadRamp
     cylinders: int
     rotations: RealArray = field(default_factory=lambda: np.zeros((3, 3)))
+    reciprocating: ReciprocatingForce | None = None
 
     @property
     def turn(self) -> RealArray | None:
@@ -434,6 +466,15 @@ class VirtualBench:
         if not self.rotations.any():
             return None
         return np.asarray(block_diag(*rotation_matrix(self.rotations)))
+
+    def dynamic_load(self, engine_torque: RealArray, rpm: RealArray) -> ComplexArray:
+        """Return what shakes the powertrain at the dominant order, shape (f, 6) [N, N m].
+
+        - `engine_torque`, `rpm` (f,): [N m], [1/min].
+        """
+        torque = self.order_torque.torque(engine_torque, rpm)
+        load: ComplexArray = np.outer(torque, TORQUE_AXIS)
+        return load if self.reciprocating is None else load + self.reciprocating.load(rpm)
 
     @property
     def mount_names(self) -> tuple[str, ...]:
@@ -531,14 +572,19 @@ def _times(numbers: Mapping[str, Any], factors: Mapping[str, float]) -> dict[str
     return {name: factor * numbers[name] for name, factor in factors.items()}
 
 
-def load_second_engine() -> VirtualBench:
+def load_second_engine(*, balancer_shafts: bool = True) -> VirtualBench:
     """Put a second engine on the bench: four cylinders, order 2, with inertia.
+
+    - `balancer_shafts`: whether shafts balance the vertical force of its pistons.
 
     Mass, mount positions, gears and excitation are those of ``data/second_engine.json``; mounts and
     wheel ends are as drawn for the virtual platform. Whoever knows the mounts, and measures the
     motion of this powertrain, must find its forces: the mounts do not know what they carry.
     """
-    return _bench(read_data("powertrain.json") | read_data("second_engine.json"))
+    data = read_data("second_engine.json")
+    bench = _bench(read_data("powertrain.json") | data)
+    unbalanced = None if balancer_shafts else ReciprocatingForce(**data["reciprocating"])
+    return replace(bench, reciprocating=unbalanced)
 
 
 def _bench(data: Mapping[str, Any]) -> VirtualBench:

@@ -83,9 +83,7 @@ def is_smooth(robust: Robust) -> bool:
     )
 
 
-def objectives_and_gradients(
-    robust: Robust, design: RealArray
-) -> tuple[RealArray, RealArray]:
+def objectives_and_gradients(robust: Robust, design: RealArray) -> tuple[RealArray, RealArray]:
     """Return the mean and the sigma sum of a design (k,), and their gradients.
 
     Parameters
@@ -219,9 +217,7 @@ class _Line:
         return float(np.max((value - self.target(share)) / self.box))
 
 
-def converged_front(
-    robust: Robust, *, seed: int, progress: Progress | None = None
-) -> RealArray:
+def converged_front(robust: Robust, *, seed: int, progress: Progress | None = None) -> RealArray:
     """Return designs of a converged front of two smooth objectives.
 
     Parameters

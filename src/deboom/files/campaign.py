@@ -43,11 +43,19 @@ from deboom.files.schema import (
 from deboom.files.tables import read_table
 from deboom.files.time_data import time_functions
 from deboom.files.uff import UffFunction, write_uff
-from deboom.measurement.campaign import Campaign, OperatingRun, ShakerRun, StaticCurve, TimeRun
+from deboom.measurement.campaign import (
+    Campaign,
+    OperatingRun,
+    ShakerRun,
+    StaticCurve,
+    TimeRun,
+    excited_loads,
+)
 from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
+from deboom.measurement.virtual_point import RIGID_LOADS
 from deboom.mounts.mount import Mount
-from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.order_tracking import dominant_order, rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
 
 
@@ -55,6 +63,45 @@ class CampaignMount(MountEntry):
     """One mount."""
 
     on_powertrain: bool  # it carries the powertrain; else each piece carries a body of its own
+
+
+Load = Literal["fx", "fy", "fz", "mx", "my", "mz"]
+
+
+class CampaignEngine(Engine):
+    """The engine of a campaign, and what excites it at its dominant order."""
+
+    # four cylinders: whether shafts balance their vertical mass force
+    balancer_shafts: bool | None = None
+    # loads of the engine on itself besides the mounts, where cylinders and shafts do not say it
+    excited: AtLeastOne[Load] | None = None
+
+    @property
+    def loads(self) -> tuple[str, ...]:
+        """Loads on the powertrain besides the mounts."""
+        return self.excited or excited_loads(self.cylinders, self.balancer_shafts)
+
+    def load_faults(self) -> Iterator[str]:
+        """Give a sentence for loads that are stated twice, and for those that nobody can know."""
+        if self.excited is not None:
+            yield from doubled("[engine] excited names", self.excited)
+            if len(set(self.excited)) == len(RIGID_LOADS):
+                yield (
+                    "[engine] excited names all six loads: nothing would be left that the mounts "
+                    "must balance; leave out those that the engine does not make"
+                )
+            if self.balancer_shafts is not None:
+                yield (
+                    "[engine] has both excited and balancer_shafts: excited stands for what the "
+                    "shafts leave, take balancer_shafts out"
+                )
+        elif self.cylinders and self.dominant_order != dominant_order(self.cylinders):
+            yield (
+                f"[engine] has {self.cylinders} cylinders, which fire at order "
+                f"{dominant_order(self.cylinders):g}, and dominant_order {self.dominant_order:g}: "
+                "correct one of both, or say with excited which loads act at this order, such as "
+                'excited = ["mx", "my", "mz"]'
+            )
 
 
 class ToleranceEntry(StrictModel):
@@ -126,7 +173,7 @@ class CampaignFile(StrictModel):
     sensor_table: RelativePath  # position sheet, CSV or Excel
     channel_table: RelativePath  # which UFF node and direction is which channel
     switched_off: Several[str] = ()  # channels not to be used, such as "A3 y"
-    engine: Engine
+    engine: CampaignEngine
     powertrain: Powertrain  # nominal rigid-body data
     tolerances: ToleranceEntry
     mounts: AtLeastOne[CampaignMount]  # in the order of the platform
@@ -146,6 +193,7 @@ class CampaignFile(StrictModel):
             rows = [tuple(getattr(entry, key) for key in keys) for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] {verb}", rows)
         yield from doubled("switched_off are named", self.switched_off)
+        yield from self.engine.load_faults()
         gears = [(run.name, run.gear) for run in (*self.runs, *self.time_runs)]
         yield from beyond_gears("run", gears, self.engine.total_ratios)
         for shaker in self.shaker_runs:
@@ -443,6 +491,7 @@ def read_campaign(
         order=file.engine.dominant_order,
         tolerances=Tolerances(**values_of(file.tolerances)),
         input_files=(*tables.paths, *(folder / name for name in read)),
+        excited=file.engine.loads,
     )
 
 

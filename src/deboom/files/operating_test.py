@@ -47,7 +47,6 @@ from deboom.measurement.compressor_test import (
     OperatingTest,
 )
 from deboom.measurement.order_tracking import tracked_sweep
-from deboom.physics.rigid_body import rotation_matrix
 
 
 def _channels(
@@ -405,7 +404,7 @@ def _moved_sensors(
         )
     for placed, sensor in zip(sensors, test.sensors, strict=True):
         off = float(np.abs(np.array(placed.position) - sensor.position).max())
-        turn = Rotation.from_matrix(rotation_matrix(placed.angles).T @ sensor.orientation)
+        turn = Rotation.from_matrix(placed.orientation.T @ sensor.orientation)
         turned = float(turn.magnitude())
         if off > SAME_PLACE or turned > SAME_ANGLE:
             yield (

@@ -18,6 +18,7 @@ from deboom.files.tables import (
     InUnitOfRow,
     MayBeEmpty,
     Numbers,
+    Optional,
     TableRow,
     ZeroWithoutColumns,
     read_rows,
@@ -27,7 +28,7 @@ from deboom.files.tables import (
 from deboom.files.uff import DIRECTIONS
 from deboom.files.units import Unit, refuse_beyond
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
-from deboom.physics.rigid_body import rotation_matrix
+from deboom.physics.rigid_body import ROTATION_ORDERS, rotation_matrix
 
 _AXES = ("x", "y", "z")
 Vector = tuple[float, float, float]
@@ -36,6 +37,7 @@ _Place = Annotated[Vector, Numbers(_AXES, "m")]
 _PlaceInMillimetres = Annotated[Vector, Numbers(_AXES, "m", written="mm")]
 _Angles = Annotated[Vector, Numbers(("rx", "ry", "rz"), "rad", written="deg")]
 _Turn = Annotated[Vector, Numbers(("rx", "ry", "rz"), "rad", written="deg"), ZeroWithoutColumns]
+_RotationOrder = Annotated[str, Optional(ROTATION_ORDERS[0])]
 _Direction = Annotated[Vector, Numbers(("dx", "dy", "dz"))]
 
 
@@ -78,8 +80,9 @@ class SensorRow(TableRow):
     - `model`: what its maker calls it.
     - `mount`, `piece`: mount that it belongs to; the piece of a single one is ``""``.
     - `position`: from the powertrain's centre of gravity [m].
-    - `angles`: turns of vehicle axes into sensor axes, about the fixed axes x, then y, then z
-      [rad].
+    - `angles`: turns of vehicle axes into sensor axes, ``Rz·Ry·Rx``: about the fixed axes x, then
+      y, then z [rad].
+    - `rotation_order`: another order of them, of `ROTATION_ORDERS`; the column may be absent.
     """
 
     unique = ("sensor '{0.sensor}'",)
@@ -90,13 +93,29 @@ class SensorRow(TableRow):
     piece: Blank
     position: _Place
     angles: _Angles
+    rotation_order: _RotationOrder = ROTATION_ORDERS[0]
+
+    @property
+    def orientation(self) -> RealArray:
+        """Sensor axes in vehicle axes, its columns (3, 3) [1]."""
+        return rotation_matrix(self.angles, self.rotation_order)
 
     def _check(self) -> None:
+        _check_rotation_order(self.sensor, self.rotation_order)
         kinds = [kind.value for kind in SensorKind]
         if self.kind not in kinds:
             raise InputError(
                 f"sensor '{self.sensor}' is of unknown kind '{self.kind}', use {' or '.join(kinds)}"
             )
+
+
+def _check_rotation_order(sensor: str, order: str) -> None:
+    if order not in ROTATION_ORDERS:
+        raise InputError(
+            f"sensor '{sensor}' has the rotation_order '{order}', use one of "
+            f"{', '.join(ROTATION_ORDERS)}; without the column it is {ROTATION_ORDERS[0]}, about "
+            "the fixed axes x, then y, then z"
+        )
 
 
 def sensor_of(row: SensorRow | PlacedSensor) -> Sensor:
@@ -109,7 +128,8 @@ def sensor_of(row: SensorRow | PlacedSensor) -> Sensor:
         mount=sheet.mount if sheet else "",
         piece=sheet.piece if sheet else "",
         position=np.array(row.position),
-        orientation=rotation_matrix(row.angles),
+        orientation=row.orientation,
+        rotation_order=row.rotation_order,
     )
 
 
@@ -126,8 +146,9 @@ class PlacedSensor(TableRow):
     - `sensor`: name, such as ``A1``; its channels are ``A1 x``, ``A1 y``, ``A1 z``.
     - `node`: in the UFF files, where directions are those of the sensor's own axes.
     - `position`: [m].
-    - `angles`: turns of the sheet's axes into the sensor's, about the fixed axes x, then y, then z
-      [rad].
+    - `angles`: turns of the sheet's axes into the sensor's, ``Rz·Ry·Rx``: about the fixed axes x,
+      then y, then z [rad].
+    - `rotation_order`: another order of them, of `ROTATION_ORDERS`; the column may be absent.
     """
 
     sheet = "sensors"
@@ -136,6 +157,15 @@ class PlacedSensor(TableRow):
     node: int
     position: _PlaceInMillimetres
     angles: _Angles
+    rotation_order: _RotationOrder = ROTATION_ORDERS[0]
+
+    @property
+    def orientation(self) -> RealArray:
+        """Sensor axes in those of the sheet, its columns (3, 3) [1]."""
+        return rotation_matrix(self.angles, self.rotation_order)
+
+    def _check(self) -> None:
+        _check_rotation_order(self.sensor, self.rotation_order)
 
 
 @dataclass(frozen=True)

@@ -446,6 +446,13 @@ class ZeroWithoutColumns:
     """Mark beside `Numbers`: their columns may all be left out, which means zeros."""
 
 
+@dataclass(frozen=True)
+class Optional:
+    """Mark of a text whose column may be absent, and whose cell may be empty: then `default`."""
+
+    default: str
+
+
 class InUnitOfRow:
     """Mark of a number in the unit of its row; empty is infinite."""
 
@@ -561,7 +568,20 @@ def _optional(kind: type[TableRow]) -> list[tuple[str, ...]]:
     """Return the groups of columns that a table may lack."""
     hints = get_type_hints(kind, include_extras=True)
     marks: list[tuple[Any, ...]] = [getattr(hint, "__metadata__", ()) for hint in hints.values()]
-    return [mark[0].names for mark in marks if ZeroWithoutColumns in mark]
+    numbers = [mark[0].names for mark in marks if ZeroWithoutColumns in mark]
+    texts = [(field,) for field, column in _columns(kind).items() if isinstance(column, Optional)]
+    return numbers + texts
+
+
+def _is_absent(
+    field: str, column: Any, optional: Sequence[tuple[str, ...]], rows: Sequence[_Row]
+) -> bool:
+    """Say whether a column that a table may lack says no more than its absence."""
+    if isinstance(column, Optional):
+        return all(getattr(row, field) == column.default for row in rows)
+    if isinstance(column, Numbers) and column.names in optional:
+        return not any(any(getattr(row, field)) for row in rows)
+    return False
 
 
 def _headers(columns: Mapping[str, Any]) -> tuple[list[str], dict[str, str]]:
@@ -596,6 +616,8 @@ def _value(row: Row, field: str, column: Any, tell: Note) -> Any:
             return _stated(row, field)
         if column is InUnitOfRow:
             return row.number(field) * _stated(row, "unit").factor if row.cells[field] else math.inf
+        if isinstance(column, Optional):
+            return row.cells.get(field) or column.default
         return row.cells[field] if column is MayBeEmpty else row.filled(field)
     except InputError as error:
         tell(error)
@@ -612,14 +634,11 @@ def _stated(row: Row, column: str) -> Unit:
 
 def _frame(kind: type[_Row], rows: Sequence[_Row]) -> pd.DataFrame:
     """Table of rows in the units that are written."""
-    columns = _columns(kind)
+    groups = _optional(kind)
     absent = {
-        field
-        for field, column in columns.items()
-        if isinstance(column, Numbers) and column.names in _optional(kind)
-        if not any(any(getattr(row, field)) for row in rows)
+        field for field, column in _columns(kind).items() if _is_absent(field, column, groups, rows)
     }
-    pairs = [(field, column) for field, column in columns.items() if field not in absent]
+    pairs = [(field, column) for field, column in _columns(kind).items() if field not in absent]
     labels = [
         label
         for field, column in pairs

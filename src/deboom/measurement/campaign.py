@@ -13,6 +13,29 @@ from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
+from deboom.measurement.virtual_point import RIGID_LOADS
+from deboom.physics.order_tracking import dominant_order
+
+TORQUE_ALONE = ("my",)
+UNBALANCED = ("fz", "mx", "my")
+
+
+def excited_loads(cylinders: int | None, balancer_shafts: bool | None = None) -> tuple[str, ...]:
+    """Return the loads that an engine across the car puts on itself at its firing order.
+
+    - `cylinders`: in line, upright; None for an electric drive.
+    - `balancer_shafts`: whether shafts balance its mass forces at this order; None: not known.
+    - returns: of ``fx`` … ``mz``, those besides the forces of the mounts.
+
+    Torque about the crankshaft acts in every engine. The mass force of a piston has the orders 1,
+    2, 4, 6, …; it adds up over the cylinders where one of these is the firing order: two or four
+    cylinders. Then it acts along z, beside the centre of gravity, and turns about x as well. Where
+    nobody knows of balancer shafts, the force counts as unknown rather than as zero.
+    """
+    if cylinders is None or balancer_shafts:
+        return TORQUE_ALONE
+    order = dominant_order(cylinders)
+    return UNBALANCED if order in (1.0, 2.0) else TORQUE_ALONE
 
 
 class MeasuredMount(Protocol):
@@ -179,6 +202,8 @@ class Campaign:
     - `shaker_runs`: at the virtual points, three axes for each mount (piece) that occurs.
     - `mass_matrix` (6, 6): mass matrix of the powertrain at its centre of gravity, from the data
       sheet [kg, kg m²].
+    - `excited`: loads ``fx`` … ``mz`` of unknown size that act on the powertrain besides its mounts
+      at this order, see `excited_loads`.
     - `mass_tolerance`, `inertia_tolerance`, `centre_of_gravity_tolerance`: half widths [kg], of
       entry ij relative to ``√(J_ii J_jj)`` [1], per axis [m].
     """
@@ -200,6 +225,15 @@ class Campaign:
     order: float
     tolerances: Tolerances
     input_files: tuple[Path, ...]
+    excited: tuple[str, ...] = TORQUE_ALONE
+
+    def __post_init__(self) -> None:
+        unknown = [name for name in self.excited if name not in RIGID_LOADS]
+        if unknown or not 0 < len(set(self.excited)) < len(RIGID_LOADS):
+            raise InputError(
+                f"campaign {self.name}: the powertrain is excited by {list(self.excited)}: name "
+                f"one to five of {', '.join(RIGID_LOADS)}; the rest balances the mounts"
+            )
 
     def runs_of(self, mount_set: str) -> tuple[OperatingRun, ...]:
         """Return the runs with one mount set on the bench; an unknown one raises InputError."""

@@ -6,7 +6,7 @@ Names are doubled nowhere, numbers are finite, and lines increase; else InputErr
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -43,6 +43,65 @@ def _positions(wanted: Sequence[str], names: tuple[str, ...], what: str) -> list
     return [names.index(name) for name in wanted]
 
 
+@dataclass(frozen=True)
+class SideUnits:
+    """Units of functions whose outputs, or inputs, are of several kinds: one each.
+
+    - `outputs`, `inputs`: such as ``m/s^2`` and ``rad/s^2``, ``N`` and ``N m``.
+    """
+
+    outputs: tuple[str, ...]
+    inputs: tuple[str, ...]
+
+    def __str__(self) -> str:
+        """Kinds of outputs per kinds of inputs."""
+        kinds = (", ".join(dict.fromkeys(side)) for side in (self.outputs, self.inputs))
+        return " per ".join(kinds)
+
+    def of(self, output: int, source: int) -> str:
+        """Return the unit of one function."""
+        above, below = self.outputs[output], self.inputs[source]
+        return f"{_enclosed(above)}/{_enclosed(below)}"
+
+
+def _enclosed(unit: str) -> str:
+    return f"({unit})" if "/" in unit or " " in unit else unit
+
+
+_ROTATION = {"m": "rad", "m/s": "rad/s", "m/s^2": "rad/s^2"}
+
+
+def motion_units(names: Sequence[str], unit: str) -> tuple[str, ...]:
+    """Return the units of motions ``<point> x … rz``, translations in `unit`: rad/s² for m/s²."""
+    turning = _ROTATION.get(unit, f"{unit}/m")
+    return tuple(turning if name.endswith(("rx", "ry", "rz")) else unit for name in names)
+
+
+def load_units(names: Sequence[str], unit: str) -> tuple[str, ...]:
+    """Return the units of loads ``<point> x … mz``, forces in `unit`: N m for N."""
+    return tuple(f"{unit} m" if name.endswith(("mx", "my", "mz")) else unit for name in names)
+
+
+def unit_sides(unit: str | SideUnits) -> tuple[str, str]:
+    """Split the one unit of functions into that of the output and that of the input.
+
+    - raises InputError: functions of several units, or no output per input.
+    """
+    depth, text = 0, unit if isinstance(unit, str) else ""
+    for place in range(len(text) - 1, 0, -1):
+        depth += {")": 1, "(": -1}.get(text[place], 0)
+        if text[place] == "/" and depth == 0:
+            return _bare(text[:place]), _bare(text[place + 1 :])
+    raise InputError(
+        f"functions at a virtual point are made of ones of a single unit, an output per input such "
+        f"as (m/s^2)/N, not of {unit}"
+    )
+
+
+def _bare(unit: str) -> str:
+    return unit[1:-1] if unit.startswith("(") and unit.endswith(")") else unit
+
+
 def unit_of_response(function: str, source: str) -> str:
     """Return the unit of a frequency response function times what goes into it.
 
@@ -51,8 +110,7 @@ def unit_of_response(function: str, source: str) -> str:
     """
     for below in (f"/{source}", f"/({source})"):
         if function.endswith(below):
-            above = function.removesuffix(below)
-            return above[1:-1] if above.startswith("(") and above.endswith(")") else above
+            return _bare(function.removesuffix(below))
     return f"{function}·{source}"
 
 
@@ -68,8 +126,8 @@ class Spectrum(Tabled):
         Complex peak amplitudes [unit].
     channels : tuple of str
         Name of each column, such as ``TSM x``.
-    unit : str
-        Unit of all channels.
+    unit : str or tuple of str
+        Unit of all channels, or of each of them where they are of several kinds.
 
     Raises
     ------
@@ -87,20 +145,39 @@ class Spectrum(Tabled):
     frequency: RealArray
     values: ComplexArray
     channels: tuple[str, ...]
-    unit: str
+    unit: str | tuple[str, ...]
+
+    def __post_init__(self) -> None:
+        if not isinstance(self.unit, str):
+            if len(self.unit) != len(self.channels):
+                raise InputError(f"{len(self.channels)} channels need a unit each, or one for all")
+            object.__setattr__(self, "unit", _alike(tuple(self.unit)))
+
+    @property
+    def units(self) -> tuple[str, ...]:
+        """Unit of each channel."""
+        return (self.unit,) * len(self.channels) if isinstance(self.unit, str) else self.unit
 
     @property
     def table(self) -> pd.DataFrame:
         """Complex values of each channel over frequency."""
         columns = {
-            f"{c} [{self.unit}]": v for c, v in zip(self.channels, self.values.T, strict=True)
+            f"{channel} [{unit}]": values
+            for channel, unit, values in zip(self.channels, self.units, self.values.T, strict=True)
         }
         return pd.DataFrame({"frequency [Hz]": self.frequency} | columns)
 
     def select(self, channels: Sequence[str]) -> Spectrum:
         """Return the spectrum of the named channels, in the order asked for."""
         columns = _positions(channels, self.channels, "channel")
-        return Spectrum(self.frequency, self.values[:, columns], tuple(channels), self.unit)
+        units = tuple(self.units[column] for column in columns)
+        return Spectrum(
+            self.frequency, self.values[:, columns], tuple(channels), units or self.unit
+        )
+
+
+def _alike(units: tuple[str, ...]) -> str | tuple[str, ...]:
+    return units[0] if len(set(units)) == 1 else units
 
 
 @checked(
@@ -121,8 +198,8 @@ class Frf(Tabled):
         Complex functions, output per input [unit].
     outputs, inputs : tuple of str
         Names of the responses and of what excites them.
-    unit : str
-        Unit of all functions, such as ``Pa/N``.
+    unit : str or SideUnits
+        Unit of all functions, such as ``Pa/N``, or of each output and input.
     added_decay_rate : float
         1/τ of an exponential window on force and responses: the values are those of a body whose
         poles lie this much further left, until modal analysis takes it off; 0 without one [1/s].
@@ -144,14 +221,29 @@ class Frf(Tabled):
     values: ComplexArray
     outputs: tuple[str, ...]
     inputs: tuple[str, ...]
-    unit: str
+    unit: str | SideUnits
     added_decay_rate: float = 0.0
+
+    def __post_init__(self) -> None:
+        if isinstance(self.unit, SideUnits):
+            above, below = self.unit.outputs, self.unit.inputs
+            if (len(above), len(below)) != (len(self.outputs), len(self.inputs)):
+                raise InputError(
+                    f"units of {len(above)} outputs and {len(below)} inputs, but there are "
+                    f"{len(self.outputs)} and {len(self.inputs)}: state one each"
+                )
+            if len(set(above)) == 1 and len(set(below)) == 1:
+                object.__setattr__(self, "unit", self.unit.of(0, 0))
+
+    def unit_of(self, output: int, source: int) -> str:
+        """Return the unit of one function."""
+        return self.unit if isinstance(self.unit, str) else self.unit.of(output, source)
 
     @property
     def table(self) -> pd.DataFrame:
         """Complex values of each output per input over frequency, and the window's decay rate."""
         columns: dict[str, object] = {
-            f"{output} per {source} [{self.unit}]": self.values[:, o, i]
+            f"{output} per {source} [{self.unit_of(o, i)}]": self.values[:, o, i]
             for o, output in enumerate(self.outputs)
             for i, source in enumerate(self.inputs)
         }
@@ -168,7 +260,13 @@ class Frf(Tabled):
         rows = _positions(outputs, self.outputs, "output")
         columns = _positions(inputs, self.inputs, "input")
         values = self.values[:, rows][:, :, columns]
-        return replace(self, values=values, outputs=outputs, inputs=inputs)
+        unit = self.unit
+        if isinstance(unit, SideUnits):
+            unit = SideUnits(
+                tuple(unit.outputs[row] for row in rows),
+                tuple(unit.inputs[column] for column in columns),
+            )
+        return replace(self, values=values, outputs=outputs, inputs=inputs, unit=unit)
 
     def __matmul__(self, source: Spectrum) -> Spectrum:
         """Response to a spectrum: ``o_f = Σ_i H_foi s_fi``; names and frequencies must agree."""
@@ -181,8 +279,25 @@ class Frf(Tabled):
             raise InputError("the frequency axes of matrix and spectrum differ")
         refuse_window(self.added_decay_rate, "a response to a spectrum")
         values = np.einsum("foi,fi->fo", self.values, source.values)
-        unit = unit_of_response(self.unit, source.unit)
-        return Spectrum(self.frequency, values, self.outputs, unit)
+        return Spectrum(self.frequency, values, self.outputs, self.response_units(source.units))
+
+    def response_units(self, source: Sequence[str]) -> tuple[str, ...]:
+        """Return the unit of each output, with inputs in the units `source`.
+
+        - raises InputError: inputs that would add up to several units in one output.
+        """
+        units = []
+        for o, output in enumerate(self.outputs):
+            of_inputs = {
+                unit_of_response(self.unit_of(o, i), unit) for i, unit in enumerate(source)
+            }
+            if len(of_inputs) > 1:
+                raise InputError(
+                    f"the inputs of '{output}' add up in {', '.join(sorted(of_inputs))}: their "
+                    f"units {', '.join(source)} do not fit functions in {self.unit}"
+                )
+            units.append(of_inputs.pop())
+        return tuple(units)
 
 
 @checked(values="s c some", rate=">0", channels="c distinct")

@@ -155,8 +155,14 @@ def refuse_contradictions(test: InertanceTest) -> None:
     _refuse_unlike_lengths(test)
     sensors, impacts = sensor_geometry(test.sensors), impact_geometry(test.impacts)
     refuse_other_functions(test.frf, [(sensors, impacts)], test.name)
-    both = virtual_point(sensors), virtual_point(impacts)
-    refuse_sheet_faults(test.frf, *both, test.tolerances, test.name)
+    refuse_sheet_faults(
+        test.frf,
+        virtual_point(sensors),
+        virtual_point(impacts),
+        test.tolerances,
+        test.name,
+        test.sensors,
+    )
 
 
 def spread(places: Sequence[RealArray]) -> float:

@@ -8,21 +8,31 @@ the rest at two places and are searched for by themselves.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
 from itertools import combinations, permutations, product
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
+from scipy.spatial.transform import Rotation
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError
 from deboom.measurement.channels import Frf, Spectrum
-from deboom.measurement.sensors import SENSOR_AXES, PlacementTolerances, Tolerances
-from deboom.measurement.virtual_point import SINGULAR, ChannelGeometry, VirtualPoint, channel_values
-from deboom.physics.rigid_body import forward_matrices
+from deboom.measurement.sensors import SENSOR_AXES, PlacementTolerances, Sensor, Tolerances
+from deboom.measurement.virtual_point import (
+    SINGULAR,
+    ChannelGeometry,
+    VirtualPoint,
+    channel_values,
+    sensor_geometry,
+    virtual_point,
+)
+from deboom.physics.rigid_body import ROTATION_ORDERS, forward_matrices, rotation_matrix
 
 STANDS_OUT = 0.7
 """A suspect stands out if the rest disagrees by less than this share (squared) of all together."""
@@ -124,6 +134,47 @@ def culprit_of_excitation(point: VirtualPoint, measured: Frf, tolerances: Tolera
     return find_culprit(point.geometry, rows.reshape(-1, len(point.channels)), tolerances)
 
 
+def explain_rotation_order(
+    sensors: Sequence[Sensor], measured: Spectrum | Frf, switched_off: Sequence[str] = ()
+) -> str:
+    """Say how the angles of a position sheet were read, and by which order the sensors agree.
+
+    - `sensors`: of one rigid body, as the sheet states them.
+    - `measured`: their channels.
+    - returns a clause; an order other than the stated one is named if less than `HALVED` of the
+      disagreement (rms) is left with it.
+    """
+    stated = sensors[0].rotation_order
+    angles = [_angles(sensor) for sensor in sensors]
+    left = {}
+    for order in ROTATION_ORDERS:
+        turned = [
+            replace(sensor, orientation=rotation_matrix(angle, order))
+            for sensor, angle in zip(sensors, angles, strict=True)
+        ]
+        geometry = sensor_geometry(turned, switched_off=switched_off)
+        point = virtual_point(geometry)
+        lines = channel_values(point, measured).reshape(-1, len(point.channels))
+        states = _motion_states(geometry, lines)
+        left[order] = math.sqrt(states.disagreement(geometry.forward))
+    best = min(left, key=lambda order: left[order])
+    read = f"the angles of the position sheet were read as {stated}"
+    if best != stated and left[best] < HALVED * left[stated]:
+        return (
+            f"{read}; read as {best} the disagreement falls from {100 * left[stated]:.2g} to "
+            f"{100 * left[best]:.2g} %: write a column rotation_order with {best} into it"
+        )
+    return f"{read}, and no other order fits better by much"
+
+
+def _angles(sensor: Sensor) -> RealArray:
+    """Angles (rx, ry, rz) that make the orientation of a sensor in its stated order [rad]."""
+    # scipy names rotations about fixed axes in small letters, the first one first
+    axes: Any = sensor.rotation_order.replace("R", "")[::-1]
+    turns = Rotation.from_matrix(sensor.orientation).as_euler(axes)
+    return np.array([turns[axes.index(axis)] for axis in "xyz"])
+
+
 def find_culprit(
     geometry: ChannelGeometry, channels: npt.ArrayLike, tolerances: Tolerances
 ) -> Diagnosis:
@@ -202,11 +253,13 @@ def refuse_sheet_faults(
     excitation: VirtualPoint,
     stated: PlacementTolerances,
     whose: str,
+    sensors: Sequence[Sensor],
 ) -> None:
     """Refuse a reversed or swapped channel or impact, or two exchanged, whichever explains more.
 
     - `frf`: from all impacts to all channels of one rigid body.
     - `whose`: test, to begin the sentence with.
+    - `sensors`: of the position sheet, whose angles another order of rotations may explain.
     - raises InputError: with the name of the channel, impact or pair.
     """
     tolerances = tolerances_of_all(stated)
@@ -232,9 +285,10 @@ def refuse_sheet_faults(
                 "again"
             )
         if suspect is not None:
+            turned = explain_rotation_order(sensors, frf) if what == "sensor" else ""
             raise InputError(
                 f"{whose}: {what} {suspect.name} contradicts all others: {diagnosis.verdict}. Mend "
-                "the position sheet and start again"
+                f"the position sheet and start again{turned and f'; {turned}'}"
             )
 
 

@@ -12,7 +12,14 @@ import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, refuse_doubled
+from deboom.measurement.channels import (
+    Frf,
+    SideUnits,
+    load_units,
+    motion_units,
+    refuse_doubled,
+    unit_sides,
+)
 from deboom.measurement.compressor_test import (
     OperatingSweep,
     OperatingTest,
@@ -243,8 +250,8 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
     """Refer the accelerances of the body, compressor taken out, to six motions and loads at points.
 
     ``Y_VP = V⁺ Y (U⁺)ᵀ``, block by block, at all points of the car by default: outputs
-    ``<point> x`` … ``rz``, inputs ``<point> x y z mx my mz`` [(m/s^2)/N], per metre for each
-    rotation or moment. Errors as of `wrench_noise_transfer`.
+    ``<point> x`` … ``rz`` [m/s², rad/s²], inputs ``<point> x y z mx my mz`` [N, N m]. Errors as of
+    `wrench_noise_transfer`.
     """
     chosen = car.chosen(points)
     seen = [virtual_point(sensor_geometry(point.sensors, point.position)) for point in chosen]
@@ -258,11 +265,12 @@ def wrench_accelerance(car: ElectricCar, points: Sequence[str] | None = None) ->
         ]
         for response in seen
     ]
+    motions = tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS)
+    loads = tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS)
+    above, below = unit_sides(car.accelerance.unit)
+    unit = SideUnits(motion_units(motions, above), load_units(loads, below))
     return replace(
-        car.accelerance,
-        values=np.block(blocks),
-        outputs=tuple(f"{point.name} {motion}" for point in chosen for motion in RIGID_MOTIONS),
-        inputs=tuple(f"{point.name} {load}" for point in chosen for load in POINT_LOADS),
+        car.accelerance, values=np.block(blocks), outputs=motions, inputs=loads, unit=unit
     )
 
 

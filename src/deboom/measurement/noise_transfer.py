@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf
+from deboom.measurement.channels import Frf, SideUnits, load_units, unit_sides
 from deboom.measurement.virtual_point import ChannelGeometry, virtual_point
 
 PRESSURE_PER_FORCE = "Pa/N"
@@ -73,7 +73,9 @@ def noise_transfer_at_points(measured: Frf, points: Mapping[str, ChannelGeometry
         blocks.append(measured.select(inputs=point.channels).values @ point.inverse.T)
         names += [f"{name} {load}" for load in POINT_LOADS]
     values = np.concatenate(blocks, axis=2)
-    return replace(measured, values=values, inputs=tuple(names))
+    above, below = unit_sides(measured.unit)
+    unit = SideUnits((above,) * len(measured.outputs), load_units(names, below))
+    return replace(measured, values=values, inputs=tuple(names), unit=unit)
 
 
 def noise_transfer_of_paths(
@@ -85,7 +87,6 @@ def noise_transfer_of_paths(
     such as ``Du x`` to ``Du left x`` and ``Du right x``; it is per newton of their summed force
     [Pa/N]. Raises InputError: a path without noise transfer function, no such ear.
     """
-    _check_unit(points)
     for path, pieces in paths.items():
         missing = [piece for piece in pieces if piece not in points.inputs]
         if missing or not pieces:
@@ -94,8 +95,11 @@ def noise_transfer_of_paths(
                 f"are {list(points.inputs)}: measure it, or leave the path out"
             )
     chosen = points if ear is None else points.select(outputs=(ear,))
+    _check_unit(chosen.select(inputs=[piece for pieces in paths.values() for piece in pieces]))
     columns = [chosen.select(inputs=pieces).values.mean(axis=2) for pieces in paths.values()]
-    return replace(chosen, values=np.stack(columns, axis=2), inputs=tuple(paths))
+    return replace(
+        chosen, values=np.stack(columns, axis=2), inputs=tuple(paths), unit=PRESSURE_PER_FORCE
+    )
 
 
 def _check_unit(frf: Frf) -> None:

@@ -27,7 +27,7 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, unit_of_response
+from deboom.measurement.channels import Frf, SideUnits, Spectrum
 from deboom.physics.force_inversion import (
     CROSS_VALIDATED,
     Inversion,
@@ -203,13 +203,21 @@ def _inverted(
     noise: RealArray | None,
     receiver: Receiver,
 ) -> PathForces:
-    explained = unit_of_response(accelerance.unit, "N")
-    if explained != response.unit:
-        raise InputError(
-            f"forces times transfer functions in {accelerance.unit} are {explained}, the responses "
-            f"of the indicators are in {response.unit}: convert one of them first"
-        )
     lines, indicators = accelerance.frequency, accelerance.outputs
+    sides = accelerance.unit
+    loads = sides.inputs if isinstance(sides, SideUnits) else ("N",) * len(accelerance.inputs)
+    explained = accelerance.response_units(loads)
+    seen = [
+        unit
+        for name, unit in zip(response.channels, response.units, strict=True)
+        if name in indicators
+    ]
+    if set(seen) - set(explained):
+        raise InputError(
+            f"loads times transfer functions in {accelerance.unit} are "
+            f"{', '.join(dict.fromkeys(explained))}, the responses of the indicators are in "
+            f"{', '.join(dict.fromkeys(seen))}: convert one of them first"
+        )
     measured = _of_paths(response, indicators, lines, explained, "response of the indicators")
     if lines[0] <= 0:
         raise InputError(
@@ -218,14 +226,18 @@ def _inverted(
         )
     paths = accelerance.inputs
     inverted = invert_for_forces(accelerance.values, measured, inversion, noise, paths)
-    force = Spectrum(lines, inverted.force, paths, "N")
+    force = Spectrum(lines, inverted.force, paths, loads)
     return PathForces(force, receiver, indicators, inverted)
 
 
 def _of_paths(
-    measured: Spectrum, wanted: tuple[str, ...], lines: RealArray, unit: str, what: str
+    measured: Spectrum,
+    wanted: tuple[str, ...],
+    lines: RealArray,
+    unit: str | tuple[str, ...],
+    what: str,
 ) -> ComplexArray:
-    """Values of the wanted channels on the given lines and in the given unit."""
+    """Values of the wanted channels on the given lines and in the given unit, or units of each."""
     if not np.array_equal(lines, measured.frequency):
         other = measured.frequency
         raise InputError(
@@ -236,11 +248,14 @@ def _of_paths(
     missing = [name for name in wanted if name not in measured.channels]
     if missing:
         raise InputError(f"no {what} of {missing}, there are {list(measured.channels)}")
-    _refuse_other_unit(measured.unit, unit, what)
-    return measured.select(wanted).values
+    chosen = measured.select(wanted)
+    expected = (unit,) * len(wanted) if isinstance(unit, str) else unit
+    for seen, needed in zip(chosen.units, expected, strict=True):
+        _refuse_other_unit(seen, needed, what)
+    return chosen.values
 
 
-def _refuse_other_unit(unit: str, wanted: str, what: str) -> None:
+def _refuse_other_unit(unit: str | tuple[str, ...], wanted: str, what: str) -> None:
     if unit != wanted:
         raise InputError(f"the {what} is in {unit}, expected {wanted}: convert it first")
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from deboom.arrays import RealArray, checked
 from deboom.errors import InputError
+from deboom.physics.rigid_body import ROTATION_ORDERS
 
 SENSOR_AXES = ("x", "y", "z")
 
@@ -30,6 +31,7 @@ class Sensor:
     - `position` (3,): in the axes and from the origin of the position sheet, in a vehicle the
       powertrain's centre of gravity [m].
     - `orientation` (3, 3): right-handed rotation, its columns the sensor's axes; else InputError.
+    - `rotation_order`: of `ROTATION_ORDERS`, by which the position sheet states it as angles.
     """
 
     name: str
@@ -39,6 +41,7 @@ class Sensor:
     piece: str
     position: RealArray
     orientation: RealArray
+    rotation_order: str = ROTATION_ORDERS[0]
 
     def __post_init__(self) -> None:
         turned = self.orientation.T @ self.orientation

@@ -17,7 +17,15 @@ from scipy.linalg import solve_triangular
 from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
 from deboom.common import DOFS
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
+from deboom.measurement.channels import (
+    Frf,
+    SideUnits,
+    Spectrum,
+    load_units,
+    motion_units,
+    refuse_doubled,
+    unit_sides,
+)
 from deboom.measurement.sensors import Impact, Sensor
 from deboom.physics.rigid_body import forward_matrices
 
@@ -298,11 +306,14 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
 def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
     """Return the motion of the virtual point, ``x y z rx ry rz``, out of all its channels.
 
-    Translations in the unit of `measured`, rotations in that unit per metre; a missing channel
-    raises InputError.
+    Translations in the unit of `measured`, rotations in that unit per metre, such as rad/s²; a
+    missing channel, or channels of several units, raise InputError.
     """
-    values = measured.select(point.channels).values @ point.inverse.T
-    return Spectrum(measured.frequency, values, RIGID_MOTIONS, measured.unit)
+    chosen = measured.select(point.channels)
+    if not isinstance(chosen.unit, str):
+        raise InputError(f"a motion needs channels of one unit, not of {', '.join(chosen.units)}")
+    units = motion_units(RIGID_MOTIONS, chosen.unit)
+    return Spectrum(measured.frequency, chosen.values @ point.inverse.T, RIGID_MOTIONS, units)
 
 
 def virtual_point_frf(
@@ -310,8 +321,8 @@ def virtual_point_frf(
 ) -> Frf:
     """Return frequency response functions at virtual points: of responses, of forces or both.
 
-    Outputs ``x … rz``, inputs ``fx … mz`` on each transformed side, in the unit of `measured`; per
-    metre for each rotation or moment. A missing channel raises InputError.
+    Outputs ``x … rz``, inputs ``fx … mz`` on each transformed side, each with its unit: rad/s²
+    beside m/s², N m beside N. A missing channel, or functions of several units, raise InputError.
 
     ``Y_VP = V⁺ Y (U⁺)ᵀ`` with ``(U⁺)ᵀ = U (Uᵀ U)⁻¹``: of all forces at the points of excitation
     that make up a load, those of least ``Σ f²``.
@@ -320,9 +331,14 @@ def virtual_point_frf(
         raise InputError("state the virtual point of the responses, of the excitation, or both")
     outputs = measured.outputs if response is None else response.channels
     inputs = measured.inputs if excitation is None else excitation.channels
-    values = measured.select(outputs, inputs).values
+    chosen = measured.select(outputs, inputs)
+    values, (above, below) = chosen.values, unit_sides(chosen.unit)
+    of_outputs, of_inputs = (above,) * len(outputs), (below,) * len(inputs)
     if response is not None:
         values, outputs = response.inverse @ values, RIGID_MOTIONS
+        of_outputs = motion_units(RIGID_MOTIONS, above)
     if excitation is not None:
         values, inputs = values @ excitation.inverse.T, RIGID_LOADS
-    return replace(measured, values=values, outputs=outputs, inputs=inputs)
+        of_inputs = load_units(RIGID_LOADS, below)
+    unit = SideUnits(of_outputs, of_inputs)
+    return replace(measured, values=values, outputs=outputs, inputs=inputs, unit=unit)

@@ -13,7 +13,7 @@ from threadpoolctl import threadpool_limits
 from deboom.common import AXES, Progress
 from deboom.errors import InputError
 from deboom.measurement.campaign import Campaign, MeasuredMount, OperatingRun
-from deboom.measurement.culprit import culprit_of_responses
+from deboom.measurement.culprit import culprit_of_responses, explain_rotation_order
 from deboom.measurement.quality import LARGEST_INCONSISTENCY, geometric_consistency
 from deboom.mounts.characterised_mount import (
     FORCE_PER_TORQUE,
@@ -64,9 +64,8 @@ class CharacteriseOptions:
     - `preload`: variable of the surfaces.
     - `regressor`: pieces of the surfaces.
     - `self_calibration`: whether rigid motion and Newton's law improve the stated alignment.
-    - `excited`: loads ``fx`` … ``mz`` that excite the powertrain at this order; about the
-      crankshaft along y alone by default. Four cylinders in line add ``fz`` and its moment ``mx``.
-    - `excitation_deviation`: standard deviation of their direction, per axis [rad].
+    - `excitation_deviation`: standard deviation of the direction of the loads that excite the
+      powertrain, `Campaign.excited`, per axis [rad].
     - `draws`: draws of the error budget.
     - `seed`: seed of the error budget, from 1.
     """
@@ -75,7 +74,6 @@ class CharacteriseOptions:
     preload: Preload = Preload.WHEEL_TORQUE
     regressor: PiecewiseCubicRegressor = field(default_factory=PiecewiseCubicRegressor)
     self_calibration: bool = True
-    excited: tuple[str, ...] = ("my",)
     excitation_deviation: float = math.radians(0.2)
     draws: int = LEAST_DRAWS
     seed: int = 1
@@ -122,6 +120,13 @@ class Characterisation(Tabled):
     def mounts(self) -> tuple[CharacterisedMount, ...]:
         """Mounts as the library keeps them."""
         return tuple(self._characterised_mount(mount) for mount in self.campaign.mounts)
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """Sentences on what the measuring chains contradict; their directions are withdrawn."""
+        return tuple(
+            alarm for chain in self.chains for alarm in chain.alarms(self.campaign.excited)
+        )
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
         """Return the library's record of the campaign, with the hash of every input file."""
@@ -210,7 +215,7 @@ def measuring_chains(
         mass_deviation=campaign.mass_tolerance / third,
         inertia_deviation=campaign.inertia_tolerance / third,
         centre_deviation=campaign.centre_of_gravity_tolerance / third,
-        excited=options.excited,
+        excited=campaign.excited,
         excitation_deviation=options.excitation_deviation,
     )
     chains = []
@@ -334,10 +339,11 @@ def _refuse_culprit(campaign: Campaign, body: InstrumentedBody) -> None:
         if worst <= LARGEST_INCONSISTENCY:
             continue
         diagnosis = culprit_of_responses(body.virtual_point, run.acceleration, campaign.tolerances)
+        turned = explain_rotation_order(body.accelerometers, run.acceleration, body.channels_off)
         raise InputError(
             f"campaign {campaign.name}, run {run.name}: the accelerometers of the {body.name} "
             f"disagree by {worst:.2f} (geometric consistency, at most {LARGEST_INCONSISTENCY}); "
-            f"{diagnosis.verdict}; correct it, or switch the channels off by their names"
+            f"{diagnosis.verdict}; correct it, or switch the channels off by their names; {turned}"
         )
 
 

@@ -47,7 +47,8 @@ class DirectionBudget:
     surface, relative to it; `imag_half_width` (n,) half the band of Im K relative to |Im K|;
     `misfit` the rms part of the residuals that noise does not explain, which is in the band;
     `sources` half the band by each stated tolerance alone, without self-calibration, medians over
-    lines [1].
+    lines [1]. `enlargement` is the factor in the band by what contradicts the measuring chain,
+    `AlignmentEstimate.enlargement` [1].
     """
 
     name: str
@@ -57,6 +58,7 @@ class DirectionBudget:
     imag_half_width: RealArray
     misfit: float
     sources: Mapping[ErrorSource, float]
+    enlargement: float = 1.0
 
     @property
     def half_width_95(self) -> float:
@@ -70,8 +72,8 @@ class DirectionBudget:
 
     @property
     def identified(self) -> bool:
-        """Whether the band is narrow enough to speak of a measured stiffness."""
-        return self.half_width_95 <= IDENTIFIED
+        """Whether the band is narrow enough to speak of a measured stiffness, uncontradicted."""
+        return self.enlargement == 1.0 and self.half_width_95 <= IDENTIFIED
 
 
 def error_budget(
@@ -99,7 +101,8 @@ def error_budget(
     A chain that is drawn replaces the laboratory's knowledge, not the recordings: what would the
     stiffness be, if the sensors were like this? Noise is drawn line by line for displacement, force
     and preload. To each draw a surface with the same split points is fitted. Quantiles over the
-    draws, joined in squares with the misfit of the surface, give the band.
+    draws, joined in squares with the misfit of the surface, give the band, times the enlargement by
+    what contradicts the chain.
     """
     if seed < 1:
         raise InputError(f"seed {seed} is refused: seeds are whole numbers from 1")
@@ -119,6 +122,11 @@ def error_budget(
     budgets = {}
     for name, surface in surfaces.items():
         pieces = [chain for chain in drawn if name in chain.columns]
+        enlargement = max(
+            known.enlargement
+            for known, chain in zip(chains, drawn, strict=True)
+            if name in chain.columns
+        )
         stiffness = np.vstack([chain.stiffness(name, generator) for chain in pieces])
         widths = {
             source: _half_width_alone(name, [c for c in of_source if name in c.columns])
@@ -129,7 +137,7 @@ def error_budget(
         if variable is Preload.STATIC_FORCE:
             noise = np.full_like(noise, static_force_noise)
         budgets[name] = _direction_budget(
-            maps[name], surface, stiffness, widths, variable, noise, generator
+            maps[name], surface, stiffness, widths, variable, noise, generator, enlargement
         )
     return budgets
 
@@ -189,6 +197,7 @@ def _direction_budget(
     variable: Preload,
     preload_noise: RealArray,
     generator: np.random.Generator,
+    enlargement: float,
 ) -> DirectionBudget:
     """Budget of one direction from drawn stiffnesses (n, t)."""
     used = ~measured.near_floor
@@ -211,15 +220,17 @@ def _direction_budget(
         magnitude_noise * (np.abs(fitted) / of_imag) ** 2,
     )
     middle = (lower + upper) / 2
-    half_width = np.hypot((upper - lower) / 2, TWO_SIDED * misfit)
+    half_width = enlargement * np.hypot((upper - lower) / 2, TWO_SIDED * misfit)
+    imag_half_width = np.hypot(_half_width(refitted.imag) / of_imag, TWO_SIDED * imag_misfit)
     return DirectionBudget(
         name=measured.name,
         points=points,
         lower=middle - half_width,
         upper=middle + half_width,
-        imag_half_width=np.hypot(_half_width(refitted.imag) / of_imag, TWO_SIDED * imag_misfit),
+        imag_half_width=enlargement * imag_half_width,
         misfit=misfit,
         sources=widths,
+        enlargement=enlargement,
     )
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, fields, replace
 from enum import Enum
@@ -21,6 +22,12 @@ from deboom.measurement.virtual_point import VirtualPoint, sensor_geometry, virt
 from deboom.physics.rigid_body import forward_matrices, rotation_matrix, skew
 
 POWERTRAIN = "powertrain"
+RIGID_MOTION, NEWTON = "rigid motion", "Newton's law"
+"""Groups of equations that a measuring chain calibrates itself by."""
+
+LARGEST_MISFIT = 100.0
+"""Reduced χ² of a group beyond which it is contradicted: ten times what noise, calibration and
+tolerances explain. Right statements give 0.9 to 1.2, wrong loads of an engine 1e5 [1]."""
 
 DEAD = 1e-3
 """Share of the median of its neighbours, over all lines, below which a channel may be dead [1]."""
@@ -83,6 +90,12 @@ class InstrumentedBody:
     def is_rigid_body(self) -> bool:
         """Whether all six motions are measured."""
         return self.virtual_point is not None
+
+    @property
+    def channels_off(self) -> list[str]:
+        """Channels of the accelerometers that are not in use."""
+        all_channels = [name for sensor in self.accelerometers for name in sensor.channels]
+        return [name for name in all_channels if name not in self.channels]
 
     @property
     def channel_rows(self) -> list[int]:
@@ -359,6 +372,33 @@ class AlignmentEstimate:
     mean: RealArray
     covariance: RealArray
     misfit: tuple[tuple[str, float], ...] = ()
+
+    @property
+    def enlargement(self) -> float:
+        """Factor on all half widths: root of the largest χ² over `LARGEST_MISFIT`, from 1 [1].
+
+        Birge's ratio: what contradicts the measurement is unknown, so is what it does to it.
+        """
+        largest = max((value for _, value in self.misfit), default=0.0)
+        return math.sqrt(max(1.0, largest / LARGEST_MISFIT))
+
+    def alarms(self, excited: Sequence[str]) -> Iterator[str]:
+        """Give a sentence for each group that is contradicted, `excited` being the stated loads."""
+        remedies = {
+            NEWTON: "check the loads of the engine on itself (stated: "
+            f"{', '.join(excited)}; keys balancer_shafts and excited of [engine]), mass and "
+            "inertia, and that no hose, shaft or exhaust carries force past the cells",
+            RIGID_MOTION: "the body is not rigid in this band, or the position sheet is wrong: "
+            "check places, angles and rotation_order of the sensors",
+        }
+        for group, value in self.misfit:
+            if value > LARGEST_MISFIT:
+                yield (
+                    f"{group} of the {self.alignment.body.name} is contradicted: reduced χ² "
+                    f"{value:.3g}, at most {LARGEST_MISFIT:g}. Its directions do not count as "
+                    f"identified, half widths are {self.enlargement:.1f} times as wide; "
+                    f"{remedies[group]}"
+                )
 
     def draw(self, n_draws: int, generator: np.random.Generator) -> RealArray:
         """Draw parameters, shape (n_draws, n)."""

@@ -15,7 +15,15 @@ from scipy.linalg import block_diag
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
 from deboom.measurement.virtual_point import RIGID_LOADS
-from deboom.mounts.measuring_chain import Alignment, AlignmentEstimate, BodyRecord, stated_alignment
+from deboom.mounts.measuring_chain import (
+    LARGEST_MISFIT,
+    NEWTON,
+    RIGID_MOTION,
+    Alignment,
+    AlignmentEstimate,
+    BodyRecord,
+    stated_alignment,
+)
 from deboom.physics.rigid_body import skew
 
 LINES = 1200
@@ -32,8 +40,6 @@ CONVERGED = 0.02
 
 IMPOSSIBLE = 5.0
 """A parameter this many tolerances off is a fault, not an error [1]."""
-
-RIGID_MOTION, NEWTON = "rigid motion", "Newton's law"
 
 
 @checked(mass_matrix="6 6")
@@ -117,24 +123,42 @@ def self_calibrated(
     Gauss-Newton on both. Beside the noise of its lines each group has a systematic rest, common to
     all lines: the scatter of the force transfer matrices, and what the model leaves out. Where the
     residuals exceed both together, the rest is enlarged until it explains them, and the group loses
-    its say: flexible bodies, further forces. Seven parameters show in no rigid motion, a common
-    rotation, offset and scale of all sensors; Newton's law ties them to the cells.
+    its say: flexible bodies, further forces. Beyond `LARGEST_MISFIT` of Newton's law its loads are
+    wrong: it gets the say of a single line, and the half widths of the body grow with it. Seven
+    parameters show in no rigid motion, a common rotation, offset and scale of all sensors; Newton's
+    law ties them to the cells.
     """
     if not alignment.body.is_rigid_body or not np.any(alignment.tolerance > 0):
         return stated_alignment(alignment)
     every = max(4, -(-sum(len(record) for record in records) // LINES))
     lines = [record.part(slice(None, None, every)) for record in records]
-    n_chain = alignment.tolerance.size
     deviations = alignment.tolerance
     if free_body is not None:
         deviations = np.concatenate([deviations, free_body.deviations])
+    estimate = _most_probable(alignment, lines, free_body, deviations, {})
+    _refuse_faults(alignment, estimate.mean)
+    misfit = dict(estimate.misfit)
+    if misfit.get(NEWTON, 0.0) > LARGEST_MISFIT:
+        estimate = _most_probable(alignment, lines, free_body, deviations, misfit)
+    return estimate
+
+
+def _most_probable(
+    alignment: Alignment,
+    lines: Sequence[BodyRecord],
+    free_body: FreeBody | None,
+    deviations: RealArray,
+    contradicted: dict[str, float],
+) -> AlignmentEstimate:
+    """Iterate from the stated alignment; a `contradicted` group, with its χ², has little say."""
+    n_chain = alignment.tolerance.size
     active = deviations > 0
     prior = np.diag(1 / deviations[active] ** 2)
     parameters = np.zeros_like(deviations)
     misfit: dict[str, float] = {}
     for _ in range(ITERATIONS):
         normal, gradient, misfit = _normal_equations(
-            alignment, lines, free_body, parameters, misfit
+            alignment, lines, free_body, parameters, misfit, contradicted
         )
         curvature = normal[np.ix_(active, active)] + prior
         step = np.linalg.solve(curvature, gradient[active] - prior @ parameters[active])
@@ -143,7 +167,6 @@ def self_calibrated(
             break
     covariance = np.zeros((deviations.size, deviations.size))
     covariance[np.ix_(active, active)] = np.linalg.inv(curvature)
-    _refuse_faults(alignment, parameters[:n_chain])
     return AlignmentEstimate(
         alignment=alignment,
         mean=parameters[:n_chain],
@@ -158,6 +181,7 @@ def _normal_equations(
     free_body: FreeBody | None,
     parameters: RealArray,
     misfit: dict[str, float],
+    contradicted: dict[str, float],
 ) -> tuple[RealArray, RealArray, dict[str, float]]:
     """Sum over all lines, with the weights of the last iteration's misfit."""
     normal = np.zeros((parameters.size, parameters.size))
@@ -166,7 +190,7 @@ def _normal_equations(
     counts: dict[str, int] = {}
     n_lines = sum(len(record) for record in records)
     for record in records:
-        blocks = _equations(alignment, record, free_body, parameters, n_lines, misfit)
+        blocks = _equations(alignment, record, free_body, parameters, n_lines, misfit, contradicted)
         for group, jacobian, residual, misfit_of_group, freedom in blocks:
             # a complex normal deviation of variance 1 has two real ones of variance 1/2
             normal += 2 * (jacobian.conj().T @ jacobian).real
@@ -183,6 +207,7 @@ def _equations(
     parameters: RealArray,
     n_lines: int,
     misfit: dict[str, float],
+    contradicted: dict[str, float],
 ) -> Iterator[_Equations]:
     body = alignment.body
     of_chain, of_body = np.split(parameters, [alignment.tolerance.size])
@@ -240,7 +265,9 @@ def _equations(
         rest @ (select @ mass_matrix @ inverse).T ** 2
         + np.abs(force) ** 2 @ (select @ to_load @ scatter).T ** 2
     )
-    variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest
+    # loads that are wrong are wrong in all lines by as much, however many there are
+    unexplained = n_lines * contradicted.get(NEWTON, 0.0) * (noise + rest)
+    variance = noise + n_lines * max(1.0, misfit.get(NEWTON, 1.0)) * rest + unexplained
     white = 1 / np.sqrt(variance)
     residual = -load @ select.T
     whitened = (white[:, :, np.newaxis] * jacobian).reshape(-1, parameters.size)
@@ -256,5 +283,6 @@ def _refuse_faults(alignment: Alignment, parameters: RealArray) -> None:
         raise InputError(
             f"the channels of the {alignment.body.name} contradict each other: the "
             f"{alignment.names[worst]} would have to be off by {times:.0f} times its tolerance; "
-            "look for a reversed, swapped or displaced channel there, or switch it off"
+            "look for a reversed, swapped or displaced channel there, or switch it off; if several "
+            "sensors are turned, for another order of their angles (rotation_order)"
         )

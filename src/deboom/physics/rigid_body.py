@@ -27,14 +27,32 @@ def skew(vector: npt.ArrayLike) -> RealArray:
     return matrix
 
 
-def rotation_matrix(angles: npt.ArrayLike) -> RealArray:
+ROTATION_ORDERS = ("RzRyRx", "RzRxRy", "RyRzRx", "RyRxRz", "RxRzRy", "RxRyRz")
+"""Orders of three rotations by angles (rx, ry, rz), as products of their matrices; the first is
+deboom's. The rightmost turns first about fixed axes, the leftmost first about axes that turn along:
+``RzRyRx`` is x, y, z about fixed axes, or yaw, pitch, roll; ``RxRyRz`` is x, y, z about axes that
+turn along, the Cardan angles."""
+
+
+def rotation_matrix(angles: npt.ArrayLike, order: str = ROTATION_ORDERS[0]) -> RealArray:
     """Return the rotation ``R = Rz Ry Rx``; its columns are the local axes in global components.
 
-    Angles have shape (..., 3), about the fixed axes x, then y, then z [rad], the matrix (..., 3,
-    3). In this order the axial axes of all mounts of the thesis's table 10 meet the compressor's
-    axis.
+    Angles (rx, ry, rz) have shape (..., 3), about the fixed axes x, then y, then z [rad], the
+    matrix (..., 3, 3). In this order the axial axes of all mounts of the thesis's table 10 meet the
+    compressor's axis. Another `order` is one of `ROTATION_ORDERS`; InputError: it is none.
     """
     angles = np.asarray(angles, dtype=float)
+    if order not in ROTATION_ORDERS:
+        raise InputError(
+            f"unknown order of rotations '{order}', use one of {', '.join(ROTATION_ORDERS)}"
+        )
+    if order != ROTATION_ORDERS[0]:
+        alone = {
+            f"R{axis}": rotation_matrix(angles * np.eye(3)[place])
+            for place, axis in enumerate("xyz")
+        }
+        first, second, third = (alone[order[start : start + 2]] for start in (0, 2, 4))
+        return np.asarray(first @ second @ third)
     (cx, cy, cz), (sx, sy, sz) = (np.moveaxis(f(angles), -1, 0) for f in (np.cos, np.sin))
     rows = [
         [cz * cy, cz * sy * sx - sz * cx, cz * sy * cx + sz * sx],

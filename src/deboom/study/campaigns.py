@@ -94,6 +94,7 @@ def characterise_into_library(
 def described(result: Characterisation) -> str:
     """Say in a few lines how far each direction of a mount set may be believed."""
     lines = [f"mount set {result.mount_set}, {len(result.runs)} runs"]
+    lines += [f"  ALARM: {alarm}" for alarm in result.alarms]
     for name, one in result.directions.items():
         if one.budget is None:
             lines.append(f"  {name:8} not identified: {one.complaint or 'no error budget'}")

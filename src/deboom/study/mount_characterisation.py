@@ -24,7 +24,7 @@ from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.quality import quality_in_operation, quality_table
 from deboom.mounts.characterise import STEPS, Characterisation, CharacteriseOptions, characterise
-from deboom.mounts.error_budget import IDENTIFIED, DirectionBudget
+from deboom.mounts.error_budget import DirectionBudget
 from deboom.mounts.measuring_chain import ErrorSource, MountPoint
 from deboom.mounts.operating_map import OperatingMap
 from deboom.mounts.response_surface import (
@@ -326,6 +326,7 @@ def _budget(bench: CharacterisedBench, name: str) -> dict[str, object]:
     if budget is None:
         return {}
     row: dict[str, object] = {
+        "identified": float(budget.identified),
         "half_width": budget.half_width_95,
         "half_width_imag": budget.imag_half_width_95,
         "misfit": budget.misfit,
@@ -357,8 +358,9 @@ def percent(numbers: pd.DataFrame, column: str) -> pd.Series[float]:
 
 
 def identified(numbers: pd.DataFrame) -> pd.Series[bool]:
-    """Whether the half width is narrow enough, by direction."""
-    return percent(numbers, "half_width") <= 100.0 * IDENTIFIED
+    """Whether the half width is narrow enough, and nothing contradicts it, by direction."""
+    by = numbers.set_index("direction")
+    return (by["identified"] if "identified" in by else pd.Series(0.0, index=by.index)) > 0.5
 
 
 THESIS_R2 = {

@@ -100,7 +100,7 @@ class SecondEngine:
 
     By ``<mount> <axis>``: ``maps``, what it measured; ``predictions``; and ``static_force`` at the
     lines, that the kinematic model gives from wheel torque and the suppliers' curves alone [N]
-    (empty where a curve is missing).
+    (empty where a curve is missing). ``alarms`` say what contradicts its measuring chains.
     """
 
     title: str
@@ -112,6 +112,7 @@ class SecondEngine:
     truth: SetTruth | None
     seconds: float
     first_files: tuple[Path, ...] = ()
+    alarms: tuple[str, ...] = ()
 
     def mount_of(self, name: str) -> CharacterisedMount:
         """Return the mount of a direction."""
@@ -247,7 +248,18 @@ def _second_engine(
             predictions[name] = _predicted(surface, preload, maps[name])
     truth = read_set_truth(folder, mount_set)
     seconds = time.perf_counter() - begin
-    return SecondEngine(title, carried, campaign, maps, predictions, static_force, truth, seconds)
+    alarms = [alarm for chain in chains for alarm in chain.alarms(campaign.excited)]
+    return SecondEngine(
+        title=title,
+        mounts=carried,
+        campaign=campaign,
+        maps=maps,
+        predictions=predictions,
+        static_force=static_force,
+        truth=truth,
+        seconds=seconds,
+        alarms=tuple(alarms),
+    )
 
 
 def _static_prediction(
@@ -333,6 +345,7 @@ def append_second_engine(report: Report, first: SecondEngine) -> None:
     forces = _force_table(numbers)
     found = forces[forces["identified"] == "identified"]
     report.summary |= _second_summary(first, numbers)
+    report.warn(*first.alarms)
     if len(found):
         report.tile(
             f"{found['rms error of F [%]'].median():.1f} %",

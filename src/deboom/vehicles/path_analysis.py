@@ -9,7 +9,7 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.errors import InputError
-from deboom.measurement.channels import Frf, Spectrum, refuse_doubled, unit_of_response
+from deboom.measurement.channels import Frf, Spectrum, refuse_doubled
 from deboom.physics import sound_level, transfer_path
 from deboom.tabled import Tabled
 from deboom.vehicles.fleet import Band, lines_inside
@@ -138,12 +138,6 @@ def analyse_paths(noise_transfer: Frf, force: Spectrum) -> PathAnalysis:
             f"noise transfer functions of the microphones {list(noise_transfer.outputs)}: select() "
             "the one ear to analyse"
         )
-    unit = unit_of_response(noise_transfer.unit, force.unit)
-    if unit != "Pa":
-        raise InputError(
-            f"noise transfer functions in {noise_transfer.unit} times forces in {force.unit} are "
-            f"{unit}, not Pa: convert them first"
-        )
     missing = [path for path in force.channels if path not in noise_transfer.inputs]
     if missing:
         raise InputError(
@@ -156,12 +150,19 @@ def analyse_paths(noise_transfer: Frf, force: Spectrum) -> PathAnalysis:
             f"the paths {surplus} have a noise transfer function and no force: select() the paths "
             "that count"
         )
+    chosen = noise_transfer.select(inputs=force.channels)
+    (unit,) = chosen.response_units(force.units)
+    if unit != "Pa":
+        raise InputError(
+            f"noise transfer functions in {noise_transfer.unit} times forces in {force.unit} are "
+            f"{unit}, not Pa: convert them first"
+        )
     if not np.array_equal(noise_transfer.frequency, force.frequency):
         raise InputError(
             "the noise transfer functions and the forces have different frequency lines: bring "
             "both to the same lines, nothing is interpolated here"
         )
-    transfer = noise_transfer.select(inputs=force.channels).values[:, 0, :]
+    transfer = chosen.values[:, 0, :]
     heard = transfer_path.contributions(transfer, force.values)
     return PathAnalysis(noise_transfer.outputs[0], force.frequency, heard, force.channels)
 

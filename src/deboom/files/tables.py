@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import itertools
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -23,14 +22,23 @@ from openpyxl.utils import get_column_letter
 from openpyxl.worksheet.properties import PageSetupProperties
 
 from deboom.errors import InputError, naming
-from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_bytes, replace_text
+from deboom.files.disk import (
+    MEBIBYTE,
+    opened_zip,
+    read_bytes,
+    read_text,
+    replace_bytes,
+    replace_text,
+)
 from deboom.files.schema import Note, noting, telling
 from deboom.files.units import Unit, parse_unit, refuse_beyond
-from deboom.tabled import csv_text, unescaped
+from deboom.files.workbook_parts import refuse_large_parts
+from deboom.tabled import csv_text, table_of, unescaped
 
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 2_000, 4_000_000
 """Size of a table above which it is taken for a mistake."""
 LARGEST_WORKBOOK = 512 * MEBIBYTE
+"""Size of all parts of a workbook, unpacked [bytes]."""
 _OLE2 = b"\xd0\xcf\x11\xe0"
 _EXCEL_ERRORS = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -211,21 +219,22 @@ def _text_cells(path: Path) -> list[list[str]]:
     text = read_text(path).removeprefix("\ufeff")
     header = text.partition("\n")[0]
     german = ";" in header and "," not in header
+    rows: list[list[str]] = []
     try:
         lines = csv.reader(io.StringIO(text, newline=""), delimiter=";" if german else ",")
-        rows = list(itertools.islice(lines, MOST_ROWS + 1))
+        for line, cells in enumerate(lines, 1):
+            width = len(rows[0]) if rows else len(cells)
+            if line > MOST_ROWS or width > MOST_COLUMNS or line * width > MOST_CELLS:
+                raise _too_large(path, line, width)
+            if len(cells) > width:
+                raise InputError(
+                    f"{path} is no comma-separated table: line {line} has {len(cells)} cells and "
+                    f"the header {width}"
+                )
+            row = [unescaped(cell) for cell in cells]
+            rows.append([_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] if german else row)
     except csv.Error as error:
         raise InputError(f"{path} is no comma-separated table: {error}") from None
-    width = len(rows[0]) if rows else 0
-    for line, row in enumerate(rows, 1):
-        if len(row) > width:
-            raise InputError(
-                f"{path} is no comma-separated table: line {line} has {len(row)} cells and the "
-                f"header {width}"
-            )
-    rows = [[unescaped(cell) for cell in row] for row in rows]
-    if german:
-        rows = [[_DECIMAL_COMMA.sub(r"\1.\2", cell) for cell in row] for row in rows]
     return rows
 
 
@@ -250,10 +259,8 @@ def _workbook(path: Path) -> Iterator[Any]:
             f"{path} is an old .xls workbook or has a password: save it as .xlsx without one"
         )
     try:
-        with ZipFile(io.BytesIO(data)) as parts:
-            size = sum(part.file_size for part in parts.infolist())
-        if size > LARGEST_WORKBOOK:
-            raise InputError(f"{path} unpacks to {size / MEBIBYTE:.0f} MiB: split the workbook")
+        with opened_zip(path, data, LARGEST_WORKBOOK) as parts:
+            refuse_large_parts(path, parts)
         yield load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
     except InputError:
         raise
@@ -502,6 +509,20 @@ def _written(row: Any, field: str, column: Any) -> list[Any]:
 SHEET_NAME = 31
 """Characters that a sheet's name may have."""
 _WIDEST = 60
+
+
+def read_frame(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
+    """Read a table that deboom wrote, such as one of a run folder, see `deboom.tabled.table_of`.
+
+    - `texts`: columns of names, which may look like numbers; one that is not there is no fault.
+    - raises InputError: the file is missing, too large or no table.
+    """
+    try:
+        return table_of(read_text(path), texts)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"{path} is no table ({error}): run the study again") from None
 
 
 def write_frame(path: Path, table: pd.DataFrame) -> None:

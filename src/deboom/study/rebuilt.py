@@ -18,6 +18,7 @@ from deboom.errors import InputError
 from deboom.explore.front import replicates
 from deboom.explore.robust import RobustResponse
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
+from deboom.files.tables import read_frame
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 from deboom.study.search import ThoroughSearchOptions
 
@@ -125,7 +126,7 @@ class ComparedRun:
     @cached_property
     def picks(self) -> dict[str, int]:
         """Rows of the front by name of the pick."""
-        front = pd.read_csv(self.entry.folder / FRONT)
+        front = read_frame(self.entry.folder / FRONT, ("pick",))
         named = front.get("pick", pd.Series(dtype=str)).fillna("")
         return {n: row for row, names in enumerate(named) for n in names.split(" = ") if n}
 
@@ -171,13 +172,13 @@ def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
             )
     study = study_of(entry, studies)
     model = rebuilt_model(entry, study)
-    table = pd.read_csv(entry.folder / DESIGNS)
+    table = read_frame(entry.folder / DESIGNS)
     names = list(model.space.labels)
     missing = [name for name in names if name not in table.columns]
     if missing:
         raise InputError(f"{entry.folder / DESIGNS} has no column {missing[0]}")
     kept = entry.folder / CONVERGENCE
-    volume = pd.read_csv(kept).iloc[:, -1].to_numpy(float) if kept.is_file() else np.empty(0)
+    volume = read_frame(kept).iloc[:, -1].to_numpy(float) if kept.is_file() else np.empty(0)
     text = study.path.read_text(encoding="utf-8")
     run = ComparedRun(
         entry, model, table[names].to_numpy(float), volume, text != entry.record["study_text"]
@@ -188,7 +189,7 @@ def compared_run(folder: Path, studies: Path | None) -> ComparedRun:
 
 def _check_reproduced(run: ComparedRun) -> None:
     """Refuse a model that does not give the verified figures of a few designs again."""
-    entry, front = run.entry, pd.read_csv(run.entry.folder / FRONT)
+    entry, front = run.entry, read_frame(run.entry.folder / FRONT)
     draws = entry.record.get("facts", {}).get("verification_draws")
     if draws is None or any(name not in front.columns for name in VERIFIED):
         raise InputError(

@@ -15,6 +15,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Language, Pick
 from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.tables import workbook_bytes
+from deboom.names import path_inside
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
 from deboom.study.platform_model import Factor, factor_name
@@ -447,9 +448,9 @@ def supplier_sheets(
         refuse_leaks(secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
-    place = made_folder(study.run.entry.folder / "supplier" if out is None else out)
+    place = made_folder(path_inside(study.run.entry.folder, "supplier") if out is None else out)
     for name, data in contents.items():
-        replace_bytes(place / name, data)
+        replace_bytes(path_inside(place, name), data)
     return WrittenSheets(tuple(place / name for name in contents), tuple(missing))
 
 

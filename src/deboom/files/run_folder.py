@@ -303,7 +303,8 @@ def is_held(folder: Path) -> bool:
 class RunEntry:
     """A run as it stands on disk.
 
-    - `folder`: ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``.
+    - `folder`: ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``, or wherever it was
+      copied to.
     - `record`: Its ``run.json``.
     """
 
@@ -312,8 +313,8 @@ class RunEntry:
 
     @property
     def study(self) -> str:
-        """Name of the study."""
-        return self.folder.parent.name
+        """Name of the study, as its record says; that of the folder above where it says none."""
+        return self.record.get("study") or self.folder.parent.name
 
     @property
     def name(self) -> str:

@@ -232,7 +232,7 @@ def comparison(
     folders : sequence of Path
         Two run folders or more; their order changes nothing.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     n_samples : int
         Common draws, a power of two.
     seed : int
@@ -663,7 +663,7 @@ def compare(
     out : Path
         Folder of all results.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     samples : int
         Common draws, a power of two from 1024.
     seed : int

@@ -50,7 +50,7 @@ def write_interactive_page(
     folder : Path
         Finished run of a front study, or of designs of an experiment.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     out : Path or None
         Folder that gets the page, made when missing; None: the run's.
     beside : Path or None

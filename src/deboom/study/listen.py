@@ -41,7 +41,7 @@ def write_run_ups(
     seconds : float
         Time from the first to the last frequency of the order [s].
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     out : Path or None
         Folder that gets the files, made when missing; None: ``listen`` in the run.
 

@@ -420,7 +420,7 @@ def supplier_sheets(
     out : Path or None
         Folder that gets the files, made when missing; None: ``supplier`` in the run's folder.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     pick : Pick
         Design of the front that is wanted.
     files : SheetFiles

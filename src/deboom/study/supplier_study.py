@@ -254,7 +254,7 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
     folder : Path
         Of the finished run.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     pick : Pick
         The design that is wanted.
 

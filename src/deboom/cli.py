@@ -81,6 +81,8 @@ def _options(
     ] = False,
 ) -> None:
     os.environ.setdefault("MPLBACKEND", "agg")  # figures become files and need no window
+    # worker processes import nothing from the folder that the user stands in
+    os.environ["PYTHONSAFEPATH"] = "1"
 
 
 @app.command(

@@ -238,9 +238,13 @@ def _version(name: str) -> str | None:
 
 def _git_state(file: Path) -> dict[str, Any] | None:
     """Ask the checkout that tracks a file; a surrounding, unrelated one does not count."""
+    program = shutil.which("git")
+    # Windows looks for programs in the working folder first, and that may be anybody's
+    if program is None or Path(program).resolve().parent == Path.cwd():
+        return None
 
     def git(*arguments: str) -> str:
-        command = ["git", "-C", str(file.parent), *arguments]
+        command = [program, "-C", str(file.parent), *arguments]
         result = subprocess.run(
             command, capture_output=True, text=True, encoding="utf-8", timeout=20, check=True
         )

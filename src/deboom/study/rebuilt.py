@@ -85,12 +85,12 @@ def study_of(entry: RunEntry, folder: Path | None) -> Study:
     here = Path("studies")
     scripts = {path.stem: path for path in study_files(folder or shipped_studies())}
     script, beside = scripts.get(entry.study), here / f"{entry.study}.py"
-    if folder is None and beside in study_files(here) and _is_of(beside, entry):
-        if script is None or not _is_of(script, entry):
-            raise InputError(
-                f"{beside}: run {entry.name} was made by this script; deboom imports no script "
-                "that lies beside results unless you say so: --studies studies"
-            )
+    of_this = folder is None and beside in study_files(here) and _is_of(beside, entry)
+    if of_this and not (script is not None and _is_of(script, entry)):
+        raise InputError(
+            f"{beside}: run {entry.name} was made by this script; deboom imports no script that "
+            "lies beside results unless you say so: --studies studies"
+        )
     if script is not None:
         return load_study(script)
     raise InputError(

@@ -484,7 +484,13 @@ def _provenance(content: MountSheet, files: SheetFiles) -> str:
     text = f" · {today} · deboom, {study.run.entry.name}"
     if content.secrets:
         return text
-    given = "".join(f" --{k} {v.as_posix()}" for k, v in vars(files).items() if v is not None)
+    given = "".join(f" --{k} {_from_here(v)}" for k, v in vars(files).items() if v is not None)
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
     words = f"--supplier --mount {content.mount.name} --language {content.language.value}"
-    return f"{text} · deboom report {study.run.entry.folder.as_posix()} {words}{design}{given}"
+    return f"{text} · deboom report {_from_here(study.run.entry.folder)} {words}{design}{given}"
+
+
+def _from_here(path: Path) -> str:
+    """Return a path from the working folder, or its last part: a supplier reads no other folder."""
+    whole, here = path.resolve(), Path.cwd().resolve()
+    return whole.relative_to(here).as_posix() if whole.is_relative_to(here) else whole.name

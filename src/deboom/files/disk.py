@@ -258,7 +258,10 @@ def _check_header(file: IO[bytes], size: int) -> None:
     }
     if version not in headers:
         raise ValueError(f"version {version} of an array")
-    shape, _, dtype = headers[version](file)
+    try:
+        shape, _, dtype = headers[version](file)
+    except Exception:  # numpy takes the header for Python, and every kind of error of it may come
+        raise ValueError("the header of an array is no header") from None
     if dtype.hasobject:
         raise ValueError("an array of objects")
     announced = math.prod(shape) * dtype.itemsize

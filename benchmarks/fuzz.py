@@ -468,7 +468,10 @@ def _announced(path: Path, chance: random.Random) -> None:
                         file.write(bytes(2**18))
 
 
-_ALL = "'c' campaign, 'm' mount, 'v' variant, 'p' part_number, 's' serial, 'x' supplier"
+_ALL = (
+    "'c' campaign, 'm' mount, 'v' variant, 'p' part_number, 's' serial, 'x' supplier, "
+    "'' document, '' sha256"
+)
 _RECURSIVE = "WITH RECURSIVE r(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM r)"
 
 
@@ -478,12 +481,13 @@ def _programs(path: Path, chance: random.Random) -> None:
     filler = f"{_RECURSIVE.replace('FROM r)', 'FROM r LIMIT 3000)')}"
     script = chance.choice(
         (
-            f"CREATE VIEW deboom_mount AS {_RECURSIVE} SELECT {_ALL}, '' document, '' sha256 FROM r",
+            f"CREATE VIEW deboom_mount AS {_RECURSIVE} SELECT {_ALL} FROM r",
             f"CREATE VIEW deboom_version AS {_RECURSIVE} SELECT 2 version, 'x' written_by FROM r",
             f"CREATE VIEW a AS {_RECURSIVE} SELECT n FROM r",
             "CREATE TRIGGER a AFTER INSERT ON deboom_mount BEGIN DELETE FROM deboom_mount; END",
             "CREATE VIRTUAL TABLE a USING fts5(b)",
-            f"CREATE TABLE deboom_campaign (name, sha256, document AS (printf('%.*c', {big}, 'x')))",
+            "CREATE TABLE deboom_campaign (name, sha256, "
+            f"document AS (printf('%.*c', {big}, 'x')))",
             f"UPDATE deboom_mount SET supplier = zeroblob({big})",
             f"UPDATE deboom_mount SET document = printf('%.*c', {big}, '[')",
             f"UPDATE deboom_campaign SET document = printf('%.*c', {big}, 'x')",

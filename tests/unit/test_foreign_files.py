@@ -352,6 +352,7 @@ FOREIGN = [
         f"UNION ALL SELECT n + 1 FROM r) SELECT {COLUMNS}, '' document, '' sha256 FROM r",
         "has a view 'deboom_mount'",
     ),
+    ("INSERT INTO deboom_version VALUES (3, 'x')", "holds an entry twice: it is damaged"),
     ("UPDATE deboom_mount SET supplier = zeroblob(60000000)", "an entry of more than 32 MiB"),
     ("UPDATE deboom_mount SET supplier = printf('%.*c', 1000000, 'x')", "cannot be kept"),
 ]

@@ -149,7 +149,7 @@ class MountLibrary:
         - raises InputError: it is not in the library, or its document is damaged.
         """
         with self._reading() as connection:
-            row = connection.execute(sa.select(_MOUNT).where(_same(identity))).one_or_none()
+            row = _only_row(connection, sa.select(_MOUNT).where(_same(identity)))
         if row is None:
             raise InputError(f"{self.name}: {identity} is not in the library")
         return mount_of(self._entry(row))
@@ -194,7 +194,7 @@ class MountLibrary:
     ) -> None:
         """Add a campaign, unless the same one is kept already."""
         named = _CAMPAIGN.c.name == campaign.name
-        row = connection.execute(sa.select(_CAMPAIGN).where(named)).one_or_none()
+        row = _only_row(connection, sa.select(_CAMPAIGN).where(named))
         if row is not None:
             if campaign_of(self._entry(row)) == campaign:
                 return
@@ -446,7 +446,19 @@ def _stored_version(connection: sa.Connection) -> sa.Row[Any] | None:
         _refuse_programs(connection)
     if not sa.inspect(connection).has_table(_VERSION.name):
         return None
-    return connection.execute(sa.select(_VERSION)).one_or_none()
+    return _only_row(connection, sa.select(_VERSION))
+
+
+def _only_row(connection: sa.Connection, query: sa.Select[Any]) -> sa.Row[Any] | None:
+    """Return the row of a query that has at most one; None where it has none.
+
+    - raises InputError: it has two, which the keys of the tables forbid.
+    """
+    rows = connection.execute(query).fetchmany(2)
+    if len(rows) > 1:
+        url = connection.engine.url.render_as_string(hide_password=True)
+        raise InputError(f"{url} holds an entry twice: it is damaged; restore it from a backup")
+    return rows[0] if rows else None
 
 
 def _same(identity: MountIdentity) -> sa.ColumnElement[bool]:

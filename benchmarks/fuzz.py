@@ -10,6 +10,7 @@ one or two things broken, read in a process of its own with 60 s and 2 GB. It en
 from __future__ import annotations
 
 import argparse
+import atexit
 import contextlib
 import importlib
 import io
@@ -27,6 +28,7 @@ import sys
 import tempfile
 import time
 import traceback
+import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -41,6 +43,11 @@ from deboom.errors import InputError
 LARGEST_MEMORY, LONGEST, LONGEST_SENTENCE = 2 * 2**30, 60.0, 2000
 FAULTS = ("traceback", "hang", "crash", "half-written")
 NAMES = ("", " ", "$x$", "<b>", '"', "'", ";", "../..", "a\0b", "=1+1", "ü", "x" * 100_000, "nan")
+PATHS = (
+    *("../../../../X", "..", "a/b", "/tmp/X", "a\\\\b", "C:X", "CON", "nul.uff", ".a", "a."),
+    *("NA", "=1+1", "u06", "\\u0410", "a\\u200bb", "Du\\u0308", "x" * 61, "U06-l", "$x$"),
+)
+"""Names that would be another file, another name or nothing on some system."""
 NUMBERS = ("0", "-1", "1e308", "1e-308", "1e999", "nan", "inf", "-0", "1_0", "１", "9" * 5000)
 VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9" * 99_999)
 
@@ -202,6 +209,27 @@ def _designs(folder: Path) -> None:
     table.to_excel(folder / "a.xlsx", index=False)
 
 
+def _front(folder: Path) -> None:
+    """Write the run of a tiny front; its platform lies beside the cases."""
+    import foreign_platform_samples
+
+    from deboom.study.platform_model import Motion, MountSource
+    from deboom.study.runner import load_study, run_study
+
+    place = Path(tempfile.mkdtemp(prefix="fuzz-platform-")) / "any"
+    atexit.register(shutil.rmtree, place.parent, ignore_errors=True)
+    platform = foreign_platform_samples.write_foreign_platform(place)
+    study = load_study(DATA.parent / "u06_robust_front.py")
+    study.module.VERIFIED = 64  # type: ignore[attr-defined]
+    asked = {"seed": 1, "band": (30.0, 33.0), "generations": 2, "population": 8, "samples": 4}
+    asked |= {"searches": 1, "polish": False, "platform": platform, "motion": Motion.prescribed}
+    asked |= {"mounts": MountSource.spectra}
+    known = {name: value for name, value in asked.items() if name in study.parameters}
+    run = run_study(study, folder.with_name("results"), known)
+    run.rename(folder)
+    shutil.rmtree(folder.with_name("results"))
+
+
 def _search(folder: Path) -> None:
     import numpy as np
 
@@ -261,9 +289,10 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     ),
     "designs": (_designs, reader("files.doe_table:read_designs", "a.xlsx", SPACE)),
     "search": (_search, _read_search),
+    "front": (_front, command("listen", "@", "--seconds", "1", "--out", "@.out")),
 }
 SELDOM = dict.fromkeys(("orders", "electric car", "hammer test", "delivery"), 8)
-SELDOM |= {"platform": 2, "operation": 4}
+SELDOM |= {"platform": 2, "operation": 4, "front": 6}
 """Kinds whose cases take long come only every so many rounds."""
 OUTPUTS = ("index.html", "new.db", "again.uff", "campaign.toml")
 """Files that a command may write."""
@@ -278,6 +307,9 @@ def broken(folder: Path, chance: random.Random) -> str:
     ways: list[Callable[[Path, random.Random], None]] = [_bytes, _cut, _other_file]
     special = {".xlsx": _cells, ".json": _json, ".db": _rows, ".mat": _bytes, ".uff": _text}
     ways += [special.get(path.suffix, _text)] * 5
+    endless = {".xlsx": _endless, ".npz": _announced, ".db": _programs, ".toml": _names}
+    endless |= {".csv": _names, ".json": _names}
+    ways += [endless[path.suffix]] * 4 if path.suffix in endless else []
     way = chance.choice(ways)
     try:
         way(path, chance)
@@ -371,9 +403,129 @@ def _rows(path: Path, chance: random.Random) -> None:
             base.execute(f'UPDATE "{table}" SET "{chance.choice(columns)}" = ?', (value,))
 
 
+_SHEET = '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+_BOOK = 'xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"'
+_PARTS = (
+    ("xl/worksheets/sheet1.xml", _SHEET, ("<row/>", '<row r="1"/>', "<row><c/><c/></row>")),
+    ("xl/worksheets/sheet1.xml", f"{_SHEET}<row>", ("<c/>", "<c><v>1</v></c>")),
+    ("xl/worksheets/sheet1.xml", f"{_SHEET}<row><c><v>", ("1", "ü", "&lt;")),
+    ("xl/worksheets/sheet1.xml", f'{_SHEET}<row r="', ("1",)),
+    (
+        "xl/worksheets/sheet1.xml",
+        f"{_SHEET}</sheetData><mergeCells>",
+        ('<mergeCell ref="A1:B2"/>',),
+    ),
+    ("xl/worksheets/sheet1.xml", "", ("<a>",)),
+    ("xl/styles.xml", f"<styleSheet {_BOOK}><cellXfs>", ('<xf numFmtId="1"/>', "<xf/>")),
+    ("xl/styles.xml", f"<styleSheet {_BOOK}><fonts>", ("<font><b/></font>",)),
+    ("xl/sharedStrings.xml", f"<sst {_BOOK}>", ("<si><t>a</t></si>", "<si><r><t>a</t></r></si>")),
+    ("xl/sharedStrings.xml", f"<sst {_BOOK}><si>", ("<r><t>a</t></r>",)),
+    ("xl/workbook.xml", f"<workbook {_BOOK}><sheets>", ('<sheet name="a" sheetId="1"/>',)),
+    ("[Content_Types].xml", "<Types>", ('<Override PartName="/a" ContentType="b"/>',)),
+    ("a/b.xml", '<!DOCTYPE a [<!ENTITY b "c">]><a>', ("&b;",)),
+)
+"""Part of a workbook, how it begins, and what it then repeats."""
+
+
+def _endless(path: Path, chance: random.Random) -> None:
+    """Let a part of a workbook go on for up to 200 MB; what it announces never ends properly."""
+    part, start, repeated = chance.choice(_PARTS)
+    each = chance.choice(repeated).encode()
+    block = each * (2**16 // len(each))
+    book = zipfile.ZipFile(io.BytesIO(path.read_bytes()))
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in {*book.namelist(), part}:
+            if name != part:
+                new.writestr(name, book.read(name))
+                continue
+            with new.open(name, "w", force_zip64=True) as file:
+                file.write(start.encode())
+                for _ in range(chance.choice((3, 30, 300, 3000))):
+                    file.write(block)
+                if chance.random() < 0.5 and "sheetData" in start:
+                    file.write(b"</sheetData></worksheet>")
+
+
+def _announced(path: Path, chance: random.Random) -> None:
+    """Let the header of an array announce another shape or type."""
+    book = zipfile.ZipFile(io.BytesIO(path.read_bytes()))
+    part = chance.choice(book.namelist())
+    shape = chance.choice(("6000000000000,", "-1,", "2**70,", "1e9,", "'a',", "0,", "", "3, 2, 1"))
+    kind = chance.choice(("<f8", "<c16", "|O", "|V0", "<U0", "<U2000000000", "|b1", "x", "<m8[s]"))
+    order = chance.choice(("False", "True", "None"))
+    header = f"{{'descr': '{kind}', 'fortran_order': {order}, 'shape': ({shape})}}"
+    text = chance.choice((header, header[:-2], "[" * 9000, "__import__('os')")).encode() + b"\n"
+    version = chance.choice((b"\x01\0", b"\x02\0", b"\x03\0", b"\x09\0"))
+    length = len(text).to_bytes(2 if version == b"\x01\0" else 4, "little")
+    with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as new:
+        for name in book.namelist():
+            if name != part:
+                new.writestr(name, book.read(name))
+            else:
+                with new.open(name, "w", force_zip64=True) as file:
+                    file.write(b"\x93NUMPY" + version + length + text)
+                    for _ in range(chance.choice((1, 100, 3000))):
+                        file.write(bytes(2**18))
+
+
+_ALL = (
+    "'c' campaign, 'm' mount, 'v' variant, 'p' part_number, 's' serial, 'x' supplier, "
+    "'' document, '' sha256"
+)
+_RECURSIVE = "WITH RECURSIVE r(n) AS (SELECT 1 UNION ALL SELECT n + 1 FROM r)"
+
+
+def _programs(path: Path, chance: random.Random) -> None:
+    """Give a library what computes, or values and tables without end."""
+    big = chance.choice((60_000_000, 20_000_000, 1_000_000, 300))
+    filler = f"{_RECURSIVE.replace('FROM r)', 'FROM r LIMIT 3000)')}"
+    script = chance.choice(
+        (
+            f"CREATE VIEW deboom_mount AS {_RECURSIVE} SELECT {_ALL} FROM r",
+            f"CREATE VIEW deboom_version AS {_RECURSIVE} SELECT 2 version, 'x' written_by FROM r",
+            f"CREATE VIEW a AS {_RECURSIVE} SELECT n FROM r",
+            "CREATE TRIGGER a AFTER INSERT ON deboom_mount BEGIN DELETE FROM deboom_mount; END",
+            "CREATE VIRTUAL TABLE a USING fts5(b)",
+            "CREATE TABLE deboom_campaign (name, sha256, "
+            f"document AS (printf('%.*c', {big}, 'x')))",
+            f"UPDATE deboom_mount SET supplier = zeroblob({big})",
+            f"UPDATE deboom_mount SET document = printf('%.*c', {big}, '[')",
+            f"UPDATE deboom_campaign SET document = printf('%.*c', {big}, 'x')",
+            f"INSERT INTO deboom_mount {filler} SELECT campaign, mount, variant, n, serial, "
+            f"printf('%.*c', {min(big, 300_000)}, 'x'), document, sha256 FROM deboom_mount, r",
+            f"INSERT INTO deboom_version {filler} SELECT n + 9, 'x' FROM r",
+            "PRAGMA writable_schema = ON; UPDATE sqlite_master SET sql = 'CREATE TABLE x (y'",
+            "PRAGMA writable_schema = ON; UPDATE sqlite_master SET rootpage = 1",
+        )
+    )
+    made = re.match(r"CREATE (?:VIEW|TABLE) (deboom_\w+)", script)
+    with contextlib.closing(sqlite3.connect(path)) as base, base:
+        base.execute("PRAGMA foreign_keys = OFF")
+        if made:
+            base.execute(f"DROP TABLE {made[1]}")
+        with contextlib.suppress(sqlite3.Error):
+            base.executescript(script)
+
+
+def _names(path: Path, chance: random.Random) -> None:
+    """Give an item a name that would be another file, another name or nothing somewhere."""
+    text = path.read_text(encoding="utf-8")
+    quoted = list(
+        re.finditer(r'(?:name|group|mount|file|set|study|table)"?\s*[=:]\s*"([^"]*)"', text)
+    )
+    cells = list(re.finditer(r"(?<=[,\n])([^,\n\"]+)(?=[,\n])", text))
+    found = chance.choice(quoted or cells)
+    new = chance.choice((*PATHS, found[1].swapcase(), f"{found[1]}/../{found[1]}"))
+    if path.suffix == ".csv":
+        new = new.encode().decode("unicode_escape") if "\\" in new else new
+    path.write_text(text[: found.start(1)] + new + text[found.end(1) :], encoding="utf-8")
+
+
 def outcome(read: Callable[[Path], object], folder: Path) -> tuple[str, str]:
     """Read a folder in a process of its own; return the class and what it said."""
     before = {p: p.lstat().st_mtime_ns for p in folder.rglob("*")}
+    beside = {p.name for p in folder.parent.iterdir()}
+    beside |= {f"{folder.name}.txt", f"{folder.name}.out"}
     sys.dont_write_bytecode = True
     said = folder.with_suffix(".txt")
     child = os.fork()
@@ -396,6 +548,8 @@ def outcome(read: Callable[[Path], object], folder: Path) -> tuple[str, str]:
         for p in folder.rglob("*")
         if before.get(p) != p.lstat().st_mtime_ns and p.is_file() and p.name not in OUTPUTS
     ]
+    # a name must not lead out of the folder; what stands beside it is the harness's own
+    changed += [p for p in folder.parent.iterdir() if p.name not in beside]
     if changed or list(folder.parent.glob(f"{folder.name}/**/.write-*")):
         return "half-written", f"{changed} {text}"
     return ("accepted", "sentence", "traceback")[min(os.WEXITSTATUS(status), 2)], text
@@ -468,6 +622,7 @@ def main() -> int:
                 print(f"{kind_of_end}: {kind}, round {turn}: {done}\n{text}", flush=True)
             shutil.rmtree(case)
             case.with_suffix(".txt").unlink(missing_ok=True)
+            shutil.rmtree(case.with_suffix(".out"), ignore_errors=True)
     ends = ("sentence", "accepted", *FAULTS)
     print(f"{'kind':<18}" + "".join(f"{name:>13}" for name in ends))
     for kind in kinds:

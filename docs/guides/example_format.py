@@ -1,13 +1,11 @@
 """A reader of functions from npz files, as it would stand in deboom.files.function_table."""
 
-import io
-import zipfile
 from pathlib import Path
 
 import numpy as np
 
 from deboom.errors import InputError
-from deboom.files.disk import read_bytes
+from deboom.files.disk import read_arrays
 from deboom.files.function_table import FunctionTable
 
 VARIABLES = ("frequency", "names", "values", "units")
@@ -15,11 +13,7 @@ VARIABLES = ("frequency", "names", "values", "units")
 
 def from_npz(path: Path) -> FunctionTable:
     """Read frequency [Hz], names (n,), complex values (n_frequency, n) and units (n,)."""
-    try:
-        with np.load(io.BytesIO(read_bytes(path)), allow_pickle=False) as file:
-            content = {name: file[name] for name in file.files}
-    except (ValueError, EOFError, OSError, zipfile.BadZipFile):
-        raise InputError(f"{path} is no npz file of numbers and texts: save it again") from None
+    content = read_arrays(path, "save it again")
     missing = [name for name in VARIABLES if name not in content]
     if missing:
         raise InputError(f"{path}: there is no array '{missing[0]}': save {', '.join(VARIABLES)}")

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -12,7 +13,6 @@ import deboom
 from deboom.cli_bench import bench_app
 from deboom.cli_measurements import characterise, identify, library_app, orders, unbalance
 from deboom.cli_results import (
-    STUDIES,
     accept,
     check,
     compare,
@@ -81,6 +81,8 @@ def _options(
     ] = False,
 ) -> None:
     os.environ.setdefault("MPLBACKEND", "agg")  # figures become files and need no window
+    # worker processes import nothing from the folder that the user stands in
+    os.environ["PYTHONSAFEPATH"] = "1"
 
 
 @app.command(
@@ -114,7 +116,10 @@ def run(
 
 @app.command()
 def studies(
-    folder: STUDIES = None,
+    folder: Annotated[
+        Path | None,
+        typer.Option(help="Folder with the studies; default: studies here, or deboom's."),
+    ] = None,
 ) -> None:
     """List the studies with their questions."""
     from deboom.study.runner import question_of, study_files

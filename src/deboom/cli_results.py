@@ -10,7 +10,7 @@ import typer
 from deboom.choices import FolderKind, FunctionFiles, Language, Pick
 
 STUDIES = Annotated[
-    Path | None, typer.Option(help="Folder with the studies; default: studies here, or deboom's.")
+    Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
 
 

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
+import io
 import json
 import re
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -44,6 +45,7 @@ def csv_text(table: pd.DataFrame) -> str:
     plain = table.copy()
     for name in table.select_dtypes(include=["object", "string"]).columns:
         plain[name] = table[name].map(_escaped)
+    plain.columns = pd.Index([_escaped(label) for label in table.columns])
     return str(plain.to_csv(index=False, lineterminator="\n"))
 
 
@@ -59,6 +61,24 @@ def _json_form(value: Any) -> Any:
     if isinstance(value, Path):
         return value.as_posix()
     raise TypeError(f"{type(value).__name__} has no form in JSON")
+
+
+def table_of(text: str, texts: Sequence[str] = ()) -> pd.DataFrame:
+    """Return the table that `csv_text` wrote: texts are as they were, and none is a number missing.
+
+    - `texts`: columns of names, which may look like numbers; others that hold numbers only become
+      numbers. An empty cell is nan.
+    - raises ValueError: no table.
+    """
+    header = pd.read_csv(io.StringIO(text), nrows=0, keep_default_na=False).columns
+    dtype = {label: str for label in header if unescaped(label) in texts}
+    table = pd.read_csv(io.StringIO(text), dtype=dtype, keep_default_na=False, na_values=[""])
+    table.columns = pd.Index([unescaped(label) for label in table.columns])
+    for name in table.select_dtypes(include=["object", "string"]).columns:
+        table[name] = table[name].map(
+            lambda cell: unescaped(cell) if isinstance(cell, str) else cell
+        )
+    return table
 
 
 def unescaped(cell: str) -> str:

@@ -13,8 +13,11 @@ from pathlib import Path
 import foreign_platform_samples
 import pytest
 
+from deboom.choices import Pick
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
+from deboom.study.interactive_front import write_interactive_page
+from deboom.study.listen import write_run_ups
 from deboom.study.runner import load_study, run_study, study_files
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
@@ -146,3 +149,28 @@ def test_of_one_vehicle_the_platform_study_says_that_there_is_nothing_to_correla
     assert "nothing to correlate" in (run / "report.html").read_text(encoding="utf-8")
     assert not (run / "doe.csv").exists()
     assert "st_Roll_x_Wagon" in json.loads((run / "summary.json").read_text(encoding="utf-8"))
+
+
+@pytest.mark.usefixtures("plain_loops")
+def test_vehicles_called_na_and_like_a_formula_reach_every_page(folder, tmp_path):
+    names = ("NA", "=1+1")
+    own = tmp_path / "any"
+    shutil.copytree(folder, own)
+    text = (own / "platform.toml").read_text(encoding="utf-8")
+    for old, new in zip(foreign_platform_samples.VEHICLES, names, strict=True):
+        text = text.replace(f'name = "{old}"', f'name = "{new}"')
+    (own / "platform.toml").write_text(text, encoding="utf-8")
+    study = load_study(STUDIES / "u06_robust_front.py")
+    asked = {key: value for key, value in BUDGET.items() if key in study.parameters}
+    asked |= {"motion": Motion.prescribed, "platform": own, "mounts": MountSource.spectra}
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study.module, "VERIFIED", 64)
+        run = run_study(study, tmp_path / "results", asked)
+    (header, *_), moved = (run / "front.csv").read_text().splitlines(), tmp_path / "mail" / "run"
+    assert not any(cell.startswith("=") for cell in header.split(","))
+    shutil.copytree(run, moved)  # the record says of which study it is
+    page = write_interactive_page(moved, studies=None)
+    assert all(f'"{name}"' in page.read_text(encoding="utf-8") for name in names)
+    paths = write_run_ups(moved, pick=Pick.best_mean, seconds=1.0, studies=None)
+    assert {path.parent for path in paths} == {moved / "listen"}
+    assert {path.name.split()[0] for path in paths} == {*names, "listen.json"}

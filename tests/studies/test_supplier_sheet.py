@@ -22,7 +22,7 @@ from deboom.files import acceptance
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
-from deboom.study import supplier_numbers, supplier_study
+from deboom.study import supplier_numbers, supplier_page, supplier_study
 from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
 from deboom.study.supplier_page import documents, middle_design
 from deboom.study.supplier_sheet import (
@@ -321,6 +321,12 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
     path.write_bytes(data)
     page.write_text(html, encoding="utf-8")
     hold(page, f"supplier_{language.value}")
+    foot = supplier_page._provenance(content, files)
+    assert f"deboom report {study.run.entry.folder.name} --supplier" in foot
+    assert f"--box {box_run.name} --sharing {sharing_run.name}" in foot
+    everything = "\n".join([html, foot, supplier_study.workbook_text(data)])
+    assert str(tmp_path.parents[1]) not in everything
+    assert str(STUDIES.parent) not in everything
     values, words = [], []
     tables = openpyxl.load_workbook(path).worksheets
     for table in tables:

@@ -314,7 +314,7 @@ PLATFORM = ("new", "platform", "mine")
     [
         ((*PLATFORM, "--mount", "a b"), "mount 'a b': a name needs at least one character, no bla"),
         ((*PLATFORM, "--vehicle", "../x"), "vehicle '../x'"),
-        ((*PLATFORM, "--vehicle", "A", "--vehicle", "a"), "two of vehicle are named 'A'"),
+        ((*PLATFORM, "--vehicle", "A", "--vehicle", "a"), "vehicle 'a' beside 'A' differs in cap"),
         ((*PLATFORM, "--mount", "Du=left"), "name two pieces or more"),
         ((*PLATFORM, "--mount", "Du=l,l"), "two of piece of Du are named 'l'"),
         ((*PLATFORM, "--load-case", ""), "load case ''"),

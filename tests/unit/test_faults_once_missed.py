@@ -5,9 +5,12 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from deboom.compressor.hose_presence import HosePresence
 from deboom.compressor.hoses import HIT_SCATTER, HammerEvidence
 from deboom.compressor.sources import Band, unbalance_curve
 from deboom.explore.box import bernstein_gap
+from deboom.explore.front import thinned
+from deboom.explore.robust import RobustValues
 from deboom.explore.scatter import capability
 from deboom.measurement.campaign import StaticCurve
 from deboom.measurement.channels import Frf
@@ -15,6 +18,7 @@ from deboom.measurement.impact_test import HammerMeasurement, check_hits
 from deboom.measurement.quality import quality_in_operation
 from deboom.measurement.virtual_point import sensor_geometry, virtual_point
 from deboom.mounts.mount import Mount
+from deboom.mounts.part_scatter import ENOUGH, ScatterPrior, direction_scatter
 from deboom.physics.frf import phase_error
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.limits import GRAVITY, MountRequirements, TorqueTravel, WeightSag
@@ -173,3 +177,34 @@ def test_the_limit_of_the_overall_consistency_lies_halfway_from_chance():
     checks = quality_in_operation(point, measured)
     (overall,) = (c for c in checks if c.name == "overall consistency of sensors, mean")
     assert overall.limit == pytest.approx((1 + np.sqrt(6 / 18)) / 2, rel=1e-12)
+
+
+def test_a_front_is_thinned_in_its_box_and_not_in_the_units_of_its_objectives():
+    """Half of the way along each side of an L, whatever the units of the sides are."""
+    side = np.linspace(0.0, 1.0, 9)  # eighths: their sums are exact
+    corner = np.vstack([np.c_[side, np.ones(9)], np.c_[np.ones(8), side[-2::-1]]])
+    for scale in ((1.0, 1.0), (1.0, 1000.0), (1000.0, 1.0)):
+        sums = corner * scale
+        one = np.zeros((17, 1))
+        front = RobustValues(corner, one, one, *sums.T, *sums.T, np.zeros(17, bool))
+        np.testing.assert_array_equal(thinned(front, 5).designs, corner[[0, 4, 8, 12, 16]])
+
+
+def test_hoses_that_halve_a_misfit_explain_three_quarters_of_its_square():
+    assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=2.0).explained == 0.75
+    assert HosePresence("sweep", misfit=4.0, misfit_with_hoses=4.0).explained == 0.0
+
+
+def test_the_variance_of_measuring_is_no_scatter_of_parts():
+    """One part tells nothing: the assumption stays. Of enough parts the rest is their variance."""
+    alone = direction_scatter("x", np.array([0.1]), np.array([0.07]), prior=ScatterPrior(0.05))
+    np.testing.assert_allclose(alone.sigma, 0.05, rtol=1e-12)
+    values = 0.05 * np.where(np.arange(ENOUGH) % 2, 1.0, -1.0)
+    many = direction_scatter("x", values, np.full(ENOUGH, 0.03))
+    observed = 0.05**2 * ENOUGH / (ENOUGH - 1)
+    np.testing.assert_allclose([many.observed, many.measurement], [observed**0.5, 0.03], rtol=1e-12)
+    np.testing.assert_allclose(many.sigma, (observed - 0.03**2) ** 0.5, rtol=1e-12)
+    known = direction_scatter("x", values)
+    np.testing.assert_allclose(known.sigma, observed**0.5, rtol=1e-12)
+    bounds = [each**2 + 0.03**2 for each in (many.lower, many.upper)]
+    np.testing.assert_allclose(bounds, [known.lower**2, known.upper**2], rtol=1e-12)

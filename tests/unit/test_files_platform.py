@@ -376,7 +376,7 @@ name = "Du" | name = "TSM" | two [[mounts]] are named 'TSM': keep or rename one
 name = "g2" | name = "g5" | two [[load_cases]] are named 'g5'
 ["left", "right"] | ["left", "left"] | two pieces of mount Du are named 'left'
 ["left", "right"] | ["left"] | key 'pieces' in [[mounts]] 2
-name = "Du" | name = "D u" | at least one character and no blanks
+name = "Du" | name = "D u" | at least one character, no blanks
 "g2.uff" | "../g2.uff" | 'operating' in [[load_cases]] 2 is "../g2.uff": a file is
 "g2.uff" | "/data/g2.uff" | relative to the platform folder
 body_mass_tolerance_kg = 1.0\\n |  | 'body_mass_tolerance_kg' in [[mounts]] 2 is null

@@ -77,7 +77,7 @@ def test_folders_inside_a_run_are_made_and_those_outside_are_refused(tmp_path):
     assert names(run.folder) == ["figures", "figures/front.png", "run.json"]
     assert (run.folder / "figures" / "front.png").read_bytes() == b"\x89PNG2"
     for name in ("../a.txt", "/tmp/a.txt", "figures/../../a.txt", "a\\b.txt", ""):
-        with pytest.raises(InputError, match="is not a file name within the run folder"):
+        with pytest.raises(InputError, match="is not a file name within"):
             run.save_text(name, "x")
     assert names(run.folder) == ["figures", "figures/front.png", "run.json"]
 

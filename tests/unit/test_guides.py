@@ -180,14 +180,14 @@ def test_the_format_reads_what_numpy_wrote_and_refuses_the_rest(tmp_path):
     damaged = {
         "short": (good | {"values": good["values"][:1]}, "do not fit together"),
         "nameless": ({k: v for k, v in good.items() if k != "names"}, "no array 'names'"),
-        "pickled": (good | {"names": np.array([{}, {}])}, "no npz file of numbers"),
+        "pickled": (good | {"names": np.array([{}, {}])}, "an array of objects"),
     }
     for name, (content, sentence) in damaged.items():
         np.savez(tmp_path / f"{name}.npz", **content)
         with pytest.raises(deboom.InputError, match=sentence):
             read(tmp_path / f"{name}.npz")
     (tmp_path / "text.npz").write_text("frequency", encoding="utf-8")
-    with pytest.raises(deboom.InputError, match="no npz file"):
+    with pytest.raises(deboom.InputError, match="File is not a zip file"):
         read(tmp_path / "text.npz")
 
 

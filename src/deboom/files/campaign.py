@@ -55,6 +55,7 @@ from deboom.measurement.channels import Frf
 from deboom.measurement.sensors import Sensor, SensorKind, Tolerances
 from deboom.measurement.virtual_point import RIGID_LOADS
 from deboom.mounts.mount import Mount
+from deboom.names import look_alikes, name_fault
 from deboom.physics.order_tracking import dominant_order, rpm_of_frequency
 from deboom.physics.rigid_body import mass_matrix
 
@@ -192,6 +193,13 @@ class CampaignFile(StrictModel):
         for section, verb, keys in _UNIQUE:
             rows = [tuple(getattr(entry, key) for key in keys) for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] {verb}", rows)
+        for what, section, key in (
+            ("mount", "mounts", "name"),
+            ("run", "runs", "name"),
+            ("mount set", "runs", "mount_set"),
+            ("time run", "time_runs", "name"),
+        ):
+            yield from look_alikes(what, [getattr(e, key, "") for e in getattr(self, section)])
         yield from doubled("switched_off are named", self.switched_off)
         yield from self.engine.load_faults()
         gears = [(run.name, run.gear) for run in (*self.runs, *self.time_runs)]
@@ -598,8 +606,8 @@ def new_run_file(folder: Path, mount_set: str, name: str) -> Path:
     """
     path = Path(folder) / CAMPAIGN_FILE
     file = load_toml(path, CampaignFile)
-    if not name or any(c.isspace() or c in '/\\:*?"<>|' for c in name) or name.startswith("."):
-        raise InputError(f"'{name}' is no name of a run: use letters, digits, _ and -")
+    if fault := name_fault(name):
+        raise InputError(f"'{name}' is no name of a run: {fault}")
     if (mount_set, name) in [(run.mount_set, run.name) for run in file.runs]:
         raise InputError(
             f"{path}: run '{name}' of mount set {mount_set} is there already: choose another name"

@@ -3,15 +3,23 @@
 from __future__ import annotations
 
 import importlib
+import io
 import json
+import math
 import os
 import shutil
 import stat
 import tempfile
+import zlib
 from collections.abc import Iterator
 from contextlib import contextmanager
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import IO, Any, NoReturn
+from zipfile import BadZipFile, ZipFile
+
+import numpy as np
+import numpy.typing as npt
 
 from deboom.errors import InputError
 
@@ -20,6 +28,12 @@ LARGEST_FILE = 1024 * MEBIBYTE
 """Largest file of measurements that is read; larger ones would fill the memory [bytes]."""
 LARGEST_TEXT = 64 * MEBIBYTE
 """The same for text of facts and tables [bytes]."""
+LARGEST_MEMORY = 2048 * MEBIBYTE
+"""What reading one file may take [bytes]."""
+MOST_NUMBERS = LARGEST_FILE // 8
+"""Numbers that a channel or a data set may announce; a small file may announce any."""
+MOST_PARTS = 10_000
+"""Files that a zip archive, such as a workbook, may hold."""
 
 
 def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
@@ -29,22 +43,48 @@ def read_bytes(path: Path, largest: int = LARGEST_FILE) -> bytes:
     - `largest`: largest size that is read [bytes].
     - raises InputError: the file is missing, no regular file, too large or not readable.
     """
-    try:
-        state = path.stat()
-        if not (stat.S_ISREG(state.st_mode) or stat.S_ISDIR(state.st_mode)):
-            raise InputError(f"{path} is a device or a pipe: name a file on disk")
-        if state.st_size > largest:
+    with opened_file(path) as file:
+        size = os.fstat(file.fileno()).st_size
+        if size > largest:
             raise InputError(
-                f"{path} has {state.st_size / MEBIBYTE:.0f} MiB, at most "
+                f"{path} has {size / MEBIBYTE:.0f} MiB, at most "
                 f"{largest / MEBIBYTE:.0f} MiB are read: check that it is the right file"
             )
-        return path.read_bytes()
+        return file.read()
+
+
+@contextmanager
+def opened_file(path: Path) -> Iterator[BufferedReader]:
+    """Open a regular file to be read.
+
+    - `path`: the file; devices and pipes are refused, because they may never end.
+    - raises InputError: the file is missing, no regular file or not readable.
+    """
+    try:
+        mode = path.stat().st_mode
+        if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
+            raise InputError(f"{path} is a device or a pipe: name a file on disk")
+        with path.open("rb") as file:
+            yield file
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
     except ValueError as error:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{str(path)!r} is no name of a file: check the path") from None
+
+
+def refuse_announced(what: str, count: int) -> None:
+    """Refuse more numbers than are read, before memory is taken for them.
+
+    - `what`: file and item.
+    - raises InputError: `count` is too large.
+    """
+    if count > MOST_NUMBERS:
+        raise InputError(
+            f"{what} announces {count} numbers, at most {MOST_NUMBERS} are read: export it again, "
+            "with fewer samples"
+        )
 
 
 _KINDS = (
@@ -163,6 +203,70 @@ def made_folder(place: Path) -> Path:
             f"{place} cannot be made a folder ({error.strerror or error}): choose another --out"
         ) from None
     return place
+
+
+@contextmanager
+def opened_zip(path: Path, data: bytes, largest: int) -> Iterator[ZipFile]:
+    """Open a zip archive whose parts are neither too many nor too large.
+
+    - `data`: content of `path`.
+    - `largest`: of all parts together, unpacked [bytes].
+    - raises InputError: they are more; a small archive may unpack to anything.
+    - raises BadZipFile: no zip archive.
+    """
+    if data.count(b"PK\x01\x02") > MOST_PARTS:
+        raise InputError(
+            f"{path} has more than {MOST_PARTS} parts: check that it is the right file"
+        )
+    with ZipFile(io.BytesIO(data)) as parts:
+        size = sum(part.file_size for part in parts.infolist())
+        if size > largest:
+            raise InputError(
+                f"{path} unpacks to {size / MEBIBYTE:.0f} MiB, at most {largest / MEBIBYTE:.0f} "
+                "MiB are read: split it"
+            )
+        yield parts
+
+
+def read_arrays(path: Path, remedy: str) -> dict[str, npt.NDArray[Any]]:
+    """Return the arrays of an npz file by name; their shapes are checked before they are read.
+
+    - `remedy`: advice for the error, such as ``start a new run``.
+    - raises InputError: as `read_bytes`; a damaged file, an array of objects, or one that announces
+      more than the file holds.
+    """
+    data = read_bytes(path)  # all at once: numpy leaves a damaged file open
+    try:
+        with opened_zip(path, data, LARGEST_FILE) as parts:
+            for part in parts.infolist():
+                with parts.open(part) as file:
+                    _check_header(file, part.file_size)
+        with np.load(io.BytesIO(data), allow_pickle=False) as archive:
+            return dict(archive)
+    except InputError:
+        raise
+    except (OSError, ValueError, EOFError, RuntimeError, BadZipFile, zlib.error) as error:
+        raise InputError(f"{path} cannot be read ({error}): it is damaged; {remedy}") from None
+
+
+def _check_header(file: IO[bytes], size: int) -> None:
+    """Refuse an array whose shape and type do not make the bytes that follow."""
+    version = np.lib.format.read_magic(file)
+    headers = {
+        (1, 0): np.lib.format.read_array_header_1_0,
+        (2, 0): np.lib.format.read_array_header_2_0,
+    }
+    if version not in headers:
+        raise ValueError(f"version {version} of an array")
+    try:
+        shape, _, dtype = headers[version](file)
+    except Exception:  # numpy takes the header for Python, and every kind of error of it may come
+        raise ValueError("the header of an array is no header") from None
+    if dtype.hasobject:
+        raise ValueError("an array of objects")
+    announced = math.prod(shape) * dtype.itemsize
+    if min(shape, default=0) < 0 or not dtype.itemsize or announced != size - file.tell():
+        raise ValueError(f"an array of shape {shape} is announced, and {size} bytes are there")
 
 
 def replace_bytes(path: Path, data: bytes) -> None:

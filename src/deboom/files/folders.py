@@ -20,13 +20,14 @@ from deboom.files.inertance_test import INERTANCE_TEST_FILE, InertanceTestFile, 
 from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile, read_operating_test
 from deboom.files.platform import MountEntry, PlatformFile
 from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
-from deboom.files.schema import StrictModel
+from deboom.files.schema import StrictModel, doubled, refuse_all
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
 from deboom.measurement.compressor_test import refuse_contradictions
 from deboom.measurement.driving_points import fault_of_hammer_test
 from deboom.measurement.electric_car import refuse_contradictions_of_car
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
+from deboom.names import look_alikes, name_fault
 from deboom.vehicles.platform import PLATFORM_FILE
 
 FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
@@ -146,8 +147,6 @@ _HELD: Mapping[FolderKind, Callable[[Path], Iterator[tuple[str, str]]]] = {
     FolderKind.hammer: _hammer,
 }
 
-_FORBIDDEN = set('<>:"/\\|?*,')
-"""No file name may hold them on Windows, and no cell of a CSV table a comma."""
 
 _MOUNT_HELP = (
     ("mount", "Name, as in platform.toml."),
@@ -281,14 +280,9 @@ def _mount(text: str) -> MountEntry:
 
 def _check_names(what: str, names: Sequence[str]) -> None:
     for name in names:
-        if not name or any(c.isspace() or not c.isprintable() or c in _FORBIDDEN for c in name):
-            raise InputError(
-                f"{what} '{name}': a name needs at least one character, no blanks and none of "
-                f"{' '.join(sorted(_FORBIDDEN))}"
-            )
-        # two files of one name where capitals do not count
-        if [one.casefold() for one in names].count(name.casefold()) > 1:
-            raise InputError(f"two of {what} are named '{name}': keep or rename one")
+        if fault := name_fault(name):
+            raise InputError(f"{what} '{name}': {fault}")
+    refuse_all((*doubled(f"of {what} are named", names), *look_alikes(what, names)))
 
 
 def _mount_rows(mounts: Sequence[MountEntry]) -> pd.DataFrame:

@@ -18,6 +18,7 @@ from deboom.errors import InputError
 from deboom.explore.result import PICK, POINT, Front, FrontColumns
 from deboom.explore.selection import ByPick
 from deboom.files.disk import replace_text
+from deboom.files.tables import read_frame
 from deboom.tabled import Tabled, csv_text
 
 FRONT, CONVERGENCE = "front.csv", "convergence.csv"
@@ -104,11 +105,11 @@ class FrontTable(Tabled):
         - raises InputError: a file that is missing or no table, no design variables, or as many
           designs in ``designs.csv`` as in ``front.csv`` that there are not.
         """
-        rows = _frame(folder / FRONT)
+        rows = read_frame(folder / FRONT, (PICK,))
         variables = FrontColumns.variables(list(rows.columns))
         old = folder / OLD_DESIGNS
         if not variables and old.is_file():
-            designs = _frame(old).drop(columns=POINT, errors="ignore")
+            designs = read_frame(old).drop(columns=POINT, errors="ignore")
             if len(designs) != len(rows):
                 raise InputError(
                     f"{old} has {len(designs)} designs and {folder / FRONT} {len(rows)}: bring "
@@ -125,13 +126,5 @@ class FrontTable(Tabled):
             spelled = rows[PICK].fillna("").astype(str)
             rows[PICK] = spelled.str.replace(r"(?<=\w) (?=\w)", "-", regex=True)
         path = folder / CONVERGENCE
-        kept = _frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
+        kept = read_frame(path).iloc[:, -1].to_numpy(float) if path.is_file() else np.empty(0)
         return cls(rows, variables, kept)
-
-
-def _frame(path: Path) -> pd.DataFrame:
-    """Read a table that a run wrote."""
-    try:
-        return pd.read_csv(path)
-    except (OSError, ValueError) as error:
-        raise InputError(f"{path} cannot be read as a table ({error}): run again") from None

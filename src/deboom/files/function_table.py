@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import os
 import re
 import subprocess
 import sys
@@ -22,7 +23,15 @@ import numpy.typing as npt
 from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray
 from deboom.choices import FunctionFiles
 from deboom.errors import DataWarning, InputError, naming
-from deboom.files.disk import library, read_bytes
+from deboom.files import matlab_variables
+from deboom.files.disk import (
+    LARGEST_MEMORY,
+    MEBIBYTE,
+    library,
+    read_arrays,
+    read_bytes,
+    refuse_announced,
+)
 from deboom.files.schema import noting, telling
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
@@ -447,22 +456,10 @@ _RESPONSES = {
 }
 _FREQUENCY = "frequency"
 _PARTS = ("real", "imag")
-_VARIABLES = (_FREQUENCY, "time", "names", "values", "units")
 _HDF5 = b"\x89HDF"
-_MAT_SECONDS = 60
-_MAT_READER = """
-import sys
-import numpy as np
-from scipy.io import loadmat
-content = loadmat(sys.argv[1], squeeze_me=True, chars_as_strings=True)
-wanted = {name: content[name] for name in ("frequency", "time", "names", "values", "units")
-          if name in content}
-texts = {name: np.array([str(text) for text in np.ravel(value)])
-         for name, value in wanted.items() if name in ("names", "units")}
-numbers = {name: value if np.asarray(value).dtype.kind in "biufc" else np.array(str(value))
-           for name, value in wanted.items()}
-np.savez(sys.argv[2], allow_pickle=False, **{**numbers, **texts})
-"""
+_AGAIN = "save it again with save(file, ..., '-v7')"
+LONGEST_READING = 60
+"""Time that the process which reads a MATLAB file may take [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -632,26 +629,52 @@ def _mat(path: Path) -> dict[str, Any]:
     if start.startswith((b"MATLAB 7.3", _HDF5)) or start[512:] == _HDF5:
         return _mat_of_hdf5(path)
     with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
-        arrays = Path(folder) / "arrays.npz"
-        # scipy's compiled reader may crash on a damaged file: it runs in a process of its own
-        command = [sys.executable, "-c", _MAT_READER, str(path), str(arrays)]
+        arrays, empty = Path(folder) / "arrays.npz", Path(folder) / "empty"
+        empty.mkdir()
+        # nothing beside the file is imported: -P keeps the folder that a process runs in off its
+        # path, and entries of PYTHONPATH may be relative; `pip install --user` is still found
+        command = [sys.executable, "-P", "-m", matlab_variables.__name__]
+        command += [str(path.resolve()), str(arrays), str(LARGEST_MEMORY)]
+        kept = {name: text for name, text in os.environ.items() if name != "PYTHONPATH"}
         try:
-            reader = subprocess.run(command, capture_output=True, timeout=_MAT_SECONDS, check=False)
-        except subprocess.TimeoutExpired:
-            reader = None
-        if reader is None or reader.returncode != 0:
-            raise InputError(
-                f"{path} is damaged, or no MATLAB file: save it again with save(file, ..., '-v7')"
+            reader = subprocess.run(
+                command,
+                capture_output=True,
+                timeout=LONGEST_READING,
+                check=False,
+                cwd=empty,
+                env=kept | {"OPENBLAS_NUM_THREADS": "1"},
             )
-        with np.load(arrays, allow_pickle=False) as content:
-            return dict(content)
+        except subprocess.TimeoutExpired:
+            raise InputError(
+                f"{path} takes more than {LONGEST_READING} s to read: save fewer variables or lines"
+            ) from None
+        _check_reader(path, reader)
+        return read_arrays(arrays, _AGAIN)
+
+
+def _check_reader(path: Path, reader: subprocess.CompletedProcess[bytes]) -> None:
+    told = reader.stderr.decode(errors="replace").strip()
+    if reader.returncode == matlab_variables.NO_SCIPY or "No module named" in told:
+        raise InputError(
+            f"{path}: MATLAB files are read by a process without PYTHONPATH, which lacks a package "
+            f"({told.splitlines()[-1]}): install deboom and SciPy for {sys.executable}"
+        )
+    if reader.returncode == matlab_variables.TOO_LARGE:
+        raise InputError(
+            f"{path} needs more than {LARGEST_MEMORY / MEBIBYTE:.0f} MiB of memory: save fewer "
+            "variables or lines"
+        )
+    if reader.returncode != 0:
+        raise InputError(f"{path} is damaged, or no MATLAB file: {_AGAIN}")
 
 
 def _mat_of_hdf5(path: Path) -> dict[str, Any]:
     """Variables of a file of version 7.3: HDF5 with turned axes, and texts as numbers."""
     h5py = library(path, "h5py", "hdf5")
 
-    def plain(name: str, file: Any, data: Any) -> Any:
+    def plain(name: str, file: Any, data: Any, *, inside: bool = False) -> Any:
+        refuse_announced(f"{path}: data set '{data.name}'", math.prod(map(int, data.shape)))
         kind = data.attrs.get("MATLAB_class", b"").decode()
         if kind == "string" or "MATLAB_object_decode" in data.attrs or hasattr(data, "keys"):
             remedy = f"cellstr({name})" if kind == "string" else "numbers, or text in a cell array"
@@ -659,7 +682,10 @@ def _mat_of_hdf5(path: Path) -> dict[str, Any]:
                 f"{path}: variable '{name}' is of MATLAB's class {kind}: save {remedy}"
             )
         if data.dtype == h5py.ref_dtype:
-            return np.array([str(plain(name, file, file[each])) for each in np.ravel(data[()])])
+            if inside:
+                raise ValueError("a cell holds cells")
+            cells = [plain(name, file, file[each], inside=True) for each in np.ravel(data[()])]
+            return np.array([str(cell) for cell in cells])
         if kind == "char":
             empty = data.attrs.get("MATLAB_empty", 0)
             return np.array("" if empty else "".join(map(chr, np.ravel(data[()].T))))
@@ -668,7 +694,8 @@ def _mat_of_hdf5(path: Path) -> dict[str, Any]:
 
     try:
         with h5py.File(path, "r") as file:
-            return {name: plain(name, file, file[name]) for name in _VARIABLES if name in file}
+            variables = matlab_variables.VARIABLES
+            return {name: plain(name, file, file[name]) for name in variables if name in file}
     except InputError:
         raise
     except Exception as error:  # a damaged file raises many kinds

@@ -57,6 +57,7 @@ from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import as_mounted
+from deboom.names import look_alikes
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
@@ -319,6 +320,8 @@ class PlatformFile(StrictModel):
         for section in ("mounts", "vehicles", "load_cases"):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)
+            yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
+        yield from look_alikes("group", [getattr(entry, "group", "") for entry in self.vehicles])
         known = [case.name for case in self.load_cases]
         if known and getattr(self, "default_load_case", known[0]) not in known:
             yield (
@@ -329,6 +332,7 @@ class PlatformFile(StrictModel):
         yield from beyond_gears("load case", gears, self.engine.total_ratios)
         for mount in self.mounts:
             yield from doubled(f"pieces of mount {mount.name} are named", mount.piece_names)
+            yield from look_alikes(f"piece of mount {mount.name}", mount.piece_names)
             axes = f"transfer_axes of mount {mount.name} are named"
             yield from doubled(axes, mount.transfer_axes)
 

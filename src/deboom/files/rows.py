@@ -28,6 +28,7 @@ from deboom.files.tables import (
 from deboom.files.uff import DIRECTIONS
 from deboom.files.units import Unit, refuse_beyond
 from deboom.measurement.sensors import Impact, Sensor, SensorKind
+from deboom.names import is_inside
 from deboom.physics.rigid_body import ROTATION_ORDERS, rotation_matrix
 
 _AXES = ("x", "y", "z")
@@ -210,8 +211,7 @@ class HammerPoint(TableRow):
     direction: _Direction
 
     def _check(self) -> None:
-        parts = Path(self.file)
-        if parts.is_absolute() or ".." in parts.parts:
+        if not is_inside(self.file):
             raise InputError(f"file '{self.file}' is not inside the folder: copy it there")
 
 

@@ -17,23 +17,22 @@ import secrets
 import shutil
 import subprocess
 import sys
-import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
-from zipfile import BadZipFile
 
 import numpy as np
 import numpy.typing as npt
 from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
-from deboom.files.disk import read_bytes, read_json, replace_bytes, replace_text
+from deboom.files.disk import opened_file, read_arrays, read_json, replace_bytes, replace_text
 from deboom.files.schema import wrong_entries
+from deboom.names import path_inside
 from deboom.tabled import json_text
 
 if TYPE_CHECKING:
@@ -74,12 +73,9 @@ class Run:
         - raises InputError: The name leaves the run folder, the run is finished, or the file cannot
           be written.
         """
-        relative = PurePosixPath(name)
-        if not relative.name or relative.is_absolute() or ".." in relative.parts or "\\" in name:
-            raise InputError(f"'{name}' is not a file name within the run folder {self.folder}")
+        path = path_inside(self.folder, name)
         if not self.folder.is_dir():
             raise InputError(f"{self.folder} is gone: the run is finished or discarded")
-        path = self.folder / relative
         path.parent.mkdir(parents=True, exist_ok=True)
         replace_bytes(path, data)
 
@@ -179,11 +175,8 @@ def hash_files(paths: Iterable[Path], relative_to: Path) -> dict[str, str]:
     """
     hashes = {}
     for path in paths:
-        try:
-            with path.open("rb") as file:
-                digest = hashlib.file_digest(file, "sha256").hexdigest()
-        except OSError as error:
-            raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
+        with opened_file(path) as file:
+            digest = hashlib.file_digest(file, "sha256").hexdigest()
         hashes[_relative_name(path, relative_to)] = digest
     return dict(sorted(hashes.items()))
 
@@ -236,9 +229,13 @@ def _version(name: str) -> str | None:
 
 def _git_state(file: Path) -> dict[str, Any] | None:
     """Ask the checkout that tracks a file; a surrounding, unrelated one does not count."""
+    program = shutil.which("git")
+    # Windows looks for programs in the working folder first, and that may be anybody's
+    if program is None or Path(program).resolve().parent == Path.cwd():
+        return None
 
     def git(*arguments: str) -> str:
-        command = ["git", "-C", str(file.parent), *arguments]
+        command = [program, "-C", str(file.parent), *arguments]
         result = subprocess.run(
             command, capture_output=True, text=True, encoding="utf-8", timeout=20, check=True
         )
@@ -301,7 +298,8 @@ def is_held(folder: Path) -> bool:
 class RunEntry:
     """A run as it stands on disk.
 
-    - `folder`: ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``.
+    - `folder`: ``<out>/<study>/<run>`` or ``<out>/<study>/<run>.unfinished``, or wherever it was
+      copied to.
     - `record`: Its ``run.json``.
     """
 
@@ -310,8 +308,8 @@ class RunEntry:
 
     @property
     def study(self) -> str:
-        """Name of the study."""
-        return self.folder.parent.name
+        """Name of the study, as its record says; that of the folder above where it says none."""
+        return self.record.get("study") or self.folder.parent.name
 
     @property
     def name(self) -> str:
@@ -429,7 +427,7 @@ def check_files(entry: RunEntry, names: Iterable[str] | None = None) -> None:
             "study again"
         )
     for name in hashes if names is None else [name for name in names if name in hashes]:
-        path, wanted = entry.folder / name, hashes[name]
+        path, wanted = path_inside(entry.folder, name), hashes[name]
         if not path.is_file():
             raise InputError(f"{path} is missing from its run: bring it back or run again")
         if hash_files([path], relative_to=entry.folder)[name] != wanted:
@@ -543,14 +541,7 @@ class CheckpointFolder:
         path = self.folder / "evaluations" / f"{number:06d}.npz"
         if not path.exists():
             return None
-        data = read_bytes(path)  # all at once: numpy leaves a damaged file open
-        try:
-            with np.load(io.BytesIO(data), allow_pickle=False) as archive:
-                return dict(archive)
-        except (OSError, ValueError, EOFError, RuntimeError, BadZipFile, zlib.error) as error:
-            raise InputError(
-                f"{path} cannot be read ({error}): it is damaged; start a new run"
-            ) from None
+        return read_arrays(path, "start a new run")
 
     def _write(self, name: str, data: bytes) -> None:
         path = self.folder / name

@@ -8,7 +8,7 @@ import re
 import tomllib
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager, nullcontext, suppress
-from pathlib import Path, PurePosixPath
+from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin
 
@@ -17,6 +17,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationErr
 
 from deboom.errors import InputError
 from deboom.files.disk import read_text, replace_text
+from deboom.names import is_inside, name_fault
 
 Note = Callable[[InputError], None]
 
@@ -99,15 +100,13 @@ class StrictModel(BaseModel):
 
 
 def _plain_name(name: str) -> str:
-    if not name or any(c.isspace() or not c.isprintable() for c in name):
-        raise ValueError("a name needs at least one character and no blanks")
+    if fault := name_fault(name):
+        raise ValueError(fault)
     return name
 
 
 def _inside(name: str) -> str:
-    path = PurePosixPath(name)
-    wrong = ".." in path.parts or any(c in "\\:\0" for c in name)
-    if not name or path.is_absolute() or wrong:
+    if not is_inside(name):
         raise ValueError("a file is named relative to the platform folder, with / and without ..")
     return name
 

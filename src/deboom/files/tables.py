@@ -23,14 +23,23 @@ from openpyxl.worksheet.properties import PageSetupProperties
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import MEBIBYTE, read_bytes, read_text, replace_bytes, replace_text
+from deboom.files.disk import (
+    MEBIBYTE,
+    opened_zip,
+    read_bytes,
+    read_text,
+    replace_bytes,
+    replace_text,
+)
 from deboom.files.schema import Note, noting, refuse_all, telling
 from deboom.files.units import Unit, parse_unit, refuse_beyond
-from deboom.tabled import csv_text, unescaped
+from deboom.files.workbook_parts import refuse_large_parts
+from deboom.tabled import csv_text, table_of, unescaped
 
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 2_000, 4_000_000
 """Size of a table above which it is taken for a mistake."""
 LARGEST_WORKBOOK = 512 * MEBIBYTE
+"""Size of all parts of a workbook, unpacked [bytes]."""
 _OLE2 = b"\xd0\xcf\x11\xe0"
 _EXCEL_ERRORS = ("#DIV/0!", "#N/A", "#NAME?", "#NULL!", "#NUM!", "#REF!", "#VALUE!")
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?", re.ASCII)
@@ -377,10 +386,8 @@ def _workbook(path: Path) -> Iterator[Any]:
             f"{path} is an old .xls workbook or has a password: save it as .xlsx without one"
         )
     try:
-        with ZipFile(io.BytesIO(data)) as parts:
-            size = sum(part.file_size for part in parts.infolist())
-        if size > LARGEST_WORKBOOK:
-            raise InputError(f"{path} unpacks to {size / MEBIBYTE:.0f} MiB: split the workbook")
+        with opened_zip(path, data, LARGEST_WORKBOOK) as parts:
+            refuse_large_parts(path, parts)
         yield load_workbook(io.BytesIO(data), read_only=True, data_only=True, keep_links=False)
     except InputError:
         raise
@@ -663,6 +670,20 @@ def _written(row: Any, field: str, column: Any) -> list[Any]:
 SHEET_NAME = 31
 """Characters that a sheet's name may have."""
 _WIDEST = 60
+
+
+def read_frame(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
+    """Read a table that deboom wrote, such as one of a run folder, see `deboom.tabled.table_of`.
+
+    - `texts`: columns of names, which may look like numbers; one that is not there is no fault.
+    - raises InputError: the file is missing, too large or no table.
+    """
+    try:
+        return table_of(read_text(path), texts)
+    except InputError:
+        raise
+    except ValueError as error:
+        raise InputError(f"{path} is no table ({error}): run the study again") from None
 
 
 def write_frame(path: Path, table: pd.DataFrame) -> None:

@@ -22,7 +22,7 @@ from scipy.signal import resample_poly
 
 from deboom.arrays import RealArray, RealOrComplexArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import kind_of, library, read_bytes
+from deboom.files.disk import kind_of, library, read_bytes, refuse_announced
 from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
@@ -316,6 +316,8 @@ def _mdf(path: Path) -> _Channels:
 
 
 def _of_mdf(path: Path, file: Any, group: int, index: int) -> _Loaded:
+    header = file.groups[group].channel_group
+    refuse_announced(f"{path}: group {group + 1}", max(header.cycles_nr, 0))
     # without this, invalid samples are left out in silence
     signal = file.get(None, group, index, ignore_invalidation_bits=True)
     invalid = 0 if signal.invalidation_bits is None else int(np.sum(signal.invalidation_bits))
@@ -385,6 +387,7 @@ def _of_tdms(path: Path, file: Any, group: Any, channel: Any) -> _Loaded:
             f"{path}: channel '{channel.name}' has no property wf_increment: write it as a waveform"
         )
     _check_scales(f"{path}: channel '{channel.name}'", file, group, channel)
+    refuse_announced(f"{path}: channel '{channel.name}'", len(channel))
     unit = properties.get("unit_string") or properties.get("NI_UnitDescription") or ""
     step, start = properties["wf_increment"], properties.get("wf_start_offset", 0.0)
     return unit, start + step * np.arange(len(channel)), channel[:]
@@ -400,10 +403,13 @@ def _hdf5(path: Path) -> _Channels:
 
 
 def _of_hdf5(path: Path, data: Any) -> _Loaded:
+    refuse_announced(f"{path}: data set '{data.name}'", math.prod(map(int, data.shape)))
     around = (data, data.parent, data.file)
     unit = next((data.attrs[key] for key in ("unit", "units") if key in data.attrs), "")
     unit = unit.decode() if isinstance(unit, bytes) else unit
     if "time" in data.parent:
+        announced = math.prod(map(int, data.parent["time"].shape))
+        refuse_announced(f"{path}: the time of '{data.name}'", announced)
         return unit, data.parent["time"][:], data[:]
     rate = next((each.attrs["sample_rate"] for each in around if "sample_rate" in each.attrs), 0.0)
     if not float(rate) > 0:

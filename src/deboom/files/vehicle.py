@@ -48,6 +48,7 @@ from deboom.measurement.noise_transfer import (
     ACCELERATION_PER_VOLUME_ACCELERATION,
     PRESSURE_PER_FORCE,
 )
+from deboom.names import look_alikes
 
 VEHICLE_FILE = "vehicle.toml"
 LARGEST_LEVER = 1.0
@@ -108,6 +109,7 @@ class VehicleFile(StrictModel):
         for section in ("ears", "mounts", "runs"):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)
+            yield from look_alikes(section.removesuffix("s"), names)
         yield from doubled("[[ears]] have the node", [ear.node for ear in self.ears])
         gears = [(run.name, run.gear) for run in self.runs]
         yield from beyond_gears("run", gears, self.engine.total_ratios)

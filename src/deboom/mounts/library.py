@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import sqlite3
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import asdict, replace
@@ -40,6 +41,13 @@ _ADVISORY_LOCK = 0x6465626F6F6D  # "deboom", one number for all libraries of a d
 _SQLITE_SIGNATURE = b"SQLite format 3\0"
 _LOCK_NOT_AVAILABLE, _NO_PRIVILEGE, _READ_ONLY = "55P03", "42501", "25006"
 _NO_SUCH_LETTER = "22P05"
+LARGEST_LIBRARY = 2**30
+"""Size of an SQLite file that is opened [bytes]."""
+LARGEST_ENTRY = 2**25
+"""Size of one row, such as a mount with all of its points [bytes]."""
+MOST_STEPS = 10**9
+"""Steps of SQLite's virtual machine that one call may take: about half a minute."""
+_STEPS_PER_LOOK = 10**6
 _KEY = ("campaign", "mount", "variant", "part_number", "serial")  # tells mounts apart
 
 
@@ -111,11 +119,13 @@ class MountLibrary:
         for name, value in zip(_KEY, (campaign, mount, variant, part_number, serial), strict=True):
             if value is not None:
                 query = query.where(_MOUNT.c[name] == value)
-        with self._reading() as connection:
-            rows = connection.execute(query).all()
         try:
-            return tuple(sorted(MountIdentity(*row) for row in rows))
+            with self._reading() as connection:
+                # one by one: each is checked before the next is fetched
+                return tuple(sorted(MountIdentity(*row) for row in connection.execute(query)))
         except InputError as error:
+            if str(error).startswith(self.name):
+                raise
             raise InputError(f"{self.name}: {error}; restore it from a backup") from None
 
     def only(self, matching: Sequence[MountIdentity]) -> MountIdentity:
@@ -139,7 +149,7 @@ class MountLibrary:
         - raises InputError: it is not in the library, or its document is damaged.
         """
         with self._reading() as connection:
-            row = connection.execute(sa.select(_MOUNT).where(_same(identity))).one_or_none()
+            row = _only_row(connection, sa.select(_MOUNT).where(_same(identity)))
         if row is None:
             raise InputError(f"{self.name}: {identity} is not in the library")
         return mount_of(self._entry(row))
@@ -184,7 +194,7 @@ class MountLibrary:
     ) -> None:
         """Add a campaign, unless the same one is kept already."""
         named = _CAMPAIGN.c.name == campaign.name
-        row = connection.execute(sa.select(_CAMPAIGN).where(named)).one_or_none()
+        row = _only_row(connection, sa.select(_CAMPAIGN).where(named))
         if row is not None:
             if campaign_of(self._entry(row)) == campaign:
                 return
@@ -276,6 +286,13 @@ class MountLibrary:
                 sentence = f"may not be written to ({text}); ask its owner for the right to"
             elif state == _NO_SUCH_LETTER:
                 sentence = f"cannot keep this name ({text}): use a database in UTF8"
+            elif "interrupted" in text:
+                sentence = "takes too long to read: it is no library of deboom, or damaged"
+            elif "too big" in text:
+                sentence = (
+                    f"holds an entry of more than {LARGEST_ENTRY >> 20} MiB: it is damaged; "
+                    "restore it from a backup"
+                )
             elif any(word in text for word in ("malformed", "not a database", "no such")):
                 sentence = f"is damaged ({text}); restore it from a backup"
             elif isinstance(error, OperationalError):
@@ -377,28 +394,71 @@ def _check_file(path: Path, create: bool) -> None:
             raise InputError(f"{path}: its folder does not exist; make it first")
         return
     try:
+        size = path.stat().st_size
         with path.open("rb") as file:
             start = file.read(len(_SQLITE_SIGNATURE))
     except OSError as error:
         raise InputError(f"{path} cannot be read ({error.strerror}): check the path") from None
     if start not in (b"", _SQLITE_SIGNATURE):
         raise InputError(f"{path} is not a library: it is no SQLite file")
+    if size > LARGEST_LIBRARY:
+        raise InputError(
+            f"{path} has {size >> 20} MiB, at most {LARGEST_LIBRARY >> 20} MiB are opened: keep "
+            "campaigns in several libraries, or in PostgreSQL"
+        )
 
 
 def _connected_to_sqlite(connection: Any, _record: Any) -> None:
     connection.isolation_level = None  # the driver starts no transactions, _begin_sqlite does
     connection.execute("PRAGMA foreign_keys = ON")
+    # a file from elsewhere: no functions in its schema, no endless query, no huge value
+    connection.execute("PRAGMA trusted_schema = OFF")
+    connection.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, LARGEST_ENTRY)
+    looks = iter(range(MOST_STEPS // _STEPS_PER_LOOK))
+    connection.set_progress_handler(lambda: next(looks, None) is None, _STEPS_PER_LOOK)
 
 
 def _begin_sqlite(connection: sa.Connection) -> None:
     connection.exec_driver_sql(connection.get_execution_options().get("deboom_begin", "BEGIN"))
 
 
+def _refuse_programs(connection: sa.Connection) -> None:
+    """Refuse an SQLite file that does more than hold tables: what it does would run with a query.
+
+    - raises InputError: names the first view, trigger, virtual table or computed column.
+    """
+    for query in (
+        "SELECT replace(type, 'table', 'virtual table'), name FROM sqlite_master"
+        " WHERE type NOT IN ('table', 'index') OR sql LIKE 'CREATE VIRTUAL%' LIMIT 1",
+        "SELECT 'computed column', c.name FROM sqlite_master m, pragma_table_xinfo(m.name) c"
+        " WHERE m.type = 'table' AND c.hidden > 0 LIMIT 1",
+    ):
+        for kind, name in connection.execute(sa.text(query)):
+            raise InputError(
+                f"{connection.engine.url.database} has a {kind} '{str(name)[:LONGEST_TEXT]}': a "
+                "library holds tables only; export its mounts to JSON where it comes from"
+            )
+
+
 def _stored_version(connection: sa.Connection) -> sa.Row[Any] | None:
     """Version of a library; None where there is none."""
+    if connection.dialect.name == "sqlite":
+        _refuse_programs(connection)
     if not sa.inspect(connection).has_table(_VERSION.name):
         return None
-    return connection.execute(sa.select(_VERSION)).one_or_none()
+    return _only_row(connection, sa.select(_VERSION))
+
+
+def _only_row(connection: sa.Connection, query: sa.Select[Any]) -> sa.Row[Any] | None:
+    """Return the row of a query that has at most one; None where it has none.
+
+    - raises InputError: it has two, which the keys of the tables forbid.
+    """
+    rows = connection.execute(query).fetchmany(2)
+    if len(rows) > 1:
+        url = connection.engine.url.render_as_string(hide_password=True)
+        raise InputError(f"{url} holds an entry twice: it is damaged; restore it from a backup")
+    return rows[0] if rows else None
 
 
 def _same(identity: MountIdentity) -> sa.ColumnElement[bool]:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from deboom.errors import InputError
+from deboom.names import path_inside
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
@@ -286,7 +287,7 @@ class Report:
         """Write all files and the page into a folder, which is made; return the page's path."""
         pages = {PAGE: self.html().encode()}
         for name, content in (self.contents() | pages).items():
-            path = folder / name
+            path = path_inside(folder, name)
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
         return folder / PAGE

@@ -26,6 +26,7 @@ from deboom.files.campaign import (
     read_campaign,
     read_time_run,
 )
+from deboom.files.disk import read_arrays
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml
@@ -47,6 +48,7 @@ from deboom.mounts.characterise import (
 )
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
+from deboom.names import path_inside
 from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
 
 
@@ -289,30 +291,25 @@ def _driven(folder: Path, run: str, mount_set: str) -> DrivenVehicle:
 
 def _truth(folder: Path, run: str) -> VehicleTruth | None:
     """Read the truth of a virtual vehicle; None for a vehicle that nobody knows the truth of."""
-    paths = [folder / "truth" / f"{name}.npz" for name in (run, "vehicle")]
+    paths = [path_inside(folder, f"truth/{name}.npz") for name in (run, "vehicle")]
     if not all(path.is_file() for path in paths):
         return None
-    with (
-        np.load(paths[0], allow_pickle=False) as driven,
-        np.load(paths[1], allow_pickle=False) as body,
-    ):
-        frequency = driven["frequency"].real
-        ears, interfaces = (tuple(body[name].tolist()) for name in ("ears", "interfaces"))
-        transfer = body["noise_transfer"]
-        at_interfaces = body["shapes_at_interfaces"][:, :, :3]
-        return VehicleTruth(
-            force=Spectrum(frequency, driven["force"], tuple(driven["channels"].tolist()), "N"),
-            pressure=Spectrum(frequency, driven["pressure_of_mounts"], ears, "Pa"),
-            noise_transfer=Frf(
-                body["frequency"],
-                transfer.reshape(*transfer.shape[:2], -1),
-                ears,
-                tuple(f"{name} {load}" for name in interfaces for load in POINT_LOADS),
-                "Pa/N",
-            ),
-            natural_frequency=body["natural_frequencies"],
-            damping_ratio=body["damping_ratios"],
-            shapes=np.hstack(
-                [at_interfaces.reshape(len(at_interfaces), -1), body["shapes_at_panels"]]
-            ),
-        )
+    driven, body = (read_arrays(path, "write the virtual vehicle again") for path in paths)
+    frequency = driven["frequency"].real
+    ears, interfaces = (tuple(body[name].tolist()) for name in ("ears", "interfaces"))
+    transfer = body["noise_transfer"]
+    at_interfaces = body["shapes_at_interfaces"][:, :, :3]
+    return VehicleTruth(
+        force=Spectrum(frequency, driven["force"], tuple(driven["channels"].tolist()), "N"),
+        pressure=Spectrum(frequency, driven["pressure_of_mounts"], ears, "Pa"),
+        noise_transfer=Frf(
+            body["frequency"],
+            transfer.reshape(*transfer.shape[:2], -1),
+            ears,
+            tuple(f"{name} {load}" for name in interfaces for load in POINT_LOADS),
+            "Pa/N",
+        ),
+        natural_frequency=body["natural_frequencies"],
+        damping_ratio=body["damping_ratios"],
+        shapes=np.hstack([at_interfaces.reshape(len(at_interfaces), -1), body["shapes_at_panels"]]),
+    )

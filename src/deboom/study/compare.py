@@ -230,7 +230,7 @@ def comparison(
     folders : sequence of Path
         Two run folders or more; their order changes nothing.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     n_samples : int
         Common draws, a power of two.
     seed : int
@@ -660,7 +660,7 @@ def compare_runs(
     out : Path
         Folder of all results.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     samples : int
         Common draws, a power of two from 1024.
     seed : int

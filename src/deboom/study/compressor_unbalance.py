@@ -24,6 +24,7 @@ from deboom.compressor.unbalance import (
 )
 from deboom.errors import InputError
 from deboom.files.compressor_model import read_fitted_bands
+from deboom.files.disk import read_arrays
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import HoseState, OperatingTest
@@ -79,9 +80,8 @@ def read_unbalance_truth(folder: Path) -> UnbalanceTruth:
         dynamic = complex(*content["dynamic_unbalance_kg_m2"])
         loads, lines = {}, {}
         for number, name in enumerate(content["sweeps"]):
-            with np.load(path.parent / f"{number}.npz") as arrays:
-                loads[str(name)] = arrays["load"]
-                lines[str(name)] = arrays["frequency"]
+            arrays = read_arrays(path.parent / f"{number}.npz", "write the virtual test again")
+            loads[str(name)], lines[str(name)] = arrays["load"], arrays["frequency"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path} is no truth of a running compressor: {error}") from None
     return UnbalanceTruth(path, static, dynamic, loads, lines)

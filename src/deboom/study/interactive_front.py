@@ -12,9 +12,11 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.selection import at_nominal
-from deboom.files.disk import made_folder, replace_bytes
+from deboom.files.disk import made_folder, read_bytes, replace_bytes
 from deboom.files.front_table import FRONT, FrontTable
 from deboom.files.run_folder import RunEntry, check_files, read_run
+from deboom.files.tables import read_frame
+from deboom.names import path_inside
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
@@ -49,7 +51,7 @@ def write_interactive_page(
     folder : Path
         Finished run of a front study, or of designs of an experiment.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     out : Path or None
         Folder that gets the page, made when missing; None: the run's.
     beside : Path or None
@@ -152,7 +154,7 @@ def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveF
     """Add the designs that the search evaluated, which have values and no curves."""
     if EVALUATED not in study.run.entry.record["files_sha256"]:
         return page
-    table = pd.read_csv(study.run.entry.folder / EVALUATED).dropna()
+    table = read_frame(study.run.entry.folder / EVALUATED).dropna()
     columns = {"mean level": "mean level in search [dB(A)]", "σ": "sigma in search [dB]"}
     columns |= {f"{name} level": f"{name} in search [dB(A)]" for name in study.vehicles}
     columns |= {name: f"{name} [1]" for name in study.space.names}
@@ -172,7 +174,7 @@ def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
             "take designs of an experiment, such as those of fleet_correlation"
         )
     index, runs = model.index, model.runs
-    table = pd.read_csv(entry.folder / DOE)
+    table = read_frame(entry.folder / DOE, ("failure",))
     done = table[table["failure"].isna()]
     names = index.variable_names
     designs = done[[f"{name} [1]" for name in names]].to_numpy(float)
@@ -296,9 +298,9 @@ def _array(column: pd.Series) -> RealArray:
 
 def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.DataFrame:
     """Read a table of the run, whose hash has been checked."""
-    path = study.run.entry.folder / f"{stem}.csv"
-    names = {"vehicle": str, "variable": str, "design": str}
-    table = pd.read_csv(path, dtype=names) if path.is_file() else pd.DataFrame()
+    path = path_inside(study.run.entry.folder, f"{stem}.csv")
+    names = ("vehicle", "variable", "design")
+    table = read_frame(path, names) if path.is_file() else pd.DataFrame()
     missing = [name for name in columns if name not in table.columns]
     if missing:
         raise InputError(
@@ -311,7 +313,7 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
 def _pictures(folder: Path) -> tuple[Picture, ...]:
     there = {stem: folder / "figures" / f"{stem}.png" for stem in _PICTURES}
     return tuple(
-        Picture(path.read_bytes(), *_PICTURES[stem])
+        Picture(read_bytes(path), *_PICTURES[stem])
         for stem, path in there.items()
         if path.is_file()
     )

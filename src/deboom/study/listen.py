@@ -14,6 +14,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes, replace_text
+from deboom.names import path_inside
 from deboom.physics.sound_level import run_up_sound
 from deboom.study.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
@@ -40,7 +41,7 @@ def write_run_ups(
     seconds : float
         Time from the first to the last frequency of the order [s].
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     out : Path or None
         Folder that gets the files, made when missing; None: ``listen`` in the run.
 
@@ -69,11 +70,11 @@ def write_run_ups(
     sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RATE)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
     full_scale = HEADROOM * float(np.abs(sounds).max())
-    place = made_folder(run.entry.folder / "listen" if out is None else out)
+    place = made_folder(path_inside(run.entry.folder, "listen") if out is None else out)
     paths = []
     for v, vehicle in enumerate(model.response_names):
         for d, name in enumerate(designs):
-            paths.append(place / f"{vehicle} {name}.wav")
+            paths.append(path_inside(place, f"{vehicle} {name}.wav"))
             replace_bytes(paths[-1], _wav(fade * sounds[:, d, v] / full_scale))
     facts = {
         "run": run.entry.name,

@@ -20,6 +20,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
+from deboom.files.disk import read_arrays
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.quality import quality_in_operation, quality_table
@@ -34,6 +35,7 @@ from deboom.mounts.response_surface import (
     compare_models,
     standard_models,
 )
+from deboom.names import path_inside
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,17 +82,17 @@ def read_set_truth(campaign_folder: Path, mount_set: str) -> SetTruth | None:
     - `mount_set`: parts on the bench.
     - returns none for a campaign that nobody knows the truth of.
     """
-    path = Path(campaign_folder) / "truth" / f"{mount_set}.npz"
+    path = path_inside(Path(campaign_folder), f"truth/{mount_set}.npz")
     if not path.is_file():
         return None
-    with np.load(path, allow_pickle=False) as arrays:
-        return SetTruth(
-            path=path,
-            runs=tuple(arrays["runs"].tolist()),
-            channels=tuple(arrays["channels"].tolist()),
-            frequency=arrays["frequency"],
-            stiffness=arrays["stiffness"],
-        )
+    arrays = read_arrays(path, "write the virtual campaign again")
+    return SetTruth(
+        path=path,
+        runs=tuple(arrays["runs"].tolist()),
+        channels=tuple(arrays["channels"].tolist()),
+        frequency=arrays["frequency"],
+        stiffness=arrays["stiffness"],
+    )
 
 
 CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))

@@ -17,8 +17,10 @@ from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.explore.front import replicates
 from deboom.explore.robust import Robust
+from deboom.files.disk import read_text
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import RECORD, RunEntry, check_files, hash_files, read_run
+from deboom.study.options import shipped_studies
 from deboom.study.result import RobustModel
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 from deboom.study.search import ThoroughSearchOptions
@@ -37,7 +39,13 @@ def prepared_again(
     - raises InputError: an input file that has changed or is gone, options it does not take.
     """
     home = study.path.resolve().parent
-    for name, wanted in entry.record.get("inputs_sha256", {}).items():
+    for name, wanted in (entry.record.get("inputs_sha256") or {}).items():
+        if not (home / name).exists():
+            raise InputError(
+                f"{home / name} is not there, and run {entry.name} was computed from it: bring it "
+                "back; if the script of the run lies in another folder than "
+                f"{home}, say in which with --studies"
+            )
         # the name that hash_files gives may be another one: a platform beside the working folder
         if wanted not in hash_files([home / name], relative_to=home).values():
             raise InputError(
@@ -72,17 +80,33 @@ def rebuilt_model(
 def study_of(entry: RunEntry, folder: Path | None) -> Study:
     """Return the study of a run.
 
-    - `entry`: the run.
-    - `folder` or None: folder with the studies; see `deboom.study.runner.study_files`.
-    - raises InputError: there is none of this name in the folder.
+    A run may lie in an archive that somebody sent, with a script in its folder ``studies``: a
+    script is imported only from deboom's own folder, or from one that the user names.
+
+    - `folder` or None: folder with the studies; None: deboom's own.
+    - raises InputError: there is none of this name in the folder, or the run is of the script in
+      ``studies`` here: the user says so with ``--studies``.
     """
-    for path in study_files(folder):
-        if path.stem == entry.study:
-            return load_study(path)
+    here = Path("studies")
+    scripts = {path.stem: path for path in study_files(folder or shipped_studies())}
+    script, beside = scripts.get(entry.study), here / f"{entry.study}.py"
+    of_this = folder is None and beside in study_files(here) and _is_of(beside, entry)
+    if of_this and not (script is not None and _is_of(script, entry)):
+        raise InputError(
+            f"{beside}: run {entry.name} was made by this script; deboom imports no script that "
+            "lies beside results unless you say so: --studies studies"
+        )
+    if script is not None:
+        return load_study(script)
     raise InputError(
-        f"{(folder or Path('studies')) / entry.study}.py: run {entry.name} is of the study "
+        f"{(folder or here) / entry.study}.py: run {entry.name} is of the study "
         f"{entry.study}, whose script is not there: say with --studies in which folder it is"
     )
+
+
+def _is_of(script: Path, entry: RunEntry) -> bool:
+    """Tell whether a script is, letter by letter, the one that a run was made by."""
+    return read_text(script) == entry.record.get("study_text")
 
 
 NOT_THE_CONFIGURATION = {"seed", "platform", *SAME_RESULT}

@@ -15,6 +15,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Language, Pick
 from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.tables import workbook_bytes
+from deboom.names import path_inside
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
 from deboom.study.platform_model import factor_name
@@ -420,7 +421,7 @@ def supplier_sheets(
     out : Path or None
         Folder that gets the files, made when missing; None: ``supplier`` in the run's folder.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     pick : Pick
         Design of the front that is wanted.
     files : SheetFiles
@@ -448,9 +449,9 @@ def supplier_sheets(
         refuse_leaks(secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
-    place = made_folder(study.run.entry.folder / "supplier" if out is None else out)
+    place = made_folder(path_inside(study.run.entry.folder, "supplier") if out is None else out)
     for name, data in contents.items():
-        replace_bytes(place / name, data)
+        replace_bytes(path_inside(place, name), data)
     return WrittenSheets(tuple(place / name for name in contents), tuple(missing))
 
 
@@ -484,7 +485,13 @@ def _provenance(content: MountSheet, files: SheetFiles) -> str:
     text = f" · {today} · deboom, {study.run.entry.name}"
     if content.secrets:
         return text
-    given = "".join(f" --{k} {v.as_posix()}" for k, v in vars(files).items() if v is not None)
+    given = "".join(f" --{k} {_from_here(v)}" for k, v in vars(files).items() if v is not None)
     design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
     words = f"--supplier --mount {content.mount.name} --language {content.language.value}"
-    return f"{text} · deboom report {study.run.entry.folder.as_posix()} {words}{design}{given}"
+    return f"{text} · deboom report {_from_here(study.run.entry.folder)} {words}{design}{given}"
+
+
+def _from_here(path: Path) -> str:
+    """Return a path from the working folder, or its last part: a supplier reads no other folder."""
+    whole, here = path.resolve(), Path.cwd().resolve()
+    return whole.relative_to(here).as_posix() if whole.is_relative_to(here) else whole.name

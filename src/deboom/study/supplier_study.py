@@ -34,6 +34,7 @@ from deboom.files.acceptance import (
 )
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
+from deboom.files.tables import read_frame
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import Mount
@@ -256,7 +257,7 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
     folder : Path
         Of the finished run.
     studies : Path or None
-        Folder with the studies; None: `studies` here, else deboom's own.
+        Folder with the script of the run; None: deboom's own.
     pick : Pick
         The design that is wanted.
 
@@ -378,7 +379,7 @@ def _tolerances(study: SupplierStudy, path: Path) -> dict[str, float]:
             f"--tolerances {path}: its tolerances belong to another design: run "
             f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {study.pick.value}"
         )
-    table = pd.read_csv(entry.folder / ALLOCATION, keep_default_na=False)
+    table = read_frame(entry.folder / ALLOCATION, ("variable",))
     return dict(zip(table["variable"], table["cheapest ± [%]"] / 100.0, strict=True))
 
 
@@ -391,7 +392,7 @@ def _shared(study: SupplierStudy, path: Path) -> pd.DataFrame:
             f"--sharing {path}: it was found with other files of the platform: run commonality "
             f"--platform {study.platform.folder.as_posix()}"
         )
-    return pd.read_csv(entry.folder / PART_NUMBERS, dtype={"vehicles": str})
+    return read_frame(entry.folder / PART_NUMBERS, ("vehicles",))
 
 
 def _run(option: str, path: Path, file: str, study: str) -> RunEntry:

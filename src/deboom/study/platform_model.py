@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import sys
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import Enum
 from functools import cached_property
@@ -18,6 +19,7 @@ from typer import Option
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
 from deboom.errors import InputError
+from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import (
     PLATFORM_FILE,
@@ -31,7 +33,9 @@ from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml, noting
 from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
+from deboom.mounts.characterise import cross_stiffness_of_campaign
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
+from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_runs
 from deboom.mounts.mount import (
     Mount,
     in_mount_axes,
@@ -558,7 +562,13 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
         load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
         if faults:
             return tuple(map(str, faults)), ("the files that it names",), ""
-        return (), (), _aligned(summary_of(folder, kind))
+        lines = list(summary_of(folder, kind))
+        if kind is FolderKind.campaign:
+            # sensors that do not allow a judgement are refused where mounts are characterised
+            with suppress(InputError):
+                judged = cross_stiffness_of_campaign(read_campaign(folder))
+                lines += [("ALARM", sentence) for sentence in _alarms(judged)]
+        return (), (), _aligned(lines)
     except InputError as error:
         return tuple(str(error).splitlines()), (), ""
 
@@ -650,6 +660,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "pieces", words
     if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
+    for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
+        yield "ALARM", sentence
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
@@ -673,6 +685,11 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "library", f"{LIBRARY_FILE} fits all mounts"
     else:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
+    """Return a sentence for each mount that seems to stand at an angle that is not stated."""
+    return [one.sentence for one in judged if one.clear]
 
 
 def pieces_in_words(platform: Platform) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -11,11 +12,14 @@ import numpy as np
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
 from deboom.errors import InputError
+from deboom.files.campaign import read_campaign
 from deboom.files.folders import FILES, kind_of_folder, summary_of
 from deboom.files.platform import PlatformFile, assembled, read_contents
 from deboom.files.schema import load_toml, noting
 from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
+from deboom.mounts.characterise import cross_stiffness_of_campaign
+from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_runs
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
@@ -64,7 +68,13 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
         load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
         if faults:
             return tuple(map(str, faults)), ("the files that it names",), ""
-        return (), (), _aligned(summary_of(folder, kind))
+        lines = list(summary_of(folder, kind))
+        if kind is FolderKind.campaign:
+            # sensors that do not allow a judgement are refused where mounts are characterised
+            with suppress(InputError):
+                judged = cross_stiffness_of_campaign(read_campaign(folder))
+                lines += [("ALARM", sentence) for sentence in _alarms(judged)]
+        return (), (), _aligned(lines)
     except InputError as error:
         return tuple(str(error).splitlines()), (), ""
 
@@ -158,6 +168,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "pieces", words
     if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
+    for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
+        yield "ALARM", sentence
     for group in groups:
         names = [one.name for one in platform.fleet.vehicles if one.group == group]
         yield "vehicles", f"{len(names)} in group {group}: {', '.join(names)}"
@@ -183,6 +195,11 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "library", f"{LIBRARY_FILE} fits all mounts"
     else:
         yield "library", f"no {LIBRARY_FILE}: studies need --mounts spectra"
+
+
+def _alarms(judged: Sequence[CrossStiffness]) -> list[str]:
+    """Return a sentence for each mount that seems to stand at an angle that is not stated."""
+    return [mount.sentence for mount in judged if mount.clear]
 
 
 def pieces_in_words(platform: Platform) -> str:

@@ -278,6 +278,29 @@ def path_accelerance(vehicle: MeasuredVehicle) -> Frf:
     return replace(measured, values=values, inputs=tuple(wanted))
 
 
+def path_receptance(vehicle: MeasuredVehicle) -> Frf:
+    """Return the receptance of the body at the pieces of its paths, source removed [m/N].
+
+    Outputs and inputs are the pieces of `piece_paths`. Accelerances of the hammer test are referred
+    to the virtual points on both sides: blows as in `path_accelerance`, sensors by least squares.
+    ``Y = −A/ω²``, of which the symmetric part is kept: a body is reciprocal. Raises InputError as
+    `path_accelerance` does.
+    """
+    measured = path_accelerance(vehicle)
+    at_points = {}
+    for point in dict.fromkeys(piece.rpartition(" ")[0] for piece in measured.inputs):
+        sensed = virtual_point(vehicle.geometry(point, Method.RECIPROCAL))
+        at_points[point] = sensed.inverse @ measured.select(outputs=sensed.channels).values
+    rows = [
+        at_points[point][:, SENSOR_AXES.index(axis)]
+        for point, _, axis in (piece.rpartition(" ") for piece in measured.inputs)
+    ]
+    squared = (2.0 * np.pi * measured.frequency[:, np.newaxis, np.newaxis]) ** 2
+    values = -np.stack(rows, axis=1) / squared
+    reciprocal = (values + values.swapaxes(1, 2)) / 2.0
+    return Frf(measured.frequency, reciprocal, measured.inputs, measured.inputs, "m/N")
+
+
 def summed_over_pieces(force: Spectrum, paths: Mapping[str, Sequence[str]]) -> Spectrum:
     """Add the forces of the pieces that share a path, from `piece_paths` [N].
 

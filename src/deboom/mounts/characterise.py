@@ -24,6 +24,7 @@ from deboom.mounts.characterised_mount import (
     MapPoints,
     MountIdentity,
 )
+from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_maps
 from deboom.mounts.error_budget import LEAST_DRAWS, DirectionBudget, error_budget
 from deboom.mounts.library_tables import direction_table
 from deboom.mounts.measuring_chain import (
@@ -101,7 +102,8 @@ class Characterisation(Tabled):
     """Results for one mount set of a campaign.
 
     `runs` are those that the surfaces were fitted to, `chains` one per body, `directions` the
-    results by ``<mount> <axis>``.
+    results by ``<mount> <axis>``, `cross_stiffness` says of each mount with three measured axes
+    whether it seems to stand at another angle than is stated.
     """
 
     campaign: Campaign
@@ -110,11 +112,17 @@ class Characterisation(Tabled):
     chains: tuple[AlignmentEstimate, ...]
     directions: dict[str, DirectionResult]
     options: CharacteriseOptions
+    cross_stiffness: tuple[CrossStiffness, ...] = ()
 
     @property
     def table(self) -> pd.DataFrame:
         """One row per direction, as `deboom.mounts.library_tables.direction_table`."""
         return direction_table(self.mounts)
+
+    @property
+    def alarms(self) -> tuple[str, ...]:
+        """A sentence for each mount whose force its own displacements do not explain."""
+        return tuple(one.sentence for one in self.cross_stiffness if one.clear)
 
     @property
     def mounts(self) -> tuple[CharacterisedMount, ...]:
@@ -302,7 +310,28 @@ def characterise(
     for name, budget in budgets.items():
         directions[name] = replace(directions[name], budget=budget)
     step(4)
-    return Characterisation(campaign, mount_set, runs, known, directions, options)
+    judged = cross_stiffness_of_maps(maps, campaign.tolerances)
+    return Characterisation(campaign, mount_set, runs, known, directions, options, judged)
+
+
+def cross_stiffness_of_campaign(campaign: Campaign) -> tuple[CrossStiffness, ...]:
+    """Judge the mounts of a campaign with the position sheet as it is stated.
+
+    - returns: by mount set, a judgement of each mount with three measured axes; the names of the
+      mounts end with the set.
+    - raises InputError: as `measuring_chains`.
+    """
+    judged = []
+    with threadpool_limits(1):  # its matrices are too small to share
+        bodies = instrumented_bodies(campaign)
+        chains = [stated_alignment(alignment(body, campaign.tolerances)) for body in bodies]
+        for name in campaign.mount_sets:
+            runs = campaign.runs_of(name)
+            records = [body_record(body, runs, campaign.tolerances) for body in bodies]
+            maps = operating_maps(chains, [record.mean_over_repeats() for record in records])
+            of_set = cross_stiffness_of_maps(maps, campaign.tolerances)
+            judged += [replace(one, mount=f"{one.mount} of {name}") for one in of_set]
+    return tuple(judged)
 
 
 def training_runs(

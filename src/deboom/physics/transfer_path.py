@@ -242,6 +242,31 @@ def blocked_force_on_rig(
     return np.asarray(force + blocked_force(source, rig_displacement))
 
 
+def force_on_moving_receiver(
+    source: npt.ArrayLike, receiver: npt.ArrayLike, blocked: npt.ArrayLike
+) -> ComplexArray:
+    """Return the interface force of a source with known blocked forces on a receiver [N].
+
+    Parameters
+    ----------
+    source, receiver : array_like, shape (n_frequency, n_path, n_path)
+        Uncoupled receptances at the interface [m/N]; a source behind mounts: `mounted_source`.
+    blocked : array_like, shape (n_frequency, n_path)
+        Forces of the source on a receiver at rest, such as a test bench, complex peak [N].
+
+    Notes
+    -----
+    ``g = (Y_A + Y_B)⁻¹ Y_A f_bl``, from `interface_force` with ``u_free = Y_A f_bl`` (thesis, eq. 9
+    to 11; van der Seijs et al. 2016). With mounts of stiffness K on a source Y_S it is ``g = (K⁻¹ +
+    Y_S + Y_B)⁻¹ (K⁻¹ + Y_S) f_bl``. It goes with the functions of the uncoupled receiver.
+    """
+    sizes: dict[str, int] = {}
+    own = _complex(source, "f p p", "receptance of the source", sizes)
+    force = _complex(blocked, "f p", "blocked forces", sizes)
+    free = (own @ force[:, :, np.newaxis])[:, :, 0]
+    return interface_force(own, receiver, free)
+
+
 def assembled_frf(
     response: npt.ArrayLike,
     receiver: npt.ArrayLike,

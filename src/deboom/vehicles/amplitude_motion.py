@@ -17,7 +17,7 @@ from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked,
 from deboom.errors import InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
-from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion
 from deboom.vehicles.design_factor import PartRatio, backed_range, part_ratio
 from deboom.vehicles.powertrain import KinematicModel
 
@@ -238,8 +238,8 @@ def amplitude_motion(
     - `settling`, optional: where given, a factor means the part itself, which settles elsewhere on
       these curves.
     - `follow`: whether stiffnesses follow the amplitude; if not, the motion is coupled only.
-    - raises InputError: a run without engine torque; a line that lies outside of the region in
-      which a mount was measured; with `settling` see also `part_ratio`.
+    - raises InputError: bodies with a receptance; a run without engine torque; a line that lies
+      outside of the region in which a mount was measured; with `settling` see also `part_ratio`.
 
     ``K(a) = K_run S(T, a, f) / S(T, a_run, f)``: the run's own stiffness times the relative change
     that the surface S gives, so the nominal design moves exactly as measured. At fixed wheel torque
@@ -249,6 +249,11 @@ def amplitude_motion(
     one, the nearest that are not believed bound the cubic; beyond a bound the stiffness stays, and
     `AmplitudeMotion.clipped` says where. It never follows the cubic into the void.
     """
+    if isinstance(coupled, FlexibleMotion):
+        raise InputError(
+            "stiffnesses that follow amplitude or preload go with bodies at rest: leave the "
+            "receptances of the vehicles out, or take coupled motion with dynamic factors"
+        )
     inside = np.isin(load_case.displacement.frequency, coupled.frequency)
     torque = load_case.wheel_torque[inside]
     amplitude = coupled.nominal_amplitude

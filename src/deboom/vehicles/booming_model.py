@@ -237,7 +237,7 @@ class BoomingModel:
             )
         columns = [np.flatnonzero(case.variables == k).tolist() for k in range(row.shape[1])]
         by_direction = transfer_path.partial_sums(
-            case.transfer[place] * case.force(row)[0], columns
+            case.transfer[place] * case.force_in(row, place)[0], columns
         )
         return PathAnalysis(vehicle, self.frequency, by_direction, case.variable_names)
 

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import replace
+from dataclasses import fields, replace
+from functools import cached_property
+from typing import Any
 
 import numpy as np
+from scipy.linalg import block_diag
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.common import AXES
@@ -159,6 +162,11 @@ class CoupledMotion:
         displacement = self.displacement(springs)
         return springs * displacement
 
+    def force_in(self, designs: RealArray, vehicle: int) -> ComplexArray:
+        """Return the force of every spring of designs (n, k) in one vehicle, (n, f, s) [N]."""
+        del vehicle  # bodies at rest are alike
+        return self.force(designs)
+
     def pressure(self, designs: RealArray) -> ComplexArray:
         """Return the pressure at the ears for designs (n, k).
 
@@ -260,6 +268,102 @@ class CoupledMotion:
             first += body.variables.size
 
 
+@checked(frequency="f", receptance="v f s s")
+class FlexibleMotion(CoupledMotion):
+    """Coupled motion whose springs stand on a body that gives way.
+
+    - `receptance` (v, f, s, s): displacement of each body at every spring per force of every
+      spring, along the springs [m/N].
+
+    Loads are those of `CoupledMotion`: what keeps the measured motion going on a body at rest, such
+    as a bench. Each vehicle moves on its own, so forces are those in one vehicle.
+    """
+
+    receptance: ComplexArray
+
+    @cached_property
+    def source(self) -> ComplexArray:
+        """Receptance of the bodies on the springs, without them: ``V (−ω² M)⁻¹ Vᵀ``, (f, s, s)."""
+        each = [
+            body.forward @ np.linalg.solve(body.mass_matrix, body.forward.T)
+            for body, _ in self._columns()
+        ]
+        inverse = -1.0 / self.angular_frequency_squared
+        return np.asarray(inverse[:, np.newaxis, np.newaxis] * block_diag(*each), dtype=complex)
+
+    @cached_property
+    def free(self) -> ComplexArray:
+        """Displacement at the springs under the bodies' loads, without springs, (f, s) [m]."""
+        moved = [
+            np.linalg.solve(body.mass_matrix, body.load.T).T @ body.forward.T
+            for body, _ in self._columns()
+        ]
+        return np.asarray(-np.hstack(moved) / self.angular_frequency_squared[:, np.newaxis])
+
+    def force_in(self, designs: RealArray, vehicle: int) -> ComplexArray:
+        """Return the force of every spring on one body for designs (n, k), (n, f, s) [N].
+
+        ``(diag(1/(x K)) + Y_S + Y_B) g = u_free``.
+        """
+        joined = self._joined(designs, vehicle)
+        return np.asarray(np.linalg.solve(joined, self.free[..., np.newaxis])[..., 0])
+
+    def pressure(self, designs: RealArray) -> ComplexArray:
+        """Return the pressure at the ears for designs (n, k), shape (n, v, f) [Pa]."""
+        pressure = np.empty((len(designs), *self.transfer.shape[:2]), dtype=complex)
+        transfer = self.transfer
+        for rows in _blocks(len(designs)):
+            for vehicle, heard in enumerate(transfer):
+                force = self.force_in(designs[rows], vehicle)
+                pressure[rows, vehicle] = np.einsum("dfs,fs->df", force, heard)
+        return pressure
+
+    def weighted_gradient(self, designs: RealArray, factor: ComplexArray) -> RealArray:
+        """Return ``Σ_f Re(a_f ∂p/∂x_k)`` for designs (n, k), by the adjoint, (n, v, k) [1].
+
+        With ``A = diag(1/(x K)) + Y_S + Y_B`` and ``t = A⁻¹ Y`` (A is symmetric),
+        ``∂p/∂x_i = t_i g_i / (x_i² K_i)``.
+        """
+        gradient = np.zeros((len(designs), len(self.vehicle_names), len(self.variable_names)))
+        transfer, compliance = self.transfer, 1.0 / self.stiffness
+        for rows in _blocks(len(designs)):
+            scale = compliance / designs[rows][:, np.newaxis, self.variables] ** 2
+            for vehicle, heard in enumerate(transfer):
+                right = np.stack([self.free, heard], axis=-1)
+                solved = np.linalg.solve(self._joined(designs[rows], vehicle), right)
+                slope = solved[..., 0] * solved[..., 1] * scale
+                by_spring = np.einsum("df,dfi->di", factor[rows, vehicle], slope).real
+                for column, variable in enumerate(self.variables):
+                    gradient[rows, vehicle, variable] += by_spring[:, column]
+        return gradient
+
+    def at_lines(self, lines: IntArray) -> FlexibleMotion:
+        """Return the equations of motion of some lines only."""
+        rigid = super().at_lines(lines)
+        return FlexibleMotion(**vars_of(rigid), receptance=self.receptance[:, lines])
+
+    def with_loss_factors(self) -> FlexibleMotion:
+        """Split every spring into ``x K' + z j K''``, as a function of (x, z)."""
+        rigid, order, first = super().with_loss_factors(), [], 0
+        for body in self.bodies:
+            columns = np.arange(first, first + body.variables.size)
+            order += [*columns, *columns]
+            first += body.variables.size
+        both = self.receptance[:, :, order][..., order]
+        return FlexibleMotion(**vars_of(rigid), receptance=both)
+
+    def _joined(self, designs: RealArray, vehicle: int) -> ComplexArray:
+        """Return ``diag(1/(x K)) + Y_S + Y_B`` of designs (n, k), shape (n, f, s, s) [m/N]."""
+        compliance = 1.0 / self.springs(designs)
+        springs = np.eye(self.variables.size) * compliance[..., np.newaxis]
+        return np.asarray(springs + (self.source + self.receptance[vehicle]))
+
+
+def vars_of(motion: CoupledMotion) -> dict[str, Any]:
+    """Return the fields of coupled motion itself, to build another kind of motion of."""
+    return {item.name: getattr(motion, item.name) for item in fields(CoupledMotion)}
+
+
 def coupled_motion(
     fleet: Fleet,
     mounts: Sequence[Mount],
@@ -272,7 +376,7 @@ def coupled_motion(
     Parameters
     ----------
     fleet : Fleet
-        Noise transfer functions of each vehicle.
+        Noise transfer functions of each vehicle, and the receptances of all bodies or of none.
     mounts : sequence of Mount
         Powertrain mounts, with all three axes measured, and mounts with a body mass.
     powertrain : Powertrain or None
@@ -286,7 +390,8 @@ def coupled_motion(
     ------
     InputError
         No powertrain; a channel that was not measured; powertrain mounts that leave a rigid motion
-        undetermined; measured motion that is not rigid; a direction without any motion; see also
+        undetermined; measured motion that is not rigid; a direction without any motion; receptances
+        of some vehicles alone, or of other lines; see also
         `deboom.vehicles.fleet.path_contributions`.
 
     Notes
@@ -300,8 +405,10 @@ def coupled_motion(
     this gives the measured forces and the fitted motion exactly, whatever the data sheet's errors
     and the residual of the fit.
 
-    K does not feel the new amplitude or the new static position (that would be another model of the
-    motion), and the car body stays at rest: blocked forces on a trimmed body.
+    K does not feel the new amplitude or the new static position (that would be another model of
+    the motion). Without receptances the car body stays at rest: blocked forces on a trimmed body.
+    With them powertrain, wheel ends and body move together, see `FlexibleMotion`, and the measured
+    forces are taken as those on a bench at rest.
     """
     if powertrain is None:
         raise InputError(
@@ -341,13 +448,79 @@ def coupled_motion(
             transfer=to_ear,
         )
 
-    of_powertrain = [
+    wheel_ends = [
+        body([direction], np.full((1, 1), float(direction[0].body_mass or 0.0)))
+        for direction in _of_wheel_ends(mounts)
+    ]
+    motion = CoupledMotion(
+        load_case=load_case.name,
+        frequency=frequency,
+        bodies=(body(_of_powertrain(mounts), powertrain.mass_matrix), *wheel_ends),
+        vehicle_names=fleet.names,
+        variable_names=tuple(variables),
+    )
+    receptance = _receptance(fleet, paths, frequency, band, load_case.name)
+    if receptance is None:
+        return motion
+    share = spring_shares(mounts, paths)
+    return FlexibleMotion(**vars_of(motion), receptance=share @ receptance @ share.T)
+
+
+def spring_shares(mounts: Sequence[Mount], paths: Sequence[str]) -> RealArray:
+    """Return the parts of the force of every spring that enter the paths.
+
+    - `paths`: ``<mount> [<piece>] <axis>`` in vehicle axes.
+    - returns (s, n_path): springs in the order of `CoupledMotion`: 1 where spring and path are the
+      same direction, the cosine between them at a tilted mount [1].
+    """
+    unit = np.eye(len(paths), dtype=complex)
+    rows = [
+        spring_transfer(mount, piece, axis, paths, unit).real
+        for mount, piece, axis, _ in (*_of_powertrain(mounts), *_of_wheel_ends(mounts))
+    ]
+    return np.stack(rows)
+
+
+def _receptance(
+    fleet: Fleet, paths: Sequence[str], frequency: RealArray, band: Band, load_case: str
+) -> ComplexArray | None:
+    """Return the reciprocal part of all bodies' receptances, (v, f, path, path) [m/N]; or None."""
+    given = {vehicle.name: vehicle.receptance for vehicle in fleet.vehicles}
+    without = [name for name, receptance in given.items() if receptance is None]
+    if len(without) == len(given):
+        return None
+    if without:
+        raise InputError(
+            f"vehicles {without} have no receptance, the others have one: give it for all, or none"
+        )
+    values = []
+    for name, receptance in given.items():
+        assert receptance is not None
+        lines = lines_inside(receptance.frequency, band, f"receptance of vehicle {name}")
+        if not np.array_equal(receptance.frequency[lines], frequency):
+            raise InputError(
+                f"vehicle {name}: its receptance has other lines than load case {load_case} "
+                f"between {band[0]:g} and {band[1]:g} Hz: bring both to the same lines"
+            )
+        inside = receptance.select(outputs=paths, inputs=paths).values[lines]
+        values.append((inside + inside.swapaxes(1, 2)) / 2.0)
+    return np.stack(values)
+
+
+def _of_powertrain(mounts: Sequence[Mount]) -> list[_Direction]:
+    """Directions of the springs on the powertrain, in the order of `CoupledMotion`."""
+    return [
         direction
-        for mount in on_powertrain
+        for mount in mounts
+        if mount.body_mass is None
         for direction in _directions(mount, AXES, range(len(mount.pieces)))
     ]
-    wheel_ends = [
-        body([direction], np.full((1, 1), float(mount.body_mass)))
+
+
+def _of_wheel_ends(mounts: Sequence[Mount]) -> list[_Direction]:
+    """Directions of the springs on wheel ends, in the order of `CoupledMotion`."""
+    return [
+        direction
         for mount in mounts
         if mount.body_mass is not None
         for piece in range(len(mount.pieces))
@@ -356,13 +529,6 @@ def coupled_motion(
             mount, AXES if piece in mount.tilted_pieces else mount.transfer_axes, [piece]
         )
     ]
-    return CoupledMotion(
-        load_case=load_case.name,
-        frequency=frequency,
-        bodies=(body(of_powertrain, powertrain.mass_matrix), *wheel_ends),
-        vehicle_names=fleet.names,
-        variable_names=tuple(variables),
-    )
 
 
 def _directions(mount: Mount, axes: Sequence[str], pieces: Sequence[int]) -> list[_Direction]:

@@ -35,12 +35,16 @@ class Vehicle:
     - `group`: body variant or series, such as ``U06``.
     - `noise_transfer`: one output, the ear; one input per path, ``<mount> <axis>``, or
       ``<mount> <piece> <axis>`` for every piece [Pa/N].
-    - raises InputError: another unit than Pa/N, or not exactly one output.
+    - `receptance`, optional: displacement of the trimmed body at every path per force at every
+      path, with the paths as outputs and inputs; the body of None stays at rest [m/N].
+    - raises InputError: another unit than Pa/N, or not exactly one output; a receptance of other
+      paths or another unit, that is not reciprocal, or that would give energy.
     """
 
     name: str
     group: str
     noise_transfer: Frf
+    receptance: Frf | None = None
 
     def __post_init__(self) -> None:
         if self.noise_transfer.unit != "Pa/N":
@@ -53,6 +57,50 @@ class Vehicle:
                 f"vehicle {self.name}: noise transfer functions to "
                 f"{list(self.noise_transfer.outputs)}: select() the one ear that counts"
             )
+        if self.receptance is not None:
+            _check_receptance(self.name, self.receptance, self.noise_transfer.inputs)
+
+
+NOT_RECIPROCAL = 0.3
+"""Largest difference of a receptance from its transpose, over its size, that is noise [1]."""
+
+NOT_PASSIVE = 0.3
+"""Largest power that a receptance gives, over what it takes, that is noise [1]."""
+
+
+def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> None:
+    """Refuse what cannot be the receptance of a body at the paths."""
+    owner = f"vehicle {vehicle}: its receptance"
+    if receptance.unit != "m/N":
+        raise InputError(f"{owner} is in {receptance.unit}, convert it to m/N")
+    for names, what in ((receptance.outputs, "responses"), (receptance.inputs, "forces")):
+        if set(names) != set(paths):
+            raise InputError(
+                f"{owner} has {what} at {list(names)}, the noise transfer functions are those of "
+                f"{list(paths)}: measure the body at the same paths"
+            )
+    values = receptance.select(outputs=paths, inputs=paths).values
+    asymmetry = np.linalg.norm(values - values.swapaxes(1, 2)) / np.linalg.norm(values)
+    if not asymmetry <= NOT_RECIPROCAL:
+        raise InputError(
+            f"{owner} differs from its transpose by {100 * asymmetry:.0f} % of its size, and a "
+            "body answers alike with force and response exchanged: check directions, signs and "
+            "the order of channels"
+        )
+    taken = -values.imag.diagonal(axis1=1, axis2=2).sum(axis=0)
+    if not np.all(taken > 0.0):
+        raise InputError(
+            f"{owner} gives energy at {paths[int(np.argmin(taken))]}: check the sign of its "
+            "motion, and that it has the factor e^(+jωt)"
+        )
+    symmetric = (values + values.swapaxes(1, 2)) / 2.0
+    power = np.linalg.eigvalsh(-symmetric.imag)
+    given = -power[power < 0.0].sum() / power[power > 0.0].sum()
+    if given > NOT_PASSIVE:
+        raise InputError(
+            f"{owner} gives {100 * given:.0f} % of the energy that it takes, and a body only "
+            "takes: check directions and signs of its channels"
+        )
 
 
 @checked(vehicles="some distinct")

@@ -16,7 +16,7 @@ import numpy as np
 
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray
 from deboom.vehicles.amplitude_motion import TOLERANCE, AmplitudeMotion
-from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.coupled_motion import CoupledMotion, FlexibleMotion
 from deboom.vehicles.fleet import PathContributions
 
 Case = PathContributions | CoupledMotion
@@ -233,9 +233,18 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
         compiled = compiled and columns.size > 0
     else:
         columns = np.unique(case.variables)
-        nominal = case.stiffness * case.displacement(case.stiffness)
-        exponents = _line_exponents(case.transfer * nominal)
+        one = np.ones((1, len(case.variable_names)))
+        exponents = (
+            _line_exponents(
+                np.stack([ear * case.force_in(one, v)[0] for v, ear in enumerate(case.transfer)])
+            )
+            if isinstance(case, FlexibleMotion)
+            else _line_exponents(
+                case.transfer * (case.stiffness * case.displacement(case.stiffness))
+            )
+        )
         compiled = compiled and _powertrain_and_wheel_ends(case)
+        compiled = compiled and not isinstance(case, FlexibleMotion)
         tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
     return LevelSum(case, columns, tables if compiled else None, scale_level)

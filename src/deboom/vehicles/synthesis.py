@@ -1,8 +1,10 @@
 """Sound synthesised from bench forces, and each step of it held against what was measured.
 
 Thesis, 3.6 and 3.7: blocked forces of the mounts on the bench times the noise transfer functions of
-the trimmed body; the same with forces from response surfaces, a design of parts that were
-characterised apart, and interface forces that accelerations on the road give by inversion.
+the trimmed body. Where the body's accelerances were measured, blocked forces become the interface
+forces of powertrain and body together. Then the same with forces from response surfaces, a design
+of parts that were characterised apart, and interface forces that accelerations on the road give by
+inversion.
 """
 
 from __future__ import annotations
@@ -27,6 +29,7 @@ from deboom.measurement.measured_vehicle import (
     Method,
     path_accelerance,
     path_noise_transfer,
+    path_receptance,
     piece_paths,
     point_noise_transfer,
     summed_over_pieces,
@@ -40,7 +43,7 @@ from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, identified_surfaces, surface_forces
 from deboom.vehicles.amplitude_motion import ResolvedDesign, resolve_design
 from deboom.vehicles.booming_peaks import BoomingPeak, PressureComparison, compare_pressure
-from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion, spring_shares
 from deboom.vehicles.fleet import Band, Fleet, Vehicle
 from deboom.vehicles.path_analysis import PathAnalysis, analyse_paths
 from deboom.vehicles.powertrain import Powertrain
@@ -55,6 +58,7 @@ FUNCTIONS = "true forces, measured functions, against the sound through the moun
 OTHER_PATHS = "true sound through the mounts, against the microphone"
 
 ON_ROAD = "synthesised against measured"
+ON_ROAD_BLOCKED = "synthesised from blocked forces against measured"
 BY_SURFACES = "forces from surfaces against measured forces"
 BY_HAMMER = "hammer against reciprocal functions"
 DESIGN = "virtual design, "
@@ -197,6 +201,12 @@ class DrivenVehicles:
     input_files: tuple[Path, ...] = ()
 
     @property
+    def powertrain(self) -> Powertrain:
+        """Mass and inertia on the bench."""
+        matrix = self.campaign.mass_matrix
+        return Powertrain(mass=float(matrix[0, 0]), inertia=matrix[3:, 3:])
+
+    @property
     def vehicles(self) -> tuple[DrivenVehicle, ...]:
         """Every vehicle once."""
         first: dict[str, DrivenVehicle] = {}
@@ -226,46 +236,110 @@ class Synthesis:
     """One vehicle with one mount set: ways to its sound, beside what its microphone heard.
 
     - `measured` (n_frequency,): pressure at the ear on the road [Pa].
-    - `reciprocal`, `hammer`: measured bench forces times the transfer functions of either method.
-    - `comparisons`: `ON_ROAD`, synthesis against the road; `BY_SURFACES`, forces from surfaces
-      against measured ones, both within the synthesis; `BY_HAMMER`.
+    - `force`: forces on the body per piece: interface forces where the body's receptance is known,
+      else the bench's blocked forces [N].
+    - `reciprocal`, `hammer`: these forces times the transfer functions of either method.
+    - `comparisons`: `ON_ROAD`, synthesis against the road, and `ON_ROAD_BLOCKED` beside it where
+      the former has interface forces; `BY_SURFACES`, blocked forces from surfaces against measured
+      ones, both within the synthesis; `BY_HAMMER`.
     """
 
     driven: DrivenVehicle
     measured: ComplexArray
+    force: Spectrum
     reciprocal: PathAnalysis
     hammer: PathAnalysis
     comparisons: dict[str, PressureComparison]
 
 
-def synthesise(
-    driven: DrivenVehicle, run_name: str, bench: BenchSet, listening: Listening
-) -> Synthesis:
-    """Synthesise the sound of a driven vehicle from the bench forces of its mounts.
+def interface_forces(
+    vehicle: MeasuredVehicle, bench_run: LoadCase, powertrain: Powertrain, receptance: Frf
+) -> Spectrum:
+    """Return the forces of the mounts on a body that gives way, from their forces on a bench.
+
+    Parameters
+    ----------
+    vehicle : MeasuredVehicle
+        With mounts that say what they carry.
+    bench_run : LoadCase
+        Motion and blocked forces on the bench, in vehicle axes.
+    powertrain : Powertrain
+        Mass and inertia on the bench.
+    receptance : Frf
+        Of the body, see `deboom.measurement.measured_vehicle.path_receptance` [m/N].
+
+    Returns
+    -------
+    Spectrum
+        Per piece of every path, in vehicle axes [N].
 
     Raises
     ------
     InputError
-        An ear that the vehicle does not have; lines or paths of bench and vehicle that differ.
+        Mounts that do not say what they carry; see `deboom.vehicles.coupled_motion`.
+
+    Notes
+    -----
+    ``g = (K⁻¹ + Y_S + Y_B)⁻¹ (K⁻¹ + Y_S) f_bl`` per line, which is
+    `deboom.physics.transfer_path.force_on_moving_receiver` behind mounts: ``K⁻¹ = s/f`` with the
+    rigidly fitted motion of the bench, ``Y_S = V (−ω² M)⁻¹ Vᵀ`` of the powertrain and ``−1/(ω² m)``
+    of wheel ends, the body's receptance Y_B. A mount keeps the stiffness that it had on the bench:
+    the amplitude there is nearly that in the car.
+    """
+    pieces = list(receptance.inputs)
+    functions = point_noise_transfer(vehicle, Method.RECIPROCAL)
+    heard = functions.select(outputs=functions.outputs[:1], inputs=pieces)
+    listener = Vehicle(vehicle.name, vehicle.group, heard, receptance)
+    lines = receptance.frequency
+    band = float(lines[0]), float(lines[-1])
+    mounts = _with_bodies(vehicle)
+    motion = coupled_motion(Fleet((listener,)), mounts, powertrain, bench_run, band)
+    force = motion.force_in(np.ones((1, len(motion.variable_names))), 0)[0]
+    shares = spring_shares(mounts, pieces)
+    return Spectrum(motion.frequency, force @ shares, tuple(pieces), "N")
+
+
+def synthesise(
+    driven: DrivenVehicle,
+    run_name: str,
+    bench: BenchSet,
+    listening: Listening,
+    powertrain: Powertrain | None = None,
+    receptance: Frf | None = None,
+) -> Synthesis:
+    """Synthesise the sound of a driven vehicle from the bench forces of its mounts.
+
+    With the body's `receptance` and the `powertrain` from interface forces, else from blocked ones.
+
+    Raises
+    ------
+    InputError
+        An ear that the vehicle does not have; lines or paths of bench and vehicle that differ; see
+        `interface_forces`.
     """
     vehicle = driven.vehicle
     run = vehicle.run(run_name)
     measured = run.pressure.select([listening.ear]).values[:, 0]
     by_method = {method: path_noise_transfer(vehicle, method, listening.ear) for method in Method}
-    force = bench.load_case.force
+    blocked = force = bench.load_case.force
+    if powertrain is not None and receptance is not None:
+        force = interface_forces(vehicle, bench.load_case, powertrain, receptance)
     reciprocal = _paths(vehicle, force, by_method[Method.RECIPROCAL])
+    of_blocked = _paths(vehicle, blocked, by_method[Method.RECIPROCAL])
     hammer = _paths(vehicle, force, by_method[Method.DIRECT])
     surfaces = _paths(vehicle, bench.modelled.load_case.force, by_method[Method.RECIPROCAL])
     pairs = {
         ON_ROAD: (measured, reciprocal.pressure),
-        BY_SURFACES: (reciprocal.pressure, surfaces.pressure),
+        BY_SURFACES: (of_blocked.pressure, surfaces.pressure),
         BY_HAMMER: (reciprocal.pressure, hammer.pressure),
     }
+    if force is not blocked:
+        pairs[ON_ROAD_BLOCKED] = measured, of_blocked.pressure
     comparisons = {
         what: compare_pressure(run.pressure.frequency, run.order, *pair, listening.band)
         for what, pair in pairs.items()
     }
-    return Synthesis(driven, measured, reciprocal, hammer, comparisons)
+    return Synthesis(driven, measured, force, reciprocal, hammer, comparisons)
 
 
 def _paths(vehicle: MeasuredVehicle, force: Spectrum, transfer: Frf) -> PathAnalysis:
@@ -424,7 +498,7 @@ def analyse_road(
         return analyse_paths(transfer.select(inputs=force.channels), force).pressure
 
     pairs = {INVERSION: (synthesis.measured, heard(points, forces.force))}
-    force_error = blocked_error = condition = float("nan")
+    force_error = blocked_error = interface_error = condition = float("nan")
     if truth is not None:
         exact = truth.noise_transfer.select(outputs=[listening.ear])
         through = truth.pressure.select([listening.ear]).values[:, 0]
@@ -437,6 +511,8 @@ def analyse_road(
         }
         force_error = _deviation(forces.force, true_force, band)
         blocked_error = _deviation(blocked, true_force, band)
+        synthesised = synthesis.force.select(true_force.channels)
+        interface_error = _deviation(synthesised, true_force, band)
     if forces.inversion is not None:
         condition = float(forces.inversion.condition_number.max())
     causes = {what: compare_pressure(lines, run.order, *pair, band) for what, pair in pairs.items()}
@@ -444,6 +520,7 @@ def analyse_road(
     errors = {
         "forces by inversion, rms error [%]": 100 * force_error,
         "bench forces, rms error [%]": 100 * blocked_error,
+        "interface forces, rms error [%]": 100 * interface_error,
         "largest condition number [1]": condition,
         "held-out accelerometers, median error [%]": 100 * float(np.median(held_out)),
     }
@@ -516,8 +593,9 @@ class Validation:
         """What is compared, vehicle and mount set as a table names them, and the comparison."""
         rows = [
             ({"comparison": what} | synthesis.driven.columns, synthesis.comparisons[what])
-            for what in (ON_ROAD, BY_SURFACES, BY_HAMMER)
+            for what in (ON_ROAD, ON_ROAD_BLOCKED, BY_SURFACES, BY_HAMMER)
             for synthesis in self.syntheses
+            if what in synthesis.comparisons
         ]
         if self.design is not None:
             rows += [
@@ -543,7 +621,18 @@ def validate(data: DrivenVehicles, listening: Listening) -> Validation:
         Data that do not fit together.
     """
     run, sets = data.run, data.sets
-    syntheses = tuple(synthesise(car, run, sets[car.mount_set], listening) for car in data.driven)
+    bodies = {
+        car.vehicle.name: path_receptance(car.vehicle)
+        for car in data.driven
+        if car.vehicle.accelerance is not None
+    }
+    powertrain = data.powertrain
+    syntheses = tuple(
+        synthesise(
+            car, run, sets[car.mount_set], listening, powertrain, bodies.get(car.vehicle.name)
+        )
+        for car in data.driven
+    )
     roads = tuple(
         analyse_road(synthesis, run, sets[synthesis.driven.mount_set], listening)
         for synthesis in syntheses
@@ -574,12 +663,11 @@ def _virtual_design(data: DrivenVehicles, listening: Listening) -> VirtualDesign
         if not fitting:
             raise InputError(f"mount set {of_set} has no mount '{mount}', which {mix} asks for")
         mounts += fitting
-    matrix = data.campaign.mass_matrix
     return predict_design(
         BenchSet(mix, data.sets[mix].load_case, tuple(mounts)),
         data.sets[(apart or plain)[-1]],
         tuple(driven.vehicle for driven in data.vehicles),
-        Powertrain(mass=float(matrix[0, 0]), inertia=matrix[3:, 3:]),
+        data.powertrain,
         listening,
     )
 

@@ -1,0 +1,206 @@
+"""Coupled motion on a body that gives way, against one assembled system of equations.
+
+The truth has powertrain, wheel end and the modes of the body as unknowns of a single matrix, with
+mounts between them; it never forms a receptance at the mounts.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+from deboom.errors import InputError
+from deboom.measurement.channels import Frf, LoadCase, Spectrum
+from deboom.mounts.mount import Mount
+from deboom.physics import transfer_path
+from deboom.vehicles.booming_model import Motion, booming_model
+from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.powertrain import Powertrain
+
+AXES = ("x", "y", "z")
+LINES = np.arange(20.0, 60.5, 2.0)
+SQUARED = (2 * np.pi * LINES) ** 2
+PLACES = {"EnM": (0.05, 0.41, 0.2), "GeM": (-0.02, -0.47, 0.18), "TSM": (0.2, -0.05, -0.28)}
+CHANNELS = (*(f"{m} {a}" for m in PLACES for a in AXES), "Du left x", "Du right x")
+PATHS = (*CHANNELS[:9], "Du x")
+MASS, INERTIA, WHEEL_END = 190.0, np.diag([11.0, 7.0, 10.0]), 40.0
+RNG = np.random.default_rng(11)
+STIFFNESS = RNG.uniform(1e5, 5e5, 11) * (1 + 0.15j)
+LOAD = np.zeros(6, dtype=complex)
+LOAD[[2, 3, 4]] = 20.0, 10.0, 150.0
+END_LOADS = np.array([30.0 + 5j, 25.0 - 8j])
+MODES = 2 * np.pi * np.array([[18.0, 27.0, 36.0, 44.0, 71.0], [19.0, 25.0, 38.0, 49.0, 75.0]])
+SHAPES = 0.04 * RNG.normal(size=(2, 5, 10))
+HEARD = RNG.normal(size=(2, 5)) + 1j * RNG.normal(size=(2, 5))
+TURNS = {"GeM": (0.0, 30.0, 0.0), "TSM": (10.0, -5.0, 35.0)}
+
+
+def axes_of(name, tilted):
+    if not tilted or name not in TURNS:
+        return np.eye(3)
+    return Rotation.from_euler("xyz", TURNS[name], degrees=True).as_matrix()
+
+
+def to_springs(tilted):
+    """Powertrain, wheel ends and paths to the deflection along the springs."""
+    source = np.zeros((11, 8))
+    paths = np.zeros((11, 10))
+    for number, (name, (x, y, z)) in enumerate(PLACES.items()):
+        rows = slice(3 * number, 3 * number + 3)
+        turn = axes_of(name, tilted)
+        source[rows, :6] = turn.T @ np.hstack([np.eye(3), [[0, z, -y], [-z, 0, x], [y, -x, 0]]])
+        paths[rows, rows] = turn.T
+    source[[9, 10], [6, 7]] = 1.0
+    paths[[9, 10], 9] = 1.0
+    return source, paths
+
+
+def modal(vehicle):
+    return MODES[vehicle] ** 2 * (1 + 0.06j) - SQUARED[:, np.newaxis]
+
+
+def assembled(factor, vehicle, tilted, loss=None):
+    """Forces along the springs and pressure of one car, solved as a whole; None: body at rest."""
+    source, paths = to_springs(tilted)
+    mass = np.zeros((8, 8))
+    mass[:3, :3], mass[3:6, 3:6] = MASS * np.eye(3), INERTIA
+    mass[6:, 6:] = WHEEL_END * np.eye(2)
+    scale = np.append(factor[:9], [factor[9]] * 2)
+    of_loss = np.ones(11) if loss is None else np.append(loss[:9], [loss[9]] * 2)
+    springs = scale * (STIFFNESS.real + 1j * STIFFNESS.imag * of_loss)
+    n = 0 if vehicle is None else 5
+    relative = source if vehicle is None else np.hstack([source, -paths @ SHAPES[vehicle].T])
+    force = np.empty((LINES.size, 11), dtype=complex)
+    pressure = np.zeros(LINES.size, dtype=complex)
+    moved = np.empty_like(force)
+    for line, squared in enumerate(SQUARED):
+        whole = np.zeros((8 + n, 8 + n), dtype=complex)
+        whole[:8, :8] = -squared * mass
+        if n:
+            whole[8:, 8:] = np.diag(modal(vehicle)[line])
+        whole += (relative.T * springs) @ relative
+        load = np.concatenate([LOAD, END_LOADS, np.zeros(n)])
+        motion = np.linalg.solve(whole, load)
+        moved[line] = relative @ motion
+        force[line] = springs * moved[line]
+        if n:
+            pressure[line] = HEARD[vehicle] @ motion[8:]
+    return moved, force, pressure
+
+
+def vehicles(receptance=True):
+    found = []
+    for number in range(2):
+        answer = 1.0 / modal(number)
+        transfer = (HEARD[number] * answer) @ SHAPES[number]
+        of_body = (SHAPES[number].T * answer[:, np.newaxis]) @ SHAPES[number]
+        heard = Frf(LINES, transfer[:, np.newaxis], ("ear",), PATHS, "Pa/N")
+        given = Frf(LINES, of_body, PATHS, PATHS, "m/N") if receptance else None
+        found.append(Vehicle(f"v{number}", "g", heard, given))
+    return Fleet(tuple(found))
+
+
+def mounts(tilted):
+    def turned(name):
+        return (tuple(np.deg2rad(TURNS[name])),) if tilted and name in TURNS else ()
+
+    hung = [Mount(n, "", ("",), (p,), AXES, rotations=turned(n)) for n, p in PLACES.items()]
+    sides = ("left", "right"), ((0.1, -0.7, -0.3), (0.1, 0.7, -0.3))
+    return (*hung, Mount("Du", "", *sides, ("x",), WHEEL_END, 1.0))
+
+
+def case(tilted):
+    """What a bench at rest measures, in vehicle axes."""
+    moved, force, _ = assembled(np.ones(10), None, tilted)
+    _, paths = to_springs(tilted)
+    in_vehicle = np.eye(11)
+    in_vehicle[:9, :9] = paths[:9, :9]
+    spectra = (
+        Spectrum(LINES, each @ in_vehicle, CHANNELS, u) for each, u in ((moved, "m"), (force, "N"))
+    )
+    return LoadCase("r", "r", 5, 4.0, 220.0, 1.5, *spectra)
+
+
+def model(tilted, fleet=None, **options):
+    data = fleet or vehicles(), mounts(tilted), [(case(tilted), 1.0)], (20.0, 60.0)
+    chosen = {"motion": Motion.coupled, "powertrain": Powertrain(MASS, INERTIA)} | options
+    return booming_model(*data, **chosen)
+
+
+FACTORS = np.ones((4, 12))
+FACTORS[1:, :10] = np.random.default_rng(2).uniform(0.7, 1.3, (3, 10))
+
+
+@pytest.mark.parametrize("tilted", [False, True])
+def test_powertrain_and_body_move_as_one_system(tilted):
+    pressure = model(tilted).pressure(FACTORS)
+    for vehicle in range(2):
+        true = np.array([assembled(factor[:10], vehicle, tilted)[2] for factor in FACTORS])
+        np.testing.assert_allclose(pressure[:, vehicle], true, rtol=1e-8)
+    at_rest = model(tilted, vehicles(receptance=False)).pressure(FACTORS)
+    assert np.abs(np.log(np.abs(at_rest / pressure))).max() > 0.3  # the body matters here
+
+
+def test_loss_factors_levels_and_gradients_follow_the_assembled_system():
+    loss = np.random.default_rng(3).uniform(0.7, 1.3, 12)
+    split = model(True, loss_factors=True).pressure(np.append(FACTORS[1], loss)[np.newaxis])
+    true = assembled(FACTORS[1, :10], 0, True, loss)[2]
+    np.testing.assert_allclose(split[0, 0], true, rtol=1e-8)
+    booming = model(True)
+    levels = booming.levels(FACTORS).sum(axis=-1)
+    np.testing.assert_allclose(booming(FACTORS), levels, rtol=0, atol=1e-9)
+    step = 1e-5 * np.eye(12)
+    slopes = (booming(FACTORS[1] + step) - booming(FACTORS[1] - step)) / 2e-5
+    gradient = booming.gradient(FACTORS[1:2])[0]
+    np.testing.assert_allclose(gradient, slopes.T, rtol=1e-5, atol=1e-4)
+    paths = booming.paths(FACTORS[1], "v1").pressure
+    np.testing.assert_allclose(paths, booming.pressure(FACTORS[1:2])[0, 1], rtol=1e-9)
+
+
+def test_blocked_forces_become_those_on_a_receiver_of_known_mass():
+    source, spring, receiver = 150.0, 4e5 * (1 + 0.1j), 60.0
+    load = 10.0
+    blocked = spring * load / (spring - SQUARED * source)
+    # both masses joined by the spring: the closed form of two degrees of freedom
+    joined = spring * (source + receiver) - SQUARED * source * receiver
+    true = load * spring * receiver / joined
+    inertia = [(-1.0 / (SQUARED * mass))[:, np.newaxis, np.newaxis] for mass in (source, receiver)]
+    mounted = transfer_path.mounted_source(inertia[0], np.full((LINES.size, 1), spring))
+    found = transfer_path.force_on_moving_receiver(mounted, inertia[1], blocked[:, np.newaxis])
+    np.testing.assert_allclose(found[:, 0], true, rtol=1e-12)
+
+
+def other(fleet, change):
+    first, second = fleet.vehicles
+    return Fleet((first, replace(second, receptance=change(second.receptance))))
+
+
+def test_receptances_that_no_body_has_are_refused():
+    fleet = vehicles()
+
+    def of_values(change):
+        return lambda frf: replace(frf, values=change(frf.values.copy()))
+
+    def one_way(values):
+        values[:, 0, 1:] *= -1.0
+        values[:, 1:3, 4:] *= -1.0
+        return values
+
+    refusals = {
+        "gives energy at": of_values(np.negative),
+        "gives energy": of_values(np.conj),
+        "differs from its transpose": of_values(one_way),
+        "is in mm/N": lambda frf: replace(frf, unit="mm/N"),
+        "has responses at": lambda frf: frf.select(outputs=PATHS[:9]),
+    }
+    for sentence, change in refusals.items():
+        with pytest.raises(InputError, match=f"vehicle v1: its receptance {sentence}"):
+            other(fleet, change)
+    with pytest.raises(InputError, match=r"vehicles \['v1'\] have no receptance"):
+        model(False, other(fleet, lambda frf: None))
+    shifted = other(fleet, lambda frf: replace(frf, frequency=frf.frequency + 0.25))
+    with pytest.raises(InputError, match="v1: its receptance has other lines than load case r"):
+        model(False, shifted)

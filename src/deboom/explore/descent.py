@@ -107,8 +107,10 @@ def objectives_and_gradients(robust: Robust, design: RealArray) -> tuple[RealArr
     objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for the
     sigma of plain moments.
     """
+    model = robust.evaluate
+    assert isinstance(model, Differentiable)
     made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
-    values, pull_back = robust.evaluate.linearised(design * made_per_design)
+    values, pull_back = model.linearised(design * made_per_design)
     moments = robust.prepared(design).derivatives(values)
     weights = np.empty((2, *values.shape))
     weights[0], weights[1] = moments.by_mean[:, np.newaxis], moments.by_sigma
@@ -296,7 +298,7 @@ def _size(robust: Robust, places: RealArray) -> RealArray:
     space = robust.space
     values = robust(space.lower + places * (space.upper - space.lower))
     spread = values.objectives[~values.failed].std(axis=0)
-    return np.where(spread > 0.0, spread, 1.0)
+    return np.asarray(np.where(spread > 0.0, spread, 1.0))
 
 
 def _branches(

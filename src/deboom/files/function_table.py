@@ -420,7 +420,8 @@ def frf_functions(
     - `responses`, `references`: degrees of freedom of its outputs and inputs, in their order.
     - raises InputError: other numbers of them, or a unit that is not one over N.
     """
-    above, _, below = frf.unit.rpartition("/")
+    stated = frf.unit if isinstance(frf.unit, str) else ""
+    above, _, below = stated.rpartition("/")
     unit = above.strip("()")
     quantity = next((name for name, si in _RESPONSES.items() if si == unit), "")
     if below != "N" or not quantity:

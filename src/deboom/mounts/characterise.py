@@ -120,21 +120,21 @@ class Characterisation(Tabled):
         return direction_table(self.mounts)
 
     @property
-    def alarms(self) -> tuple[str, ...]:
-        """A sentence for each mount whose force its own displacements do not explain."""
-        return tuple(one.sentence for one in self.cross_stiffness if one.clear)
-
-    @property
     def mounts(self) -> tuple[CharacterisedMount, ...]:
         """Mounts as the library keeps them."""
         return tuple(self._characterised_mount(mount) for mount in self.campaign.mounts)
 
     @property
     def alarms(self) -> tuple[str, ...]:
-        """Sentences on what the measuring chains contradict; their directions are withdrawn."""
-        return tuple(
+        """Sentences on what the measurement contradicts.
+
+        The directions of measuring chains that contradict Newton's law are withdrawn; a mount whose
+        force its own displacements do not explain is named with its likely angle.
+        """
+        of_chains = [
             alarm for chain in self.chains for alarm in chain.alarms(self.campaign.excited)
-        )
+        ]
+        return (*of_chains, *(mount.sentence for mount in self.cross_stiffness if mount.clear))
 
     def record(self, inputs_sha256: Mapping[str, str]) -> CampaignRecord:
         """Return the library's record of the campaign, with the hash of every input file."""

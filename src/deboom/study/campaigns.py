@@ -104,7 +104,6 @@ def described(result: Characterisation) -> str:
         word = "identified" if one.budget.identified else "not identified"
         width = 100 * one.budget.half_width_95
         lines.append(f"  {name:8} ± {width:.1f} % of |K| (95 %), {word}")
-    lines += [f"  ALARM: {sentence}" for sentence in result.alarms]
     return "\n".join(lines)
 
 

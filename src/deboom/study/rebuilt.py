@@ -14,13 +14,13 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import shipped_studies
 from deboom.errors import InputError
 from deboom.explore.front import replicates
 from deboom.explore.robust import Robust
 from deboom.files.disk import read_text
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import RECORD, RunEntry, check_files, hash_files, read_run
-from deboom.study.options import shipped_studies
 from deboom.study.result import RobustModel
 from deboom.study.runner import SAME_RESULT, Study, arguments_of, load_study, study_files
 from deboom.study.search import ThoroughSearchOptions

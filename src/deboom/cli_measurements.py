@@ -230,8 +230,13 @@ def orders(
 
     By default the orders beside the dominant one are 0.5, and twice and four times it.
 
+    pulses_per_revolution counts the pitches of the tacho's wheel, missing teeth included, or the
+    stripes of its tape. The gap or the seam that comes back with the revolution checks it; a seam
+    is corrected. Channels that were sampled more slowly are resampled to the fastest.
+
     The output says what the spectra resolve: bandwidth, the finest detail that the run-up leaves,
-    and what noise and neighbouring orders pretend.
+    and what noise and neighbouring orders pretend; what checked the pulses per revolution, or that
+    nothing did; and what was resampled.
     """
     from deboom.measurement.order_tracking import TrackingOptions
     from deboom.study.campaigns import described_orders, orders_into_campaign

@@ -35,6 +35,8 @@ WINDOW = 9
 """Intervals over which a shaft's speed is compared with itself."""
 ODD_STEP = 0.2
 """Pitches by which a step differs from one pitch, or from a whole number, to be a mark."""
+LONGEST_PART, SHORTEST_SEAM = 0.85, 0.25
+"""Pitches: a step beyond the first stands alone; one below the second is no seam, but a double."""
 SAME_PLACE = 0.35
 """Pitches within which a mark comes back, and a pulse belongs to its place."""
 SAME_WIDTH = 0.15
@@ -252,7 +254,8 @@ def _coordinate(times: RealArray, *, whole: bool) -> tuple[RealArray, RealArray,
     while k < step.size:
         length, pulses = made[k], 1
         pair = step[k] + step[k + 1] if k + 1 < step.size else 0.0
-        if abs(pair - 1) < ODD_STEP / 2:
+        shorter, longer = min(step[k : k + 2]), max(step[k : k + 2])
+        if abs(pair - 1) < ODD_STEP and (longer < LONGEST_PART or shorter < SHORTEST_SEAM):
             length, pulses = 1.0, 2
             alone[k + 1] = False
             counted[k + 1] = counted[k] + step[k]

@@ -189,6 +189,17 @@ def test_what_contradicts_itself_is_refused_by_name(test, change, words):
         identify(change(test), QUICK)
 
 
+def test_functions_with_the_decay_of_a_window_are_refused(test):
+    windowed = replace(test, frf=replace(test.frf, added_decay_rate=2.5))
+    with pytest.raises(InputError, match=r"exponential window, 2\.5 1/s, so their peaks are too"):
+        identify(windowed, QUICK)
+
+
+def test_hits_that_had_not_decayed_are_an_alarm(found):
+    doubtful = replace(found, test=replace(found.test, doubts=("49 % of the response is left",)))
+    assert doubtful.alarms == ("49 % of the response is left.",)
+
+
 def test_a_line_at_0_hz_and_an_impossible_drawing_are_refused(test):
     with pytest.raises(InputError, match="a line at 0 Hz"):
         replace(test, frf=replace(test.frf, frequency=test.frf.frequency - test.frf.frequency[0]))

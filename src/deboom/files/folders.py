@@ -100,6 +100,11 @@ def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
     weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
     yield "test", f"{held.name}, {weighed}"
     yield "sensors", f"{len(held.sensors)} triaxial, {len(held.impacts)} impacts"
+    if rate := held.frf.added_decay_rate:
+        yield (
+            "window",
+            f"decay of {rate:g} 1/s: for a free body only, identify refuses it on mounts",
+        )
     yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
 
 

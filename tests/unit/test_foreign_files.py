@@ -21,6 +21,7 @@ from deboom.errors import InputError
 from deboom.files import workbook_parts
 from deboom.files.disk import opened_zip, read_arrays
 from deboom.files.function_table import matlab_table
+from deboom.files.limits import load_parts
 from deboom.files.rows import MountRow
 from deboom.files.run_folder import Run, RunEntry, check_files, hash_files, read_run
 from deboom.files.tables import read_frame, read_table, workbook_bytes
@@ -189,6 +190,11 @@ def test_no_link_leads_out_of_a_folder(tmp_path):
     with pytest.raises(InputError, match="is a link out of"):
         path_inside(tmp_path / "run", "listen")
     assert path_inside(tmp_path / "run", "figures/a.png") == tmp_path / "run" / "figures/a.png"
+
+
+def test_a_toml_file_as_large_as_no_hand_writes_is_refused_at_once(tmp_path):
+    (tmp_path / "a.toml").write_text("a = 1\n" + "#" * (9 * 2**20))
+    refused(lambda folder: load_parts(folder / "a.toml"), tmp_path, "has 9 MiB, at most 8 MiB")
 
 
 def test_no_hash_is_made_of_what_has_no_end(tmp_path):
@@ -402,11 +408,12 @@ def test_what_is_no_table_of_a_run_is_told(tmp_path):
 
 def test_security_limits_are_those_of_the_code():
     text = (Path(__file__).parents[2] / "SECURITY.md").read_text(encoding="utf-8")
-    from deboom.files import disk, function_table, tables
+    from deboom.files import disk, function_table, schema, tables
 
     for figure in (
         f"{disk.LARGEST_FILE >> 20} MiB",
         f"{disk.LARGEST_TEXT >> 20} MiB",
+        f"TOML file | {schema.LARGEST_TOML >> 20} MiB",
         f"{tables.LARGEST_WORKBOOK >> 20} MiB",
         f"{mount_library.LARGEST_LIBRARY >> 20} MiB",
         f"{mount_library.LARGEST_ENTRY >> 20} MiB",

@@ -134,13 +134,13 @@ def library(path: Path, module: str, extra: str) -> Any:
         ) from None
 
 
-def read_text(path: Path) -> str:
+def read_text(path: Path, largest: int = LARGEST_TEXT) -> str:
     """Return the UTF-8 text of a regular file, see `read_bytes`.
 
     - raises InputError: as `read_bytes`, or the file is no UTF-8 text.
     """
     try:
-        return read_bytes(path, LARGEST_TEXT).decode("utf-8")
+        return read_bytes(path, largest).decode("utf-8")
     except UnicodeDecodeError:
         raise InputError(f"{path} is not UTF-8 text: save it as UTF-8") from None
 

@@ -16,11 +16,13 @@ import numpy as np
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from deboom.errors import InputError
-from deboom.files.disk import read_text, replace_text
+from deboom.files.disk import MEBIBYTE, read_text, replace_text
 from deboom.names import is_inside, name_fault
 
 Note = Callable[[InputError], None]
 
+LARGEST_TOML = 8 * MEBIBYTE
+"""Largest TOML file that is read; a MiB takes its parser a second [bytes]."""
 MOST_FAULTS = 10
 """Faults of a file that one error lists."""
 
@@ -161,7 +163,7 @@ def load_toml(path: Path, model: type[_Model], note: Note | None = None) -> _Mod
     - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
       of range, or does not fit the others.
     """
-    return _parsed(path, read_text(path), model, note)
+    return _parsed(path, read_text(path, LARGEST_TOML), model, note)
 
 
 def wrong_entries(model: type[BaseModel], document: Mapping[str, Any]) -> Iterator[str]:

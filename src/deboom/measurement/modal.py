@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from types import SimpleNamespace
 from typing import Any
@@ -32,6 +32,9 @@ WIDE_BAND, PART = 32.0, 4.0
 polynomial over 5 to 380 Hz spends its order on the many high modes and loses the low ones [1]."""
 LARGEST_CONDITION = 1e14
 """Condition number of the numerators' normal equations that double precision just carries [1]."""
+JUST_BELOW = 0.8
+"""Over the first line: a pole from there up to it bends the lowest modes more than a residual
+``−L/ω²`` describes [1]."""
 LARGE_ERROR = 0.05
 """Error of a rebuilt FRF that has missed something: a mode, the form, a band too narrow [1]."""
 NEARBY, LARGE_NEARBY = 1.0, 0.08
@@ -52,6 +55,7 @@ class StabilisationChart(Tabled):
     - `order` (n_pole,): order of the polynomial that has the pole.
     - `pole` (n_pole,) [rad/s].
     - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
+    - `below`: the same of the poles just below the band, None where nobody asked for them.
     """
 
     order: IntArray
@@ -59,6 +63,7 @@ class StabilisationChart(Tabled):
     stable: BoolArray
     orders: tuple[int, ...]
     band: tuple[float, float]
+    below: StabilisationChart | None = None
 
     @property
     def frequency(self) -> RealArray:
@@ -203,6 +208,20 @@ def pole_clusters(
             "orders: widen the band, raise the order, or measure with less noise"
         )
     return tuple(clusters)
+
+
+def auxiliary_clusters(chart: StabilisationChart) -> tuple[PoleCluster, ...]:
+    """Gather the stable poles just below the band, which `modal_model` fits and does not return.
+
+    A mode at 0.9 of the first line is not measured, and yet its slope is most of the motion there:
+    left to the residual, it turns the shape of the lowest mode.
+    """
+    if chart.below is None:
+        return ()
+    try:
+        return pole_clusters(chart.below)
+    except InputError:  # no mode there
+        return ()
 
 
 def _one_pole_per_order(
@@ -401,7 +420,7 @@ def _joined(charts: Sequence[StabilisationChart], band: tuple[float, float]) -> 
         begin = end
     order, pole, stable = (np.concatenate(columns) for columns in zip(*kept, strict=True))
     orders = max((chart.orders for chart in charts), key=len)
-    return StabilisationChart(order, pole, stable, orders, band)
+    return StabilisationChart(order, pole, stable, orders, band, charts[0].below)
 
 
 def _chart(
@@ -415,11 +434,16 @@ def _chart(
         for poles in model.all_poles
         if len(poles) // 2 >= SMALLEST_ORDER
     }
-    return stabilisation_chart(by_order, band)
+    below = stabilisation_chart(by_order, (JUST_BELOW * band[0], float(np.nextafter(band[0], 0))))
+    return replace(stabilisation_chart(by_order, band), below=below)
 
 
 def modal_model(
-    frf: Frf, form: FrfForm, band: tuple[float, float], clusters: Sequence[PoleCluster]
+    frf: Frf,
+    form: FrfForm,
+    band: tuple[float, float],
+    clusters: Sequence[PoleCluster],
+    auxiliary: Sequence[PoleCluster] = (),
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
@@ -436,6 +460,8 @@ def modal_model(
         First and last frequency [Hz].
     clusters : sequence of PoleCluster
         Modes that are kept.
+    auxiliary : sequence of PoleCluster
+        Modes outside of the band that take part in the fit only, see `auxiliary_clusters`.
 
     Returns
     -------
@@ -461,8 +487,8 @@ def modal_model(
             )
     model = _ema_model(frf, form, band, SMALLEST_ORDER)
     chosen = SimpleNamespace(
-        pole_ind=[[0, number] for number in range(len(kept))],
-        all_poles=[[cluster.pole for cluster in kept]],
+        pole_ind=[[0, number] for number in range(len(kept) + len(auxiliary))],
+        all_poles=[[cluster.pole for cluster in (*kept, *auxiliary)]],
     )
     rebuilt, constants = model.get_constants(
         whose_poles=chosen,
@@ -476,7 +502,7 @@ def modal_model(
     # the library holds one row per pair of output and input, on lines of its own
     inside = np.isin(model.freq, frf.frequency[lines])
     values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[inside]
-    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)
+    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)[: len(kept)]
     left, singular, _ = np.linalg.svd(residues, full_matrices=False)
     leading = left[:, :, 0]
     largest = np.take_along_axis(leading, np.abs(leading).argmax(axis=1)[:, np.newaxis], axis=1)

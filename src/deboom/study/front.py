@@ -253,7 +253,7 @@ class Front(Tabled):
         return pd.DataFrame(rows, columns=PEAK_COLUMNS)
 
     def vehicle_table(self, name: str) -> pd.DataFrame:
-        """Tabulate level, its change and σ of each vehicle today and in a pick, over the scatter."""
+        """Tabulate level and σ of each vehicle today and in a pick, and the change of the level."""
         row, n_lines = self.picks[name], self.index.n_lines
         before, after = self.baseline.mean[0] / n_lines, self.values.mean[row] / n_lines
         return pd.DataFrame(

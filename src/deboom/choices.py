@@ -72,6 +72,15 @@ class CalibrationLevel(Enum):
     """3 %, 2 mm, 2°, hammer 1 %."""
 
 
+class SofteningLaw(Enum):
+    """How a compressor's mount softens with its own stroke s."""
+
+    PARABOLA = "parabola"
+    """δ = a + b lg s + c lg² s with complex numbers."""
+    HYPERBOLA = "hyperbola"
+    """v_s∞ + 1/(m_s s + s_0) for real and imaginary part (thesis, eq. 54 and 55)."""
+
+
 class HoseCase(Enum):
     """Where the true hoses come from."""
 

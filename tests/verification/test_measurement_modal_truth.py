@@ -23,6 +23,7 @@ from deboom.measurement.impact_test import HammerMeasurement, HammerOptions, ham
 from deboom.measurement.modal import (
     LARGE_ERROR,
     _parts,
+    auxiliary_clusters,
     mac_matrix,
     modal_model,
     pole_clusters,
@@ -321,3 +322,24 @@ def test_a_measured_ruler_has_the_ratios_of_a_clamped_beam():
     model = modal_model(frf, FrfForm.INERTANCE, band, clusters)
     assert model.total_error < 0.2
     assert "more than 5 %" in model.verdict
+
+
+def test_a_mode_just_below_the_first_line_is_fitted_and_not_returned():
+    """Left to the residual, a mode at 0.9 of the first line turns the shape of the lowest mode."""
+    natural, damping = np.array([18.0, 21.5, 35.0, 52.0]), 0.04
+    shapes = np.random.default_rng(3).normal(size=(4, 8))
+    lines = np.arange(20.0, 80.25, 0.25)
+    s, omega = 2j * np.pi * lines[:, np.newaxis], 2 * np.pi * natural
+    values = (shapes[:, 0] / (omega**2 + 2 * damping * omega * s + s**2)) @ shapes
+    outputs = tuple(f"point {number}" for number in range(8))
+    frf = Frf(lines, values[:, :, np.newaxis], outputs, ("hammer",), "m/N")
+    chart = poles_over_orders(frf, FrfForm.RECEPTANCE, (20.0, 80.0))
+    clusters, auxiliary = pole_clusters(chart), auxiliary_clusters(chart)
+    assert [cluster.frequency for cluster in auxiliary] == pytest.approx([18.0], rel=1e-3)
+    likeness = []
+    for beside in ((), auxiliary):
+        model = modal_model(frf, FrfForm.RECEPTANCE, (20.0, 80.0), clusters, beside)
+        assert model.frequency == pytest.approx(natural[1:], rel=1e-3)
+        likeness.append(float(mac_matrix(model.shapes, shapes[1:])[0, 0]))
+    assert likeness[0] < 0.98
+    assert likeness[1] > 0.999

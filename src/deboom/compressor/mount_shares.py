@@ -299,6 +299,50 @@ class SofteningMounts:
         return np.asarray(np.tensordot(numbers, _powers(stroke), axes=1))
 
 
+@checked(positions="n 3", stiffness="n 6 6", scale=">0 <inf")
+class HyperbolicMounts(SofteningMounts):
+    """Factors on real and imaginary part of each mount, hyperbolas over its own stroke s_i.
+
+    `scale`: stroke s_c at which half of what can be lost is lost [m]; the rest as of
+    `SofteningMounts`.
+
+    Thesis, eq. 54 and 55: ``Re v(f, s) = Re v(f) (v_s∞ + 1/(m_s s + s_0))``, Im v alike with
+    numbers of its own, here ``1 + a + b/(1 + s/s_c)``: v_s∞ = 1 + a, s_0 = 1/b, m_s = 1/(b s_c).
+    Linear in four real unknowns, a and b of either part, for one s_c of both.
+    """
+
+    scale: float
+
+    def matrices(
+        self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
+    ) -> ComplexArray:
+        """Scale real and imaginary part of each mount by its own stroke, (4, n_frequency, 6, 6)."""
+        over_stroke = self._over(self.strokes(frequency, motion))
+        ratio = np.trace(mounts, axis1=1, axis2=2) / np.trace(self.stiffness.sum(axis=0))
+        parts = np.stack([ratio.real, 1j * ratio.imag])
+        each = np.einsum("pf,kfn,nab->kpfab", parts, over_stroke, self.stiffness)
+        return np.asarray(each.reshape(-1, *mounts.shape))
+
+    @property
+    def deviations(self) -> RealArray:
+        """1 σ of a of both parts, and of b of both, shape (4,) [1]."""
+        return np.repeat(DEVIATIONS[:2], 2)
+
+    def change_at(self, values: RealArray, stroke: npt.ArrayLike) -> ComplexArray:
+        """Compute the change of the real part of a mount's stiffness.
+
+        `values` (4,): the unknowns [1]; `stroke` (...): of the mount [m]. Returns (...), the change
+        of the real part over the real part [1].
+        """
+        numbers = np.asarray(values, dtype=float)[::2]
+        return np.asarray(np.tensordot(numbers, self._over(stroke), axes=1), dtype=complex)
+
+    def _over(self, stroke: npt.ArrayLike) -> RealArray:
+        """One, and what is left of a softening at a stroke."""
+        left = 1 / (1 + np.asarray(stroke, dtype=float) / self.scale)
+        return np.stack([np.ones_like(left), left])
+
+
 def softening_mounts(found: Identification) -> SofteningMounts | None:
     """Divide the stiffness that a hammer test found among the mounts of its drawing.
 

@@ -10,10 +10,11 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
+from deboom.choices import SofteningLaw
 from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
 from deboom.compressor.identify import ALARM, Identification, calibration_of
 from deboom.compressor.model import ModalTable
-from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
+from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.routes import (
     CALIBRATED_MEASUREMENT,
     CALIBRATED_MODEL,
@@ -75,6 +76,7 @@ class UnbalanceOptions:
     - `expected_sense`: sense of rotation on the data sheet.
     - `band` (float, float): lines of the global fit [Hz].
     - `confidence`: confidence of all bands and intervals [1].
+    - `softening`: law of mounts that soften with their own stroke, where one factor does not do.
     - raises InputError: a confidence outside 0 to 1.
     """
 
@@ -90,6 +92,7 @@ class UnbalanceOptions:
     expected_sense: RotationSense | None = None
     band: tuple[float, float] = (17.0, 150.0)
     confidence: float = 0.95
+    softening: SofteningLaw = SofteningLaw.PARABOLA
 
 
 @dataclass(frozen=True, eq=False)
@@ -256,8 +259,8 @@ def unbalance(
     share the unbalance and the mounts; each pressure has its own gas.
 
     A route with update whose common factor leaves more than noise below 60 Hz tries mounts that
-    soften with their own stroke (`SofteningMounts`; needs a drawing of the mounts) and keeps them
-    where Schwarz's criterion prefers them.
+    soften with their own stroke (`SofteningMounts`, or `HyperbolicMounts`, thesis, eq. 54 and 55;
+    needs a drawing of the mounts) and keeps them where Schwarz's criterion prefers them.
 
     Examples
     --------
@@ -302,9 +305,10 @@ def unbalance(
         fit = factor
         if route.update is not None and factor.mismatch > 0:
             say(f"route {route.letter}: mounts that soften with their own stroke")
-            by_stroke = softening_mounts(identification)
-            if by_stroke is not None:
-                softened = solve(by_stroke)
+            laws = _softening_laws(identification, options.softening)
+            if laws:
+                tried = [(solve(law), law) for law in laws]
+                softened, by_stroke = min(tried, key=lambda one: one[0].schwarz)
                 if softened.converged and softened.schwarz < factor.schwarz:
                     fit = softened
                     notices.append(_softening_notice(route, by_stroke, softened, factor, loads))
@@ -354,6 +358,24 @@ def unbalance(
         tuple(alarms),
         tuple(notices),
         hoses,
+    )
+
+
+SOFTENING_SCALES = (10e-6, 20e-6, 40e-6, 80e-6, 160e-6)
+"""Strokes among which that of a hyperbola is looked for [m]."""
+
+
+def _softening_laws(
+    identification: Identification, law: SofteningLaw
+) -> tuple[SofteningMounts, ...]:
+    """Return mounts of the drawing that soften, one for each scale of a hyperbola."""
+    mounts = softening_mounts(identification)
+    if mounts is None:
+        return ()
+    if law is SofteningLaw.PARABOLA:
+        return (mounts,)
+    return tuple(
+        HyperbolicMounts(mounts.positions, mounts.stiffness, scale) for scale in SOFTENING_SCALES
     )
 
 

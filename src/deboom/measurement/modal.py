@@ -32,6 +32,9 @@ WIDE_BAND, PART = 32.0, 4.0
 polynomial over 5 to 380 Hz spends its order on the many high modes and loses the low ones [1]."""
 LARGEST_CONDITION = 1e14
 """Condition number of the numerators' normal equations that double precision just carries [1]."""
+JUST_BELOW = 0.8
+"""Over the first line: a pole from there up to it bends the lowest modes more than a residual
+``−L/ω²`` describes [1]."""
 LARGE_ERROR = 0.05
 """Error of a rebuilt FRF that has missed something: a mode, the form, a band too narrow [1]."""
 NEARBY, LARGE_NEARBY = 1.0, 0.08
@@ -54,6 +57,7 @@ class StabilisationChart(Tabled):
     - `stable` (n_pole,): whether the order below has a pole of nearly equal frequency and damping.
     - `added_decay_rate`: decay of an exponential window that was taken off every pole; 0 without
       one [1/s].
+    - `below`: the same of the poles just below the band, None where nobody asked for them.
     """
 
     order: IntArray
@@ -62,6 +66,7 @@ class StabilisationChart(Tabled):
     orders: tuple[int, ...]
     band: tuple[float, float]
     added_decay_rate: float = 0.0
+    below: StabilisationChart | None = None
 
     @property
     def frequency(self) -> RealArray:
@@ -206,6 +211,20 @@ def pole_clusters(
             "orders: widen the band, raise the order, or measure with less noise"
         )
     return tuple(clusters)
+
+
+def auxiliary_clusters(chart: StabilisationChart) -> tuple[PoleCluster, ...]:
+    """Gather the stable poles just below the band, which `modal_model` fits and does not return.
+
+    A mode at 0.9 of the first line is not measured, and yet its slope is most of the motion there:
+    left to the residual, it turns the shape of the lowest mode.
+    """
+    if chart.below is None:
+        return ()
+    try:
+        return pole_clusters(chart.below)
+    except InputError:  # no mode there
+        return ()
 
 
 def _one_pole_per_order(
@@ -415,7 +434,8 @@ def _joined(charts: Sequence[StabilisationChart], band: tuple[float, float]) -> 
         begin = end
     order, pole, stable = (np.concatenate(columns) for columns in zip(*kept, strict=True))
     orders = max((chart.orders for chart in charts), key=len)
-    return StabilisationChart(order, pole, stable, orders, band, charts[0].added_decay_rate)
+    decay, below = charts[0].added_decay_rate, charts[0].below
+    return StabilisationChart(order, pole, stable, orders, band, decay, below)
 
 
 def _chart(
@@ -430,12 +450,17 @@ def _chart(
         for poles in model.all_poles
         if len(poles) // 2 >= SMALLEST_ORDER
     }
+    below = stabilisation_chart(by_order, (JUST_BELOW * band[0], float(np.nextafter(band[0], 0))))
     chart = stabilisation_chart(by_order, band)
-    return replace(chart, added_decay_rate=frf.added_decay_rate)
+    return replace(chart, added_decay_rate=frf.added_decay_rate, below=below)
 
 
 def modal_model(
-    frf: Frf, form: FrfForm, band: tuple[float, float], clusters: Sequence[PoleCluster]
+    frf: Frf,
+    form: FrfForm,
+    band: tuple[float, float],
+    clusters: Sequence[PoleCluster],
+    auxiliary: Sequence[PoleCluster] = (),
 ) -> ModalModel:
     """Estimate modal constants and residuals for known poles, and rebuild the FRF from them.
 
@@ -452,6 +477,8 @@ def modal_model(
         First and last frequency [Hz].
     clusters : sequence of PoleCluster
         Modes that are kept.
+    auxiliary : sequence of PoleCluster
+        Modes outside of the band that take part in the fit only, see `auxiliary_clusters`.
 
     Returns
     -------
@@ -477,8 +504,8 @@ def modal_model(
             )
     model = _ema_model(frf, form, band, SMALLEST_ORDER)
     chosen = SimpleNamespace(
-        pole_ind=[[0, number] for number in range(len(kept))],
-        all_poles=[[cluster.pole - frf.added_decay_rate for cluster in kept]],
+        pole_ind=[[0, number] for number in range(len(kept) + len(auxiliary))],
+        all_poles=[[cluster.pole - frf.added_decay_rate for cluster in (*kept, *auxiliary)]],
     )
     rebuilt, constants = model.get_constants(
         whose_poles=chosen,
@@ -493,7 +520,7 @@ def modal_model(
     inside = np.isin(model.freq, frf.frequency[lines])
     values = np.moveaxis(np.asarray(rebuilt).reshape(*pairs, -1), -1, 0)[inside]
     values = values / _between_forms(frf.frequency[lines], form, frf.added_decay_rate)
-    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)
+    residues = np.moveaxis(np.asarray(constants).reshape(*pairs, -1), -1, 0)[: len(kept)]
     left, singular, _ = np.linalg.svd(residues, full_matrices=False)
     leading = left[:, :, 0]
     largest = np.take_along_axis(leading, np.abs(leading).argmax(axis=1)[:, np.newaxis], axis=1)

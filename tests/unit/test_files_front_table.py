@@ -40,8 +40,8 @@ def test_every_column_of_a_front_has_one_of_the_names(front):
 @pytest.mark.parametrize(
     ("spoil", "message"),
     [
-        (lambda f: (f / "front.csv").unlink(), "front.csv cannot be read as a table"),
-        (lambda f: (f / "front.csv").write_text(""), "front.csv cannot be read as a table"),
+        (lambda f: (f / "front.csv").unlink(), "front.csv cannot be read"),
+        (lambda f: (f / "front.csv").write_text(""), "front.csv is no table"),
         (lambda f: (f / "front.csv").write_text("point,pick\n1,\n"), "has no design variables"),
         (
             lambda f: [

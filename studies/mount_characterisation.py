@@ -66,6 +66,12 @@ from deboom.study.mount_characterisation import (
     uncertainty_table,
     usable_maps,
 )
+from deboom.study.mount_figures import (
+    append_maps,
+    append_runs,
+    append_sensors,
+    transfer_panels,
+)
 from deboom.study.options import Seed, at_least
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
@@ -214,8 +220,11 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "response surface.",
     )
     _static(report, first, few)
+    append_maps(report, first)
+    append_runs(report, first, numbers)
     _transfer(report, first)
     _motion(report, first)
+    append_sensors(report, first)
     return report
 
 
@@ -319,6 +328,13 @@ def _transfer(report: Report, bench: CharacterisedBench) -> None:
         force_transfer_table(list(matrices.values())),
         "Mean over frequency and repeats. Deviations are relative to the matrix's column.",
     )
+    if matrices:
+        report.figure(
+            "force_transfer",
+            partial(transfer_panels, list(matrices.values())),
+            "What the cells show of a force at the virtual point, over frequency: constant, so "
+            "that its mean stands for all lines (thesis, figure 18).",
+        )
 
 
 def _summary(bench: CharacterisedBench, numbers: pd.DataFrame) -> dict[str, float]:

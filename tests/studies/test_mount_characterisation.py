@@ -15,6 +15,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
 from deboom.report.report import Picture, Report
 from deboom.study import mount_characterisation as characterisation
+from deboom.study import mount_figures
 from deboom.study.mount_characterisation import characterise_given, direction_numbers
 from deboom.study.runner import load_study, run_study
 from pinned_pages import hold
@@ -80,11 +81,61 @@ def test_every_figure_has_its_place_on_the_page(blind, monkeypatch):
     bench = replace(blind, result=replace(blind.result, directions=strut))
     monkeypatch.setattr(Report, "figure", DRAWN)
     done = STUDY.module.reported(bench, STUDY.module.Options())
-    assert set(done.figures) == {"static_x"}
+    assert set(done.figures) == {
+        "static_x",
+        "stiffness_map_TSM",
+        "stiffness_dependence",
+        "splits",
+        "stiffness_over_speed_TSM",
+        "force_over_speed_TSM",
+        "force_transfer",
+        "rebuilt_accelerations",
+    }
     blocks = [block for section in done.sections for block in section.blocks]
     shown = [block.png for block in blocks if isinstance(block, Picture)]
     assert sorted(shown) == sorted(done.figures.values())
     assert "truth" not in done.tables
+
+
+def test_every_line_is_in_the_tables_with_its_noise_and_its_surface(blind):
+    """The tables that figures are drawn from say what the map and the surface say."""
+    table = mount_figures.stiffness_lines(blind)
+    one = blind.result.directions["TSM x"].measured
+    lines = table[table["direction"] == "TSM x"]
+    assert len(lines) == len(one)
+    assert len(table) == sum(len(d.measured) for d in blind.result.directions.values())
+    assert lines["Im K [N/mm]"].to_numpy() == pytest.approx(one.stiffness.imag / 1e3, rel=1e-5)
+    assert lines["displacement [mm]"].to_numpy() == pytest.approx(1e3 * one.amplitude, rel=1e-5)
+    # what is left beside the surface is noise of the stated size
+    left = lines["Im K [N/mm]"] - lines["Im K, surface [N/mm]"]
+    assert np.nanstd(left / lines["σ of Re K and of Im K [N/mm]"]) == pytest.approx(1.0, abs=0.3)
+
+    checks = mount_figures.check_lines(blind)
+    strut = checks[checks["direction"] == "TSM x"]
+    assert set(strut["run"]) == {run.name for run in blind.check_runs}
+    for letter, unit in (("K", "N/mm"), ("F", "N")):
+        for part in ("Re", "Im"):
+            seen = strut[f"{part} {letter} [{unit}]"]
+            error = (seen - strut[f"{part} {letter}, surface [{unit}]"]).abs()
+            inside = error < strut[f"half width of {part} {letter} [{unit}]"]
+            assert inside.mean() > 0.9, (part, letter)
+
+
+def test_r2_stops_where_noise_says(blind):
+    """A perfect model would reach what noise allows: surfaces of directions that move do."""
+    usable = characterisation.usable_maps(blind)
+    numbers = direction_numbers(blind).set_index("direction")
+    for name in ("EnM z", "GeM x", "TSM x", "TSM z"):
+        real, imag = mount_figures.noise_ceiling(usable[name])
+        assert numbers.loc[name, "r2_real"] == pytest.approx(real, abs=0.004)
+        assert numbers.loc[name, "r2_imag"] == pytest.approx(imag, abs=0.02)
+
+
+def test_numbers_keep_six_digits():
+    values = np.array([1234567.8, -0.00123456789, 0.0, np.nan])
+    kept = mount_figures.significant(values)
+    assert kept[:3].tolist() == [1234570.0, -0.00123457, 0.0]
+    assert np.isnan(kept[3])
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,7 @@
 """Figures: PNG bytes that repeat, for any platform, with the words and scales they promise."""
 
 import io
+from dataclasses import replace
 from itertools import combinations
 
 import matplotlib
@@ -60,7 +61,30 @@ def stiffness_arguments(variables=VARIABLES):
     )
 
 
+def map_arguments(n=60):
+    x = np.linspace(0.0, 700.0, n)
+    y = 0.01 + np.linspace(0.0, 1.0, n) ** 2
+    corners = [(0.0, 0.01), (700.0, 0.01), (700.0, 1.01)]
+    labels = {"x_label": "torque [N m]", "value_label": "|K| [N/mm]"}
+    panels = [
+        figures.PointMap(
+            "TSM x",
+            x,
+            y,
+            np.sqrt(x + 1),
+            y_label="amplitude [mm]",
+            amplitude=True,
+            splits=[300.0],
+            outline=corners,
+            **labels,
+        ),
+        figures.PointMap("TSM y", x, 60 - y, x, y_label="frequency [Hz]", **labels),
+    ]
+    return (panels,), {"columns": 2}
+
+
 FIGURES = {
+    "point_maps": (figures.point_maps, map_arguments),
     "pareto_front": (figures.pareto_front, front_arguments),
     "spl_curves": (figures.spl_curves, lambda: spl_arguments(3)),
     "stiffness_bars": (figures.stiffness_bars, stiffness_arguments),
@@ -130,6 +154,26 @@ def test_figures_show_what_they_showed(tmp_path):
     for name, (function, (positional, named)) in shown.items():
         (tmp_path / f"{name}.png").write_bytes(described(function(*positional, **named)))
     hold(tmp_path, "figures")
+
+
+def test_a_map_puts_small_amplitudes_above_and_marks_splits(drawn):
+    amplitude, plain, *_ = drawn(figures.point_maps, map_arguments()).axes
+    assert amplitude.get_yscale() == "log"
+    assert amplitude.yaxis_inverted()
+    assert not plain.yaxis_inverted()
+    dashed = [line.get_xdata()[0] for line in amplitude.lines if line.get_linestyle() == "--"]
+    assert dashed == [300.0]
+    colours = amplitude.collections[0].get_array()
+    assert np.all(np.diff(colours) >= 0)  # large values lie above the others
+
+
+def test_a_map_refuses_what_it_could_not_show():
+    (panels,), _ = map_arguments()
+    panels[0] = replace(panels[0], value=np.full(60, np.nan))
+    with pytest.raises(InputError, match="point_maps: value is not finite at index"):
+        figures.point_maps(panels)
+    with pytest.raises(InputError, match="no panel to draw"):
+        figures.point_maps([])
 
 
 def test_levels_have_speeds_above_and_a_grid_of_five_decibel(drawn):

@@ -13,6 +13,7 @@ from deboom.plot.curves import CurvePanel, curve_panels, spl_curves
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
+from deboom.plot.maps import PointMap, point_maps
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
 
@@ -27,6 +28,7 @@ __all__ = [
     "IntervalPanel",
     "Intervals",
     "LineMap",
+    "PointMap",
     "box_intervals",
     "clustered_matrix",
     "curve_matrix",
@@ -38,6 +40,7 @@ __all__ = [
     "mode_shapes",
     "parallel_coordinates",
     "pareto_front",
+    "point_maps",
     "scatter_matrix",
     "spl_curves",
     "stabilisation_chart",

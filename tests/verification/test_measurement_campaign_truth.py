@@ -29,6 +29,7 @@ from deboom.mounts.measuring_chain import LARGEST_MISFIT, NEWTON
 from deboom.mounts.response_surface import DynamicStiffnessSurface
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 from deboom.physics.rigid_body import forward_matrices
+from deboom.study.campaigns import described
 from deboom.study.mount_characterisation import read_set_truth
 
 BENCH = load_bench()
@@ -448,6 +449,7 @@ def test_loads_of_an_engine_without_balancer_shafts(without_shafts):
     (alarm,) = wrong.alarms
     assert "Newton's law of the powertrain is contradicted: reduced χ²" in alarm
     assert "(stated: my; keys balancer_shafts and excited of [engine])" in alarm
+    assert f"ALARM: {alarm}" in described(wrong)
     for name, one in wrong.directions.items():
         if name.startswith("Du"):  # wheel ends have no law of Newton to break
             assert one.budget.identified

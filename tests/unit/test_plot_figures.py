@@ -160,6 +160,7 @@ def test_a_map_puts_small_amplitudes_above_and_marks_splits(drawn):
     amplitude, plain, *_ = drawn(figures.point_maps, map_arguments()).axes
     assert amplitude.get_yscale() == "log"
     assert amplitude.yaxis_inverted()
+    assert {"0.1", "1"} <= {label.get_text() for label in amplitude.get_yticklabels()}
     assert not plain.yaxis_inverted()
     dashed = [line.get_xdata()[0] for line in amplitude.lines if line.get_linestyle() == "--"]
     assert dashed == [300.0]

@@ -23,7 +23,7 @@ VARIABLES = [f"{mount} {axis}" for mount in ("EnM", "GeM", "TSM", "Du") for axis
 def front_arguments(n=40):
     mean = np.linspace(50.0, 54.0, n)
     sigma = 0.3 + 0.1 * (54.0 - mean) ** 2 / 16.0
-    picks = {"best-mean": (mean[0], sigma[0]), "best σ": (mean[-1], sigma[-1]), "knee": (51, 0.356)}
+    picks = {"best mean": (mean[0], sigma[0]), "best σ": (mean[-1], sigma[-1]), "knee": (51, 0.356)}
     errors = (np.full(n, 0.05), np.full(n, 0.01))
     labels = {"mean_label": "mean SPL [dB(A)]", "sigma_label": "σ [dB]"}
     return (mean, sigma, *errors, (53.0, 0.42), picks), labels
@@ -147,7 +147,7 @@ def test_every_axis_has_a_unit_text_is_legible_and_nothing_leaves_the_figure(nam
 
 def test_figures_show_what_they_showed(tmp_path):
     (*arrays, _), labels = front_arguments()
-    once = ((*arrays, {"best-mean": (50.0, 0.4), "knee": (50.0, 0.4)}), labels)
+    once = ((*arrays, {"best mean": (50.0, 0.4), "knee": (50.0, 0.4)}), labels)
     shown = {name: (function, make()) for name, (function, make) in FIGURES.items()}
     shown |= {f"spl_curves {n}": (figures.spl_curves, spl_arguments(n, order=2.0)) for n in (1, 7)}
     shown["pareto_front, one pick of two names"] = (figures.pareto_front, once)
@@ -160,6 +160,7 @@ def test_a_map_puts_small_amplitudes_above_and_marks_splits(drawn):
     amplitude, plain, *_ = drawn(figures.point_maps, map_arguments()).axes
     assert amplitude.get_yscale() == "log"
     assert amplitude.yaxis_inverted()
+    assert {"0.1", "1"} <= {label.get_text() for label in amplitude.get_yticklabels()}
     assert not plain.yaxis_inverted()
     dashed = [line.get_xdata()[0] for line in amplitude.lines if line.get_linestyle() == "--"]
     assert dashed == [300.0]

@@ -213,7 +213,7 @@ def _draw(
             color=MUTED,
         )
     if panel.logarithmic:
-        _plain_logarithmic(axes)
+        plain_logarithmic(axes)
     elif free_scale and all(name in data for name in panel.points):
         free = ~np.any([*shown.values(), np.zeros(lines.size, dtype=bool)], axis=0)
         axes.set_ylim(*_scale([*data.values(), *bounds], free, list(panel.levels.values())))
@@ -262,7 +262,7 @@ def _span(panel: CurvePanel) -> tuple[float, float]:
     return float(lines.min()) - room, float(lines.max()) + room
 
 
-def _plain_logarithmic(axes: Axes) -> None:
+def plain_logarithmic(axes: Axes) -> None:
     """Set a logarithmic scale with few plain numbers."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator
 

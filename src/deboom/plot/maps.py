@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 import numpy.typing as npt
 
+from deboom.plot.curves import plain_logarithmic
 from deboom.plot.style import INK, MUTED, finite, panel_grid
 
 if TYPE_CHECKING:
@@ -69,7 +70,7 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
             for split in shown.splits:
                 axes.axvline(split, color=INK, lw=1.0, ls="--")
             if shown.amplitude:
-                axes.set_yscale("log")
+                plain_logarithmic(axes)
                 axes.invert_yaxis()
             axes.set_title(shown.title, loc="left", fontweight="bold")
             axes.set_xlabel(shown.x_label)

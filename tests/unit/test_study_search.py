@@ -214,8 +214,9 @@ def test_limits_are_kept_by_every_design_and_picks_stay_where_they_were_found():
 
 def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():
     budget = {"population": 24, "generations": 10, "verified_with": 16, "polish": False}
-    few = deboom.search(ROBUST, **budget, shown=5)
-    assert 5 <= len(few.values) <= 5 + len(few.picks)
-    assert len(few.search.front) > len(few.values)
+    few, many = (deboom.search(ROBUST, **budget, shown=shown) for shown in (2, 100))
+    assert len(few.values) <= 2 + len(few.picks)
+    assert len(few.values) < len(many.values)
+    np.testing.assert_array_equal(few.search.front.designs, many.search.front.designs)
     whole = deboom.search(ROBUST, **budget, shown=None)
     np.testing.assert_array_equal(whole.searched.designs, whole.search.front.designs)

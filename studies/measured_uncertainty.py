@@ -169,7 +169,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{', '.join(repeated.vehicles)}, and what should be measured next?",
     )
     report.explain(
-        *("booming noise", "SPL", "SPLV", "noise transfer function", "dynamic stiffness", "σ")
+        "booming noise",
+        "SPL",
+        "SPLV",
+        "noise transfer function",
+        "dynamic stiffness",
+        "σ",
     )
     report.inputs += model.inputs
     report.facts |= {"kernel": repeated.index.kernel, "draws": options.draws}

@@ -143,7 +143,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"quiet when stiffnesses scatter within ±{100 * half:.0f} %?",
     )
     report.explain(
-        *("booming noise", "SPLV", "dynamic stiffness", "tolerance", "σ", "Pareto front")
+        "booming noise",
+        "SPLV",
+        "dynamic stiffness",
+        "tolerance",
+        "σ",
+        "Pareto front",
     )
     index: Any = front.model
     level = index.levels[0]

@@ -138,8 +138,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
-        *(Analysis.design, half, 0.20, spread),
-        *(options.n, options.resamples, options.seed),
+        analysis=Analysis.design,
+        half_width=half,
+        beside=0.20,
+        tolerance=spread,
+        n_base=options.n,
+        n_resamples=options.resamples,
+        seed=options.seed,
     )
     with progress_bar("sensitivity") as bar:
         ranked = sensitivity(platform, index, plan, bar)

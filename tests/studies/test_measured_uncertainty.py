@@ -44,7 +44,7 @@ def test_the_designs_of_a_run_may_be_asked_about(tmp_path, monkeypatch):
     front = SimpleNamespace(
         model=SimpleNamespace(space=space),
         designs=np.array([[0.9] * 12, [1.1] * 12]),
-        picks={"best-mean": 0},
+        front=SimpleNamespace(picks={"best-mean": 0}),
     )
     monkeypatch.setattr(STUDY.module, "compared_run", lambda *_: front)
     asked = {**BUDGET, "front": tmp_path, "motion": Motion.prescribed}

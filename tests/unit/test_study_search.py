@@ -5,10 +5,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front, replicates, verified
 from deboom.explore.result import Front
-from deboom.explore.robust import Robust
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
@@ -150,3 +151,72 @@ def test_a_front_without_failing_draws_has_no_column_for_them():
     front = verified_front(ROBUST, search, 64)
     assert not any("draws" in column for column in front.table.columns)
     assert "could not be computed" not in front.text
+
+
+class Kept:
+    """A search's evaluations in memory."""
+
+    def __init__(self):
+        self.facts, self.generations = None, {}
+
+    def save(self, facts):
+        """Replace the facts."""
+        self.facts = dict(facts)
+
+    def load(self):
+        """Return the facts."""
+        return self.facts
+
+    def keep(self, number, arrays):
+        """Keep a generation."""
+        self.generations[number] = dict(arrays)
+
+    def kept(self, number):
+        """Return a generation."""
+        return self.generations.get(number)
+
+
+def test_a_search_tells_its_progress_and_goes_on_from_what_is_kept_of_each_seed():
+    told, stores = [], {3: Kept(), 4: Kept()}
+    budget = {"population": 8, "generations": 3, "searches": 2, "seed": 3, "verified_with": 16}
+    first = deboom.search(
+        ROBUST, **budget, progress=lambda *step: told.append(step), checkpoint=stores.__getitem__
+    )
+    assert [done for done, total, _ in told if total == 3] == [1, 2, 3] * 2
+    assert [len(store.generations) for store in stores.values()] == [3, 3]
+    again = deboom.search(ROBUST, **budget, checkpoint=stores.__getitem__)
+    np.testing.assert_array_equal(again.values.objectives, first.values.objectives)
+    assert "2 searches" in first.note
+
+
+@dataclass(frozen=True)
+class FirstFactor:
+    """The first factor, which is limited."""
+
+    variable_names: tuple[str, ...]
+    response_names: tuple[str, ...] = ("first",)
+
+    def __call__(self, designs):
+        """Return the factor, shape (n, 1)."""
+        return designs[:, :1]
+
+
+def test_limits_are_kept_by_every_design_and_picks_stay_where_they_were_found():
+    limit = Limit("first", "1", at_least=1.05)
+    limits = DesignLimits(FirstFactor(SPACE.names), Limits((limit,)))
+    front = deboom.search(
+        ROBUST, population=12, generations=4, seed=1, limits=limits, verified_with=16
+    )
+    assert front.values.designs[:, 0].min() >= 1.05
+    assert "by gradient" not in front.note
+    assert front.search.infeasible.any()
+
+
+def test_no_more_than_the_shown_designs_are_verified_beside_the_picks():
+    budget = {"population": 24, "generations": 10, "verified_with": 16, "polish": False}
+    few, many = (deboom.search(ROBUST, **budget, shown=shown) for shown in (2, 100))
+    assert len(few.values) <= 2 + len(few.picks)
+    assert len(few.values) < len(many.values)
+    np.testing.assert_array_equal(few.search.front.designs, many.search.front.designs)
+    whole = deboom.search(ROBUST, **budget, shown=None)
+    np.testing.assert_array_equal(whole.searched.designs, whole.search.front.designs)

@@ -372,7 +372,12 @@ def comparison_report(study: Comparison) -> Report:
     gap = study.gap(first, second) * study.per_line
     report = Report("Fronts compared", QUESTION)
     report.explain(
-        *("Pareto front", "hypervolume", "attainment band", "within noise", "tolerance", "σ")
+        "Pareto front",
+        "hypervolume",
+        "attainment band",
+        "within noise",
+        "tolerance",
+        "σ",
     )
     if len(study.pairs) == 1:
         report.tile(found.verdict.value, f"{first} against {second}")

@@ -438,8 +438,11 @@ def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
     secrets = [
         *(vehicle.name for vehicle in vehicles),
         *(vehicle.group for vehicle in vehicles),
-        *(platform.name, platform.title, platform.description),
-        *(str(entry.record.get("question", "")), entry.study),
+        platform.name,
+        platform.title,
+        platform.description,
+        str(entry.record.get("question", "")),
+        entry.study,
         *paths,
     ]
     return tuple(dict.fromkeys(secret for secret in secrets if secret.strip()))

@@ -178,7 +178,7 @@ class WrenchNoiseTransfer:
     @property
     def deviation(self) -> RealArray:
         """Root of the mean square modulus of all errors, shape (n_frequency, n_input)."""
-        return np.sqrt(self.noise**2 + np.sum(np.abs(self.by_error) ** 2, axis=0))
+        return np.asarray(np.sqrt(self.noise**2 + np.sum(np.abs(self.by_error) ** 2, axis=0)))
 
     def drawn(self, generator: np.random.Generator) -> ComplexArray:
         """Draw the functions that the measurement allows, shape (n_frequency, n_input)."""

@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 import typer
 
+from deboom.choices import SofteningLaw
+
 
 def identify(
     folder: Annotated[Path, typer.Argument(help="Folder with compressor_test.toml.")],
@@ -122,6 +124,9 @@ def unbalance(
         str, typer.Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
     ] = "17-150",
     confidence: Annotated[float, typer.Option(help="Confidence of bands and intervals.")] = 0.95,
+    softening: Annotated[
+        SofteningLaw, typer.Option(help="Law of mounts that soften with their own stroke, route e.")
+    ] = SofteningLaw.PARABOLA,
     truth: Annotated[
         bool, typer.Option(help="Compare with truth/ of a virtual test, else never opened.")
     ] = False,
@@ -186,6 +191,7 @@ def unbalance(
         expected_sense=None if sense is None else RotationSense[sense.upper()],
         band=band_of(band),
         confidence=confidence,
+        softening=softening,
     )
     plan = UnbalancePlan(
         route=route,

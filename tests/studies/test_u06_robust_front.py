@@ -4,6 +4,7 @@ import json
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
@@ -37,6 +38,9 @@ def test_coupled_motion_is_at_least_as_good_as_the_prescribed_optimum(front_run)
     summary = json.loads((front_run / "summary.json").read_text())
     assert summary["benefit_db"] >= summary["benefit_prescribed_db"]
     assert max(summary[f"splv_change_db_per_line_U06-{n}"] for n in range(1, 6)) < -1.5
+    table = pd.read_csv(front_run / "vehicles.csv")
+    change = table["level after [dB(A)]"] - table["level before [dB(A)]"]
+    np.testing.assert_allclose(table["change [dB]"], change, atol=1e-12)
     front, per_vehicle = (pd.read_csv(front_run / f"{n}.csv") for n in ("front", "per_vehicle"))
     total = per_vehicle.groupby("point")["SPLV mean [dB(A)]"].sum().to_numpy()
     assert total == pytest.approx(front["SPLV mean sum [dB(A)]"].to_numpy(), rel=1e-12)

@@ -5,7 +5,9 @@ import pytest
 
 from deboom.compressor.cabin_noise import NoiseBand, SweepNoise
 from deboom.errors import InputError
+from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseState
+from deboom.measurement.electric_car import WrenchNoiseTransfer
 from deboom.study.compressor_noise import (
     MODES,
     CarNoise,
@@ -112,3 +114,21 @@ def test_a_ranking_tells_who_works_against_the_others():
 def test_a_band_without_width_is_refused():
     with pytest.raises(InputError, match="50 to 50 Hz is no band"):
         NoisePlan(band=(50.0, 50.0))
+
+
+def test_drawn_noise_transfer_functions_scatter_as_stated_and_alike_at_all_lines():
+    """A wrong gain of the hammer moves every line and path together; noise does not."""
+    lines, paths = np.arange(20.0, 24.0), ("mount 1 x", "mount 1 y")
+    values = np.array([[2.0, 1j]] * 4)
+    transfer = WrenchNoiseTransfer(
+        Frf(lines, values[:, np.newaxis], ("ear",), paths, "Pa/N"),
+        np.full((4, 2), 0.02),
+        0.1 * values[np.newaxis],
+    )
+    np.testing.assert_allclose(transfer.deviation[0], np.hypot(0.02, [0.2, 0.1]))
+    generator = np.random.default_rng(1)
+    off = np.array([transfer.drawn(generator) - values for _ in range(4000)])
+    rms = np.sqrt(np.mean(np.abs(off) ** 2, axis=0))
+    np.testing.assert_allclose(rms, transfer.deviation, rtol=0.05)
+    gain = (off / values).real
+    assert np.corrcoef(gain[:, 0, 0], gain[:, 3, 1])[0, 1] > 0.9

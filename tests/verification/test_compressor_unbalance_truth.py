@@ -21,9 +21,10 @@ from compressor_operation_samples import (
 
 from deboom.bench.compressor_rig import running
 from deboom.bench.compressor_truth import drawn_hoses
+from deboom.choices import SofteningLaw
 from deboom.compressor import routes
 from deboom.compressor.identify import IdentifyOptions, calibration_of, identify
-from deboom.compressor.mount_shares import SofteningMounts, softening_mounts
+from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.errors import InputError
@@ -388,3 +389,38 @@ def test_changed_mounts_do_not_pretend_to_reveal_the_origin(letter):
         options = UnbalanceOptions(routes=(route,), chosen=route)
         deviations.append(unbalance(test, identified(), options).chosen.sources.dynamic.deviation)
     assert deviations[1] > 0.97 * deviations[0]
+
+
+def test_a_hyperbola_over_the_stroke_is_that_of_the_thesis():
+    """Equations 54 and 55, real and imaginary part each with numbers of its own."""
+    _, _, found, _ = softened()
+    soft = softening_mounts(found)
+    scale, limits, drops = 40e-6, np.array([0.9, 1.1]), np.array([0.3, -0.2])
+    mounts = HyperbolicMounts(soft.positions, soft.stiffness, scale)
+    lines = np.array([20.0, 60.0])
+    motion = 1e-3 * np.ones((2, 6), complex) * (2 * np.pi * lines[:, None]) ** 2
+    static = found.calibrated.model.mount_part(lines)
+    unknowns = np.array([limits[0] - 1, limits[1] - 1, drops[0], drops[1]])
+    taken = np.tensordot(unknowns, mounts.matrices(lines, static, motion), axes=1)
+    strokes = mounts.strokes(lines, motion)
+    gain = found.calibrated.model.gain.at(lines) / (2 * np.pi * lines) ** 2
+    expected = np.zeros_like(static)
+    for number, stiffness in enumerate(soft.stiffness):
+        slope, offset = 1 / (drops * scale), 1 / drops
+        over = limits + 1 / (slope * strokes[:, [number]] + offset)
+        factor = gain.real * (over[:, 0] - 1) + 1j * gain.imag * (over[:, 1] - 1)
+        expected += factor[:, None, None] * stiffness
+    np.testing.assert_allclose(taken, expected, rtol=1e-9)
+    change = mounts.change_at(unknowns, strokes[0])
+    np.testing.assert_allclose(change, -0.1 + 0.3 / (1 + strokes[0] / scale))
+
+
+def test_mounts_that_soften_by_a_hyperbola_are_fitted_by_one():
+    test, _, found, _ = softened()
+    options = UnbalanceOptions(
+        routes=(routes.UPDATED,), chosen=routes.UPDATED, softening=SofteningLaw.HYPERBOLA
+    )
+    result = unbalance(test, found, options).chosen
+    assert isinstance(result.fit.change, HyperbolicMounts)
+    assert 20e-6 <= result.fit.change.scale <= 80e-6  # that of the bench is 30 µm
+    assert errors(result.sweeps[0], 20, 50)[0] < SLACK * 0.05

@@ -389,7 +389,7 @@ class _SourceProblem:
             source = columns @ values[: self.n_source]
             motion = np.asarray(np.linalg.solve(mass, source[..., np.newaxis])[..., 0], complex)
             taken = _combined(change, changes)
-            by_change = of_load @ _columns(of_changes, motion @ of_motion.T)
+            by_change = of_load @ _columns(of_changes, np.asarray(motion @ of_motion.T))
             by_error = _columns(group.of_errors, motion)
             by_error -= np.moveaxis(frame.slopes(taken, motion), 0, -1)
             right.append(source - applied(mass, part.motion))

@@ -208,7 +208,7 @@ class _Line:
     def box(self) -> RealArray:
         """Size of the box of the front, shape (2,); positive."""
         gap = np.array([self.second[0] - self.first[0], self.first[1] - self.second[1]])
-        return np.maximum(gap, 1e-9)
+        return np.asarray(np.maximum(gap, 1e-9))
 
     def target(self, share: float) -> RealArray:
         """Return the point of the line at a share of its length, (2,)."""

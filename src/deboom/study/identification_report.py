@@ -367,8 +367,10 @@ def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
         CALIBRATED: calibrated_inertance(found),
         MODEL: model.inertance(lines),
     }
-    mass = {name: np.linalg.inv(values) for name, values in inertance.items()}
-    both = {
+    mass: dict[str, ComplexArray] = {
+        name: np.asarray(np.linalg.inv(values)) for name, values in inertance.items()
+    }
+    both: dict[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]] = {
         "inertance": (inertance, INERTANCE_UNITS),
         "apparent mass": (mass, MASS_UNITS),
     }

@@ -203,8 +203,10 @@ def _motions(report: Report, measured: MeasuredUnbalance) -> None:
         "not grow, and prevail at low speed only.",
         folded=True,
     )
-    kinds = (("Translations", slice(0, 3), "xyz", "|a| [m/s²]"),)
-    kinds += (("Rotations", slice(3, 6), ("rx", "ry", "rz"), "|α| [rad/s²]"),)
+    kinds = (
+        ("Translations", slice(0, 3), ("x", "y", "z"), "|a| [m/s²]"),
+        ("Rotations", slice(3, 6), ("rx", "ry", "rz"), "|α| [rad/s²]"),
+    )
     panels = [
         CurvePanel(
             f"{what}, {motion.sweep}",
@@ -489,6 +491,7 @@ def unbalance_into_run(
             "sense": None if sense is None else sense.name.lower(),
             "band": f"{low:g}-{high:g}",
             "confidence": options.confidence,
+            "softening": options.softening.value,
             "truth": plan.truth,
         },
     }

@@ -27,6 +27,7 @@ from deboom.errors import InputError
 from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Robust
 from deboom.explore.search import VERIFIED
+from deboom.files.limits import mount_limits
 from deboom.report import Report
 from deboom.study.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
@@ -38,7 +39,7 @@ from deboom.study.platform_model import (
 )
 from deboom.study.result import RunContext
 from deboom.study.robust_front import PlatformFront, front_report
-from deboom.study.search import ThoroughSearchOptions, mount_limits, report_limits
+from deboom.study.search import ThoroughSearchOptions, report_limits
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 

@@ -173,9 +173,9 @@ def _report(
             folder = runs / scenario.name
             places = {
                 (folder / "work").as_posix(): "HERE",
-                source.as_posix(): "TREE",
                 (base / "runs").as_posix(): "RUNS",
                 runs.as_posix(): "RUNS",
+                source.as_posix(): "TREE",  # last: the runs may lie within it
             }
             places |= {place.lstrip("/"): name for place, name in places.items()}
             sides.append(Side(folder, places))

@@ -17,6 +17,7 @@ import pytest
 import command_line
 from command_line import call
 from deboom.errors import InputError
+from deboom.explore import search as engine
 from deboom.explore import workers
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
@@ -53,16 +54,15 @@ def kill():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def stopped(study, until, end=interrupt):
-    """Return the study's search, which comes to an end after some generations."""
-    search = study.module.nsga2
+def stopped(until, end=interrupt):
+    """Return NSGA-II, which comes to an end after some generations."""
 
     def stopped(*arguments, progress, **options):
         def told(number, total, text):
             if number == until:
                 end()
 
-        return search(*arguments, progress=told, **options)
+        return nsga2(*arguments, progress=told, **options)
 
     return stopped
 
@@ -70,7 +70,7 @@ def stopped(study, until, end=interrupt):
 def interrupted(monkeypatch, study, out, note, error=KeyboardInterrupt):
     """Leave a run that ended after six generations, without the cost of a process."""
     with monkeypatch.context() as patch:
-        patch.setattr(study.module, "nsga2", stopped(study, 6, partial(interrupt, error)))
+        patch.setattr(engine, "nsga2", stopped(6, partial(interrupt, error)))
         with pytest.raises(type(error) if isinstance(error, InputError) else error):
             run_study(study, out, {**BUDGET, "note": note})
     (folder,) = (out / "quad2_front").iterdir()
@@ -85,8 +85,8 @@ def test_after_kill_9_the_run_goes_on_to_the_identical_front(study, tmp_path, no
     out = tmp_path / "results"
     if not (child := os.fork()):
         try:
-            search = stopped(study, until, kill) if until else lambda *_, **__: kill()
-            study.module.nsga2 = search
+            search = stopped(until, kill) if until else lambda *_, **__: kill()
+            engine.nsga2 = search
             run_study(study, out, {**BUDGET, "note": note})
         finally:
             os._exit(1)
@@ -202,7 +202,7 @@ def test_other_code_goes_on_only_when_insisted_and_is_recorded(study, tmp_path, 
 
 
 def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(study.module, "nsga2", stopped(study, 3))
+    monkeypatch.setattr(engine, "nsga2", stopped(3))
     monkeypatch.setattr(runner, "load_study", lambda _: study)
     out = tmp_path / "results"
     result = call("run", STUDY, "--out", out, "--seed", "2", "--generations", "4", code=130)

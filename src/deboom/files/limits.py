@@ -4,13 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field, model_validator
 
+from deboom.common import AXES
 from deboom.compressor.acceptance import RISK, Bounds, ComponentLimits, StiffnessLimit
-from deboom.errors import naming
+from deboom.errors import InputError, naming
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.files.schema import (
     AtLeastOne,
     Positive,
@@ -20,6 +24,18 @@ from deboom.files.schema import (
     doubled,
     load_toml,
 )
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.limits import (
+    MountRequirements,
+    OperatingStiffness,
+    Quantity,
+    TorqueTravel,
+    WeightSag,
+    natural_frequencies,
+    stated_powertrain,
+    static_curves,
+)
+from deboom.vehicles.platform import Runs
 
 G_MM, G_MM2, N_PER_MM = 1e-6, 1e-9, 1e3
 """In kg m, kg m² and N/m."""
@@ -278,3 +294,73 @@ def load_parts(path: Path) -> PartScatterFile:
       of range; a part number or a variable stands there twice.
     """
     return load_toml(path, PartScatterFile)
+
+
+def mount_limits(
+    path: Path | None, runs: Runs, robust: Robust, factor: Factor = Factor.dynamic
+) -> DesignLimits | None:
+    """Read the limits of a study.
+
+    - `path`: see `deboom.files.limits`; None is no limit.
+    - `runs`: platform, and the first run, whose operating stiffness counts.
+    - `robust`: its draws count where every part has to keep the limits.
+    - `factor`: what a stiffness factor means, for travels.
+    - raises InputError: a file that cannot be read; a mount, direction or variable that there is
+      not; a limit that today's design cannot be held to because a curve was not measured that far.
+    """
+    if path is None:
+        return None
+    content = load_limits(path)
+    try:
+        pairs = _quantities(content, runs, factor)
+    except InputError as error:
+        raise InputError(f"{path}: {error}") from None
+    requirements = MountRequirements(robust.space.names, tuple(one for one, _ in pairs))
+    limits = Limits(tuple(limit for _, bounds in pairs for limit in bounds))
+    nominal = requirements(robust.space.nominal[np.newaxis, :])[0]
+    for name, number in zip(requirements.response_names, nominal, strict=True):
+        if not np.isfinite(number):
+            raise InputError(f"{path}: {name} of today's design lies beyond its measured curve")
+    library = (runs.platform.library_file,) if content.sag or content.travel else ()
+    every_part = robust if content.kept_by == "every part" else None
+    return DesignLimits(requirements, limits, every_part, (path, *library))
+
+
+def _quantities(
+    content: LimitsFile, runs: Runs, factor: Factor
+) -> list[tuple[Quantity, tuple[Limit, ...]]]:
+    """Return what is limited with its limits, one per column."""
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
+    found: list[tuple[Quantity, tuple[Limit, ...]]] = []
+    if content.sag or content.travel:
+        model = static_curves(runs)
+        for sag in content.sag:
+            quantity = WeightSag(model, stated_powertrain(runs), (sag.mount,))
+            found.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
+        for travel in content.travel:
+            moved = TorqueTravel(model, travel.wheel_torque_nm, (travel.direction,), factor)
+            found.append((moved, _limits(moved, travel.at_least_mm, travel.at_most_mm)))
+    case = runs.cases[0][0]
+    if content.natural_frequency:
+        every = natural_frequencies(runs)
+        for window in content.natural_frequency:
+            modes = replace(every, modes=(window.mode,))
+            found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
+    if content.stiffness:
+        names = [name for mount in runs.platform.mounts for name in mount.variables]
+        magnitude = dict(zip(names, runs.stiffness(case, runs.band).tolist(), strict=True))
+        for entry in content.stiffness:
+            variables = [entry.variable]
+            if entry.variable in AXES:
+                variables = [f"{one.name} {entry.variable}" for one in carriers for _ in one.pieces]
+            stiff = OperatingStiffness(magnitude, {entry.variable: variables})
+            found.append((stiff, _limits(stiff, entry.at_least_n_per_mm, entry.at_most_n_per_mm)))
+    return found
+
+
+def _limits(
+    quantity: Quantity, at_least: float | None = None, at_most: float | None = None
+) -> tuple[Limit, ...]:
+    low = -np.inf if at_least is None else at_least
+    high = np.inf if at_most is None else at_most
+    return tuple(Limit(name, quantity.unit, low, high) for name in quantity.names)

@@ -17,7 +17,7 @@ from deboom.plot.correlations import MOST
 from deboom.plot.style import mount_colours, mount_of
 from deboom.report import Report
 from deboom.study.front import heard
-from deboom.study.search import natural_frequencies
+from deboom.vehicles.limits import natural_frequencies
 
 if TYPE_CHECKING:
     from deboom.study.robust_front import PlatformFront

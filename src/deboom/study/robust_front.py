@@ -24,10 +24,10 @@ from deboom.study.front import heard, report_front
 from deboom.study.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.study.options import aim_note, listed
 from deboom.study.platform_model import MotionReport, factor_name, motion_name, motion_report
-from deboom.study.search import price
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet_front import FleetFront, same_designs
+from deboom.vehicles.limits import mount_price
 from deboom.vehicles.platform import Platform, Runs
 
 NOTICEABLE = 0.1
@@ -206,7 +206,7 @@ class PlatformFront:
             name: x[: len(self.stiffness_variables)] for name, x in self.front.named_designs.items()
         }
         try:
-            requirements = price(self.runs, self.index.factor)
+            requirements = mount_price(self.runs, self.index.factor)
             numbers = requirements(np.stack(list(designs.values())))
         except InputError as error:
             return str(error)

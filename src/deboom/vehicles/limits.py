@@ -18,16 +18,19 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
-from deboom.common import N_PER_MM
+from deboom.common import AXES, N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.space import checked_designs
-from deboom.mounts.mount import Mount
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.mount import Mount, in_mount_axes
 from deboom.physics import rigid_body, sound_level
+from deboom.physics.dynamic_stiffness import dynamic_stiffness
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.coupled_motion import CoupledMotion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, PathContributions, lines_inside
+from deboom.vehicles.platform import MissingLibrary, Runs
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, mount_forward
 
 DIFFERENCE = 1e-4
@@ -428,3 +431,75 @@ def limited_response(
 ) -> MeanLevel | PeakLevel:
     """Return what is limited of a model's levels; the band [Hz] is that of a peak level."""
     return MeanLevel(index) if quantity is LimitedLevel.mean else PeakLevel(index, band)
+
+
+def mount_price(runs: Runs, factor: Factor) -> MountRequirements:
+    """Return what mounts pay for being quiet: sag, travel at full torque, rigid-body modes.
+
+    Without a mount library, and so without static curves, only modes.
+
+    - raises InputError: no static curve of a direction, no [powertrain], no torque.
+    """
+    names = tuple(name for mount in runs.platform.mounts for name in mount.variables)
+    modes = natural_frequencies(runs)
+    if isinstance(runs.platform.library_fault, MissingLibrary):
+        return MountRequirements(names, (modes,))
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
+    model, case = static_curves(runs), runs.cases[0][0]
+    places = [
+        f"{mount.name} {piece}" if piece else mount.name
+        for mount in carriers
+        for piece in (mount.pieces if len(mount.pieces) > 1 else ("",))
+    ]
+    travel = [f"{place} {axis}" for place in places for axis in "xz"]
+    quantities = (
+        WeightSag(model, stated_powertrain(runs), tuple(places)),
+        TorqueTravel(model, round(float(case.wheel_torque.max())), tuple(travel), factor),
+        modes,
+    )
+    return MountRequirements(names, quantities)
+
+
+def natural_frequencies(runs: Runs) -> NaturalFrequencies:
+    """Return the rigid-body modes of the powertrain, as `price` has them; errors likewise."""
+    carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
+    real = _real_stiffness(carriers, runs.cases[0][0], runs.band)
+    return NaturalFrequencies(tuple(carriers), stated_powertrain(runs), real)
+
+
+def stated_powertrain(runs: Runs) -> Powertrain:
+    """Return mass and inertia of the powertrain; InputError if they are not stated."""
+    if runs.platform.powertrain is None:
+        raise InputError(
+            "sag and natural frequencies need mass and inertia: fill in [powertrain] of "
+            "platform.toml, or leave out [[sag]] and [[natural_frequency]]"
+        )
+    return runs.platform.powertrain
+
+
+def static_curves(runs: Runs) -> KinematicModel:
+    """Return how the powertrain rides on its mounts; InputError without static curves."""
+    platform = runs.platform
+    if isinstance(platform.library_fault, MissingLibrary):
+        raise InputError(
+            f"sag and travel need static curves, and there is no mount library "
+            f"{platform.library_file}: export one there, or leave out [[sag]] and [[travel]]"
+        )
+    return platform.static_curves()
+
+
+def _real_stiffness(
+    mounts: Sequence[Mount], case: LoadCase, band: tuple[float, float]
+) -> dict[str, float]:
+    """Mean real part over the lines of a run, per piece, by variable [N/m]."""
+    case = in_mount_axes(mounts, case)
+    inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
+    found = {}
+    for mount in mounts:
+        for axis, name in zip(AXES, mount.variables, strict=True):
+            channels = mount.channels(axis)
+            if set(channels) <= set(case.force.channels):
+                force = case.force.select(channels).values[inside]
+                displacement = case.displacement.select(channels).values[inside]
+                found[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
+    return found

@@ -45,7 +45,7 @@ def axes_of(name, tilted):
 
 
 def to_springs(tilted):
-    """Powertrain, wheel ends and paths to the deflection along the springs."""
+    """Return powertrain, wheel ends and paths to the deflection along the springs."""
     source = np.zeros((11, 8))
     paths = np.zeros((11, 10))
     for number, (name, (x, y, z)) in enumerate(PLACES.items()):
@@ -63,7 +63,7 @@ def modal(vehicle):
 
 
 def assembled(factor, vehicle, tilted, loss=None):
-    """Forces along the springs and pressure of one car, solved as a whole; None: body at rest."""
+    """Solve one car as a whole: motion, forces along the springs, pressure; None: body at rest."""
     source, paths = to_springs(tilted)
     mass = np.zeros((8, 8))
     mass[:3, :3], mass[3:6, 3:6] = MASS * np.eye(3), INERTIA
@@ -113,7 +113,7 @@ def mounts(tilted):
 
 
 def case(tilted):
-    """What a bench at rest measures, in vehicle axes."""
+    """Return what a bench at rest measures, in vehicle axes."""
     moved, force, _ = assembled(np.ones(10), None, tilted)
     _, paths = to_springs(tilted)
     in_vehicle = np.eye(11)
@@ -200,7 +200,7 @@ def test_receptances_that_no_body_has_are_refused():
         with pytest.raises(InputError, match=f"vehicle v1: its receptance {sentence}"):
             other(fleet, change)
     with pytest.raises(InputError, match=r"vehicles \['v1'\] have no receptance"):
-        model(False, other(fleet, lambda frf: None))
+        model(False, other(fleet, lambda _: None))
     shifted = other(fleet, lambda frf: replace(frf, frequency=frf.frequency + 0.25))
     with pytest.raises(InputError, match="v1: its receptance has other lines than load case r"):
         model(False, shifted)

@@ -221,7 +221,7 @@ def test_rotations_that_are_none_are_refused():
         return Mount("GeM", "", ("",), ((0.0, 0.0, 0.0),), AXES, rotations=rotations)
 
     for rotations in (((0.1, 0.2),), ((np.nan, 0.0, 0.0),), ((0.0, 30.0, 0.0),), ((0.0,) * 3,) * 2):
-        with pytest.raises(InputError, match="GeM: rotations .* three angles"):
+        with pytest.raises(InputError, match=r"GeM: rotations .* three angles"):
             mount(*rotations)
     case = replace(
         CASE,

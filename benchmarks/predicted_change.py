@@ -32,7 +32,7 @@ from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
 
 GROUP, CASE, GEAR, TORQUE, BAND = "U06", "g5_wot220", 5, 220.0, (20.0, 60.0)
-TRUTH = 17_000
+TRUTH = 20_000
 """Added to the seed of a fleet for that of its powertrain."""
 DRAWS, STEPS, PATHS = 16, 25, 10
 

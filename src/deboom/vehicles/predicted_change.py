@@ -46,8 +46,8 @@ BODY_MOVES = ModelError(
     "the flexible cars of drawn benches: a car brings 0.98 of the predicted change, give or take "
     "0.05 dB.",
 )
-"""From fleets 3001 to 3020 with one car of the group each five, designs within 20 %; held against
-fleets 4001 to 4020."""
+"""From the five U06 cars of each of the fleets 3001 to 3020, best designs within 20 %; held against
+the fleets 4001 to 4020, which took no part."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,9 +120,7 @@ def change_interval(
     if len(again) < 2:
         raise InputError("an interval needs at least two draws of the measurements: draw more")
     if not 0.0 < share < 1.0:
-        raise InputError(
-            f"an interval that holds {share:g} of all cases: give more than 0, below 1"
-        )
+        raise InputError(f"a probability of {share:g}: give a number between 0 and 1")
     error = BODY_MOVES if receptance else BODY_AT_REST
     quantile = float(norm.ppf(0.5 + share / 2.0))
     measurement = quantile * again.std(axis=0, ddof=1)

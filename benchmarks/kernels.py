@@ -20,7 +20,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.physics.rigid_body import forward_matrices, mass_matrix
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import Motion
-from deboom.vehicles.coupled_motion import Body, CoupledMotion
+from deboom.vehicles.coupled_motion import Body, CoupledMotion, FlexibleMotion
 from deboom.vehicles.fleet import PathContributions
 from deboom.vehicles.kernels import level_sum
 from interleaved import quiet_seconds
@@ -153,6 +153,18 @@ def tilted_problem(shape: Shape) -> CoupledMotion:
     return tilted(coupled_problem(shape))
 
 
+def flexible_problem(shape: Shape) -> FlexibleMotion:
+    """Put the powertrain of `coupled_problem` on bodies of ten modes, another one per vehicle."""
+    coupled = coupled_problem(shape)
+    rng = np.random.default_rng(4)
+    n_springs, squared = coupled.variables.size, coupled.angular_frequency_squared
+    natural = (2 * np.pi * rng.uniform(15.0, 90.0, (shape.n_vehicles, 10))) ** 2 * (1 + 0.06j)
+    shapes = 0.04 * rng.normal(size=(shape.n_vehicles, 10, n_springs))
+    answer = 1.0 / (natural[:, np.newaxis] - squared[:, np.newaxis])
+    receptance = np.einsum("vms,vfm,vmt->vfst", shapes, answer, shapes)
+    return FlexibleMotion(**vars(coupled), receptance=receptance)
+
+
 PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {
     Motion.prescribed: prescribed_problem,
     Motion.coupled: coupled_problem,
@@ -162,6 +174,7 @@ PROBLEMS: dict[Motion, Callable[[Shape], Case]] = {
 
 OTHER_PROBLEMS: dict[str, Callable[[Shape], Case]] = {
     "coupled motion of tilted mounts": tilted_problem,
+    "coupled motion on bodies that give way": flexible_problem,
 }
 """Measured beside coupled motion without what the title names."""
 

@@ -7,10 +7,10 @@ hammer against loudspeaker, blocked against interface forces, and the modes of t
 --vehicle the virtual bench measures all of it, the car on its flexible body. A user names a
 vehicle's folder (again for more vehicles) and the campaign of the bench its mounts were on.
 
-What it showed in two fleets: shape (corr_f), surfaces and virtual design as asked, scale (corr_s)
-17 % of the measured pressure where 15 % are asked, and 7 of 50 cars with a peak beyond 3 dB. Most
-of it is the price of blocked forces with the functions of a trimmed body, little that of the
-functions' errors.
+Where the hammer test recorded the body's accelerometers, blocked forces become interface forces by
+its receptance. On twenty drawn benches and fleets that took no part: corr_f 0.4 % in the median
+(2.3 largest), corr_s 3.9 % (13.9), booming peaks within 2.9 dB, forces within 8.3 % of the true
+ones; with blocked forces 2.1 % (42.9), 17.2 % (71.9), 4.6 dB and 67.8 %.
 
 Keys of summary.json: corr_f_percent (complex pressure, median over vehicles and mount sets),
 corr_s_percent (magnitude, median), peak_deviation_db (largest of the paired booming peaks),
@@ -54,6 +54,7 @@ from deboom.vehicles.synthesis import (
     DESIGN,
     FUNCTIONS,
     ON_ROAD,
+    ON_ROAD_BLOCKED,
     PEAK,
     DesignMotion,
     DrivenVehicles,
@@ -253,8 +254,10 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
         "Measured against synthesised",
         "The bench measures with cool mounts on a stiff frame, the vehicle drives with warmer ones "
         "on a body that gives way, and its microphone hears other paths as well. Forces of the "
-        "bench are blocked forces; they belong with the transfer functions of the assembled "
-        "vehicle, and those of the trimmed body are the thesis's approximation.",
+        "bench are blocked forces. Where the hammer test recorded the accelerometers, the body's "
+        "receptance makes interface forces of them, which belong with the functions of the trimmed "
+        "body; blocked forces with these functions are the thesis's approximation, and stand "
+        "beside.",
     )
     report.figure(
         "measured_synthesised",
@@ -404,14 +407,19 @@ def _criteria(
     road, surfaces, hammer = of[ON_ROAD], of[BY_SURFACES], of[BY_HAMMER]
     alone = float(road["unpaired peaks"].sum())
     unpaired = 100 * alone / max(alone + 2 * float(road["paired peaks"].sum()), 1.0)
+    # what blocked forces are asked for, and interface forces
+    corr_f, corr_s = ((1, 2), (10, 15)) if ON_ROAD_BLOCKED in of else ((5, 10), (15, 20))
     judged = [
-        criterion("corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", most=5),
-        criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=10),
-        criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", most=15),
-        criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=20),
+        criterion(
+            "corr_f, complex pressure, median [%]", road[CORR_F].median(), "5", most=corr_f[0]
+        ),
+        criterion("corr_f, complex pressure, largest [%]", road[CORR_F].max(), most=corr_f[1]),
+        criterion("corr_s, magnitude, median [%]", road[CORR_S].median(), "10", most=corr_s[0]),
+        criterion("corr_s, magnitude, largest [%]", road[CORR_S].max(), most=corr_s[1]),
         criterion(
             "peaks, synthesised against measured, largest [dB]", road[PEAK].max(), "3", most=3
         ),
+        *_blocked_criteria(of.get(ON_ROAD_BLOCKED)),
         criterion("peaks of one curve alone, share [%]", unpaired),
         criterion("forces from surfaces, at peaks, largest [dB]", surfaces[PEAK].max(), most=0.3),
         *(
@@ -434,6 +442,18 @@ def _criteria(
     return judged + _mode_criteria(result)
 
 
+def _blocked_criteria(blocked: pd.DataFrame | None) -> list[dict[str, Any]]:
+    """Show what the synthesis from blocked forces reaches, where it is not the one judged."""
+    if blocked is None:
+        return []
+    names = {
+        "corr_f, blocked forces instead, median [%]": blocked[CORR_F].median(),
+        "corr_s, blocked forces instead, median [%]": blocked[CORR_S].median(),
+        "peaks, blocked forces instead, largest [dB]": blocked[PEAK].max(),
+    }
+    return [criterion(name, value) for name, value in names.items()]
+
+
 def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[dict[str, Any]]:
     """Judge the forces found on the road, and what blocked forces and functions cost."""
     judged = []
@@ -445,6 +465,11 @@ def _force_criteria(causes: pd.DataFrame, forces: pd.DataFrame) -> list[dict[str
         judged = [
             criterion(name, inversion.max(), most=10),
             criterion("bench forces as interface forces, rms error, largest [%]", blocked),
+            criterion(
+                "interface forces from bench and receptance, rms error, largest [%]",
+                forces["interface forces, rms error [%]"].max(),
+                most=10,
+            ),
             criterion("cost of blocked forces, corr_f, median [%]", corr_f[BLOCKED]),
             criterion("cost of measured transfer functions, corr_f, median [%]", corr_f[FUNCTIONS]),
         ]

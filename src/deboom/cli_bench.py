@@ -94,6 +94,14 @@ def write(
     per_piece: Annotated[
         bool, typer.Option("--per-piece", help="Transfer functions of each wishbone mount alone.")
     ] = False,
+    receptance: Annotated[
+        bool,
+        typer.Option(
+            "--receptance",
+            help="Write how far each body gives way at the mounts (UFF): coupled motion then moves "
+            "powertrain and body together.",
+        ),
+    ] = False,
 ) -> None:
     """Write the measurement files of a virtual platform.
 
@@ -114,6 +122,7 @@ def write(
             per_piece=per_piece,
             truth_seed=truth_seed,
             tilt=tilt,
+            receptance=receptance,
         )
     if library:
         with progress_bar("mount library") as progress:

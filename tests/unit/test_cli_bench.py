@@ -72,8 +72,8 @@ BOTH = "--mount-storage 0.9 --mount-loss 1.1 --hoses displaced --hammer-with-hos
 GIVEN = {
     "vehicle": (
         (vehicle_writer, "write_vehicle"),
-        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5",
-        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5),
+        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5 --tilt 20",
+        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5, 20.0),
     ),
     "compressor": (
         (compressor_writer, "write_compressor_test"),
@@ -123,8 +123,9 @@ def test_options_reach_the_bench(command, tmp_path, monkeypatch):
     writer, options, wanted = GIVEN[command]
     asked = []
 
-    def write(*given, noise_free=None, progress=None, truth_seed=None):
-        asked.append((*given, *(each for each in (noise_free, truth_seed) if each is not None)))
+    def write(*given, noise_free=None, progress=None, truth_seed=None, tilt=None):
+        stated = (noise_free, truth_seed, tilt)
+        asked.append((*given, *(each for each in stated if each is not None)))
 
     monkeypatch.setattr(*writer, write)
     done = call("bench", command, tmp_path, *options.split())

@@ -1,7 +1,9 @@
 """Tables: units, numbers and cells are read exactly or refused by line and column."""
 
 import io
+import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -63,7 +65,27 @@ def test_mount_tables_round_trip(tmp_path):
     rows = (MountRow("TSM", "", (0.1, 1 / 3, -2e-9)), MountRow("Du", "left", (1.0, 2.0, 3.0)))
     write_table(tmp_path / "a.csv", MountRow, rows)
     assert read_table(tmp_path / "a.csv", MountRow) == rows
+    assert "rx [deg]" not in (tmp_path / "a.csv").read_text()
+    turned = (replace(rows[0], angles=(0.1, 0.0, -math.pi / 6)), rows[1])
+    write_table(tmp_path / "b.csv", MountRow, turned)
+    again = read_table(tmp_path / "b.csv", MountRow)
+    assert again[1] == rows[1]
+    assert again[0].angles == pytest.approx(turned[0].angles)
     assert (tmp_path / "a.csv").read_bytes().startswith(b"mount,piece,x [m],y [m],z [m]\nTSM,,0.1,")
+
+
+def test_rotations_of_mounts_come_together_and_are_angles(tmp_path):
+    path = tmp_path / "mounts.csv"
+    header = "mount,piece,x [m],y [m],z [m]"
+    path.write_text(f"{header},rx [deg],ry [deg]\nTSM,,0,0,0,1,2\n")
+    with pytest.raises(InputError, match="column 'rz' is missing"):
+        read_table(path, MountRow)
+    path.write_text(f"{header},rx [rad],ry [rad],rz [rad]\nTSM,,0,0,0,0,30,0\n")
+    with pytest.raises(InputError, match=r"line 2: mount 'TSM' is turned by 0, 1718.87, 0 deg"):
+        read_table(path, MountRow)
+    path.write_text(f"{header},rx,ry [deg],rz [deg]\nTSM,,0,0,0,0,30,0\n")
+    with pytest.raises(InputError, match="column 'rx' has no unit"):
+        read_table(path, MountRow)
 
 
 @pytest.mark.parametrize(

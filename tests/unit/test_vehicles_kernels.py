@@ -120,6 +120,17 @@ def test_tilted_mounts_are_compiled(motion, monkeypatch):
 
 
 @COMPILED
+def test_bodies_that_give_way_are_compiled(monkeypatch):
+    shape = bench.Shape("small", 20, 2, 21, 3, 2, 4)
+    case, rows = bench.flexible_problem(shape), bench.designs(shape)
+    plain, compiled = (level_sum(case, compiled=tier) for tier in (False, True))
+    expected = plain(rows)
+    monkeypatch.setattr(LevelSum, "_plain", None)  # no design falls back on numpy
+    np.testing.assert_allclose(compiled(rows), expected, rtol=0, atol=1e-9)
+    assert_same_bits_in_any_company(compiled, rows, (1, 7, 16))
+
+
+@COMPILED
 def test_bodies_that_the_loops_do_not_know_are_computed_in_numpy():
     motion = CASES[Motion.coupled]
     end = replace(motion.bodies[1], forward=np.full((1, 1), 0.5))

@@ -45,7 +45,7 @@ def axes_of(name, tilted):
 
 
 def to_springs(tilted):
-    """Powertrain, wheel ends and paths to the deflection along the springs."""
+    """Return powertrain, wheel ends and paths to the deflection along the springs."""
     source = np.zeros((11, 8))
     paths = np.zeros((11, 10))
     for number, (name, (x, y, z)) in enumerate(PLACES.items()):
@@ -63,7 +63,7 @@ def modal(vehicle):
 
 
 def assembled(factor, vehicle, tilted, loss=None):
-    """Return forces along the springs and pressure of one car solved whole; None: body at rest."""
+    """Solve one car as a whole: motion, forces along the springs, pressure; None: body at rest."""
     source, paths = to_springs(tilted)
     mass = np.zeros((8, 8))
     mass[:3, :3], mass[3:6, 3:6] = MASS * np.eye(3), INERTIA

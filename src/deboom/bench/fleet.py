@@ -106,6 +106,22 @@ def receptance(body: Body, frequency: RealArray) -> ComplexArray:
     return np.asarray(modal + np.diag(1 / body.local_stiffness))
 
 
+def path_receptance(body: Body, frequency: RealArray, *, per_piece: bool = False) -> ComplexArray:
+    """Find the displacement at the paths per force at the paths, (f, n_path, n_path) [m/N].
+
+    With `per_piece` each side of the wishbone is a path, else both move in phase as `receptance`.
+    """
+    if not per_piece:
+        return receptance(body, frequency)
+    at = interface_shapes(body)
+    n_mount = at.shape[1] - len(SIDES)
+    shapes = np.hstack([at[:, :n_mount, :3].reshape(len(at), -1), at[:, n_mount:, 0]])
+    local = local_flexibility(body)
+    flexibility = np.concatenate([local[:n_mount].ravel(), local[n_mount:, 0]])
+    modal = (shapes.T * body.modal_receptance(frequency)[:, None, :]) @ shapes
+    return np.asarray(modal + np.diag(flexibility))
+
+
 @dataclass(frozen=True, eq=False)
 class BenchFleet:
     """Bodies of one platform, by names such as ``U06-1``, and the air that all of them enclose.

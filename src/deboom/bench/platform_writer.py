@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import zlib
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
@@ -9,9 +10,20 @@ import numpy as np
 
 from deboom.arrays import ComplexArray
 from deboom.bench import layout, sensors, writing
-from deboom.bench.fleet import FROZEN_SEED, BenchFleet, ear_transfer, load_fleet, noise_transfer
+from deboom.bench.fleet import (
+    FROZEN_SEED,
+    BenchFleet,
+    Body,
+    BodySpread,
+    ear_transfer,
+    load_fleet,
+    noise_transfer,
+    path_receptance,
+    scattered_body,
+)
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import SIDES, VirtualBench, load_bench
+from deboom.bench.signals import complex_normal
 from deboom.common import AXES, Progress
 from deboom.files import platform, rows, tables
 from deboom.files.disk import complete_or_not_at_all
@@ -29,6 +41,9 @@ DESCRIPTION = (
 MOUNT_TABLE, CHANNEL_TABLE = "mounts.csv", "channels.csv"
 DEFAULT_LOAD_CASE = "g5_wot220"
 
+RECEPTANCE_NOISE = 0.05
+"""Rms of the complex error of a receptance, line by line [1]."""
+
 TORQUE_NOISE, TORQUE_DIGITS = 1.0, 2
 """Standard deviation of the engine torque that the control unit states, per line [N m], and the
 decimals to which it does."""
@@ -42,6 +57,7 @@ def write_platform(
     per_piece: bool = False,
     truth_seed: int = 1,
     tilt: float = 0.0,
+    receptance: bool = False,
 ) -> Path:
     """Measure the virtual platform and write its files.
 
@@ -61,6 +77,8 @@ def write_platform(
     tilt : float
         Angle by which each powertrain mount stands away from the vehicle's axes, about an axis that
         `truth_seed` draws [deg].
+    receptance : bool
+        Measure the receptance of every body between its paths as well, on another day.
 
     Returns
     -------
@@ -78,7 +96,8 @@ def write_platform(
     fleet, bench = load_fleet(seed), load_bench(truth_seed, tilt)
     n_file = len(layout.LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
-        for done, name in enumerate(_write_files(unfinished, seed, fleet, bench, per_piece), 1):
+        files = _write_files(unfinished, seed, fleet, bench, per_piece, receptance)
+        for done, name in enumerate(files, 1):
             if progress is not None:
                 progress(done, n_file, name)
     return Path(folder)
@@ -153,7 +172,12 @@ def write_powertrain_truth(folder: Path, bench: VirtualBench) -> None:
 
 
 def _write_files(
-    folder: Path, seed: int, fleet: BenchFleet, bench: VirtualBench, per_piece: bool
+    folder: Path,
+    seed: int,
+    fleet: BenchFleet,
+    bench: VirtualBench,
+    per_piece: bool,
+    receptance: bool,
 ) -> Iterator[str]:
     """Draw everything, and write every file; give the name of the larger ones."""
     budget = sensors.ErrorBudget()
@@ -198,6 +222,8 @@ def _write_files(
         name = f"noise_transfer/{vehicle}.uff"
         write_uff(folder / name, _noise_transfer_functions(heard, vehicle, node, listed))
         transfers[vehicle] = true
+        if receptance:
+            _write_receptance(folder, seed, vehicle, body, listed, per_piece)
         yield name
 
     np.savez(
@@ -229,7 +255,7 @@ def _write_files(
         "platform",
         "platform.toml",
     )
-    file = _platform_file(bench, sheet, wheel_end_mass, fleet)
+    file = _platform_file(bench, sheet, wheel_end_mass, fleet, receptance)
     dump_toml(folder / "platform.toml", file)
     yield "platform.toml"
 
@@ -277,6 +303,36 @@ def _noise_transfer_functions(
     ]
 
 
+def _write_receptance(
+    folder: Path,
+    seed: int,
+    vehicle: str,
+    body: Body,
+    listed: Sequence[tuple[layout.Point, str]],
+    per_piece: bool,
+) -> None:
+    """Measure a body between its paths with a hammer, on another day, UFF type 4."""
+    generator = np.random.default_rng([seed, zlib.crc32(f"receptance {vehicle}".encode())])
+    struck = scattered_body(body, BodySpread(), generator)
+    values = path_receptance(struck, layout.FREQUENCY, per_piece=per_piece)
+    noise = complex_normal(values.shape, generator) / np.sqrt(2.0)
+    values = values * (1.0 + RECEPTANCE_NOISE * noise)
+    functions = [
+        writing.function(
+            writing.FRF,
+            layout.FREQUENCY,
+            values[:, row, column],
+            writing.Dof(point.node, f"+{axis}", point.mount, "displacement"),
+            writing.Dof(struck_point.node, f"+{along}", struck_point.mount, "force"),
+            f"receptance, {vehicle}, {point.channel(axis)} per {struck_point.channel(along)}",
+        )
+        for row, (point, axis) in enumerate(listed)
+        for column, (struck_point, along) in enumerate(listed)
+    ]
+    (folder / "receptance").mkdir(exist_ok=True)
+    write_uff(folder / f"receptance/{vehicle}.uff", functions, binary=True)
+
+
 def _channel_rows(
     bench: VirtualBench, listed: Sequence[tuple[layout.Point, str]]
 ) -> list[rows.ChannelRow]:
@@ -304,7 +360,11 @@ def _channel_rows(
 
 
 def _platform_file(
-    bench: VirtualBench, sheet: sensors.DataSheet, wheel_end_mass: float, fleet: BenchFleet
+    bench: VirtualBench,
+    sheet: sensors.DataSheet,
+    wheel_end_mass: float,
+    fleet: BenchFleet,
+    receptance: bool,
 ) -> platform.PlatformFile:
     """Return the content of ``platform.toml``."""
     return platform.PlatformFile(
@@ -324,6 +384,7 @@ def _platform_file(
                 group=vehicle.rpartition("-")[0],
                 noise_transfer=f"noise_transfer/{vehicle}.uff",
                 ear_node=node,
+                receptance=f"receptance/{vehicle}.uff" if receptance else None,
             )
             for node, vehicle in enumerate(fleet.bodies, layout.FIRST_EAR_NODE)
         ),

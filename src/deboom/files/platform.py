@@ -62,6 +62,7 @@ from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
 
+RECEPTANCE_UNIT = "m/N"
 LOWEST, HIGHEST = 15.0, 140.0
 """Where the model of a drive on its mounts holds [Hz]."""
 SPECTRA = (0, 12, 27)
@@ -117,6 +118,30 @@ def noise_transfer_columns(
         refuse_window(matrix.added_decay_rate, f"{path}: {item}")
     columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
     return replace(columns, ear="".join(sorted(ears)[:1]))
+
+
+def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
+    """Read the receptance of a vehicle's body between its paths.
+
+    - `path`: UFF file of displacement per force, UFF function type 4.
+    - `item`: whose it is, for messages.
+    - `rows`: the paths: response and reference are at the nodes and along the directions of their
+      noise transfer functions.
+    - raises InputError: a table; a function that is missing, doubled, or of another type or unit.
+    """
+    if is_table(path):
+        raise InputError(
+            f"{path}: {item}: a receptance has a response and a force for each function, which a "
+            "table does not tell: export it as UFF"
+        )
+    dofs = [
+        Dof(row.channel, row.node, row.direction, sign=row.dof.sign, quantity="receptance")
+        for row in rows
+    ]
+    nodes = {row.node for row in rows}
+    functions = [one for one in read_uff(path) if one.reference_node in nodes]
+    matrix = FunctionMatrix(path, item, (FRF,), functions)
+    return matrix.frf(dofs, dofs, "displacement", RECEPTANCE_UNIT)
 
 
 def operating_columns(
@@ -277,6 +302,8 @@ class VehicleEntry(StrictModel):
     noise_transfer: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
     # response node of the driver's ear in a UFF file; a table has none
     ear_node: Number | None = Field(default=None, validate_default=True)
+    # displacement per force of the trimmed body between all paths, UFF; without, it is at rest
+    receptance: RelativePath | None = None
 
     @field_validator("ear_node")
     @classmethod
@@ -438,6 +465,7 @@ class Contents:
     - `channels`: in the order of their table; empty if it cannot be read.
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
+    - `receptance`: by vehicle that has one [m/N].
     - `operating`: displacement and force, by load case.
     - `engine_torque`: by load case, where it was recorded [N m].
     """
@@ -446,6 +474,7 @@ class Contents:
     channels: tuple[ChannelRow, ...]
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
+    receptance: Mapping[str, Frf]
     operating: Mapping[str, tuple[Columns, ...]]
     engine_torque: Mapping[str, RealArray]
 
@@ -460,6 +489,7 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
     mounts: tuple[Mount, ...] | None = None
     rows: tuple[ChannelRow, ...] = ()
     noise_transfer: dict[str, Columns] = {}
+    receptance: dict[str, Frf] = {}
     operating: dict[str, tuple[Columns, ...]] = {}
     engine_torque: dict[str, RealArray] = {}
     with telling(note) as tell:
@@ -478,6 +508,10 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
                     noise_transfer[vehicle.name] = noise_transfer_columns(
                         path, item, node, wanted[NOISE_TRANSFER], tell
                     )
+            if getattr(vehicle, "receptance", None):
+                path, item = folder / str(vehicle.receptance), f"vehicle {vehicle.name}"
+                with noting(tell):
+                    receptance[vehicle.name] = receptance_frf(path, item, wanted[NOISE_TRANSFER])
         for case in file.load_cases:
             if hasattr(case, "operating"):
                 path, item = folder / case.operating, f"load case {case.name}"
@@ -498,7 +532,12 @@ def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) ->
                 with noting(tell):
                     path = folder / str(case.torque_table)
                     engine_torque[case.name] = read_torque_table(path, frequency)
-    return Contents(mounts, rows, frequency, noise_transfer, operating, engine_torque)
+        for name, frf in receptance.items():
+            if frequency.size and not same_lines(frequency, frf.frequency):
+                where = first_difference(frequency, frf.frequency)
+                sentence = f"the receptance of vehicle {name} is not on the lines of the others"
+                tell(InputError(f"{folder}: {sentence}: {where}; export all on the same lines"))
+    return Contents(mounts, rows, frequency, noise_transfer, receptance, operating, engine_torque)
 
 
 def _mounts(folder: Path, file: PlatformFile, tell: Note) -> tuple[Mount, ...] | None:
@@ -539,6 +578,7 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
     """
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]
+    inputs += [folder / entry.receptance for entry in file.vehicles if entry.receptance]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     library, library_fault = _library(folder / LIBRARY_FILE, contents.mounts or ())
@@ -591,7 +631,11 @@ def _vehicle(entry: VehicleEntry, contents: Contents) -> Vehicle:
     columns = contents.noise_transfer[entry.name]
     ear, values = columns.ear or f"node {entry.ear_node}", columns.values[:, np.newaxis, :]
     frf = Frf(contents.frequency, values, (ear,), columns.names, "Pa/N")
-    return Vehicle(entry.name, entry.group, frf)
+    receptance = contents.receptance.get(entry.name)
+    if receptance is not None:
+        # lines that are the same within rounding
+        receptance = replace(receptance, frequency=contents.frequency)
+    return Vehicle(entry.name, entry.group, frf, receptance)
 
 
 def _load_case(entry: LoadCaseEntry, engine: Engine, contents: Contents) -> LoadCase:

@@ -27,7 +27,10 @@ is no polynomial [1]."""
 
 CLEAR = 0.33
 """Force that only the other displacements explain, over the most that the stated tolerances let
-them explain [1]. Drawn benches with parallel mounts stay below 0.25, because sensors average."""
+them explain [1]. Drawn benches with parallel mounts stay below 0.3, because sensors average."""
+
+LARGEST_TOLERATED = 0.3
+"""Part of a force that tolerances explain from which an axis says nothing: it hardly moves [1]."""
 
 LEAST_DROP = 0.3
 """Least part of the unexplained force that all three displacements must explain [1]."""
@@ -69,7 +72,8 @@ class CrossStiffness:
         """Force that other displacements explain over what tolerances allow, shape (3,) [1]."""
         gain = np.sqrt(np.maximum(self.alone**2 - self.together**2, 0.0))
         drop = self.together < (1.0 - LEAST_DROP) * self.alone
-        return np.asarray(np.where(drop, gain / self.tolerated, 0.0))
+        judged = drop & (self.tolerated < LARGEST_TOLERATED)
+        return np.asarray(np.where(judged, gain / self.tolerated, 0.0))
 
     @property
     def clear(self) -> bool:

@@ -24,6 +24,7 @@ from deboom.vehicles.amplitude_motion import CALM, CALMER, LEAST_STEP, MOST_STEP
 
 PRESCRIBED_LANES = 128
 COUPLED_LANES = 64
+FLEXIBLE_LANES = 16
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
 SLOPE_LANES = 64
@@ -102,6 +103,21 @@ class MotionTables(NamedTuple):
     cubic: ComplexArray
     lowest: RealArray
     highest: RealArray
+
+
+class FlexibleTables(NamedTuple):
+    """Springs between powertrain, wheel ends and bodies that give way, as the loop reads them.
+
+    - `variables` (s,): design variable of each spring.
+    - `compliance` (f, s): of each spring at factor 1 [m/N].
+    - `joined` (f, v, s, s + 2, 2): receptance of powertrain, wheel ends and body together [m/N],
+      below it displacements at the springs without springs [m] and transfer functions, scaled to a
+      pressure of about 1; real and imaginary part.
+    """
+
+    variables: IntArray
+    compliance: ComplexArray
+    joined: RealArray
 
 
 @lru_cache
@@ -257,6 +273,91 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
                             p_imag += real[path] * force[path, 1, lane]
                             p_imag += imag[path] * force[path, 0, lane]
                         product[vehicle, lane] *= p_real * p_real + p_imag * p_imag
+                if (line + 1) % GROUP == 0 or line + 1 == n_lines:
+                    for vehicle in range(n_vehicles):
+                        stored = products[chunk, vehicle, line // STORED]
+                        _settle(product[vehicle], stored, trusted[chunk])
+                    product[:] = 1.0
+
+    return run
+
+
+@lru_cache
+def flexible_loop(n_springs: int) -> Callable[..., None]:
+    """Return the loop for coupled motion with the receptance of every body.
+
+    It reads factors (chunk, k, lane) and `FlexibleTables`, and writes as `prescribed_loop` does.
+    Per line and vehicle ``p = Yᵀ (diag(1/(x K)) + Y_S + Y_B)⁻¹ u_free``: symmetric elimination
+    (LDLᵀ) with both vectors at its side, without substituting back. No pivoting: springs with
+    losses keep the pivots away from zero.
+    """
+    lanes = FLEXIBLE_LANES
+
+    @_compile
+    def run(factors, tables, products, trusted):  # type: ignore[no-untyped-def]
+        n_lines, n_vehicles = tables.joined.shape[:2]
+        inverse_factor = np.empty((n_springs, lanes))
+        own = np.empty((n_springs, 2, lanes))
+        # columns of the matrix with both vectors below each, and a copy of the pivot's column
+        z = np.empty((n_springs, n_springs + 2, 2, lanes))
+        pivot_column = np.empty((n_springs + 2, 2, lanes))
+        inverse = np.empty((2, lanes))
+        share = np.empty((2, lanes))
+        pressure = np.empty((2, lanes))
+        product = np.empty((n_vehicles, lanes))
+        for chunk in range(factors.shape[0]):
+            products[chunk] = 1.0
+            product[:] = 1.0
+            for s in range(n_springs):
+                for lane in range(lanes):
+                    inverse_factor[s, lane] = 1.0 / factors[chunk, tables.variables[s], lane]
+            for line in range(n_lines):
+                for s in range(n_springs):
+                    real = tables.compliance[line, s].real
+                    imag = tables.compliance[line, s].imag
+                    for lane in range(lanes):
+                        own[s, 0, lane] = inverse_factor[s, lane] * real
+                        own[s, 1, lane] = inverse_factor[s, lane] * imag
+                for vehicle in range(n_vehicles):
+                    for column in range(n_springs):
+                        for row in range(column, n_springs + 2):
+                            for part in range(2):
+                                z[column, row, part] = tables.joined[
+                                    line, vehicle, column, row, part
+                                ]
+                        for part in range(2):
+                            for lane in range(lanes):
+                                z[column, column, part, lane] += own[column, part, lane]
+                    pressure[:] = 0.0
+                    for pivot in range(n_springs):
+                        pivot_column[pivot:] = z[pivot, pivot:]
+                        for lane in range(lanes):
+                            real, imag = pivot_column[pivot, 0, lane], pivot_column[pivot, 1, lane]
+                            size = 1.0 / (real * real + imag * imag)
+                            inverse[0, lane], inverse[1, lane] = real * size, -imag * size
+                        for lane in range(lanes):
+                            a = pivot_column[n_springs, 0, lane]
+                            b = pivot_column[n_springs, 1, lane]
+                            c, d = inverse[0, lane], inverse[1, lane]
+                            e, f = a * c - b * d, a * d + b * c
+                            c = pivot_column[n_springs + 1, 0, lane]
+                            d = pivot_column[n_springs + 1, 1, lane]
+                            pressure[0, lane] += e * c - f * d
+                            pressure[1, lane] += e * d + f * c
+                        for column in range(pivot + 1, n_springs):
+                            for lane in range(lanes):
+                                a, b = pivot_column[column, 0, lane], pivot_column[column, 1, lane]
+                                c, d = inverse[0, lane], inverse[1, lane]
+                                share[0, lane], share[1, lane] = a * c - b * d, a * d + b * c
+                            for row in range(column, n_springs + 2):
+                                for lane in range(lanes):
+                                    a, b = share[0, lane], share[1, lane]
+                                    c, d = pivot_column[row, 0, lane], pivot_column[row, 1, lane]
+                                    z[column, row, 0, lane] -= a * c - b * d
+                                    z[column, row, 1, lane] -= a * d + b * c
+                    for lane in range(lanes):
+                        real, imag = pressure[0, lane], pressure[1, lane]
+                        product[vehicle, lane] *= real * real + imag * imag
                 if (line + 1) % GROUP == 0 or line + 1 == n_lines:
                     for vehicle in range(n_vehicles):
                         stored = products[chunk, vehicle, line // STORED]

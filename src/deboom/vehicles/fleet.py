@@ -64,7 +64,7 @@ class Vehicle:
 NOT_RECIPROCAL = 0.3
 """Largest difference of a receptance from its transpose, over its size, that is noise [1]."""
 
-NOT_PASSIVE = 0.3
+NOT_PASSIVE = 0.5
 """Largest power that a receptance gives, over what it takes, that is noise [1]."""
 
 
@@ -87,8 +87,9 @@ def _check_receptance(vehicle: str, receptance: Frf, paths: Sequence[str]) -> No
             "body answers alike with force and response exchanged: check directions, signs and "
             "the order of channels"
         )
-    taken = -values.imag.diagonal(axis1=1, axis2=2).sum(axis=0)
-    if not np.all(taken > 0.0):
+    loss = -values.imag.diagonal(axis1=1, axis2=2)
+    taken = loss.sum(axis=0) / np.abs(loss).sum(axis=0)
+    if not np.all(taken > -NOT_PASSIVE):
         raise InputError(
             f"{owner} gives energy at {paths[int(np.argmin(taken))]}: check the sign of its "
             "motion, and that it has the factor e^(+jωt)"

@@ -74,8 +74,11 @@ class LevelSum:
             return self._plain(designs)
         from deboom.vehicles import compiled_loops
 
-        prescribed = isinstance(self.case, PathContributions)
-        lanes = compiled_loops.PRESCRIBED_LANES if prescribed else compiled_loops.COUPLED_LANES
+        lanes = compiled_loops.COUPLED_LANES
+        if isinstance(self.case, PathContributions):
+            lanes = compiled_loops.PRESCRIBED_LANES
+        elif isinstance(self.case, FlexibleMotion):
+            lanes = compiled_loops.FLEXIBLE_LANES
         level = np.empty((len(designs), self.scale_level.size))
         for first in range(0, len(designs), CHUNKS * lanes):
             rows = designs[first : first + CHUNKS * lanes]
@@ -176,6 +179,9 @@ class LevelSum:
                 run = compiled_loops.prescribed_loop(self.columns.size)
                 factors = np.ascontiguousarray(factors[:, self.columns])
                 run(factors, self.tables, products, trusted)
+            elif isinstance(self.case, FlexibleMotion):
+                run = compiled_loops.flexible_loop(self.tables.variables.size)
+                run(factors, self.tables, products, trusted)
             else:
                 run = compiled_loops.coupled_loop(*self._loop_sizes)
                 tolerance, ratio = (
@@ -233,19 +239,16 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
         compiled = compiled and columns.size > 0
     else:
         columns = np.unique(case.variables)
-        one = np.ones((1, len(case.variable_names)))
-        exponents = (
-            _line_exponents(
-                np.stack([ear * case.force_in(one, v)[0] for v, ear in enumerate(case.transfer)])
-            )
-            if isinstance(case, FlexibleMotion)
-            else _line_exponents(
-                case.transfer * (case.stiffness * case.displacement(case.stiffness))
-            )
-        )
-        compiled = compiled and _powertrain_and_wheel_ends(case)
-        compiled = compiled and not isinstance(case, FlexibleMotion)
-        tables = _motion_tables(case, exponents) if compiled else None
+        if isinstance(case, FlexibleMotion):
+            one = np.ones((1, len(case.variable_names)))
+            forces = np.stack([case.force_in(one, v)[0] for v in range(len(case.vehicle_names))])
+            exponents = _line_exponents(case.transfer * forces)
+            tables = _flexible_tables(case, exponents) if compiled else None
+        else:
+            nominal = case.stiffness * case.displacement(case.stiffness)
+            exponents = _line_exponents(case.transfer * nominal)
+            compiled = compiled and _powertrain_and_wheel_ends(case)
+            tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
     return LevelSum(case, columns, tables if compiled else None, scale_level)
 
@@ -343,6 +346,23 @@ def _motion_tables(motion: CoupledMotion, exponents: IntArray) -> Any:
     # writable copies: numba compiles once for read-only arrays and once for others
     copies: list[Any] = [np.array(table, order="C") for table in tables]
     return MotionTables(*copies)
+
+
+def _flexible_tables(motion: FlexibleMotion, exponents: IntArray) -> Any:
+    """Lay out springs on bodies that give way for the compiled loop."""
+    from deboom.vehicles.compiled_loops import FlexibleTables
+
+    matrix = motion.source + motion.receptance
+    scaled = motion.transfer * np.ldexp(1.0, -exponents)[..., np.newaxis]
+    below = np.stack([np.broadcast_to(motion.free, scaled.shape), scaled], axis=-1)
+    joined = np.moveaxis(np.concatenate([matrix, below], axis=-1), 0, 1)
+    tables = FlexibleTables(
+        variables=motion.variables,
+        compliance=1.0 / motion.stiffness,
+        joined=np.stack([joined.real, joined.imag], axis=-1),
+    )
+    copies: list[Any] = [np.array(table, order="C") for table in tables]
+    return FlexibleTables(*copies)
 
 
 def _paths(transfer: ComplexArray) -> tuple[IntArray, ComplexArray]:

@@ -1,0 +1,72 @@
+"""Intervals of predicted changes against cars that are solved with the modes of their bodies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.stats import norm
+
+from deboom.errors import InputError
+from deboom.vehicles.predicted_change import BODY_AT_REST, BODY_MOVES, change_interval
+
+CARS = pd.read_csv(Path(__file__).parents[1] / "data/predicted-changes/fleets_4001_4020.csv")
+
+
+def columns(receptance):
+    rows = CARS[CARS["receptance"] == receptance]
+    return (rows[f"{name} [dB]"].to_numpy() for name in ("predicted", "true", "deviation"))
+
+
+def interval(receptance, share=0.9):
+    predicted, _, deviation = columns(receptance)
+    # two draws with exactly the standard deviation that the repeats had
+    drawn = predicted + np.outer([1.0, -1.0], deviation / np.sqrt(2.0))
+    return change_interval(predicted, drawn, receptance=receptance, share=share)
+
+
+@pytest.mark.parametrize("receptance", [False, True])
+def test_intervals_hold_the_changes_of_cars_that_nothing_was_tuned_on(receptance):
+    predicted, true, deviation = columns(receptance)
+    stated = interval(receptance)
+    held = np.mean((stated.low <= true) & (true <= stated.high))
+    assert len(true) == 100
+    assert 0.80 <= held <= 0.97
+    half = norm.ppf(0.95) * deviation
+    alone = np.mean(np.abs(true - predicted) <= half)
+    assert alone < held  # errors of measurement alone state too much
+
+
+def test_receptances_take_most_of_the_error_of_the_model_away():
+    errors = {}
+    for receptance in (False, True):
+        predicted, true, _ = columns(receptance)
+        errors[receptance] = true - predicted
+    assert abs(errors[True].mean()) < 0.3 * abs(errors[False].mean())
+    assert np.sqrt(np.mean(errors[True] ** 2)) < 0.7 * np.sqrt(np.mean(errors[False] ** 2))
+
+
+def test_half_widths_join_in_squares_and_the_sentence_names_the_term():
+    stated = change_interval([-4.0, -1.0], [[-4.3, -1.0], [-3.7, -1.0]], receptance=False)
+    quantile = norm.ppf(0.95)
+    half = quantile * np.array(
+        [np.hypot(0.3 * np.sqrt(2.0), BODY_AT_REST.deviation), BODY_AT_REST.deviation]
+    )
+    np.testing.assert_allclose((stated.high - stated.low) / 2, half)
+    middle = BODY_AT_REST.brought * np.array([-4.0, -1.0])
+    np.testing.assert_allclose((stated.high + stated.low) / 2, middle)
+    assert "receptances of the bodies" in stated.sentence
+    assert (
+        change_interval([-4.0], [[-4.3], [-3.7]], receptance=True).sentence == BODY_MOVES.sentence
+    )
+
+
+def test_bad_intervals_are_refused():
+    with pytest.raises(InputError, match="at least two draws"):
+        change_interval([-4.0], [[-4.3]], receptance=True)
+    with pytest.raises(InputError, match="a probability of 1"):
+        change_interval([-4.0], [[-4.3], [-4.0]], receptance=True, share=1.0)
+    with pytest.raises(InputError, match="drawn changes"):
+        change_interval([-4.0], [[-4.3, 1.0], [-4.0, 1.0]], receptance=True)

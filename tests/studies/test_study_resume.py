@@ -17,6 +17,7 @@ import pytest
 import command_line
 from command_line import call
 from deboom.errors import InputError
+from deboom.explore import search as searches
 from deboom.explore import workers
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
@@ -53,16 +54,15 @@ def kill():
     os.kill(os.getpid(), signal.SIGKILL)
 
 
-def stopped(study, until, end=interrupt):
-    """Return the study's search, which comes to an end after some generations."""
-    search = study.module.nsga2
+def stopped(until, end=interrupt):
+    """Return a search that comes to an end after some generations."""
 
     def stopped(*arguments, progress, **options):
         def told(number, total, text):
             if number == until:
                 end()
 
-        return search(*arguments, progress=told, **options)
+        return nsga2(*arguments, progress=told, **options)
 
     return stopped
 
@@ -70,7 +70,7 @@ def stopped(study, until, end=interrupt):
 def interrupted(monkeypatch, study, out, note, error=KeyboardInterrupt):
     """Leave a run that ended after six generations, without the cost of a process."""
     with monkeypatch.context() as patch:
-        patch.setattr(study.module, "nsga2", stopped(study, 6, partial(interrupt, error)))
+        patch.setattr(searches, "nsga2", stopped(6, partial(interrupt, error)))
         with pytest.raises(type(error) if isinstance(error, InputError) else error):
             run_study(study, out, {**BUDGET, "note": note})
     (folder,) = (out / "quad2_front").iterdir()
@@ -85,8 +85,7 @@ def test_after_kill_9_the_run_goes_on_to_the_identical_front(study, tmp_path, no
     out = tmp_path / "results"
     if not (child := os.fork()):
         try:
-            search = stopped(study, until, kill) if until else lambda *_, **__: kill()
-            study.module.nsga2 = search
+            searches.nsga2 = stopped(until, kill) if until else lambda *_, **__: kill()
             run_study(study, out, {**BUDGET, "note": note})
         finally:
             os._exit(1)
@@ -202,7 +201,7 @@ def test_other_code_goes_on_only_when_insisted_and_is_recorded(study, tmp_path, 
 
 
 def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(study.module, "nsga2", stopped(study, 3))
+    monkeypatch.setattr(searches, "nsga2", stopped(3))
     monkeypatch.setattr(runner, "load_study", lambda _: study)
     out = tmp_path / "results"
     result = call("run", STUDY, "--out", out, "--seed", "2", "--generations", "4", code=130)
@@ -264,6 +263,44 @@ def test_a_figure_that_fails_costs_only_itself(study, tmp_path, monkeypatch):
     folder = Path(result.stdout.strip())
     assert (folder / "front.csv").is_file()
     assert "could not be drawn" in (folder / "report.html").read_text()
+
+
+def drawing(study, monkeypatch, end):
+    """Make drawing the last picture of the study end its run."""
+    report = study.module.run
+
+    def run(model, options, context):
+        written = report(model, options, context)
+        written.figure("last", end, "A figure.")
+        return written
+
+    monkeypatch.setattr(study.module, "run", run)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no kill -9 on this system")
+def test_a_run_killed_while_it_draws_leaves_its_front_and_goes_on(study, tmp_path, monkeypatch):
+    out = tmp_path / "results"
+    if not (child := os.fork()):
+        try:
+            drawing(study, monkeypatch, kill)
+            run_study(study, out, BUDGET)
+        finally:
+            os._exit(1)
+    assert os.WTERMSIG(os.waitpid(child, 0)[1]) == signal.SIGKILL
+    (folder,) = (out / "quad2_front").iterdir()
+    assert not (folder / "report.html").exists()
+    whole = run_study(study, tmp_path / "whole", BUDGET)
+    tables = sorted(path.name for path in whole.glob("*.csv"))
+    assert "front.csv" in tables
+    for name in (*tables, "summary.json"):
+        assert (folder / name).read_bytes() == (whole / name).read_bytes(), name
+    assert (resume_study(study, out, folder.name, {}) / "report.html").exists()
+
+
+def test_whoever_stops_the_drawing_reads_that_the_tables_are_kept(study, tmp_path, monkeypatch):
+    drawing(study, monkeypatch, interrupt)
+    with pytest.raises(KeyboardInterrupt, match="12 generations and all tables are kept in .*"):
+        run_study(study, tmp_path, BUDGET)
 
 
 def test_half_written_files_of_a_killed_process_go(study, tmp_path, note, monkeypatch):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -21,7 +22,7 @@ from deboom.names import path_inside
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
-from deboom.tabled import csv_text, json_text
+from deboom.tabled import PACKED, csv_text, json_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -31,6 +32,8 @@ if TYPE_CHECKING:
 Scalar = float | int | str
 
 SUMMARY, PAGE = "summary.json", "report.html"
+MOST_ROWS = 100_000
+"""Rows of a table that is kept as plain CSV; a longer one is compressed."""
 
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PIXELS_PER_CSS_PIXEL = 1.5
@@ -310,10 +313,11 @@ class Report:
     def results(self) -> dict[str, bytes]:
         """Return every file of the report but its page and its figures; name → bytes.
 
-        Tables are UTF-8 with Unix line ends and floats that read back exactly; a number of the
-        summary that is not known is null. Nothing is drawn for it.
+        Tables are UTF-8 with Unix line ends and floats that read back exactly, of more than
+        `MOST_ROWS` rows as ``<stem>.csv.gz``; a number of the summary that is not known is null.
+        Nothing is drawn for it.
         """
-        contents = {f"{stem}.csv": csv_text(frame).encode() for stem, frame in self.tables.items()}
+        contents = dict(_table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
         known = {
@@ -401,6 +405,14 @@ def _groups(section: Section) -> Iterator[tuple[str, list[Any]]]:
     ]
     for kind, blocks in groupby(shown, key=type):
         yield kinds[kind], list(blocks)
+
+
+def _table_file(stem: str, frame: pd.DataFrame) -> tuple[str, bytes]:
+    """Return name and content of a table's file; the same table gives the same bytes."""
+    content = csv_text(frame).encode()
+    if len(frame) > MOST_ROWS:
+        return f"{stem}.csv{PACKED}", gzip.compress(content, compresslevel=6, mtime=0)
+    return f"{stem}.csv", content
 
 
 def _check_png(png: bytes, caption: str) -> None:

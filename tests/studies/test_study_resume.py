@@ -398,3 +398,36 @@ def test_nobody_at_the_address(monkeypatch):
         workers_for(ROBUST, scheduler="tcp://127.0.0.1:9"),
     ):
         pass
+
+
+def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "WORKER_S", 2.0)
+    file = tmp_path / "scheduler.json"
+    program = (sys.executable, "-m")
+    where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
+    here = os.pathsep.join([str(STUDY.parent), os.environ.get("PYTHONPATH", "")])
+    quiet = {"env": {**os.environ, "PYTHONPATH": here}, "stderr": subprocess.DEVNULL}
+    scheduler = subprocess.Popen([*program, "distributed.cli.dask_scheduler", *where], **quiet)
+    started = [scheduler]
+    try:
+        deadline = time.monotonic() + 120.0
+        while not file.exists() or not file.read_text():
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        of_worker = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
+        worker = [*program, "distributed.cli.dask_worker", *of_worker]
+        started.append(subprocess.Popen(worker, **quiet))
+        with monkeypatch.context() as patch:
+            patch.setattr(searches, "nsga2", stopped(5, scheduler.kill))
+            with pytest.raises(InputError, match="scheduler of the cluster does not answer"):
+                run_study(study, tmp_path / "results", {**BUDGET, "scheduler": address})
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+    (folder,) = (tmp_path / "results" / "quad2_front").iterdir()
+    assert len(list((folder / "search" / "evaluations").iterdir())) >= 5
+    finished = resume_study(study, tmp_path / "results", folder.name, {"scheduler": None})
+    whole = run_study(study, tmp_path / "whole", BUDGET)
+    assert (finished / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()

@@ -224,7 +224,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         marks["one set per group, worst vehicle"] = (sets, dearest)
     report.figure(
         "price",
-        plot.fronts(
+        lambda: plot.fronts(
             {
                 "worst vehicle": (counts, np.array([values.max() for values in prices])),
                 "mean of the vehicles": (counts, np.array([values.mean() for values in prices])),

@@ -57,7 +57,7 @@ from deboom.study.compressor_fleet import (
     mounted_fleet,
     virtual_fleet,
 )
-from deboom.study.front import heard, report_front
+from deboom.study.front import report_front, report_heard
 from deboom.study.options import Seed, at_least, band_of
 from deboom.study.progress import counted, progress_bar
 from deboom.study.result import RunContext
@@ -517,16 +517,14 @@ def _cars(report: Report, view: MountFront) -> None:
         "First order of the compressor at the driver's ear. Curves and peaks are those of the "
         "first pressure without scatter; mean changes are over all pressures, lines and scatter.",
     )
-    report.figure(
-        "spl_curves",
-        lambda: heard(
-            view.fleet,
-            view.best,
-            vehicle_colours(view.fleet.vehicles),
-            speed_label="rotor speed [rpm]",
-            change=view.change,
-        ),
+    report_heard(
+        report,
+        view.fleet,
+        view.best,
+        vehicle_colours(view.fleet.vehicles),
         "Today and best-mean.",
+        speed_label="rotor speed [rpm]",
+        change=view.change,
     )
     cars = view.fleet.vehicle_table(Pick.best_mean)
     report.table("cars", cars, "Mean level of the lines over scatter, best-mean against today.")

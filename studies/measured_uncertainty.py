@@ -411,7 +411,7 @@ def _levels(report: Report, repeated: Repeated) -> None:
     ]
     report.figure(
         "changes",
-        plot.interval_panels(repeated.vehicles, panels),
+        lambda: plot.interval_panels(repeated.vehicles, panels),
         "Measured values and 90 % intervals.",
     )
     picks = pd.DataFrame(

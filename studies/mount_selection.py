@@ -211,7 +211,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     mean, deviation = _objectives(robust(robust.space.nominal[np.newaxis, :]), front.per_line)
     report.figure(
         "fronts",
-        plot.fronts(
+        lambda: plot.fronts(
             curves,
             points,
             {"today's parts": (float(mean[0]), float(deviation[0]))},

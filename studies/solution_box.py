@@ -445,7 +445,7 @@ def _box(report: Report, study: BoxStudy) -> None:
     box, plain = study.box, study.plain
     report.figure(
         "box",
-        plot.box_intervals(
+        lambda: plot.box_intervals(
             study.variables,
             plot.Intervals("acceptance box", box.lower, box.upper),
             plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
@@ -506,7 +506,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     today = study.response(study.space.nominal[np.newaxis])[0]
     report.figure(
         "levels",
-        plot.interval_panels(
+        lambda: plot.interval_panels(
             study.vehicles,
             [
                 plot.IntervalPanel(

@@ -160,7 +160,7 @@ def _report_all(report: Report, result: Validation) -> None:
     )
     report.figure(
         "surface_forces",
-        _pairs(result, [one.comparisons[BY_SURFACES] for one in result.shown], FORCES),
+        lambda: _pairs(result, [one.comparisons[BY_SURFACES] for one in result.shown], FORCES),
         "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
     )
     if result.design is not None:
@@ -261,7 +261,7 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
     )
     report.figure(
         "measured_synthesised",
-        _pairs(result, [one.comparisons[ON_ROAD] for one in result.shown], SOUNDS),
+        lambda: _pairs(result, [one.comparisons[ON_ROAD] for one in result.shown], SOUNDS),
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
         "figure 36).",
     )
@@ -313,7 +313,7 @@ def _design(report: Report, result: Validation, design: VirtualDesign) -> None:
         )
     report.figure(
         "virtual_design",
-        plot.curve_panels(
+        lambda: plot.curve_panels(
             levels,
             columns=2,
             order=lines.order,
@@ -340,12 +340,14 @@ def _functions(report: Report, result: Validation) -> None:
     )
     report.figure(
         "hammer_reciprocal",
-        _pairs(result, [one.comparisons[BY_HAMMER] for one in result.shown], (RECIPROCAL, HAMMER)),
+        lambda: _pairs(
+            result, [one.comparisons[BY_HAMMER] for one in result.shown], (RECIPROCAL, HAMMER)
+        ),
         "SPL with the same bench forces and functions of either method (thesis, figure 41).",
     )
     report.figure(
         "contributions",
-        _contributions(first, result.listening.band),
+        lambda: _contributions(first, result.listening.band),
         f"{first.driven.title}: partial sums per mount along x, and of all paths across (thesis, "
         "figure 42). Groups 45 dB below the loudest line are left out.",
     )

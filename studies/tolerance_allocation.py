@@ -218,7 +218,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.figure(
         "allocation",
-        plot.interval_panels(
+        lambda: plot.interval_panels(
             allocator.names,
             [
                 plot.IntervalPanel(

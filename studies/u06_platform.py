@@ -211,7 +211,7 @@ def _names(parts: Mapping[str, Report]) -> dict[str, dict[str, str]]:
             continue
         part = parts[name]
         new[name] = dict.fromkeys(SAME_DOE, "") if name == "Vehicles" else {}
-        kinds: list[set[str]] = [set(part.tables), set(part.figures), set(part.summary)]
+        kinds: list[set[str]] = [set(part.tables), set(part.pictures), set(part.summary)]
         for known, kind in zip(taken, kinds, strict=True):
             doubled = (known & kind) - new[name].keys()
             new[name] |= {key: prefix + key for key in doubled}

@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+PACKED = ".gz"
+"""Ending behind ``.csv`` of a table that is compressed; pandas and R read it as it is."""
 SHOWN_ROWS = 12
 """Rows that a notebook shows of a longer table."""
 

@@ -17,7 +17,7 @@ import pytest
 import command_line
 from command_line import call
 from deboom.errors import InputError
-from deboom.explore import search as engine
+from deboom.explore import search as searches
 from deboom.explore import workers
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
@@ -55,7 +55,7 @@ def kill():
 
 
 def stopped(until, end=interrupt):
-    """Return NSGA-II, which comes to an end after some generations."""
+    """Return a search that comes to an end after some generations."""
 
     def stopped(*arguments, progress, **options):
         def told(number, total, text):
@@ -70,7 +70,7 @@ def stopped(until, end=interrupt):
 def interrupted(monkeypatch, study, out, note, error=KeyboardInterrupt):
     """Leave a run that ended after six generations, without the cost of a process."""
     with monkeypatch.context() as patch:
-        patch.setattr(engine, "nsga2", stopped(6, partial(interrupt, error)))
+        patch.setattr(searches, "nsga2", stopped(6, partial(interrupt, error)))
         with pytest.raises(type(error) if isinstance(error, InputError) else error):
             run_study(study, out, {**BUDGET, "note": note})
     (folder,) = (out / "quad2_front").iterdir()
@@ -85,8 +85,7 @@ def test_after_kill_9_the_run_goes_on_to_the_identical_front(study, tmp_path, no
     out = tmp_path / "results"
     if not (child := os.fork()):
         try:
-            search = stopped(until, kill) if until else lambda *_, **__: kill()
-            engine.nsga2 = search
+            searches.nsga2 = stopped(until, kill) if until else lambda *_, **__: kill()
             run_study(study, out, {**BUDGET, "note": note})
         finally:
             os._exit(1)
@@ -202,7 +201,7 @@ def test_other_code_goes_on_only_when_insisted_and_is_recorded(study, tmp_path, 
 
 
 def test_ctrl_c_says_what_is_kept_and_how_to_go_on(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(engine, "nsga2", stopped(3))
+    monkeypatch.setattr(searches, "nsga2", stopped(3))
     monkeypatch.setattr(runner, "load_study", lambda _: study)
     out = tmp_path / "results"
     result = call("run", STUDY, "--out", out, "--seed", "2", "--generations", "4", code=130)
@@ -264,6 +263,44 @@ def test_a_figure_that_fails_costs_only_itself(study, tmp_path, monkeypatch):
     folder = Path(result.stdout.strip())
     assert (folder / "front.csv").is_file()
     assert "could not be drawn" in (folder / "report.html").read_text()
+
+
+def drawing(study, monkeypatch, end):
+    """Make drawing the last picture of the study end its run."""
+    report = study.module.run
+
+    def run(model, options, context):
+        written = report(model, options, context)
+        written.figure("last", end, "A figure.")
+        return written
+
+    monkeypatch.setattr(study.module, "run", run)
+
+
+@pytest.mark.skipif(not hasattr(signal, "SIGKILL"), reason="there is no kill -9 on this system")
+def test_a_run_killed_while_it_draws_leaves_its_front_and_goes_on(study, tmp_path, monkeypatch):
+    out = tmp_path / "results"
+    if not (child := os.fork()):
+        try:
+            drawing(study, monkeypatch, kill)
+            run_study(study, out, BUDGET)
+        finally:
+            os._exit(1)
+    assert os.WTERMSIG(os.waitpid(child, 0)[1]) == signal.SIGKILL
+    (folder,) = (out / "quad2_front").iterdir()
+    assert not (folder / "report.html").exists()
+    whole = run_study(study, tmp_path / "whole", BUDGET)
+    tables = sorted(path.name for path in whole.glob("*.csv"))
+    assert "front.csv" in tables
+    for name in (*tables, "summary.json"):
+        assert (folder / name).read_bytes() == (whole / name).read_bytes(), name
+    assert (resume_study(study, out, folder.name, {}) / "report.html").exists()
+
+
+def test_whoever_stops_the_drawing_reads_that_the_tables_are_kept(study, tmp_path, monkeypatch):
+    drawing(study, monkeypatch, interrupt)
+    with pytest.raises(KeyboardInterrupt, match="12 generations and all tables are kept in "):
+        run_study(study, tmp_path, BUDGET)
 
 
 def test_half_written_files_of_a_killed_process_go(study, tmp_path, note, monkeypatch):
@@ -361,3 +398,36 @@ def test_nobody_at_the_address(monkeypatch):
         workers_for(ROBUST, scheduler="tcp://127.0.0.1:9"),
     ):
         pass
+
+
+def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
+    monkeypatch.setattr(workers, "WORKER_S", 2.0)
+    file = tmp_path / "scheduler.json"
+    program = (sys.executable, "-m")
+    where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
+    here = os.pathsep.join([str(STUDY.parent), os.environ.get("PYTHONPATH", "")])
+    quiet = {"env": {**os.environ, "PYTHONPATH": here}, "stderr": subprocess.DEVNULL}
+    scheduler = subprocess.Popen([*program, "distributed.cli.dask_scheduler", *where], **quiet)
+    started = [scheduler]
+    try:
+        deadline = time.monotonic() + 120.0
+        while not file.exists() or not file.read_text():
+            assert time.monotonic() < deadline
+            time.sleep(0.1)
+        address = json.loads(file.read_text())["address"]
+        of_worker = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
+        worker = [*program, "distributed.cli.dask_worker", *of_worker]
+        started.append(subprocess.Popen(worker, **quiet))
+        with monkeypatch.context() as patch:
+            patch.setattr(searches, "nsga2", stopped(5, scheduler.kill))
+            with pytest.raises(InputError, match="scheduler of the cluster does not answer"):
+                run_study(study, tmp_path / "results", {**BUDGET, "scheduler": address})
+    finally:
+        for process in started:
+            process.kill()
+            process.wait()
+    (folder,) = (tmp_path / "results" / "quad2_front").iterdir()
+    assert len(list((folder / "search" / "evaluations").iterdir())) >= 5
+    finished = resume_study(study, tmp_path / "results", folder.name, {"scheduler": None})
+    whole = run_study(study, tmp_path / "whole", BUDGET)
+    assert (finished / "front.csv").read_bytes() == (whole / "front.csv").read_bytes()

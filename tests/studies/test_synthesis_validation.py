@@ -54,7 +54,9 @@ def validation(bench, vehicle):
     data = STUDY.module.prepare(options)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plot, "curve_panels", record)
-        return data, STUDY.module.run(data, options), drawn
+        report = STUDY.module.run(data, options)
+        assert report.figures
+        return data, report, drawn
 
 
 @pytest.fixture(scope="module")

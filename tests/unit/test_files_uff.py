@@ -1,8 +1,10 @@
 import re
+import tracemalloc
 from dataclasses import fields, replace
 
 import numpy as np
 import pytest
+import pyuff
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -551,3 +553,42 @@ def test_g_beside_a_data_set_164_in_si_is_refused_with_both_meanings(tmp_path):
     without_units(path)
     (read,) = read_uff(path)
     np.testing.assert_allclose(read.values, 9.80665 * spectrum().values, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("binary", "n_lines", "most"), [(True, 2**15, 1.2), (False, 2**12, 1.0)], ids=["58b", "58"]
+)
+def test_reading_takes_little_more_memory_than_the_file(tmp_path, binary, n_lines, most):
+    """Sixteen signals: numbers once, the common abscissa once, and one set at work."""
+    path = tmp_path / "long.uff"
+    time = 2.5e-4 * np.arange(n_lines)
+    values = np.random.default_rng(1).normal(size=n_lines)
+    acceleration = {"ordinate": "acceleration", "ordinate_unit": "m/s^2"}
+    signals = [UffFunction(time, values, 1, node, "+x", **acceleration) for node in range(1, 17)]
+    write_uff(path, signals, binary=binary)
+    tracemalloc.start()
+    read = read_uff(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert peak < most * path.stat().st_size
+    assert all(one.abscissa is read[0].abscissa for one in read)
+    np.testing.assert_allclose(read[-1].values, values, rtol=0, atol=1e-11)
+
+
+@pytest.mark.parametrize("order", ["<", ">"])
+@pytest.mark.parametrize(("kind", "code"), [("f4", 2), ("f8", 4), ("c8", 5), ("c16", 6)])
+def test_binary_numbers_are_those_of_pyuff(tmp_path, order, kind, code):
+    """Every precision and byte order, against pyuff's own reading of the same bytes."""
+    path = tmp_path / "a.uff"
+    write_uff(path, [spectrum()], binary=True)
+    head, rest = path.read_bytes().split(b"    58b", 1)
+    lines = rest.split(b"\n", 12)
+    body = spectrum().values.astype(order + kind) if "c" in kind else None
+    body = spectrum().values.real.astype(order + kind) if body is None else body
+    lines[0] = b"%6d%6d%12d%12d" % (1 if order == "<" else 2, 2, 11, body.nbytes)
+    lines[7] = b"%10d" % code + lines[7][10:]
+    path.write_bytes(head + b"    58b" + b"\n".join((*lines[:12], body.tobytes() + b"\n    -1\n")))
+    (read,) = read_uff(path)
+    theirs = pyuff.UFF(str(path)).read_sets(1)
+    np.testing.assert_array_equal(read.values, theirs["data"])
+    np.testing.assert_allclose(read.abscissa, LINES)

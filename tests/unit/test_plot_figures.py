@@ -252,3 +252,37 @@ def test_a_picture_is_drawn_on_the_callers_axes():
     assert style.figure_of(own) is not figure
     for drawn in (figure, style.figure_of(own)):
         style.close(drawn)
+
+
+def test_a_tall_map_ends_and_names_every_few_rows(drawn):
+    lines = np.linspace(20.0, 80.0, 31)
+    rows = [f"car {place}" for place in range(1200)]
+    values = np.outer(np.arange(1200.0), np.ones(31))
+    maps = [figures.LineMap("today", values, "SPL [dB(A)]", (0.0, 1200.0))]
+    figure = drawn(figures.line_maps, ((lines, 1.5, rows, maps), {}))
+    assert figure.get_figheight() < 15.0
+    named = [text.get_text() for text in figure.axes[0].get_yticklabels()]
+    assert named == rows[::13]
+    assert figure.axes[0].get_ylim() == (1199.5, -0.5)  # all are drawn
+
+
+def test_a_large_matrix_writes_no_coefficients(drawn):
+    n = 30
+    r = np.full((n, n), 0.9) + 0.1 * np.eye(n)
+    merges = [[0, 1, 0.1, 2], *([n + k, k + 2, 0.1, k + 3] for k in range(n - 2))]
+    names = [f"car {place}" for place in range(n)]
+    figure = drawn(figures.clustered_matrix, ((names, r, merges, [1] * n, 0.8), {}))
+    assert "0.90" not in [text.get_text() for text in texts_of(figure)]
+
+
+def test_the_palette_of_many_colours_is_close_to_them_and_fast():
+    """Ten thousand colours of a cloud took minutes, and their mean error stays near one step."""
+    shades = np.random.default_rng(1).integers(0, 256, (300, 300, 3))
+    shades[..., 2] = 255 - shades[..., 0]
+    picture = Image.fromarray(shades.astype(np.uint8))
+    flat = style._with_palette(picture)
+    assert flat.mode == "P"
+    error = np.asarray(flat.convert("RGB"), dtype=float) - shades
+    assert np.sqrt(np.mean(error**2)) < 6.0
+    two = Image.fromarray(np.repeat(np.uint8([[[10, 20, 30], [200, 100, 0]]]), 5, axis=0))
+    np.testing.assert_array_equal(np.asarray(style._with_palette(two).convert("RGB")), two)

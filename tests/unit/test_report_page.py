@@ -10,8 +10,11 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.files import tables
+from deboom.files.tables import read_frame
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
+from deboom.report import report as report_module
 from deboom.report.report import Report
 from deboom.report.sheet import Sheet
 from deboom.report.tables import text_columns
@@ -244,3 +247,39 @@ def test_words_and_flags_stay_words():
 def test_columns_of_the_same_name_stay_apart():
     frame = pd.DataFrame([[1.0, 2.0]], columns=["k [m]", "k [m]"])
     assert [column.cells for column in text_columns(frame, {})] == [("1.00",), ("2.00",)]
+
+
+def test_a_long_table_is_kept_compressed_and_read_back(tmp_path, monkeypatch):
+    monkeypatch.setattr(report_module, "MOST_ROWS", 1)
+    report = report_of("")
+    report.table("per_vehicle", TABLE)
+    report.table("few", TABLE[:1])
+    assert report.contents() == report.contents()  # no time of packing
+    report.write(tmp_path)
+    names = {path.name for path in tmp_path.iterdir()}
+    assert names == {"per_vehicle.csv.gz", "few.csv", "summary.json", "report.html"}
+    pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "per_vehicle.csv.gz"), TABLE)
+    pd.testing.assert_frame_equal(read_frame(tmp_path / "per_vehicle.csv", ("vehicle",)), TABLE)
+    (tmp_path / "per_vehicle.csv.gz").write_bytes(b"\x1f\x8b cut")
+    with pytest.raises(InputError, match="is no table"):
+        read_frame(tmp_path / "per_vehicle.csv")
+    monkeypatch.setattr(tables, "LARGEST_PACKED_TEXT", 10)
+    report.write(tmp_path)
+    with pytest.raises(InputError, match="MiB of text"):
+        read_frame(tmp_path / "per_vehicle.csv")
+
+
+def test_nothing_is_drawn_for_the_results():
+    report = report_of("")
+    drawn = []
+
+    def draw():
+        drawn.append("late")
+        return PNG
+
+    report.figure("late", draw, "Drawn last.")
+    assert "figures/late.png" not in report.results()
+    assert drawn == []
+    assert report.contents()["figures/late.png"] == PNG
+    assert report.html().count("Drawn last.") == 2
+    assert drawn == ["late"]  # once

@@ -6,15 +6,18 @@ worker, and the rows come back in their order. A worker that dies costs time, no
 
 from __future__ import annotations
 
+import math
 import os
 import platform
 import signal
 import threading
+import time
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
 from concurrent.futures import CancelledError, ProcessPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
+from functools import cache
 from importlib import import_module, metadata
 from multiprocessing import get_context, parent_process
 from multiprocessing.reduction import ForkingPickler
@@ -22,7 +25,7 @@ from pickle import PicklingError
 from typing import Any
 
 import numpy as np
-from threadpoolctl import threadpool_limits
+from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from deboom.arrays import RealArray
 from deboom.errors import InputError
@@ -32,6 +35,8 @@ ATTEMPTS = 3
 """Times that one batch of designs may lose workers before the search gives up."""
 CONNECT_S = 10.0
 """Wait for a cluster's scheduler [s]."""
+RECOUNT_S = 2.0
+"""How long a count of a cluster's workers holds [s]."""
 WORKER_S = 60.0
 """Wait for a cluster's first worker, or for another one when the last has died [s]."""
 SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
@@ -199,28 +204,58 @@ class _DaskCluster(SpreadResponse):
     def __init__(self, robust: RobustEvaluation, client: Any) -> None:
         from distributed import KilledWorker
 
-        self.client = client
+        self.client, self.counted = client, -math.inf
         self.lost = (CancelledError, KilledWorker)  # the last worker with the response died
         super().__init__(robust)
 
     def start(self) -> None:
-        _wait_for_a_worker(self.client)
-        # a list: a dataclass alone may be taken apart on its way
-        self.scattered = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
+        self.counted = -math.inf
+        with _scheduler_answers(self.client):
+            _wait_for_a_worker(self.client)
+            # a list: a dataclass alone may be taken apart on its way
+            self.scattered = self.client.scatter([self.robust], broadcast=True, hash=False)[0]
 
     @property
     def n_workers(self) -> int:  # type: ignore[override]  # a cluster grows and shrinks
-        return max(1, int(sum(self.client.nthreads().values())))
+        now = time.monotonic()
+        if now > self.counted + RECOUNT_S:  # the scheduler's answer takes as long as some designs
+            with _scheduler_answers(self.client):
+                self.threads = max(1, int(sum(self.client.nthreads().values())))
+            self.counted = now
+        return self.threads
 
     def compute(self, chunks: Sequence[RealArray]) -> list[RobustValues]:
         submit = self.client.submit
-        futures = [submit(_compute, self.scattered, chunk, pure=False) for chunk in chunks]
-        return list(self.client.gather(futures))
+        with _scheduler_answers(self.client):
+            futures = [submit(_compute, self.scattered, chunk, pure=False) for chunk in chunks]
+            return list(self.client.gather(futures))
+
+
+@contextmanager
+def _scheduler_answers(client: Any) -> Iterator[None]:
+    """Say in a sentence that a cluster's scheduler has gone; a failing model keeps its own."""
+    try:
+        yield
+    except Exception as error:
+        gone = isinstance(error, OSError) or client.status in ("closed", "closing")
+        if not gone or isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"the scheduler of the cluster does not answer any more ({error}): finished "
+            "generations are kept; start a scheduler again, or go on with --resume and --workers"
+        ) from None
 
 
 def _compute(robust: RobustEvaluation, designs: RealArray) -> RobustValues:
-    with threadpool_limits(1, "blas"):
+    with _linear_algebra().limit(limits=1, user_api="blas"):
         return robust(designs)
+
+
+@cache
+def _linear_algebra() -> ThreadpoolController:
+    """Return the libraries whose threads are limited; looking for them takes longer than a task."""
+    import_module("scipy.linalg")  # what is loaded later would have threads of its own
+    return ThreadpoolController()
 
 
 def _wait_for_a_worker(client: Any) -> None:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import csv
+import gzip
 import io
 import math
 import re
+import zlib
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, fields
@@ -34,10 +36,12 @@ from deboom.files.disk import (
 from deboom.files.schema import Note, noting, refuse_all, telling
 from deboom.files.units import Unit, parse_unit, refuse_beyond
 from deboom.files.workbook_parts import refuse_large_parts
-from deboom.tabled import csv_text, table_of, unescaped
+from deboom.tabled import PACKED, csv_text, table_of, unescaped
 
 MOST_ROWS, MOST_COLUMNS, MOST_CELLS = 200_000, 2_000, 4_000_000
 """Size of a table above which it is taken for a mistake."""
+LARGEST_PACKED_TEXT = 256 * MEBIBYTE
+"""Text of a compressed table that is read [bytes]."""
 LARGEST_WORKBOOK = 512 * MEBIBYTE
 """Size of all parts of a workbook, unpacked [bytes]."""
 _OLE2 = b"\xd0\xcf\x11\xe0"
@@ -675,15 +679,30 @@ _WIDEST = 60
 def read_frame(path: Path, texts: Sequence[str] = ()) -> pd.DataFrame:
     """Read a table that deboom wrote, such as one of a run folder, see `deboom.tabled.table_of`.
 
+    - `path`: ``<stem>.csv``; a long table lies beside as ``<stem>.csv.gz``.
     - `texts`: columns of names, which may look like numbers; one that is not there is no fault.
     - raises InputError: the file is missing, too large or no table.
     """
     try:
-        return table_of(read_text(path), texts)
+        packed = path.with_name(path.name + PACKED)
+        plain = path.exists() or not packed.exists()
+        return table_of(read_text(path) if plain else _unpacked(packed), texts)
     except InputError:
         raise
-    except ValueError as error:
+    except (ValueError, OSError, EOFError, zlib.error) as error:
         raise InputError(f"{path} is no table ({error}): run the study again") from None
+
+
+def _unpacked(path: Path) -> str:
+    """Return the text of a compressed file; InputError if it is too large."""
+    with gzip.open(io.BytesIO(read_bytes(path))) as file:
+        content = file.read(LARGEST_PACKED_TEXT + 1)
+    if len(content) > LARGEST_PACKED_TEXT:
+        raise InputError(
+            f"{path} has more than {LARGEST_PACKED_TEXT / MEBIBYTE:.0f} MiB of text: read it with "
+            "pandas.read_csv"
+        )
+    return content.decode("utf-8")
 
 
 def write_frame(path: Path, table: pd.DataFrame) -> None:

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import contextlib
 import io
+import os
 import re
 import tempfile
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from mmap import ACCESS_READ, mmap
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,14 @@ import pyuff
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.errors import InputError, naming
-from deboom.files.disk import kind_of, read_bytes, replace_bytes
+from deboom.files.disk import (
+    LARGEST_FILE,
+    MEBIBYTE,
+    kind_of,
+    opened_file,
+    read_bytes,
+    replace_bytes,
+)
 from deboom.files.units import Unit, parse_unit
 
 DIRECTIONS: dict[int, str] = {0: "scalar"} | {
@@ -81,9 +90,8 @@ class UffFunction:
                 )
         if len(self.id_lines) > 5:
             raise InputError(f"{self.dof}: {len(self.id_lines)} ID lines, a function has five")
-        abscissa = np.array(self.abscissa, dtype=np.float64)
-        is_complex = np.iscomplexobj(self.values)
-        values = np.array(self.values, dtype=np.complex128 if is_complex else np.float64)
+        abscissa = _kept(self.abscissa, np.float64)
+        values = _kept(self.values, np.complex128 if np.iscomplexobj(self.values) else np.float64)
         if abscissa.ndim != 1 or abscissa.shape != values.shape or abscissa.size < 2:
             raise InputError(
                 f"{self.dof}: abscissa and values need one equal length of at least 2, they have "
@@ -123,6 +131,12 @@ class UffFunction:
     def unit(self) -> str:
         """SI unit of the values, such as ``m`` or ``Pa/N``."""
         return "/".join(filter(None, (self.ordinate_unit, self.denominator_unit)))
+
+
+def _kept(given: Any, kind: type) -> Any:
+    """Return an array that nobody writes to: a copy of what may be written to."""
+    shared = isinstance(given, np.ndarray) and not given.flags.writeable
+    return np.asarray(given, dtype=kind) if shared else np.array(given, dtype=kind)
 
 
 LARGEST_LINE_ERROR = 0.05
@@ -316,9 +330,9 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
     if denominator == "unknown" and not below.label:
         denominator = "none"
     with np.errstate(invalid="ignore", over="ignore"):  # refused with its line number below
-        values = stored * (above.factor / below.factor)
+        values = _scaled(stored, above.factor / below.factor)
     return UffFunction(
-        abscissa=axis_values * axis.factor,
+        abscissa=_scaled(axis_values, axis.factor),
         values=values,
         function_type=content["func_type"],
         response_node=content["rsp_node"],
@@ -335,6 +349,13 @@ def function_of(content: Mapping[str, Any], scale: tuple[float, float] | None) -
         abscissa_quantity=quantity,
         file_unit="/".join(filter(None, (above.label, below.label))),
     )
+
+
+def _scaled(values: Any, factor: float) -> Any:
+    """Return values times a factor, not to be written to."""
+    scaled = np.asarray(values) if factor == 1.0 else np.asarray(values) * factor
+    scaled.setflags(write=False)
+    return scaled
 
 
 def _announced(where: str, content: Mapping[str, Any]) -> tuple[Any, Any]:
@@ -442,6 +463,10 @@ _BEFORE_NEXT_SET = re.compile(rb"    -1 *(?=\s*(?:\Z|    -1 *[\r\n]))")
 _BLANKS_OF_ROW = re.compile(rb" +(?=[\r\n]|\Z)")
 _EXPONENT_OF_FORTRAN = re.compile(rb"(\d)[dD]([+-]?\d)")
 _LINES_OF_HEADER = re.compile(rb"(?:[^\r\n]*(?:\r\n|\r|\n)){13}")
+_LONGEST_HEADER = 8192
+"""Bytes within which the header of a set ends."""
+_SINGLE, _COMPLEX = (2, 5), (5, 6)
+"""Data types of single precision, and of complex values."""
 _SI_SET: dict[str, Any] = {
     "type": 164,
     "units_code": 1,
@@ -520,7 +545,10 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
         if kind == 58:
             content = _content(path, index, file)
             with naming(f"{path}: set {index + 1}"):
-                functions.append(function_of(content, scale))
+                function = function_of(content, scale)
+            if functions and np.array_equal(functions[-1].abscissa, function.abscissa):
+                object.__setattr__(function, "abscissa", functions[-1].abscissa)  # read-only
+            functions.append(function)
     if not functions:
         there = ", ".join(str(kind) for kind in kinds)
         raise InputError(f"{path} holds no function (data set 58), only sets {there}")
@@ -583,11 +611,11 @@ class _Sets(pyuff.UFF):
 
     def refresh(self) -> bool:
         """Find the sets; pyuff's own search takes any row that ends in -1 for a separator."""
-        data = Path(self._filename).read_bytes()
-        ends, self.is_whole = _set_ends(data)
+        with _mapped(Path(self._filename)) as data:
+            ends, self.is_whole = _set_ends(data)
+            heads = [data[start : start + 200].splitlines()[1:2] for start, _ in ends]
         blocks: Any = np.array([(start, end - 1) for start, end in ends], dtype=np.int64)
         self._block_ind = blocks
-        heads = [data[start : start + 200].splitlines()[1:2] for start, _ in ends]
         kinds = [re.match(rb" *(\d+)(b?)", head[0] if head else b"") for head in heads]
         self._set_types = np.array([int(kind[1]) if kind else 0 for kind in kinds], dtype=int)
         self._set_formats = np.array([float(bool(kind and kind[2])) for kind in kinds])
@@ -595,12 +623,48 @@ class _Sets(pyuff.UFF):
         self._refreshed = True
         return True
 
+    def read_binary(self, index: int) -> Any:
+        """Read the header of a binary set by pyuff, and its numbers without one object for each."""
+        if not self._set_formats[index]:
+            raise ValueError("a text has no binary numbers")
+        block = self._block_ind[index].copy()
+        with Path(self._filename).open("rb") as file:
+            file.seek(block[0])
+            header = _LINES_OF_HEADER.match(
+                file.read(min(_LONGEST_HEADER, block[1] + 1 - block[0]))
+            )
+            if header is None:
+                raise ValueError("the header has no 13 lines")
+            begin = int(block[0]) + header.end()
+            try:
+                self._block_ind[index] = block[0], begin - 1
+                content: dict[str, Any] = self.read_sets(index, header_only=True)
+            finally:
+                self._block_ind[index] = block
+            kind = content["ord_data_type"]
+            order = "<" if content["byte_ordering"] == 1 else ">"
+            stored = np.dtype(f"{order}f{4 if kind in _SINGLE else 8}")
+            count = (int(block[1]) + 1 - begin) // stored.itemsize
+            file.seek(begin)
+            numbers = np.fromfile(file, stored, count).astype(float, copy=False)
+        width = (2 if kind in _COMPLEX else 1) + (content["abscissa_spacing"] == 0)
+        rows = numbers[: numbers.size // width * width].reshape(-1, width)
+        values = rows[:, -2] + 1j * rows[:, -1] if kind in _COMPLEX else rows[:, -1]
+        axis = rows[:, 0]
+        if content["abscissa_spacing"] != 0:
+            axis = np.arange(len(rows), dtype=float)
+            axis *= content["abscissa_inc"]
+            axis += content["abscissa_min"]
+        return {**content, "x": axis, "data": values}
+
     def read_respelled(self, index: int) -> Any:
         """Read an ASCII set whose rows end in blanks or whose exponents are written with a D."""
         if self._set_formats[index]:
             raise ValueError("binary numbers have one spelling")
         start, last = self._block_ind[index]
-        block = Path(self._filename).read_bytes()[start : last + 1]
+        with Path(self._filename).open("rb") as file:
+            file.seek(start)
+            block = file.read(last + 1 - start)
         header = _LINES_OF_HEADER.match(block)
         n = header.end() if header else 0
         rows = _EXPONENT_OF_FORTRAN.sub(rb"\1E\2", _BLANKS_OF_ROW.sub(b"", block[n:]))
@@ -610,7 +674,14 @@ class _Sets(pyuff.UFF):
             return _Sets(str(copy)).read_sets(0)
 
 
-def _set_ends(data: bytes) -> tuple[list[tuple[int, int]], bool]:
+@contextlib.contextmanager
+def _mapped(path: Path) -> Iterator[Any]:
+    """Give the bytes of a file that is not empty, of which only the pages looked at are read."""
+    with path.open("rb") as file, mmap(file.fileno(), 0, access=ACCESS_READ) as data:
+        yield data
+
+
+def _set_ends(data: Any) -> tuple[list[tuple[int, int]], bool]:
     """Return where every set begins and ends, and whether the last one does end."""
     ends: list[tuple[int, int]] = []
     start = _SEPARATOR.search(data)
@@ -623,7 +694,7 @@ def _set_ends(data: bytes) -> tuple[list[tuple[int, int]], bool]:
     return ends, True
 
 
-def _end_of_set(data: bytes, start: int) -> re.Match[bytes] | None:
+def _end_of_set(data: Any, start: int) -> re.Match[bytes] | None:
     """Return the separator that ends a set; a binary one ends behind the bytes it announces."""
     kind = data[start : start + 200].splitlines()[1:2]
     header = _LINES_OF_HEADER.match(data, start) if kind and kind[0][:7] == b"    58b" else None
@@ -639,10 +710,19 @@ def _end_of_set(data: bytes, start: int) -> re.Match[bytes] | None:
 
 
 def _opened(path: Path) -> Any:
-    data = read_bytes(path)
-    if not data.strip():
+    with opened_file(path) as opened:
+        size = os.fstat(opened.fileno()).st_size
+        begin = opened.read(_LONGEST_HEADER)
+    if size > LARGEST_FILE:
+        raise InputError(
+            f"{path} has {size / MEBIBYTE:.0f} MiB, at most {LARGEST_FILE / MEBIBYTE:.0f} MiB are "
+            "read: check that it is the right file"
+        )
+    if not begin.strip() and (size <= len(begin) or not read_bytes(path).strip()):
         raise InputError(f"{path} is empty: export it again")
-    if not _SEPARATOR.search(data):
+    with _mapped(path) as data:
+        first = _SEPARATOR.search(data)
+    if not first:
         raise InputError(
             f"{path} is not a UFF file: it has no line with -1 in columns 5 and 6, it is "
             f"{kind_of(path)}; export it as UFF, data set 58"
@@ -658,7 +738,7 @@ def _opened(path: Path) -> Any:
 
 
 def _content(path: Path, index: int, file: Any) -> Mapping[str, Any]:
-    for read in (file.read_sets, file.read_respelled):
+    for read in (file.read_binary, file.read_sets, file.read_respelled):
         # pyuff raises bare Exception without a reason, and leaves out data of another type
         with contextlib.suppress(Exception), _quiet():
             content: dict[str, Any] = read(index)

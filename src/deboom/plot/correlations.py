@@ -36,8 +36,8 @@ def clustered_matrix(
 ) -> Figure:
     """Draw a correlation matrix in the order of its tree; a bar of colour marks each family.
 
-    - `names`: of rows and columns, at least two.
-    - `r` (n, n): coefficients [1].
+    - `names`: of rows and columns, at least two; of many not each is written.
+    - `r` (n, n): coefficients [1]; written up to 24 names.
     - `merges` (n - 1, 4): in the layout of `scipy.cluster.hierarchy.linkage`; heights are 1 - r.
     - `family`: number of each name's family, from 1.
     - `cut`: correlation at which the tree was cut, a dashed line across it [1].
@@ -64,7 +64,7 @@ def clustered_matrix(
             row_linkage=tree,
             col_linkage=tree,
             row_colors=[VEHICLE_PALETTE[(k - 1) % len(VEHICLE_PALETTE)] for k in family],
-            annot=texts,
+            annot=texts if n <= _ANNOTATED else None,
             fmt="",
             annot_kws={"fontsize": min(8.5, 90.0 / n)},
             cmap="PuOr_r" if signs else "Blues",
@@ -99,6 +99,7 @@ def coefficient(value: float, decimals: int | None = None) -> str:
 
 MOST = 8
 """Responses that one figure holds legibly."""
+_ANNOTATED = 24  # names whose coefficients can still be read in a matrix
 _DOTS = 1500  # a cloud of more is thinned
 
 

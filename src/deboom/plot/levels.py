@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -17,6 +18,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+_ROW, _TALLEST = 0.132, 13.0  # in, of a row and of a map; of more rows not each has its name
 _NAMED = 0.05
 """Share of the pressure from which a path is named [1]."""
 
@@ -53,14 +55,16 @@ def line_maps(
 
     - `frequency` (n_frequency,): lines of the order, rising [Hz].
     - `order`: of the lines, per revolution [1]; gives the speed above.
-    - `rows`: what each row of values is, such as a vehicle in a load case.
+    - `rows`: what each row of values is, such as a vehicle in a load case; of more than about 100
+      rows every second, third, … is named.
     - `maps`: at least one.
     - `columns`: maps per row of the figure.
     - raises InputError: no map, shapes that disagree, values that are not finite.
     """
     lines = finite("line_maps", {"frequency": frequency})["frequency"]
     columns = min(columns, max(len(maps), 1))
-    height = 0.5 + max(0.132 * len(rows), 0.9)
+    height = 0.5 + min(max(_ROW * len(rows), 0.9), _TALLEST)
+    named = slice(None, None, math.ceil(_ROW * len(rows) / _TALLEST))
     with panel_grid("line_maps", len(maps), columns, 0.9, height, True, True) as (figure, grid):
         shown: dict[str, tuple[Any, list[Axes]]] = {}
         for place, (axes, drawn) in enumerate(zip(grid, maps, strict=True)):
@@ -86,7 +90,7 @@ def line_maps(
                 axes.set_xlabel("frequency [Hz]")
         for label, (mesh, of) in shown.items():
             figure.colorbar(mesh, ax=of, label=label, pad=0.02)
-        grid[0].set_yticks(range(len(rows)), rows)
+        grid[0].set_yticks(range(len(rows))[named], list(rows)[named])
         grid[0].set_ylim(len(rows) - 0.5, -0.5)
         return figure
 

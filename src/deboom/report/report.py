@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import base64
+import gzip
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from importlib.resources import files
 from itertools import groupby
 from math import isfinite
@@ -20,7 +22,7 @@ from deboom.names import path_inside
 from deboom.plot.style import as_png
 from deboom.report.glossary import GLOSSARY
 from deboom.report.tables import text_columns
-from deboom.tabled import csv_text, json_text
+from deboom.tabled import PACKED, csv_text, json_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 Scalar = float | int | str
 
 SUMMARY, PAGE = "summary.json", "report.html"
+MOST_ROWS = 100_000
+"""Rows of a table that is kept as plain CSV; a longer one is compressed."""
 
 _PNG_SIGNATURE = b"\x89PNG\r\n\x1a\n"
 _PIXELS_PER_CSS_PIXEL = 1.5
@@ -38,11 +42,37 @@ _CONTENTS_FROM = 4  # sections
 
 @dataclass(frozen=True, eq=False)
 class Picture:
-    """A figure of the page: PNG, what it shows, and what to see in it."""
+    """A figure of the page, drawn when its PNG is first read: what it shows, and what to see in it.
 
-    png: bytes
+    - `drawing`: an Axes or a Figure of `deboom.plot`, a PNG, or a function that returns such a
+      thing.
+    - `alt`, `caption`: for a reader who cannot see it, and below it.
+    """
+
+    drawing: Drawing | Callable[[], Drawing]
     alt: str
     caption: str
+
+    @property
+    def png(self) -> bytes:
+        """The PNG; empty where it could not be drawn."""
+        return self._drawn[0]
+
+    @property
+    def failure(self) -> str:
+        """Why it could not be drawn; empty if it could."""
+        return self._drawn[1]
+
+    @cached_property
+    def _drawn(self) -> tuple[bytes, str]:
+        if isinstance(self.drawing, bytes):
+            return self.drawing, ""
+        try:
+            png = as_png(self.drawing() if callable(self.drawing) else self.drawing)
+            _check_png(png, self.caption)
+        except Exception as error:
+            return b"", str(error)
+        return png, ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +116,9 @@ class Report:
         What the study settled beside its options, for ``run.json`` and the foot of the page.
     inputs : list of Path
         Files that were read.
-    failures : list of str
-        What could not be drawn, and why.
+    pictures : dict of str to Picture
+        Figures that are kept, by the stem of their file. They are drawn by `figures`, `html` and
+        `write`, not before, so that `results` can be saved first.
 
     Examples
     --------
@@ -106,13 +137,28 @@ class Report:
         self.terms: list[str] = []
         self.sections: list[Section] = []
         self.tables: dict[str, pd.DataFrame] = {}
-        self.figures: dict[str, bytes] = {}
+        self.pictures: dict[str, Picture] = {}
         self.documents: dict[str, Mapping[str, Any]] = {}
         self.attachments: dict[str, bytes] = {}
         self.summary: dict[str, Scalar] = {}
         self.facts: dict[str, Scalar] = {}
         self.inputs: list[Path] = []
-        self.failures: list[str] = []
+
+    @property
+    def figures(self) -> dict[str, bytes]:
+        """PNG of every figure that is kept, by its stem; one that cannot be drawn is left out."""
+        return {stem: picture.png for stem, picture in self.pictures.items() if picture.png}
+
+    @property
+    def failures(self) -> list[str]:
+        """What could not be drawn, and why."""
+        names = {picture: stem for stem, picture in self.pictures.items()}
+        shown = [b for s in self.sections for b in s.blocks if isinstance(b, Picture)]
+        return [
+            f"the figure {names.get(p, p.caption)} could not be drawn ({p.failure})"
+            for p in dict.fromkeys((*names, *shown))
+            if p.failure
+        ]
 
     def tile(self, value: str, label: str) -> None:
         """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
@@ -165,7 +211,7 @@ class Report:
             Name of the file; None shows the figure and keeps none.
         drawing : Axes, Figure, bytes or callable
             From `deboom.plot`, which is closed afterwards; a PNG; or a function that returns such a
-            thing, so that its failure is this figure's alone.
+            thing. A function is called last, when all results are saved: prefer it.
         caption : str
             What to see in it, also for a reader who cannot see it.
 
@@ -174,20 +220,15 @@ class Report:
         InputError
             A name that is taken, no PNG, no caption, or no section before it.
         """
-        try:
-            png = as_png(drawing() if callable(drawing) else drawing)
-        except Exception as error:
-            self.failures.append(f"the figure {stem or caption} could not be drawn ({error})")
-            self.text(f"This figure could not be drawn: {error}.")
-            return
-        if not png.startswith(_PNG_SIGNATURE):
-            raise InputError(f"the picture '{caption}' is not a PNG")
+        if isinstance(drawing, bytes):
+            _check_png(drawing, caption)
         if not caption.strip():
             raise InputError("a picture needs a caption")
+        picture = Picture(drawing, caption, caption)
         if stem is not None:
-            self._free(stem, self.figures)
-            self.figures[stem] = png
-        self._show(Picture(png, caption, caption))
+            self._free(stem, self.pictures)
+            self.pictures[stem] = picture
+        self._show(picture)
 
     def table(
         self,
@@ -252,7 +293,7 @@ class Report:
         new = names or {}
         kinds: tuple[tuple[dict[str, Any], Mapping[str, Any]], ...] = (
             (self.tables, part.tables),
-            (self.figures, part.figures),
+            (self.pictures, part.pictures),
             (self.documents, part.documents),
             (self.attachments, part.attachments),
             (self.summary, part.summary),
@@ -262,18 +303,21 @@ class Report:
                 if wanted := new.get(name, name):
                     self._free(wanted, mine)
                     mine[wanted] = value
-        self.failures += part.failures
         self.facts = {**part.facts, **self.facts}
         self.inputs = list(dict.fromkeys((*self.inputs, *part.inputs)))
 
     def contents(self) -> dict[str, bytes]:
-        """Return every file of the report but its page; name → bytes.
+        """Return every file of the report but its page; name → bytes."""
+        return self.results() | {f"figures/{stem}.png": png for stem, png in self.figures.items()}
 
-        Tables are UTF-8 with Unix line ends and floats that read back exactly; a number of the
-        summary that is not known is null.
+    def results(self) -> dict[str, bytes]:
+        """Return every file of the report but its page and its figures; name → bytes.
+
+        Tables are UTF-8 with Unix line ends and floats that read back exactly, of more than
+        `MOST_ROWS` rows as ``<stem>.csv.gz``; a number of the summary that is not known is null.
+        Nothing is drawn for it.
         """
-        contents = {f"{stem}.csv": csv_text(frame).encode() for stem, frame in self.tables.items()}
-        contents |= {f"figures/{stem}.png": png for stem, png in self.figures.items()}
+        contents = dict(_table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
         known = {
@@ -285,11 +329,11 @@ class Report:
 
     def write(self, folder: Path) -> Path:
         """Write all files and the page into a folder, which is made; return the page's path."""
-        pages = {PAGE: self.html().encode()}
-        for name, content in (self.contents() | pages).items():
-            path = path_inside(folder, name)
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_bytes(content)
+        for part in (self.results, self.contents, lambda: {PAGE: self.html().encode()}):
+            for name, content in part().items():
+                path = path_inside(folder, name)
+                path.parent.mkdir(parents=True, exist_ok=True)
+                path.write_bytes(content)
         return folder / PAGE
 
     def html(self, provenance: Mapping[str, Any] | None = None) -> str:
@@ -353,8 +397,28 @@ def as_image(picture: Picture) -> dict[str, str | int]:
 def _groups(section: Section) -> Iterator[tuple[str, list[Any]]]:
     """Yield blocks of one kind that follow each other: narrow figures share a row."""
     kinds = {str: "texts", Picture: "figures", Table: "tables"}
-    for kind, blocks in groupby(section.blocks, key=type):
+    shown = [
+        f"This figure could not be drawn: {block.failure}."
+        if isinstance(block, Picture) and block.failure
+        else block
+        for block in section.blocks
+    ]
+    for kind, blocks in groupby(shown, key=type):
         yield kinds[kind], list(blocks)
+
+
+def _table_file(stem: str, frame: pd.DataFrame) -> tuple[str, bytes]:
+    """Return name and content of a table's file; the same table gives the same bytes."""
+    content = csv_text(frame).encode()
+    if len(frame) > MOST_ROWS:
+        return f"{stem}.csv{PACKED}", gzip.compress(content, compresslevel=6, mtime=0)
+    return f"{stem}.csv", content
+
+
+def _check_png(png: bytes, caption: str) -> None:
+    """Refuse bytes that are no PNG."""
+    if not png.startswith(_PNG_SIGNATURE):
+        raise InputError(f"the picture '{caption}' is not a PNG")
 
 
 def _paragraphs(texts: Sequence[str]) -> list[str]:

@@ -131,7 +131,7 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
     )
     report.figure(
         "parts",
-        plot.interval_panels(list(rows), [panel]),
+        lambda: plot.interval_panels(list(rows), [panel]),
         "Median, smallest and largest part of each batch; grey: the interval.",
     )
     parts = delivery.table
@@ -185,7 +185,7 @@ def _levels(report: Report, delivery: Delivery) -> None:
     )
     report.figure(
         "levels",
-        plot.curve_panels(
+        lambda: plot.curve_panels(
             panels,
             x_label="share of the cars [%]",
             y_label="level less limit [dB]",

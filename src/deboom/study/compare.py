@@ -353,7 +353,7 @@ def compared_report(studies: Sequence[Comparison]) -> Report:
     for number, study in enumerate(studies, start=1):
         part = comparison_report(study)
         names = {
-            name: f"judge_{number}_{name}" for name in (*part.tables, *part.figures, *part.summary)
+            name: f"judge_{number}_{name}" for name in (*part.tables, *part.pictures, *part.summary)
         }
         report.include(part, f"As {study.judge_name} sees it", names=names)
     return report
@@ -457,7 +457,7 @@ def _verdict(report: Report, study: Comparison) -> None:
     )
     report.figure(
         "noise",
-        plot.interval_panels([f"{first} − {second}" for first, second in shown], [panel]),
+        lambda: plot.interval_panels([f"{first} − {second}" for first, second in shown], [panel]),
         "Difference of hypervolume, ± what other draws and other seeds could give as well (99 %).",
     )
     report.table(
@@ -481,7 +481,7 @@ def _fronts(report: Report, study: Comparison) -> None:
     )
     report.figure(
         "fronts",
-        plot.fronts(
+        lambda: plot.fronts(
             {name: tuple((_median_front(study, name) * study.per_line).T) for name in study.groups},
             {},
             {"reference point": (float(corner[0]), float(corner[1]))},

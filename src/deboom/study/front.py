@@ -5,8 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING
 
+import numpy as np
+
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.choices import Pick
 from deboom.explore.result import Front
 from deboom.files.front_table import FrontTable
 from deboom.plot.style import FULL_WIDTH
@@ -14,6 +17,7 @@ from deboom.report import Report
 from deboom.vehicles.fleet_front import FleetFront
 
 if TYPE_CHECKING:
+    from deboom.plot import Figure
     from deboom.plot.style import Drawing
 
 
@@ -31,6 +35,78 @@ def report_front(
         report.table(name, frame)
 
 
+PANELS = 24
+"""Vehicles that are drawn as curves; of a larger fleet the others are a map."""
+
+
+def curve_rows(fleet: FleetFront, design: RealArray) -> list[int]:
+    """Return the vehicles that are drawn as curves, in their order: those that gain least."""
+    rows = np.argsort(-fleet.splv_change(design), kind="stable")[:PANELS]
+    return sorted(int(row) for row in rows)
+
+
+def report_heard(
+    report: Report,
+    fleet: FleetFront,
+    design: RealArray,
+    colours: Mapping[str, str],
+    caption: str,
+    *,
+    speed_label: str = "engine speed [rpm]",
+    change: RealArray | None = None,
+) -> None:
+    """Show the levels of all vehicles today and in one design: as curves, of many some as a map.
+
+    - `colours`, `speed_label`, `change`: as for `heard`; `caption`: of the curves.
+    """
+    drawn = curve_rows(fleet, design)
+    others = [row for row in range(len(fleet.vehicles)) if row not in drawn]
+    if others:
+        caption = f"The {len(drawn)} of {len(fleet.vehicles)} vehicles that gain least. {caption}"
+    report.figure(
+        "spl_curves",
+        lambda: heard(fleet, design, colours, rows=drawn, speed_label=speed_label, change=change),
+        caption,
+    )
+    if others:
+        report.figure(
+            "spl_maps",
+            lambda: before_and_after(
+                fleet.frequency,
+                fleet.order,
+                [fleet.vehicles[row] for row in others],
+                fleet.levels(fleet.today)[others],
+                fleet.levels(design)[others],
+            ),
+            f"The other {len(others)} vehicles: today, with best-mean, and the difference "
+            "(violet: quieter). Not every row is named.",
+        )
+
+
+DYNAMIC = 40.0
+"""Levels that lie below the loudest one by this or more share the darkest colour [dB]."""
+SMALLEST_REACH = 0.1
+"""Change that has the strongest colour, at least [dB]."""
+
+
+def before_and_after(
+    frequency: RealArray, order: float, rows: Sequence[str], before: RealArray, after: RealArray
+) -> Figure:
+    """Draw levels over frequency as maps: today, with best-mean, and the difference.
+
+    - `before`, `after` (n_row, n_frequency): [dB(A)].
+    """
+    change, loudest = after - before, float(max(before.max(), after.max()))
+    reach = max(float(np.abs(change).max()), SMALLEST_REACH)
+    scale = ("SPL [dB(A)]", (loudest - DYNAMIC, loudest), "inferno")
+    maps = [
+        plot.LineMap("today", before, *scale),
+        plot.LineMap(Pick.best_mean, after, *scale),
+        plot.LineMap("difference", change, "change [dB]", (-reach, reach), "PuOr_r"),
+    ]
+    return plot.line_maps(frequency, order, rows, maps)
+
+
 def heard(
     fleet: FleetFront,
     design: RealArray,
@@ -44,7 +120,7 @@ def heard(
     """Draw the levels of all vehicles, or of some rows, today and in one design.
 
     - `colours`: of each vehicle; `speed_label`: what turns, above the frequency axis.
-    - `change`: of each vehicle drawn, as a table beside says it [dB].
+    - `change`: of each vehicle of the fleet, as a table beside says it [dB].
     - `width`: of the figure [inch].
     """
     shown = list(range(len(fleet.vehicles)) if rows is None else rows)
@@ -59,6 +135,6 @@ def heard(
         [[c.after.frequency for c in changes[name] if c.after] for name in names],
         colours,
         speed_label=speed_label,
-        change=change,
+        change=None if change is None else np.asarray(change)[shown],
         width=width,
     )

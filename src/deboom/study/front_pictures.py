@@ -16,7 +16,7 @@ from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
 from deboom.plot.style import mount_colours, mount_of
 from deboom.report import Report
-from deboom.study.front import heard
+from deboom.study.front import before_and_after, report_heard
 from deboom.vehicles.limits import natural_frequencies
 
 if TYPE_CHECKING:
@@ -24,10 +24,6 @@ if TYPE_CHECKING:
 
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""
-DYNAMIC = 40.0
-"""Levels that lie below the loudest one by this or more share the darkest colour [dB]."""
-SMALLEST_REACH = 0.1
-"""Change that has the strongest colour, at least [dB]."""
 
 
 def pictures_behind(report: Report, view: PlatformFront) -> None:
@@ -51,9 +47,11 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         "What the driver hears",
         f"{view.load_case.title}. Best-mean against today's mounts, without scatter.",
     )
-    report.figure(
-        "spl_curves",
-        lambda: heard(view.fleet, best, view.colours),
+    report_heard(
+        report,
+        view.fleet,
+        best,
+        view.colours,
         "Sound pressure level at the driver's ear, one panel per vehicle: "
         "frequency below, engine speed above.",
     )
@@ -91,18 +89,10 @@ def _maps(report: Report, view: PlatformFront) -> None:
         "before [dB(A)]": before.ravel(),
         "after [dB(A)]": after.ravel(),
     }
-    change, loudest = after - before, float(max(before.max(), after.max()))
-    reach = max(float(np.abs(change).max()), SMALLEST_REACH)
-    scale = ("SPL [dB(A)]", (loudest - DYNAMIC, loudest), "inferno")
-    maps = [
-        plot.LineMap("today", before, *scale),
-        plot.LineMap(Pick.best_mean, after, *scale),
-        plot.LineMap("difference", change, "change [dB]", (-reach, reach), "PuOr_r"),
-    ]
     names = [f"{vehicle}, {case}" for case, vehicle in rows]
     report.figure(
         "level_maps",
-        lambda: plot.line_maps(view.fleet.frequency, view.load_case.order, names, maps),
+        lambda: before_and_after(view.fleet.frequency, view.load_case.order, names, before, after),
         "SPL at the driver's ear over speed, in every load case and vehicle: today, with "
         "best-mean, and the difference (violet: quieter).",
     )
@@ -177,12 +167,15 @@ def _designs(report: Report, view: PlatformFront) -> None:
         list(view.front.variables),
         view.front.robust.space,
     )
-    table = pd.DataFrame(found.designs, columns=[f"{name} [1]" for name in names])
     level, spread = "mean level in search [dB(A)]", "sigma in search [dB]"
-    table[level] = found.mean_sum * view.front.per_line
-    table[spread] = found.sigma_sum * view.front.per_line
+    columns = dict(zip((f"{name} [1]" for name in names), found.designs.T, strict=True))
+    columns |= {
+        level: found.mean_sum * view.front.per_line,
+        spread: found.sigma_sum * view.front.per_line,
+    }
     for vehicle, mean in zip(view.fleet.vehicles, found.mean.T, strict=True):
-        table[f"{vehicle} in search [dB(A)]"] = mean / view.index.n_lines
+        columns[f"{vehicle} in search [dB(A)]"] = mean / view.index.n_lines
+    table = pd.DataFrame(columns)
     report.table("evaluated", table)
     shown = np.flatnonzero(~np.isin(names, view.front.without_effect))
     variables = [names[column] for column in shown]

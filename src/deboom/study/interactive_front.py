@@ -26,6 +26,7 @@ from deboom.study.rebuilt import prepared_again, study_of
 from deboom.study.result import FleetModel
 from deboom.study.robust_front import NO_REQUIREMENT
 from deboom.study.supplier_study import SupplierStudy, supplier_study
+from deboom.tabled import PACKED
 
 ANY = "any in bounds"
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
@@ -69,7 +70,8 @@ def write_interactive_page(
         vehicles or lines; a folder that cannot be written. Nothing is written then.
     """
     entry = read_run(folder)
-    if beside is None and {DOE, FRONT} & set(entry.record["files_sha256"]) == {DOE}:
+    kept = {name.removesuffix(PACKED) for name in entry.record["files_sha256"]}
+    if beside is None and {DOE, FRONT} & kept == {DOE}:
         page = interactive_doe(entry, studies)
     else:
         study = supplier_study(folder, studies, Pick.best_mean)
@@ -152,7 +154,7 @@ def overlaid(page: InteractiveFront, other: InteractiveFront) -> InteractiveFron
 
 def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveFront:
     """Add the designs that the search evaluated, which have values and no curves."""
-    if EVALUATED not in study.run.entry.record["files_sha256"]:
+    if not {EVALUATED, EVALUATED + PACKED} & set(study.run.entry.record["files_sha256"]):
         return page
     table = read_frame(study.run.entry.folder / EVALUATED).dropna()
     columns = {"mean level": "mean level in search [dB(A)]", "σ": "sigma in search [dB]"}
@@ -300,7 +302,8 @@ def _table(study: SupplierStudy, stem: str, columns: tuple[str, ...]) -> pd.Data
     """Read a table of the run, whose hash has been checked."""
     path = path_inside(study.run.entry.folder, f"{stem}.csv")
     names = ("vehicle", "variable", "design")
-    table = read_frame(path, names) if path.is_file() else pd.DataFrame()
+    there = path.is_file() or path.with_name(path.name + PACKED).is_file()
+    table = read_frame(path, names) if there else pd.DataFrame()
     missing = [name for name in columns if name not in table.columns]
     if missing:
         raise InputError(

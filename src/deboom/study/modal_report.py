@@ -33,7 +33,7 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
         folded=True,
     )
     caption = "Stabilisation chart: poles over the order of the polynomial."
-    report.figure("stabilisation", _stabilisation(modes), caption)
+    report.figure("stabilisation", lambda: _stabilisation(modes), caption)
     report.figure(
         "mode_shapes",
         lambda: plot.mode_shapes(body_motion(modes)),

@@ -201,6 +201,12 @@ def tolerance_sample(
     return _MAKERS[sampler](n_variables, n_samples, seed=seed)
 
 
+MOST_LISTED = 24
+"""Names that a sentence can still be read with."""
+
+
 def listed(names: Sequence[str]) -> str:
-    """Write names with commas and an ``and``."""
+    """Write names with commas and an ``and``; of very many the first three and how many more."""
+    if len(names) > MOST_LISTED:
+        return f"{', '.join(names[:3])} and {len(names) - 3} others"
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 
 import numpy as np
 import pandas as pd
@@ -504,7 +504,8 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     )
     report.figure(
         "stiffness_bars",
-        plot.stiffness_bars(
+        partial(
+            plot.stiffness_bars,
             variables,
             view.front.pick_designs[Pick.best_mean][:n],
             space.lower[:n],

@@ -44,7 +44,7 @@ from deboom.files.run_folder import (
     held,
     start_run,
 )
-from deboom.report import PAGE, Report
+from deboom.report import PAGE, SUMMARY, Report
 from deboom.study.options import expanded, filled
 from deboom.study.overview import command_of, refresh_overview
 from deboom.study.progress import one_sentence_errors
@@ -360,11 +360,14 @@ def _carry_out(
 def _kept(study: Study, run: Run) -> str:
     """Say what a run that is stopped keeps, and how it goes on."""
     n_kept = len(list(run.folder.glob("*/evaluations/*.npz")))
-    if not n_kept:
+    kept = [f"{n_kept} generations"] if n_kept else []
+    if (run.folder / SUMMARY).exists():
+        kept.append("all tables")
+    if not kept:
         return "stopped before anything was computed that could be kept"
     name = run.folder.name.removesuffix(UNFINISHED)
     return (
-        f"stopped: {n_kept} generations are kept in {run.folder}; go on with "
+        f"stopped: {' and '.join(kept)} are kept in {run.folder}; go on with "
         f"`deboom run {study.path.as_posix()} --out {run.folder.parents[1]} --resume {name}`"
     )
 
@@ -414,18 +417,24 @@ def run_command(
 def _save(
     run: Run, report: Report, record: Mapping[str, Any], inputs: Mapping[str, str], begin: float
 ) -> None:
-    """Save all that a report holds, and last the final record, which has all hashes."""
+    """Save all that a report holds: results, then pictures, and last the record with all hashes.
+
+    Drawing may take long, and whoever stops it keeps the results.
+    """
+    results = report.results()
+    for name, content in results.items():
+        run.save_bytes(name, content)
+    figures = {f"figures/{stem}.png": png for stem, png in report.figures.items()}
+    for name, content in figures.items():
+        run.save_bytes(name, content)
     used = {
         **record,
         "facts": report.facts,
         "inputs_sha256": dict(inputs),
         "wall_time_s": round(time.perf_counter() - begin, 3),
     }
-    contents = report.contents()
-    for name, content in contents.items():
-        run.save_bytes(name, content)
     run.save_text(PAGE, report.html(_provenance(used)))
-    saved = [run.folder / name for name in (*contents, PAGE)]
+    saved = [run.folder / name for name in (*results, *figures, PAGE)]
     shown = {
         "headlines": {label: value for value, label in report.tiles},
         "files_sha256": hash_files(saved, relative_to=run.folder),

@@ -1,0 +1,59 @@
+"""A wide fleet on a page: those that gain least as curves, the others as a map, all in tables."""
+
+import numpy as np
+
+from deboom.plot.style import vehicle_colours
+from deboom.report import Report
+from deboom.study.front import PANELS, curve_rows, report_heard
+from deboom.study.options import listed
+
+LINES = np.linspace(20.0, 60.0, 21)
+
+
+class Fleet:
+    """Levels of vehicles; the later one gains more."""
+
+    order, frequency, today = 1.5, LINES, np.ones(2)
+
+    def __init__(self, count):
+        self.vehicles = [f"V-{number:02d}" for number in range(count)]
+
+    def splv_change(self, design):
+        """Fall by a tenth of a decibel more in each vehicle."""
+        return -0.1 * np.arange(len(self.vehicles)) * (1.0 - design[0])
+
+    def levels(self, design):
+        """Fall by the change in every line."""
+        return 60.0 + 5.0 * np.sin(LINES / 4.0) + self.splv_change(design)[:, np.newaxis]
+
+    def peak_changes(self, _design):
+        """No vehicle has a peak."""
+        return dict.fromkeys(self.vehicles, ())
+
+
+def shown(count):
+    fleet, report = Fleet(count), Report("Wide")
+    report.section("Levels")
+    colours = vehicle_colours(fleet.vehicles)
+    report_heard(report, fleet, np.zeros(2), colours, "Curves.", change=np.arange(float(count)))
+    return report
+
+
+def test_a_fleet_that_fits_is_drawn_as_curves_alone():
+    report = shown(3)
+    assert list(report.figures) == ["spl_curves"]
+    assert report.pictures["spl_curves"].caption == "Curves."
+
+
+def test_of_a_wide_fleet_those_that_gain_least_are_curves_and_the_others_a_map():
+    assert curve_rows(Fleet(30), np.zeros(2)) == list(range(PANELS))
+    report = shown(30)
+    assert list(report.figures) == ["spl_curves", "spl_maps"]
+    assert report.failures == []
+    assert report.pictures["spl_curves"].caption.startswith("The 24 of 30 vehicles that gain least")
+    assert report.pictures["spl_maps"].caption.startswith("The other 6 vehicles")
+
+
+def test_a_sentence_names_no_two_hundred_vehicles():
+    assert listed(("a", "b", "c")) == "a, b and c"
+    assert listed([f"V-{k}" for k in range(200)]) == "V-0, V-1, V-2 and 197 others"

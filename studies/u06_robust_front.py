@@ -14,7 +14,7 @@ seconds_both_searches.
 
 What it showed (seed 1): -3.1 to -3.6 dB per line in U06-1 to U06-4, -2.0 in U06-5. The thesis's
 figure 47 differs in two: its fifth vehicle hardly changes, and its fourth loses its peak at 37 Hz,
-while here each of today's peaks falls by 3.4 to 4.8 dB and stays. The shipped bodies are drawn, not its cars.
+while here each of today's peaks falls by 3.4 to 4.8 dB and stays. The shipped bodies are drawn.
 """
 
 from __future__ import annotations

@@ -518,9 +518,11 @@ def _pairs(report: Report, study: Sensitivity) -> None:
     )
     table = pair_table(pairs)
     strong = table[table["zero"] == ""].groupby("vehicle", sort=False).head(STRONGEST)
-    caption = f"The {STRONGEST} strongest pairs of each vehicle; sobol_pairs.csv has all."
     if strong.empty:
-        caption = "No pair is above its own interval; sobol_pairs.csv has all."
+        report.text("No pair is above its own interval; sobol_pairs.csv has all.")
+        report.table("sobol_pairs", table)
+        return
+    caption = f"The {STRONGEST} strongest pairs of each vehicle; sobol_pairs.csv has all."
     report.table("sobol_pairs", table, caption, shown=strong.filter(regex="^(?!zero)"))
 
 

@@ -1,4 +1,4 @@
-"""Draw the pictures of README and guides again, from studies and tests: ``make pictures``."""
+"""Make the pictures of README and guides again, and the run in results/: ``make pictures``."""
 
 import shutil
 import tempfile
@@ -13,6 +13,7 @@ from deboom.study.unbalance_report import unbalance_into_run
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
+EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"
 PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "families")
 
 
@@ -33,6 +34,17 @@ def main() -> None:
         test = write_operating_test(folder / "compressor", 1)
         unbalance, _ = unbalance_into_run(test, folder, UnbalancePlan(), _quietly)
         _keep(unbalance, "figure_61a_static", target, "unbalance")
+        _finished_run(folder)
+
+
+def _finished_run(folder: Path) -> None:
+    """Make the small finished run that a clone can open, under a name that stays."""
+    options = {"seed": 1, "n": 256, "pairs": True}
+    run = run_study(load_study(ROOT / "studies" / "u06_sensitivity.py"), folder, options)
+    if EXAMPLE.exists():
+        shutil.rmtree(EXAMPLE)
+    shutil.copytree(run, EXAMPLE)
+    print(EXAMPLE)
 
 
 def _keep(run: Path, stem: str, target: Path, name: str) -> None:

@@ -37,7 +37,7 @@ from deboom.common import N_PER_MM, PERCENT
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
 from deboom.explore.result import Front
-from deboom.explore.robust import DesignLimits, Limit, Limits, Robust, sigma_shares
+from deboom.explore.robust import DesignLimits, Robust, sigma_shares
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals
 from deboom.explore.sensitivity import (
@@ -54,7 +54,9 @@ from deboom.study.compressor_fleet import (
     MountedFleet,
     exact_change,
     measured_fleet,
+    mount_space,
     mounted_fleet,
+    travel_limit,
     virtual_fleet,
 )
 from deboom.study.front import report_front, report_heard
@@ -179,17 +181,14 @@ class Options:
 
 
 def design_space(variables: MountVariables, options: Options) -> DesignSpace:
-    """Return the design space: what is no stiffness of a part number is fixed and scatters."""
-    rows = []
-    for name, moved in zip(variables.names, variables.moved, strict=True):
-        if moved.any():
-            rows.append((DATUM, DATUM, DATUM, options.place_tolerance / DATUM))
-        elif name.endswith(" piece"):
-            rows.append((1.0, 1.0, 1.0, options.tolerance * np.sqrt(1 - options.batch)))
-        else:
-            width = options.tolerance * (np.sqrt(options.batch) if options.identical else 1.0)
-            rows.append((1.0, 1 - options.reach, 1 + options.reach, width))
-    return DesignSpace(variables.names, variables.units, *np.array(rows).T)
+    """Return the design space that the options ask for."""
+    return mount_space(
+        variables,
+        reach=options.reach,
+        tolerance=options.tolerance,
+        batch=options.batch,
+        place_tolerance=options.place_tolerance,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -233,9 +232,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
     """Search, verify, find out what matters, and report."""
     model, robust, seed = prepared.mounted, prepared.robust, options.seed
     space = robust.space
-    allowed = options.travel * float(model.statics(space.nominal[None])[0, 0])
-    limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
-    limits = DesignLimits(model.statics, Limits((limit,)))
+    limits = travel_limit(model, space, options.travel)
     front = options.search.front(
         robust,
         seed=seed,

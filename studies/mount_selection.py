@@ -18,9 +18,7 @@ seconds_search; surface_difference_at_peaks_db (library against spectra).
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -35,26 +33,21 @@ from deboom.explore.front import pareto_front
 from deboom.explore.robust import Robust, RobustValues, joined
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import VERIFIED
-from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.explore.workers import workers_for
-from deboom.files.library_export import read_library_json
-from deboom.files.platform import CATALOGUE_FILE
-from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.mounts.surface_forces import Outside
 from deboom.plot.style import signed
 from deboom.report import Report
+from deboom.study.catalogue import Catalogue, catalogue_index, platform_catalogue
 from deboom.study.front import report_front
-from deboom.study.made_parts import library_parts
 from deboom.study.options import Seed
 from deboom.study.platform_model import PlatformOptions, motion_report, report_runs
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.search import SearchOptions
-from deboom.vehicles.booming_model import CatalogueModel, Motion
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet_front import FleetFront
-from deboom.vehicles.platform import LIBRARY_FILE, MountSource, Platform, Runs
+from deboom.vehicles.platform import MountSource, Runs
 
-TODAY = "today's"
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
 
@@ -239,126 +232,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 def _objectives(values: RobustValues, per_line: float) -> tuple[RealArray, RealArray]:
     """Return mean level [dB(A)] and its σ [dB], over vehicles and lines, shape (n,) each."""
     return values.mean_sum * per_line, values.sigma_sum * per_line
-
-
-@dataclass(frozen=True, eq=False)
-class Catalogue:
-    """Parts that may stand at each mount of a platform, today's first; and the files read."""
-
-    parts: Mapping[str, tuple[CharacterisedMount, ...]]
-    inputs: tuple[Path, ...]
-
-    @property
-    def n_parts(self) -> tuple[int, ...]:
-        """Number of parts of each mount."""
-        return tuple(len(parts) for parts in self.parts.values())
-
-    @property
-    def n_sets(self) -> int:
-        """Number of sets that can be made of them."""
-        return int(np.prod(self.n_parts))
-
-    def all_sets(self) -> RealArray:
-        """Return every set as part numbers, shape (n_sets, n_mount); today's is the first."""
-        return np.array(list(itertools.product(*map(range, self.n_parts))), dtype=float)
-
-    def label(self, mount: str, number: int) -> str:
-        """Return what to order: the part number, or variant and serial where there is none."""
-        identity = self.parts[mount][number].identity
-        name = identity.part_number or f"{mount} {identity.variant} {identity.serial}".strip()
-        return f"{name} ({TODAY})" if number == 0 else name
-
-    def labels(self, numbers: RealArray) -> list[str]:
-        """Return the part of each mount, from part numbers of shape (n_mount,)."""
-        pairs = zip(self.parts, numbers.astype(int), strict=True)
-        return [self.label(mount, number) for mount, number in pairs]
-
-    def columns(self, designs: RealArray) -> dict[str, list[str]]:
-        """Return a column per mount with the parts of designs, shape (n, k)."""
-        return {
-            f"{mount} part": [self.label(mount, int(row[place])) for row in designs]
-            for place, mount in enumerate(self.parts)
-        }
-
-    def space(self, names: Sequence[str], retuning: float, tolerance: float) -> DesignSpace:
-        """Return the space of part numbers and stiffness factors ``1 ± retuning``."""
-        n = len(self.parts)
-        factors = stiffness_factor_space(names[n:], half_width=retuning, tolerance=tolerance)
-        none = np.zeros(n)
-        return DesignSpace(
-            names=tuple(names),
-            units=("1",) * len(names),
-            nominal=np.concatenate([none, factors.nominal]),
-            lower=np.concatenate([none, factors.lower]),
-            upper=np.concatenate([np.array(self.n_parts) - 1.0, factors.upper]),
-            tolerance=np.concatenate([none, factors.tolerance]),
-            integer=np.arange(len(names)) < n,
-        )
-
-
-def platform_catalogue(
-    platform: Platform, path: Path | None, mounts: Sequence[str] | None = None
-) -> Catalogue:
-    """Read the parts that may stand at a platform's mounts.
-
-    - `platform`: its mount library has today's parts.
-    - `path`: library with further parts, exported as JSON or a database; None: `CATALOGUE_FILE`.
-    - `mounts`, optional: mounts whose part may change; all by default.
-    - raises InputError: no catalogue, an unknown mount, a part with other pieces than today's,
-      parts that share a name, or no further part at all.
-    """
-    own = platform.folder / LIBRARY_FILE
-    further = path or platform.folder / CATALOGUE_FILE
-    if not further.exists():
-        raise InputError(
-            f"{further}: there is no catalogue of further parts: export a mount library there "
-            "(deboom library export), or name one with --catalogue"
-        )
-    today = {part.mount.name: part for part in read_library_json(own)[1]}
-    names = [mount.name for mount in platform.mounts]
-    unknown = [name for name in (mounts or ()) if name not in names]
-    if unknown or not set(names) <= set(today):
-        raise InputError(
-            f"{platform.name}: no mount {unknown or sorted(set(names) - set(today))} with a "
-            f"characterised part: the mounts are {names}"
-        )
-    parts: dict[str, tuple[CharacterisedMount, ...]] = {name: (today[name],) for name in names}
-    for part in library_parts(further):
-        name = part.mount.name
-        if name in (mounts or names) and name in parts and part.identity != today[name].identity:
-            if part.mount.pieces != today[name].mount.pieces:
-                raise InputError(f"{further}: {part.identity} has other pieces than today's part")
-            parts[name] = (*parts[name], part)
-    catalogue = Catalogue(parts, (own, further))
-    for name, count in zip(names, catalogue.n_parts, strict=True):
-        labels = [catalogue.label(name, number) for number in range(count)]
-        if len(set(labels)) < count:
-            raise InputError(f"{further}: parts of {name} share a name: {labels}; number them")
-    if catalogue.n_sets == 1:
-        raise InputError(f"{further}: there is no further part for any of {mounts or names}")
-    return catalogue
-
-
-def catalogue_index(
-    runs: Runs, catalogue: Catalogue, motion: Motion, outside: Outside
-) -> CatalogueModel:
-    """Build the booming index of all parts of a catalogue.
-
-    - raises InputError: a motion that parts cannot be combined under; see also `surface_forces`.
-    """
-    if motion is Motion.amplitude:
-        raise InputError(
-            "parts of a catalogue cannot be combined under amplitude motion: use one of "
-            f"{[Motion.prescribed.value, Motion.coupled.value]}"
-        )
-    levels = [runs.model(motion)]
-    for number in range(1, max(catalogue.n_parts)):
-        mounts = [parts[min(number, len(parts) - 1)] for parts in catalogue.parts.values()]
-        cases = [
-            (surface_forces(case, mounts, outside).load_case, weight) for case, weight in runs.cases
-        ]
-        levels.append(replace(runs, cases=cases).model(motion))
-    return CatalogueModel(runs.platform.mounts, tuple(levels), catalogue.n_parts)
 
 
 def every_set(model: Model, options: Options) -> RobustValues:

@@ -27,6 +27,7 @@ from deboom.study.platform_model import MotionOptions, PlatformOptions, report_r
 from deboom.study.progress import progress_bar
 from deboom.study.result import RunContext
 from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 
 
@@ -43,6 +44,7 @@ class Options:
     bounds: Annotated[float, Option(help="Range of the design analysis [1].")] = 0.15
     beside: Annotated[float, Option(help="Another range, beside it [1].")] = 0.20
     tolerance: Annotated[float, Option(help="Half width of the scatter, 3 sigma [1].")] = 0.15
+    pairs: Annotated[bool, Option(help="What two stiffnesses do together only.")] = False
     platform: PlatformOptions = PlatformOptions()
     motion: MotionOptions = MotionOptions()
 
@@ -62,9 +64,13 @@ def run(runs: Runs, options: Options, context: RunContext | None = None) -> Repo
         n_base=options.n,
         n_resamples=options.resamples,
         seed=options.seed,
+        pairs=options.pairs,
     )
+    index, prescribed = options.motion.model(runs), None
+    if index.motion is not Motion.prescribed:
+        prescribed = MotionOptions(Motion.prescribed).model(runs)
     with progress_bar("sensitivity") as bar:
-        found = sensitivity(runs.platform, options.motion.model(runs), plan, bar)
+        found = sensitivity(runs.platform, index, plan, bar, prescribed=prescribed)
     report = sensitivity_report(found)
     report_runs(report, runs)
     return report

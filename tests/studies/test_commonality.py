@@ -9,7 +9,7 @@ from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 
 STUDY = load_study("commonality")
-BUDGET = {"motion": Motion.prescribed, "group": "U06", "starts": 3, "allowed": 0.3}
+BUDGET = {"motion": Motion.prescribed, "group": ["U06"], "starts": 3, "allowed": 0.3}
 
 
 def test_shared_mounts_keep_the_limit_of_every_vehicle(finished, summary):

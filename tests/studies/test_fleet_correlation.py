@@ -14,7 +14,7 @@ from pinned_pages import hold
 
 WORDS = "a b c d abc abd acd bcd ab ac ad bc"
 BUDGET = {"seed": 1, "designs": 64, "draws": 4, "resamples": 100, "mounts": MountSource.spectra}
-GROUP = {"group": "U06"}
+GROUP = {"group": ["U06"]}
 
 
 def run(out, **changes):

@@ -43,7 +43,7 @@ def test_from_an_empty_folder_to_an_anonymous_page_for_the_supplier(
     budget += ("--band", "60", "70")
     options = ("--platform", folder, "--mounts", "spectra", "--out", tmp_path)
     run = Path(call("run", quick_front.name, *options, *budget).stdout.splitlines()[-1])
-    assert '"group": ""' in (run / "run.json").read_text()
+    assert '"group": []' in (run / "run.json").read_text()
     assert len(pd.read_csv(run / "front.csv")) >= 1
     said = " ".join(path.read_text(encoding="utf-8") for path in run.glob("*.csv"))
     assert not re.search("U06|TSM", said)

@@ -10,8 +10,9 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore import selection
+from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
-from deboom.study.options import Aim
+from deboom.study.options import Aim, Sampler
 from deboom.study.rebuilt import rebuilt_model
 from deboom.study.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
@@ -58,11 +59,38 @@ def test_picks_keep_what_they_promise_when_verified(front_run):
 
 def test_as_thesis_is_prescribed_motion_with_fresh_draws(quick_front, tmp_path):
     folder = run(tmp_path, quick_front, as_thesis=True)
-    facts = json.loads((folder / "run.json").read_text())["facts"]
-    assert facts["motion"] == "prescribed"
+    record = json.loads((folder / "run.json").read_text())
+    facts, arguments = record["facts"], record["arguments"]
+    assert facts["motion"] == arguments["motion"] == "prescribed"
     assert "fresh" in facts["tolerance_sample"]
-    with pytest.raises(InputError, match="leave --motion out"):
-        run(tmp_path, quick_front, as_thesis=True, motion=Motion.coupled)
+    assert arguments["sampler"] == "fresh"
+    assert facts["tolerance_draws"] == arguments["samples"] == 16
+    assert set(record["environment"]["packages"]) >= {"scikit-learn", "SALib", "pyDOE3"}
+    assert all(record["environment"]["packages"].values())
+    for changes, message in (
+        ({"motion": Motion.coupled}, "leave --motion out"),
+        ({"sampler": Sampler.gaussian}, "leave --sampler out"),
+    ):
+        with pytest.raises(InputError, match=message):
+            run(tmp_path, quick_front, as_thesis=True, **changes)
+
+
+def test_as_thesis_draws_a_hundred_where_nothing_else_is_stated():
+    study = load_study(STUDY)
+    assert study.effective({})["samples"] == 128
+    assert study.effective({"as_thesis": True})["samples"] == 100
+    again = study.effective(study.effective({"as_thesis": True}))
+    assert (again["samples"], again["sampler"]) == (100, Sampler.fresh)
+
+
+@pytest.mark.parametrize("group", [["all"], ["F39", "U06"]])
+def test_a_front_of_several_groups_serves_all_their_vehicles(quick_front, tmp_path, group):
+    small = {"generations": 1, "samples": 4, "motion": Motion.prescribed, "band": (25.0, 35.0)}
+    folder = run(tmp_path, quick_front, **small, group=group)
+    served = list(pd.read_csv(folder / "vehicles.csv")["vehicle"])
+    every = read_platform(PLATFORM).fleet
+    assert served == list((every if group == ["all"] else every.group(*group)).names)
+    assert json.loads((folder / "run.json").read_text())["arguments"]["group"] == group
 
 
 def test_surfaces_agree_with_the_spectra_at_the_peaks(front_run):
@@ -100,7 +128,7 @@ def test_the_model_of_a_run_is_built_again_without_a_search(front_run):
     "changes",
     [
         {"load_case": ["g5_wot120=1", "g6_wot220=0.5"], "nominal_mean": True},
-        {"group": "F39", "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
+        {"group": ["F39"], "tolerance": 0.45, "objective": Aim.tail, "control_variate": True},
     ],
 )
 def test_options_change_what_is_asked(quick_front, tmp_path, changes):

@@ -51,8 +51,9 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
         n=8,
         analysis=Analysis.tolerance,
         load_case=["g5_wot220=1", "g6_wot220=1"],
-        group="F39",
+        group=["F39"],
         motion=Motion.coupled,
+        pairs=True,
     )
     table = pd.read_csv(folder / "sobol_beside.csv")
     assert [name for name in table.columns if name.startswith("total")] == [
@@ -62,6 +63,12 @@ def test_other_questions_change_places_with_what_stands_beside(tmp_path, monkeyp
     ]
     facts = json.loads((folder / "run.json").read_text())["facts"]
     assert facts["motion"] == "coupled"
+    pairs = pd.read_csv(folder / "sobol_pairs.csv")
+    assert len(pairs) == table["vehicle"].nunique() * 12 * 11 / 2
+    motions = pd.read_csv(folder / "sobol_motion.csv")
+    assert (motions["total, coupled [1]"] == table["total, tolerance ±15 % (3 σ) [1]"]).all()
+    assert (motions["total, prescribed [1]"] != motions["total, coupled [1]"]).any()
+    assert (folder / "figures" / "sobol_pairs.png").is_file()
     assert facts["variables"] == "tolerance: gaussian, cut at ±3 σ, from 0.85 to 1.15"
 
 

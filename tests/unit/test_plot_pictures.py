@@ -177,7 +177,21 @@ def chart(**changes):
     return picture("stabilisation_chart", **(arguments | changes))()
 
 
+TWO_GROUPS = {
+    "U06": {"level [dB(A)]": [50.0, 51.0, 52.5], "σ [dB]": [0.5, 0.4, 0.3]},
+    "F39": {"level [dB(A)]": [48.0, 49.0, 49.5], "σ [dB]": [0.7, 0.5, 0.4]},
+}
+GROUP_COLOURS = {"U06": "#0072B2", "F39": "#D55E00"}
+pairs = picture("grouped_pairs", TWO_GROUPS, colours=GROUP_COLOURS)
+joint = picture("joint_scatter", TWO_GROUPS, colours=GROUP_COLOURS)
+REPEATS = {"today": [50.0, 50.1, 50.05], "best-mean": [47.0, 47.2, 47.1]}
+strips = picture("strips", {"level [dB(A)]": REPEATS, "σ [dB]": REPEATS})
+ONE_GROUP = {"U06": TWO_GROUPS["U06"]}
+
 VARIANTS = {
+    "pairs": [pairs, partial(pairs, ONE_GROUP)],
+    "joint": [joint, partial(joint, ONE_GROUP)],
+    "strips": [strips, partial(strips, {"level [dB(A)]": REPEATS})],
     "rows": [rows, *(partial(rows, ["V-1", "V-2"], [p, p], columns=1) for p in (TWO[0], ALLOWED))],
     "curves": [
         curves,
@@ -250,6 +264,12 @@ REFUSED = [
     (lambda: picture("heat_maps", [])(), "no panel"),
     (lambda: heat(np.eye(3)), "has shape"),
     (lambda: fronts({}, {}, {}), "no front to draw"),
+    (lambda: pairs({"a": {"x": [1.0]}}), "at least two"),
+    (lambda: joint({"a": {"x": [1.0], "y": [np.nan]}}), "not finite"),
+    (lambda: joint({"a": {"x": [1.0], "y": [1.0, 2.0]}}), "different lengths"),
+    (lambda: joint({"a": {"x": [1.0]}}), "it takes two"),
+    (lambda: strips({}), "no panel"),
+    (lambda: strips({"x": {"a": []}}), "empty"),
     (lambda: fronts({"a": FRONT}, {"all": (FRONT[0], [np.nan] * 3)}, {}), "finite"),
     (lambda: lines(DESIGNS[:, :1]), "one column per variable"),
     (lambda: lines(value=(51.0, 52.0)), "one column per variable"),

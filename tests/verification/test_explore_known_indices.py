@@ -32,6 +32,25 @@ def test_ishigami_as_published():
     assert exact.total == pytest.approx([0.5576, 0.4424, 0.2437], abs=5e-5)
 
 
+@pytest.mark.parametrize("model", [Ishigami(), SobolG()], ids=["Ishigami", "Sobol G"])
+def test_pair_indices_reach_the_closed_form(model):
+    designs = sensitivity.sobol_designs(model.inputs, 4096, seed=1, pairs=True)
+    names = model.inputs.factors
+    found = sensitivity.pair_indices(model(designs), names, ["y"], seed=1)
+    if isinstance(model, Ishigami):  # only x1 and x3 act together, with all of x3's total index
+        exact = np.zeros((3, 3))
+        exact[0, 2] = exact[2, 0] = model.exact.total[2]
+    else:
+        alone = 1.0 / (3.0 * (1.0 + np.array(model.a)) ** 2)
+        exact = np.outer(alone, alone) / (np.prod(1.0 + alone) - 1.0)
+        np.fill_diagonal(exact, 0.0)
+    assert found.second[:, :, 0] == pytest.approx(exact, abs=0.02)
+    assert found.first[:, 0] == pytest.approx(model.exact.first, abs=0.005)
+    assert np.array_equal(found.second, found.second.transpose(1, 0, 2))
+    with pytest.raises(InputError, match="two factors"):
+        sensitivity.pair_indices(model(designs), names[:1], ["y"], seed=1)
+
+
 def test_groups_reach_the_closed_form():
     model = SobolG((0.0, 0.5, 3.0, 9.0))
     inputs = model.inputs.grouped(["a", "a", "b", "b"])

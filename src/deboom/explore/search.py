@@ -12,6 +12,7 @@ import numpy as np
 import numpy.typing as npt
 from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.core.problem import Problem
+from pymoo.core.repair import Repair
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
@@ -118,6 +119,15 @@ class RobustProblem(Problem):
             return np.where(failed, 1.0, -1.0)
         missed = np.minimum(values.excess / limits.scale, FAILED_OBJECTIVE)
         return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
+
+
+class WholeNumbers(Repair):
+    """Rounds the whole-number variables of a problem, for algorithms of pymoo that know of none."""
+
+    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
+        self, problem: Any, X: RealArray, **_kwargs: Any
+    ) -> RealArray:
+        return np.where(problem.robust.space.integer, np.rint(X), X)
 
 
 def nsga2(

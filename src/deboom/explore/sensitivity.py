@@ -141,6 +141,23 @@ class SobolIndices:
 
 
 @dataclass(frozen=True, eq=False)
+class PairIndices:
+    """Shares of the variance of each output that two factors are behind together only; all [1].
+
+    - `factors`, `outputs`: variables or groups, and outputs, d and r of them.
+    - `first` (d, r), `second` (d, d, r): share of a factor alone; second-order indices, symmetric,
+      0 on the diagonal.
+    - `second_interval` (d, d, r): half widths at the confidence `CONFIDENCE`.
+    """
+
+    factors: tuple[str, ...]
+    outputs: tuple[str, ...]
+    first: RealArray
+    second: RealArray
+    second_interval: RealArray
+
+
+@dataclass(frozen=True, eq=False)
 class MorrisEffects:
     """Elementary effects: change of an output over a step of one factor, per unit of its range.
 
@@ -159,18 +176,20 @@ class MorrisEffects:
     sigma: RealArray
 
 
-def sobol_designs(inputs: SensitivityInputs, n_base: int, *, seed: int) -> RealArray:
+def sobol_designs(
+    inputs: SensitivityInputs, n_base: int, *, seed: int, pairs: bool = False
+) -> RealArray:
     """Return the designs of Saltelli's scheme on scrambled Sobol points.
 
-    For N base points, a power of two from 8, and d factors there are ``N (d + 2)`` designs. Those
-    of fewer base points are the first ones of more.
+    For N base points, a power of two from 8, and d factors there are ``N (d + 2)`` designs, for
+    `pair_indices` ``N (2 d + 2)``. Those of fewer base points are the first ones of more.
     """
     from SALib.sample import sobol
 
     _check_base(n_base)
     with _nothing_global():
         designs = sobol.sample(
-            salib_problem(inputs), n_base, calc_second_order=False, seed=checked_seed(seed)
+            salib_problem(inputs), n_base, calc_second_order=pairs, seed=checked_seed(seed)
         )
     return np.asarray(designs)
 
@@ -211,7 +230,7 @@ def sobol_indices(
     from SALib.analyze import sobol
 
     d = len(factors)
-    array, names, n_base = _checked_sobol(values, outputs, d, n_resamples)
+    array, names, n_base = _checked_sobol(values, outputs, d + 2, n_resamples)
     problem = {"num_vars": d, "names": [f"x{place}" for place in range(d)]}
 
     def analyse(column: RealArray) -> list[RealArray]:
@@ -232,6 +251,60 @@ def sobol_indices(
     return SobolIndices(tuple(factors), names, n_base, n_resamples, *columns)
 
 
+def pair_indices(
+    values: RealArray,
+    factors: Sequence[str],
+    outputs: Sequence[str],
+    *,
+    seed: int,
+    n_resamples: int = 100,
+) -> PairIndices:
+    """Return SALib's second-order indices of all outputs, with bootstrap intervals.
+
+    Parameters
+    ----------
+    values : array, shape (n, r)
+        Responses to the designs of `sobol_designs` with ``pairs=True``, in their order.
+    factors, outputs, seed, n_resamples
+        As for `sobol_indices`.
+
+    Raises
+    ------
+    InputError
+        As `sobol_indices`; fewer than two factors.
+
+    Notes
+    -----
+    ``S_jk = mean(f_BA,j f_AB,k - f_A f_B)/V - S_j - S_k`` with ``f_BA,j`` the output at B with
+    factor j taken from A (A. Saltelli, Computer Physics Communications 145, 2002).
+    """
+    from SALib.analyze import sobol
+
+    d = len(factors)
+    if d < 2:
+        raise InputError("pair indices need at least two factors")
+    array, names, _ = _checked_sobol(values, outputs, 2 * d + 2, n_resamples)
+    problem = {"num_vars": d, "names": [f"x{place}" for place in range(d)]}
+
+    def analyse(column: RealArray) -> list[RealArray]:
+        result = sobol.analyze(
+            dict(problem),
+            column,
+            calc_second_order=True,
+            num_resamples=n_resamples,
+            conf_level=CONFIDENCE,
+            seed=checked_seed(seed),
+        )
+        halves = [np.triu(result[key], 1) for key in ("S2", "S2_conf")]
+        return [result["S1"], *((half + half.T).ravel() for half in halves)]
+
+    first, second, interval = _by_output(analyse, array)
+    square = (d, d, len(names))
+    return PairIndices(
+        tuple(factors), names, first, second.reshape(square), interval.reshape(square)
+    )
+
+
 def fast_sobol_indices(
     values: RealArray,
     factors: Sequence[str],
@@ -246,7 +319,7 @@ def fast_sobol_indices(
     every line of a fleet it is about a hundred times as fast.
     """
     d = len(factors)
-    array, names, n_base = _checked_sobol(values, outputs, d, n_resamples)
+    array, names, n_base = _checked_sobol(values, outputs, d + 2, n_resamples)
     drawn = np.random.default_rng(checked_seed(seed)).integers(n_base, size=(n_base, n_resamples))
     counts = np.stack([np.bincount(column, minlength=n_base) for column in drawn.T])
     weights = np.vstack([np.ones(n_base), counts])
@@ -383,11 +456,11 @@ def _checked(
 
 
 def _checked_sobol(
-    values: RealArray, outputs: Sequence[str], d: int, n_resamples: int
+    values: RealArray, outputs: Sequence[str], step: int, n_resamples: int
 ) -> tuple[RealArray, tuple[str, ...], int]:
-    """Responses, names of the outputs and number of base points of a Sobol analysis."""
-    array, names = _checked(values, outputs, d + 2)
-    n_base = _check_base(len(array) // (d + 2))
+    """Responses, names of the outputs and number of base points, of `step` designs each."""
+    array, names = _checked(values, outputs, step)
+    n_base = _check_base(len(array) // step)
     if n_resamples < 2:
         raise InputError(
             f"{n_resamples} resamples cannot give an interval: take at least 2, better 100"

@@ -10,6 +10,7 @@ from deboom.errors import InputError, naming
 from deboom.files.disk import read_json, replace_bytes, replace_text
 from deboom.files.tables import workbook_bytes
 from deboom.mounts.characterised_mount import CampaignRecord, CharacterisedMount
+from deboom.mounts.library import open_library
 from deboom.mounts.library_tables import export_tables, from_document, to_document
 
 SHEET_ROWS = 1_048_576
@@ -61,3 +62,11 @@ def read_library_json(
     document = read_json(path, "export it again")
     with naming(path):
         return from_document(document)
+
+
+def library_parts(path: Path) -> Sequence[CharacterisedMount]:
+    """Return all parts of a library: of its file, or of its export as JSON."""
+    if path.suffix.lower() == ".json":
+        return read_library_json(path)[1]
+    with open_library(path) as library:
+        return [library.load(one) for one in library.identities()]

@@ -14,6 +14,7 @@ import numpy.typing as npt
 from scipy.spatial import cKDTree
 from scipy.special import stdtrit
 from sklearn.base import BaseEstimator, RegressorMixin, clone
+from sklearn.linear_model import LinearRegression
 from sklearn.preprocessing import PolynomialFeatures
 from sklearn.utils import check_consistent_length
 from sklearn.utils.validation import _check_sample_weight, check_is_fitted, validate_data
@@ -583,12 +584,13 @@ def _fitted_cubic(
     root = np.sqrt(weight)[:, np.newaxis]
     weighted = root * terms * used
     triangle = np.asarray(np.linalg.qr(np.hstack([weighted, root * y]), mode="r"))
-    left, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
+    _, singular, right = np.linalg.svd(triangle[:, :n_terms], full_matrices=False)
     smallest = float(singular[0]) * max(n_rows, n_terms) * np.finfo(float).eps
     rank = int(np.sum(singular > smallest))
     directions, inverse_singular = right[:rank].T, 1 / singular[:rank]
-    on_directions = left[:, :rank].T @ triangle[:, n_terms:]
-    coefficients = directions @ (inverse_singular[:, np.newaxis] * on_directions)
+    regression = LinearRegression(fit_intercept=False, tol=smallest / float(singular[0]))
+    regression.fit(triangle[:, :n_terms], triangle[:, n_terms:])
+    coefficients = np.where(used[:, np.newaxis], np.atleast_2d(regression.coef_).T, 0.0)
     squares = np.sum((root * (y - terms @ coefficients)) ** 2, axis=0)
     freedom = n_rows - rank
     # terms left out are no terms that the rows have never seen

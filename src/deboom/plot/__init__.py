@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 from deboom.plot.bars import Intervals, box_intervals, stiffness_bars
 from deboom.plot.correlations import clustered_matrix, scatter_matrix, variable_grid
 from deboom.plot.curves import CurvePanel, curve_panels, spl_curves
+from deboom.plot.distributions import grouped_pairs, joint_scatter, strips
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
@@ -34,8 +35,10 @@ __all__ = [
     "curve_matrix",
     "curve_panels",
     "fronts",
+    "grouped_pairs",
     "heat_maps",
     "interval_panels",
+    "joint_scatter",
     "line_maps",
     "mode_shapes",
     "parallel_coordinates",
@@ -45,6 +48,7 @@ __all__ = [
     "spl_curves",
     "stabilisation_chart",
     "stiffness_bars",
+    "strips",
     "variable_grid",
     "vector_sum",
 ]

@@ -33,8 +33,10 @@ from deboom.bench.electric_car import (
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import (
+    DATUM,
     CabinIndex,
     MountStatics,
+    MountVariables,
     car_seam,
     measured_body,
     mount_variables,
@@ -45,12 +47,16 @@ from deboom.compressor.identify import Identification, IdentifyOptions, identify
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError
+from deboom.explore.robust import DesignLimits, Limit, Limits
+from deboom.explore.space import DesignSpace
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.electric_car import ElectricCar
 from deboom.physics.sound_level import spl
 
 OTHER_CARS = 200
 """Purposes of random numbers from here on belong to the cars that are not written."""
+PIECE = " piece"
+"""End of the name of a variable that scatters from piece to piece of one part number."""
 REFERENCE = 40.0
 """Line at which dynamic stiffness is stated, where the band has it [Hz]."""
 
@@ -242,6 +248,41 @@ def mounted_fleet(
         variables, mounts, float(gain[0].real), model.mass, model.centre, model.mass_matrix
     )
     return MountedFleet(fleet, identified, running, index, statics)
+
+
+def mount_space(
+    variables: MountVariables,
+    *,
+    reach: float,
+    tolerance: float,
+    batch: float,
+    place_tolerance: float,
+) -> DesignSpace:
+    """Return the design space: what is no stiffness of a part number is fixed and scatters.
+
+    - `reach`: stiffness factors run within ``1 ± reach`` [1].
+    - `tolerance`, `batch`: half width of a piece's stiffness, three standard deviations, and the
+      share of its batch in that variance where pieces of one part number vary [1].
+    - `place_tolerance`: half width of coordinates, where they vary [mm].
+    """
+    rows = []
+    pieces = any(name.endswith(PIECE) for name in variables.names)
+    for name, moved in zip(variables.names, variables.moved, strict=True):
+        if moved.any():
+            rows.append((DATUM, DATUM, DATUM, place_tolerance / DATUM))
+        elif name.endswith(PIECE):
+            rows.append((1.0, 1.0, 1.0, tolerance * np.sqrt(1 - batch)))
+        else:
+            width = tolerance * (np.sqrt(batch) if pieces else 1.0)
+            rows.append((1.0, 1 - reach, 1 + reach, width))
+    return DesignSpace(variables.names, variables.units, *np.array(rows).T)
+
+
+def travel_limit(model: MountedFleet, space: DesignSpace, most: float) -> DesignLimits:
+    """Limit the largest travel of a mount under 1 g to `most` times today's [1]."""
+    allowed = most * float(model.statics(space.nominal[None])[0, 0])
+    limit = Limit(model.statics.response_names[0], "mm", at_most=allowed)
+    return DesignLimits(model.statics, Limits((limit,)))
 
 
 def exact_change(model: MountedFleet, today: RealArray, design: RealArray) -> RealArray | None:

@@ -475,6 +475,21 @@ def _append_clouds(
         lambda: plot.scatter_matrix(levels.names, levels.designs, r, colours, value_label=label),
         "Designs: each dot is one design.",
     )
+    level, spread = "mean level [dB(A)]", "σ [dB]"
+    sigma = levels.scatter.std(axis=1, ddof=1)
+    pairs = {
+        name: {level: levels.means[:, k], spread: sigma[:, k]}
+        for k, name in enumerate(levels.names)
+    }
+    shown = colours if set(pairs) <= set(colours) else vehicle_colours(levels.names)
+    report.figure(
+        f"{stem}_objectives",
+        lambda: plot.grouped_pairs(pairs, {name: shown[name] for name in pairs}),
+        "Both objectives of the designs: the mean over the scatter of parts, and its standard "
+        "deviation.",
+    )
+    frames = [pd.DataFrame({"of": name, **columns}) for name, columns in pairs.items()]
+    report.table(f"{stem}_objectives", pd.concat(frames, ignore_index=True))
     designs, names = study.doe.computed_designs, study.doe.space.names
     both = np.corrcoef(designs.T, levels.designs.T)[: len(names), len(names) :]
     leading = sorted(np.argsort(-np.nanmax(np.abs(both), axis=1), kind="stable")[:SHOWN])

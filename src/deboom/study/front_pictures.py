@@ -14,9 +14,10 @@ from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
-from deboom.plot.style import mount_colours, mount_of
+from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report import Report
 from deboom.study.front import before_and_after, report_heard
+from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.limits import natural_frequencies
 
 if TYPE_CHECKING:
@@ -36,6 +37,7 @@ def pictures_behind(report: Report, view: PlatformFront) -> None:
     _maps(report, view)
     _paths(report, view)
     _designs(report, view)
+    _distributions(report, view)
     _modes(report, view)
 
 
@@ -206,6 +208,70 @@ def _designs(report: Report, view: PlatformFront) -> None:
         "The designs of the front over their variables; deboom report RUN --interactive brushes "
         "them.",
     )
+
+
+def _distributions(report: Report, view: PlatformFront) -> None:
+    """Show the objectives of the front by group, how sure they are, and the scatter of parts."""
+    front, lines = view.front, view.index.n_lines
+    level, spread = "mean level [dB(A)]", "σ [dB]"
+    groups = groups_of(view.runs.fleet)
+    pairs = {
+        name: {level: front.values.mean[:, rows].mean(axis=1) / lines}
+        | {spread: front.values.sigma[:, rows].mean(axis=1) / lines}
+        for name, rows in groups.items()
+    }
+    colours = view.colours if set(pairs) <= set(view.colours) else vehicle_colours(list(pairs))
+    report.figure(
+        "objectives_by_group",
+        lambda: plot.grouped_pairs(pairs, {name: colours[name] for name in pairs}),
+        "The designs of the front: both objectives of each group of vehicles, of a single group "
+        "of each vehicle; per_vehicle.csv has the numbers.",
+    )
+    names = list(front.named_designs)
+    sets = front.judge.by_set(np.stack(list(front.named_designs.values())))
+    strips = {
+        level: np.stack([one.mean_sum for one in sets], axis=1) * front.per_line,
+        spread: np.stack([one.sigma_sum for one in sets], axis=1) * front.per_line,
+    }
+    report.figure(
+        "verification_sets",
+        lambda: plot.strips(
+            {label: dict(zip(names, rows, strict=True)) for label, rows in strips.items()}
+        ),
+        f"Verification: each dot is a set of {front.judge.n_samples} draws that the search never "
+        "saw, the bar their mean.",
+    )
+    n_sets = len(sets)
+    table = {"design": np.repeat(names, n_sets), "set": np.tile(range(1, n_sets + 1), len(names))}
+    columns = {label: rows.ravel() for label, rows in strips.items()}
+    report.table("verification_sets", pd.DataFrame(table | columns))
+    strongest = view.telling[0]
+    stiffness = f"{front.variables[strongest]} as made [1]"
+    parts: dict[str, dict[str, RealArray]] = {}
+    today = front.robust.space.nominal
+    for name, design in (("today", today), ("best-mean", front.pick_designs[Pick.best_mean])):
+        made, splv = front.judge.sets[0].made_responses(design)
+        parts[name] = {stiffness: made[:, strongest], level: splv.mean(axis=1) / lines}
+    report.figure(
+        "scatter_of_parts",
+        lambda: plot.joint_scatter(parts, {"today": MUTED, "best-mean": ACCENT}),
+        f"The scatter of parts: {front.judge.n_samples} sets of mounts as made, the level, mean of "
+        "vehicles and lines, over the stiffness that matters most. A narrow cloud is a level that "
+        "hangs on this one alone.",
+    )
+    scattered = [pd.DataFrame({"design": name, **columns}) for name, columns in parts.items()]
+    report.table("scatter_of_parts", pd.concat(scattered, ignore_index=True))
+
+
+def groups_of(fleet: Fleet) -> dict[str, list[int]]:
+    """Return the places of the vehicles of each group, of a single group those of each vehicle."""
+    names = [vehicle.group for vehicle in fleet.vehicles]
+    if len(set(names)) == 1:
+        names = list(fleet.names)
+    return {
+        name: [place for place, of in enumerate(names) if of == name]
+        for name in dict.fromkeys(names)
+    }
 
 
 def _modes(report: Report, view: PlatformFront) -> None:

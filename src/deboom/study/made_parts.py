@@ -31,11 +31,10 @@ from deboom.explore.tolerance_allocation import (
     Target,
     ToleranceCost,
 )
-from deboom.files.library_export import read_library_json
+from deboom.files.library_export import library_parts
 from deboom.files.limits import MeasuredEntry, PartScatterFile, load_parts
 from deboom.files.tables import Row, read_rows
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.library import open_library
 from deboom.mounts.part_scatter import LibraryScatter, ScatterPrior, library_scatter
 from deboom.report import Report
 from deboom.study.options import Aim, factor_space, robust_response
@@ -197,14 +196,6 @@ def report_parts(report: Report, made: MadeParts) -> None:
     caption = "Half widths of the scatter are three standard deviations."
     report.table("parts", made.table, caption)
     report.inputs += made.inputs
-
-
-def library_parts(path: Path) -> Sequence[CharacterisedMount]:
-    """Return all parts of a library: of its file, or of its export as JSON."""
-    if path.suffix.lower() == ".json":
-        return read_library_json(path)[1]
-    with open_library(path) as library:
-        return [library.load(one) for one in library.identities()]
 
 
 def _wanted(part: CharacterisedMount, numbers: Mapping[str, str]) -> bool:

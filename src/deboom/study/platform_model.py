@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
+from pydantic import BeforeValidator
 from typer import Option
 
 from deboom.arrays import RealArray
@@ -23,18 +24,32 @@ from deboom.vehicles.surface_check import PEAK_AGREEMENT
 
 DEMONSTRATED = "U06"
 """Its group of vehicles that studies serve."""
+ALL = "all"
+"""All groups of a platform, as --group has it."""
 BAND_DEFAULT = "20 60; all lines of data that miss 20 or 60 by a line or more"
+
+
+def _listed_groups(recorded: Any) -> Any:
+    """Return the groups of a run's record; up to 0.2.0 it was one, or an empty text."""
+    return [recorded] * bool(recorded) if isinstance(recorded, str) else recorded
 
 
 @dataclass(frozen=True)
 class PlatformOptions:
-    """Options of a study: whose noise, in which runs, and where the forces come from."""
+    """Options of a study: whose noise, in which runs, and where the forces come from.
+
+    Of the groups None means all, and no group the one that the platform was made for.
+    """
 
     load_case: Annotated[list[str] | None, Option(help="name or name=weight; repeatable.")] = None
     group: Annotated[
-        str | None,
-        Option(help="Vehicles to serve.", show_default=f"{DEMONSTRATED}, or the only one"),
-    ] = ""
+        list[str] | None,
+        BeforeValidator(_listed_groups),
+        Option(
+            help=f"Vehicles to serve; repeatable, or '{ALL}'.",
+            show_default=f"{DEMONSTRATED}, or the only one",
+        ),
+    ] = field(default_factory=list)
     platform: Annotated[Path, Option(help="Folder with platform.toml.")] = DEMONSTRATION
     band: Annotated[
         tuple[float, float] | None,
@@ -49,11 +64,11 @@ class PlatformOptions:
         return platform.runs(self.load_case, fleet=fleet, mounts=self.mounts, band=self.band)
 
     def served(self, fleet: Fleet) -> Fleet:
-        """Return the vehicles of the group; of a platform with one group all, by default."""
+        """Return the vehicles of the groups; of a platform with one group all, by default."""
         single = len({vehicle.group for vehicle in fleet.vehicles}) == 1
-        if self.group is None or (single and not self.group):
+        if self.group is None or ALL in self.group or (single and not self.group):
             return fleet
-        return fleet.group(self.group or DEMONSTRATED)
+        return fleet.group(*(self.group or [DEMONSTRATED]))
 
 
 PART_WARNING = (

@@ -55,8 +55,10 @@ PACKAGES = (
     "numpy",
     "scipy",
     "pandas",
+    "scikit-learn",
     "pymoo",
     "moocore",
+    "pyDOE3",
     "SALib",
     "numba",
     "matplotlib",
@@ -147,6 +149,14 @@ class Study:
         """Options of the command line by name, with their types as annotations."""
         return expanded(self.module.Options())
 
+    def effective(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all options by name as the study takes them: one may decide over others.
+
+        - raises InputError: options that exclude each other.
+        """
+        options = expanded(filled(self.module.Options(), arguments))
+        return {name: option.default for name, option in options.items()}
+
     def model(self, arguments: Mapping[str, Any]) -> Any:
         """Build the model for these options, without a run."""
         return self.module.prepare(filled(self.module.Options(), arguments))
@@ -236,10 +246,11 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     """
     bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
     bound.apply_defaults()
-    record = _record(study, bound.arguments)
-    run = start_run(out, study.name, seed=bound.arguments["seed"], record=record)
+    arguments = study.effective(bound.arguments)
+    record = _record(study, arguments)
+    run = start_run(out, study.name, seed=arguments["seed"], record=record)
     try:
-        return _carry_out(study, run, bound.arguments, record)
+        return _carry_out(study, run, arguments, record)
     except (InputError, KeyboardInterrupt):
         _discard_empty(run)
         raise

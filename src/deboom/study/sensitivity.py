@@ -15,17 +15,19 @@ import pandas as pd
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.explore.sensitivity import (
+    PairIndices,
     SensitivityInputs,
     SobolIndices,
     design_inputs,
     fast_sobol_indices,
+    pair_indices,
     sobol_designs,
     sobol_indices,
     tolerance_inputs,
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.mounts.mount import Mount
-from deboom.plot import IntervalPanel, LineMap, interval_panels, line_maps
+from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
 from deboom.report import Report, Scalar
 from deboom.study.options import listed
 from deboom.study.platform_model import factor_name, motion_name, motion_report
@@ -50,7 +52,7 @@ def line_levels(index: BoomingModel, designs: RealArray) -> RealArray:
 LINE_POINTS = 1024
 """Base points behind the indices of single lines, at most."""
 PART = 2048  # designs evaluated at a time
-LINES, MOUNTS = "lines", "by mount"
+LINES, MOUNTS, PAIRS, PRESCRIBED = "lines", "by mount", "pairs", "prescribed motion"
 Jobs = dict[str, tuple[Callable[[RealArray], RealArray], RealArray]]
 
 
@@ -74,6 +76,7 @@ class SensitivityPlan:
     - `n_base`: base points, a power of two.
     - `n_resamples`: behind every interval.
     - `seed`: from 1 upwards.
+    - `pairs`: whether pairs of variables get indices of their own.
     """
 
     analysis: Analysis
@@ -83,6 +86,7 @@ class SensitivityPlan:
     n_base: int
     n_resamples: int
     seed: int
+    pairs: bool = False
 
     def inputs(self, names: tuple[str, ...]) -> dict[str, SensitivityInputs]:
         """Return the variables of each analysis by its label; the ranked one comes first."""
@@ -108,6 +112,8 @@ class Sensitivity:
     - `by_mount`: with the variables of each mount as one; None for a single mount.
     - `beside`: of the same vehicles, first and total, by label of what differs.
     - `lines`: of every vehicle and line, vehicle by vehicle, first and total.
+    - `pairs`: of every vehicle and two variables; None where nobody wants them.
+    - `prescribed`: as `indices`, with the motion as measured; None where `index` has it so.
     - `n_runs`: designs that were evaluated.
     """
 
@@ -121,6 +127,8 @@ class Sensitivity:
     beside: Mapping[str, SobolIndices]
     lines: SobolIndices
     n_runs: int
+    pairs: PairIndices | None = None
+    prescribed: SobolIndices | None = None
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -141,11 +149,16 @@ class Sensitivity:
     @cached_property
     def ranking(self) -> dict[str, tuple[str, ...]]:
         """Variables of each vehicle by falling total index."""
-        order = np.argsort(-self.indices.total, axis=0, kind="stable")
-        return {
-            vehicle: tuple(self.variables[place] for place in places)
-            for vehicle, places in zip(self.vehicles, order.T, strict=True)
-        }
+        return ranked(self.indices)
+
+
+def ranked(found: SobolIndices) -> dict[str, tuple[str, ...]]:
+    """Return the factors of each output by falling total index."""
+    order = np.argsort(-found.total, axis=0, kind="stable")
+    return {
+        output: tuple(found.factors[place] for place in places)
+        for output, places in zip(found.outputs, order.T, strict=True)
+    }
 
 
 def sensitivity(
@@ -153,12 +166,15 @@ def sensitivity(
     index: BoomingModel,
     plan: SensitivityPlan,
     progress: Progress | None = None,
+    *,
+    prescribed: BoomingModel | None = None,
 ) -> Sensitivity:
     """Run the designs and return all indices.
 
     - `platform`: its mounts are the groups.
     - `index`: to be evaluated.
     - `plan`: what is asked.
+    - `prescribed`: the same model with the motion as measured, beside it.
     - raises InputError: a range, count or seed that cannot be used; a design without finite levels.
     """
     (label, inputs), *others = plan.inputs(index.variable_names).items()
@@ -174,6 +190,10 @@ def sensitivity(
     }
     if grouped is not None:
         jobs[MOUNTS] = (index, saltelli(grouped))
+    if plan.pairs:
+        jobs[PAIRS] = (index, saltelli(inputs, pairs=True))
+    if prescribed is not None:
+        jobs[PRESCRIBED] = (prescribed, designs)
     values = _evaluated(jobs, progress)
 
     analyse = partial(sobol_indices, outputs=names, seed=plan.seed, n_resamples=plan.n_resamples)
@@ -183,6 +203,15 @@ def sensitivity(
         fast_sobol_indices, factors=inputs.factors, seed=plan.seed, n_resamples=plan.n_resamples
     )
     beside = {other: indices(values[other], outputs=names) for other, _ in others}
+    pairs = None
+    if plan.pairs:
+        pairs = pair_indices(
+            values[PAIRS],
+            inputs.factors,
+            names,
+            seed=plan.seed,
+            n_resamples=plan.n_resamples,
+        )
     lines = [f"{vehicle} at {line:g} Hz" for vehicle in names for line in index.frequency]
     return Sensitivity(
         platform=platform,
@@ -195,6 +224,8 @@ def sensitivity(
         beside=beside,
         lines=indices(values[LINES], outputs=lines),
         n_runs=sum(len(rows) for _, rows in jobs.values()),
+        pairs=pairs,
+        prescribed=indices(values[PRESCRIBED], outputs=names) if prescribed is not None else None,
     )
 
 
@@ -223,6 +254,10 @@ def _evaluated(jobs: Jobs, progress: Progress | None) -> dict[str, RealArray]:
 _T = TypeVar("_T", bound=np.generic)
 MATTERS = 0.02
 """Total index from which a variable is shown where there is no room for all [1]."""
+STRONGEST = 3
+"""Pairs of a vehicle that the page lists."""
+LEADING = 3
+"""Stiffnesses of a vehicle whose order is told."""
 NEGLIGIBLE = 0.005
 """Total index, with its interval, below which a variable may be left out [1]."""
 
@@ -269,6 +304,39 @@ def beside_table(study: Sensitivity) -> pd.DataFrame:
     for label, found in every.items():
         columns[f"total, {label} [1]"] = _long(found.total)
         columns[f"interval ±, {label} [1]"] = _long(found.total_interval)
+    return pd.DataFrame({**_keys(study.vehicles, variable=study.variables), **columns})
+
+
+def pair_table(found: PairIndices) -> pd.DataFrame:
+    """One row per vehicle and two variables, the strongest pairs of each vehicle first."""
+    rows, columns = np.triu_indices(len(found.factors), 1)
+    parts = []
+    for place, vehicle in enumerate(found.outputs):
+        second, interval = (
+            values[rows, columns, place] for values in (found.second, found.second_interval)
+        )
+        part = pd.DataFrame(
+            {
+                "vehicle": vehicle,
+                "variable": [found.factors[row] for row in rows],
+                "with": [found.factors[column] for column in columns],
+                "second order [1]": second,
+                "second order interval ± [1]": interval,
+                "zero": np.where(second <= interval, "second order", ""),
+            }
+        )
+        parts.append(part.sort_values("second order [1]", ascending=False, kind="stable"))
+    return pd.concat(parts, ignore_index=True)
+
+
+def motion_table(study: Sensitivity) -> pd.DataFrame:
+    """One row per vehicle and variable: total index with the study's and with prescribed motion."""
+    assert study.prescribed is not None
+    both = {motion_name(study.index): study.indices, "prescribed": study.prescribed}
+    columns = {}
+    for name, found in both.items():
+        columns[f"total, {name} [1]"] = _long(found.total)
+        columns[f"interval ±, {name} [1]"] = _long(found.total_interval)
     return pd.DataFrame({**_keys(study.vehicles, variable=study.variables), **columns})
 
 
@@ -385,6 +453,8 @@ def sensitivity_report(study: Sensitivity) -> Report:
             "Sensitivity indices of whole mounts.",
         )
         report.table("sobol_mounts", index_table(by_mount, "mount"))
+    _pairs(report, study)
+    _prescribed(report, study)
     report.section(
         "Line by line",
         "The same for the level of every single line. A stiffness that matters at a booming peak "
@@ -420,6 +490,70 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "variables": f"{plan.analysis.value}: {study.inputs.description}",
     }
     return report
+
+
+def _pairs(report: Report, study: Sensitivity) -> None:
+    """Show what two stiffnesses do together only, a matrix per vehicle."""
+    pairs = study.pairs
+    if pairs is None:
+        return
+    report.section(
+        "Pairs of stiffnesses",
+        "The share of the variance that two stiffnesses are behind together only (thesis, figure "
+        "48, speaks of coupled effects); on the diagonal that of each alone. An index that is not "
+        "above its own interval reads zero.",
+    )
+    shown = matters(study)
+    names = tuple(study.variables[row] for row in shown)
+    second = np.where(pairs.second <= pairs.second_interval, 0.0, pairs.second)
+    maps = []
+    for place, vehicle in enumerate(study.vehicles):
+        matrix = second[np.ix_(shown, shown)][:, :, place]
+        np.fill_diagonal(matrix, np.clip(pairs.first[shown, place], 0.0, 1.0))
+        maps.append(HeatMap(f"{vehicle} [1]", names, names, matrix))
+    report.figure(
+        "sobol_pairs",
+        lambda: heat_maps(maps, columns=min(3, len(maps))),
+        f"Second-order indices, {study.label}; stiffnesses that matter in some vehicle.",
+    )
+    table = pair_table(pairs)
+    strong = table[table["zero"] == ""].groupby("vehicle", sort=False).head(STRONGEST)
+    if strong.empty:
+        report.text("No pair is above its own interval; sobol_pairs.csv has all.")
+        report.table("sobol_pairs", table)
+        return
+    caption = f"The {STRONGEST} strongest pairs of each vehicle; sobol_pairs.csv has all."
+    report.table("sobol_pairs", table, caption, shown=strong.filter(regex="^(?!zero)"))
+
+
+def _prescribed(report: Report, study: Sensitivity) -> None:
+    """Say how prescribed motion, which is the thesis's, orders the stiffnesses otherwise."""
+    if study.prescribed is None:
+        return
+    orders = (study.ranking, ranked(study.prescribed))
+    words = []
+    for vehicle in study.vehicles:
+        here, there = (", ".join(order[vehicle][:LEADING]) for order in orders)
+        words.append(
+            f"{vehicle}: {here}; prescribed {there}."
+            if here != there
+            else f"{vehicle}: {here}, in both."
+        )
+    report.section(
+        "The order with prescribed motion",
+        "The thesis holds the powertrain's motion as measured, where a stiffness acts through its "
+        f"own force alone; with {motion_name(study.index)} motion it moves the powertrain as well, "
+        "and with it the forces of all other mounts. The leading stiffnesses:\n\n"
+        + "\n\n".join(words),
+        folded=True,
+    )
+    _mattering(
+        report,
+        study,
+        "sobol_motion",
+        motion_table(study),
+        "Total indices. sobol_motion.csv has all, with intervals.",
+    )
 
 
 def _headed(study: Sensitivity) -> Report:

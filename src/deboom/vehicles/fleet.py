@@ -119,16 +119,18 @@ class Fleet:
         """Name of each vehicle."""
         return tuple(vehicle.name for vehicle in self.vehicles)
 
-    def group(self, name: str) -> Fleet:
-        """Return the vehicles of one group.
+    def group(self, *names: str) -> Fleet:
+        """Return the vehicles of one group or several, in the fleet's order.
 
-        - raises InputError: no vehicle of that group.
+        - raises InputError: no vehicle of a group.
         """
-        members = tuple(vehicle for vehicle in self.vehicles if vehicle.group == name)
-        if not members:
-            groups = sorted({vehicle.group for vehicle in self.vehicles})
-            raise InputError(f"no vehicle of group {name!r} in the fleet: choose one of {groups}")
-        return Fleet(members)
+        groups = sorted({vehicle.group for vehicle in self.vehicles})
+        for name in names:
+            if name not in groups:
+                raise InputError(
+                    f"no vehicle of group {name!r} in the fleet: choose one of {groups}"
+                )
+        return Fleet(tuple(vehicle for vehicle in self.vehicles if vehicle.group in names))
 
 
 @checked(frequency="f", values="v f k", vehicle_names="v", variable_names="k")

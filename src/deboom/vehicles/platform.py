@@ -207,11 +207,14 @@ class Platform:
                 f"the band from {band[0]:g} to {band[1]:g} Hz is not inside the measured "
                 f"{lines[0]:g} to {lines[-1]:g} Hz: give a lower and an upper edge within them"
             )
-        runs = self.runs(load_cases, fleet=self._chosen(vehicles), mounts=mounts, band=band)
+        runs = self.runs(load_cases, fleet=self.listeners(vehicles), mounts=mounts, band=band)
         return runs.model(motion, factor, loss_factors=loss_factors)
 
-    def _chosen(self, vehicles: str | Sequence[str] | None) -> Fleet:
-        """Return some of the vehicles, by their names and those of their groups."""
+    def listeners(self, vehicles: str | Sequence[str] | None) -> Fleet:
+        """Return some of the vehicles, by their names and those of their groups; None: all.
+
+        - raises InputError: no such vehicle or group.
+        """
         members = self.fleet.vehicles
         if vehicles is None:
             return self.fleet

@@ -1,0 +1,67 @@
+"""deboom's searches as problems of pymoo: the same numbers as the studies, for any algorithm."""
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.optimize import minimize
+
+import deboom
+from deboom.bench.electric_car_writer import write_electric_car
+from deboom.choices import CalibrationLevel
+from deboom.compressor.cabin_index import MountStatics
+
+SMALL = {"vehicles": "U06", "band": (24, 30), "draws": 16}
+
+
+@pytest.fixture(scope="module")
+def platform():
+    return deboom.read_platform("u06")
+
+
+def test_the_objectives_are_those_of_a_search_and_nominal_is_the_level_of_the_design(platform):
+    model = platform.model("U06", band=(24, 30))
+    robust = deboom.Robust(model, model.design_space(), draws=16)
+    designs = robust.space.lower + 0.3 * np.arange(3)[:, None] * robust.space.tolerance
+    found = deboom.BoomingProblem(platform, **SMALL).evaluate(designs, return_as_dictionary=True)
+    assert np.array_equal(found["F"], robust(designs).objectives)
+    literal = deboom.BoomingProblem(platform, nominal=True, **SMALL).evaluate(
+        designs, return_values_of=["F"]
+    )
+    assert literal[:, 0] == pytest.approx(model(designs).sum(axis=1), rel=1e-12)
+    assert np.array_equal(literal[:, 1], found["F"][:, 1])
+    every = deboom.BoomingProblem(platform, band=(24, 30), draws=16)
+    assert every.robust.evaluate.response_names == platform.fleet.names
+    with pytest.raises(deboom.InputError, match="vehicle"):
+        deboom.BoomingProblem(platform, vehicles="U66")
+
+
+def test_any_algorithm_chooses_whole_parts(platform):
+    problem = deboom.CatalogueProblem(platform, motion="prescribed", retuning=0.0, **SMALL)
+    with pytest.raises(deboom.InputError, match="whole"):
+        problem.evaluate(0.5 * (problem.xl + problem.xu))
+    result = minimize(problem, NSGA2(8, repair=problem.repair), ("n_gen", 3), seed=1)
+    assert np.array_equal(result.pop.get("X"), np.rint(result.pop.get("X")))
+    today = problem.evaluate(problem.robust.space.nominal, return_values_of=["F"])
+    assert result.F[:, 0].min() < today[0]
+    parts = problem.parts(result.X[np.argmin(result.F[:, 0])])
+    assert set(parts) == {"EnM", "GeM", "TSM", "Du"}
+    assert not all("today's" in part for part in parts.values())
+
+
+def test_a_softer_compressor_mount_is_quieter_until_it_travels_too_far(tmp_path):
+    folder = write_electric_car(tmp_path / "car", 1, "EV-1", None, CalibrationLevel.C2)
+    car = deboom.read_electric_car(folder)
+    problem = deboom.CompressorProblem(car, line_step=20.0, draws=8, place_tolerance=0.0)
+    space = problem.robust.space
+    soft = np.where(space.upper > space.lower, 0.75, 1.0)
+    found = problem.evaluate(
+        np.stack([space.nominal, soft, space.lower]), return_as_dictionary=True
+    )
+    assert found["F"][1, 0] < found["F"][0, 0]
+    travel = problem.robust.response(np.stack([space.nominal, soft, space.lower]))[:, 0]
+    assert isinstance(problem.robust.response, MountStatics)
+    assert np.array_equal(found["G"][:, 1] > 0.0, travel > 1.2 * travel[0])
+    assert (found["G"][0] < 0.0).all()
+    for changes, message in (({"band": (0.0, 20.0)}, "rises from above"), ({"cars": []}, "no car")):
+        with pytest.raises(deboom.InputError, match=message):
+            deboom.CompressorProblem(**{"cars": car, **changes})

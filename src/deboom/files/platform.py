@@ -36,6 +36,7 @@ from deboom.files.schema import (
     AtLeastOne,
     Axis,
     Inertia,
+    Matrix3,
     Name,
     Note,
     NotNegative,
@@ -47,9 +48,12 @@ from deboom.files.schema import (
     beyond_gears,
     doubled,
     has_name,
+    inertia_faults,
     load_toml,
     noting,
+    same_file,
     telling,
+    within,
 )
 from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
@@ -58,6 +62,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import as_mounted
 from deboom.names import look_alikes
+from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
@@ -224,6 +229,13 @@ def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
     return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
 
 
+SMALLEST_RATIO, LARGEST_RATIO = 1.0, 100.0
+"""Total ratios: wheels turn no faster than the engine of a car [1]."""
+EngineTorque = Annotated[
+    Positive, within(5.0, 5000.0, "an engine gives 5 to 5000 N m: is it in kN m, or at the wheels?")
+]
+
+
 class Engine(StrictModel):
     """The engine or electric drive and its gearbox."""
 
@@ -231,15 +243,61 @@ class Engine(StrictModel):
     dominant_order: Positive  # of the operating spectra [cycles per revolution]
     total_ratios: AtLeastOne[Positive]  # engine speed over wheel speed, gear 1 first [1]
 
+    @field_validator("total_ratios")
+    @classmethod
+    def _of_a_gearbox(cls, ratios: tuple[float, ...]) -> tuple[float, ...]:
+        if min(ratios) < SMALLEST_RATIO or max(ratios) > LARGEST_RATIO:
+            raise ValueError(
+                "a total ratio is engine speed over wheel speed, final drive included, "
+                f"{SMALLEST_RATIO:g} to {LARGEST_RATIO:g}: are they inverted, or without final "
+                "drive?"
+            )
+        if sorted(ratios, reverse=True) != list(ratios):
+            raise ValueError("the ratio falls from gear to gear: gear 1 comes first")
+        return ratios
+
+    def order_faults(self) -> Iterator[str]:
+        """Give a sentence for a dominant order at which no cylinder fires."""
+        cylinders, order = getattr(self, "cylinders", None), getattr(self, "dominant_order", 0.0)
+        firing = dominant_order(cylinders) if cylinders else order
+        if firing and (order < firing or order % firing):
+            yield (
+                f"[engine] has {cylinders} cylinders, which fire at order {firing:g}, and "
+                f"dominant_order {order:g}: correct one of both"
+            )
+
 
 class PowertrainEntry(StrictModel):
     """Nominal rigid-body data from the data sheet, with half widths as tolerances."""
 
-    mass_kg: Positive
+    mass_kg: Annotated[
+        Positive, within(20.0, 1500.0, "a powertrain weighs 20 to 1500 kg: is it in g or t?")
+    ]
     mass_tolerance_kg: NotNegative
     inertia_kg_m2: Inertia  # matrix entries about the centre of gravity, vehicle axes
-    inertia_tolerance: NotNegative  # relative to the diagonal [1]
-    centre_of_gravity_tolerance_m: NotNegative  # per axis
+    # relative to the diagonal [1]
+    inertia_tolerance: Annotated[
+        NotNegative,
+        within(0.0, 0.5, "it is relative and below 0.5: is it in percent, or in kg m²?"),
+    ]
+    centre_of_gravity_tolerance_m: Annotated[  # per axis
+        NotNegative, within(0.0, 0.1, "a data sheet knows better, in m: is it in mm?")
+    ]
+
+    @field_validator("mass_tolerance_kg")
+    @classmethod
+    def _below_the_mass(cls, tolerance: float, others: ValidationInfo) -> float:
+        if tolerance >= others.data.get("mass_kg", math.inf):
+            raise ValueError("a tolerance is below its mass: correct one of both")
+        return tolerance
+
+    @field_validator("inertia_kg_m2")
+    @classmethod
+    def _of_a_body(cls, inertia: Matrix3, others: ValidationInfo) -> Matrix3:
+        if "mass_kg" in others.data:
+            for sentence in inertia_faults(others.data["mass_kg"], inertia):
+                raise ValueError(sentence)
+        return inertia
 
 
 class MountEntry(StrictModel):
@@ -250,7 +308,10 @@ class MountEntry(StrictModel):
     pieces: Annotated[Several[Name], Field(min_length=2)] | None = None  # of one part number
     transfer_axes: Several[Axis]  # whose force reaches the cabin
     # mass of the body on each piece where that is not the powertrain, from the data sheet
-    body_mass_kg: Positive | None = None
+    body_mass_kg: (
+        Annotated[Positive, within(1.0, 1000.0, "a body mass is 1 to 1000 kg: is it in g or t?")]
+        | None
+    ) = None
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
 
     @field_validator("body_mass_tolerance_kg")
@@ -293,7 +354,7 @@ class LoadCaseEntry(StrictModel):
     name: Name  # short key, such as g5_wot220
     title: str  # in words, for the report
     gear: Number
-    torque_limit_nm: Positive  # of the engine
+    torque_limit_nm: EngineTorque  # of the engine
     order: Positive | None = None  # of this run's spectra, where it is not the dominant one
     operating: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
@@ -321,7 +382,10 @@ class PlatformFile(StrictModel):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)
             yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
+        yield from same_file("vehicles", "noise_transfer", self.vehicles)
+        yield from same_file("load cases", "operating", self.load_cases)
         yield from look_alikes("group", [getattr(entry, "group", "") for entry in self.vehicles])
+        yield from self.engine.order_faults()
         known = [case.name for case in self.load_cases]
         if known and getattr(self, "default_load_case", known[0]) not in known:
             yield (

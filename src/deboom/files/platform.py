@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -83,6 +84,7 @@ class Columns:
     - `frequency` (f,): lines of the file [Hz].
     - `values` (f, n_channel): values along the positive axes, in SI.
     - `ear`: name of the microphone; ``""`` where the file states none.
+    - `labels`: what its ID lines say, one below the other.
     """
 
     path: Path
@@ -91,6 +93,7 @@ class Columns:
     frequency: RealArray
     values: npt.NDArray[np.complex128]
     ear: str = ""
+    labels: str = ""
 
 
 def noise_transfer_columns(
@@ -205,7 +208,11 @@ def _columns(
     table = np.zeros((matrix.axis.size, len(columns)), dtype=np.complex128)
     for number, column in enumerate(columns.values()):
         table[:, number] = column
-    return Columns(matrix.path, matrix.item, tuple(columns), matrix.axis, table)
+    labels = "\n".join(
+        dict.fromkeys(line for each in matrix.functions for line in each.id_lines if line)
+    )
+    names = tuple(columns)
+    return Columns(matrix.path, matrix.item, names, matrix.axis, table, labels=labels)
 
 
 def common_axis(files: Sequence[Columns], tell: Note) -> RealArray:
@@ -620,7 +627,52 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         cylinders=file.engine.cylinders,
         library=library,
         library_fault=library_fault,
+        doubts=tuple(_doubts(folder, file, contents, inputs)),
     )
+
+
+def _doubts(
+    folder: Path, file: PlatformFile, contents: Contents, inputs: Sequence[Path]
+) -> Iterator[str]:
+    """Give a sentence for ID lines that name another item, and for files that nothing names."""
+    vehicles = {entry.name: (entry.name,) for entry in file.vehicles}
+    for entry in file.vehicles:
+        columns = contents.noise_transfer[entry.name]
+        for other in _others_in(columns.labels, vehicles, entry.name):
+            yield (
+                f"{columns.path}: vehicle {entry.name}: its ID lines name vehicle {other}: is it "
+                "the right file?"
+            )
+    cases = {entry.name: (entry.name, entry.title) for entry in file.load_cases}
+    for case in file.load_cases:
+        columns = contents.operating[case.name][0]
+        for other in _others_in(columns.labels, cases, case.name):
+            yield (
+                f"{columns.path}: load case {case.name}: its ID lines name load case {other}: is "
+                "it the right file?"
+            )
+    beside = {path.parent for path in inputs} - {folder}
+    for place in sorted(beside):
+        for path in sorted(place.iterdir()):
+            endings = {each.suffix.lower() for each in inputs if each.parent == place}
+            if path.is_file() and path.suffix.lower() in endings and path not in inputs:
+                yield (
+                    f"{path}: {PLATFORM_FILE} does not name it: add its vehicle or load case, or "
+                    "move it elsewhere"
+                )
+
+
+def _others_in(labels: str, names: Mapping[str, Sequence[str]], own: str) -> list[str]:
+    """Name the items that labels name, where they do not name their own."""
+
+    def stands(words: Sequence[str]) -> bool:
+        return any(
+            re.search(rf"(?<![\w-]){re.escape(word)}(?![\w-])", labels) for word in words if word
+        )
+
+    if stands(names[own]):
+        return []
+    return [name for name, words in names.items() if stands(words)]
 
 
 def _library(

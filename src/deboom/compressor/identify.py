@@ -48,6 +48,7 @@ from deboom.measurement.compressor_test import (
     HoseDrawing,
     InertanceTest,
     refuse_contradictions,
+    refuse_drawing,
     spread,
 )
 from deboom.measurement.culprit import tolerances_of_all
@@ -296,7 +297,7 @@ def refuse_implausible(test: InertanceTest) -> None:
     Nothing is judged of a free body with the decay of a window, nor without enough lines to start.
 
     - raises InputError: low coherence; contradictions between sheet and functions; a body of
-      implausible density, or another mass than the scales say.
+      implausible density, another mass than the scales say, or a drawing of another body.
     """
     refuse_contradictions(test)
     if test.frf.added_decay_rate:
@@ -360,6 +361,7 @@ def _start(
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
     _refuse_implausible_body(test, model, length)
     _refuse_wrong_scale(test, model)
+    refuse_drawing(test)
     return parametrisation, parametrisation.values_of(model)
 
 

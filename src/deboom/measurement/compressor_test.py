@@ -225,12 +225,11 @@ def refuse_contradictions(test: InertanceTest) -> None:
 
     - raises InputError: functions conjugated, reversed, inverted or of another quantity; a channel
       or impact reversed, swapped or exchanged with another, or the same as another; lengths in two
-      units; a drawing that no such body has.
+      units.
     """
     _refuse_unlike_lengths(test)
-    sentences = [*_twins(test.frf), *_drawing_faults(test)]
-    if sentences:
-        raise InputError("\n".join(f"{test.name}: {sentence}" for sentence in sentences))
+    for sentence in _twins(test.frf):
+        raise InputError(f"{test.name}: {sentence}")
     sensors, impacts = sensor_geometry(test.sensors), impact_geometry(test.impacts)
     refuse_other_functions(test.frf, [(sensors, impacts)], test.name)
     refuse_sheet_faults(
@@ -241,6 +240,16 @@ def refuse_contradictions(test: InertanceTest) -> None:
         test.name,
         test.sensors,
     )
+
+
+def refuse_drawing(test: InertanceTest) -> None:
+    """Refuse a drawing that no body has whose position sheet and weight are those of the test.
+
+    - raises InputError: mass, inertia, places, stiffness or angles in another unit.
+    """
+    sentences = [f"{test.name}: {sentence}" for sentence in _drawing_faults(test)]
+    if sentences:
+        raise InputError("\n".join(sentences))
 
 
 def spread(places: Sequence[RealArray]) -> float:

@@ -136,10 +136,13 @@ class Platform:
         - warns DataWarning: a likely one.
         """
         certain = [finding.sentence for finding in self.findings if finding.certain]
+        for case in self.load_cases:
+            try:
+                refuse_reversed_channel(self.mounts, case)
+            except InputError as error:
+                certain.append(str(error))
         if certain:
             raise InputError("\n".join(certain))
-        for case in self.load_cases:
-            refuse_reversed_channel(self.mounts, case)
         for finding in self.findings:
             warnings.warn(f"{self.folder}: {finding.sentence}", DataWarning, stacklevel=2)
 

@@ -37,7 +37,7 @@ engine's own force at its order makes it differ from 1."""
 LONGEST_DROPOUT = 2
 """Lines in a row that may read exactly zero."""
 FEWEST_LINES = 40
-"""Lines from which on a course over frequency is judged."""
+"""Lines from which on anything is judged."""
 SPEEDS = (550.0, 9000.0)
 """Speeds at which a combustion engine runs under load [1/min]."""
 FEWEST_VEHICLES = 4
@@ -74,7 +74,11 @@ def platform_findings(
     - `powertrain`: of the data sheet; None leaves out what needs mass and inertia.
     - `load_cases`: runs in vehicle axes.
     - `cylinders`: None for an electric drive.
+
+    Nothing is judged on fewer than `FEWEST_LINES` lines.
     """
+    if load_cases[0].force.frequency.size < FEWEST_LINES:
+        return ()
     return (
         *_runs(load_cases, cylinders),
         *_carried(mounts, powertrain, load_cases),
@@ -114,8 +118,6 @@ def _runs(load_cases: Sequence[LoadCase], cylinders: int | None) -> Iterator[Fin
 
 def _dead(frequency: RealArray, values: ComplexArray) -> str:
     """Say where a channel is zero or constant; empty where it is alive."""
-    if values.size < FEWEST_LINES:
-        return ""
     if np.all(values == 0.0):
         return "is 0 at all lines: measure it again, or leave the axis out"
     # neighbours of the edges of zeros: each pair is where a row of zeros begins and ends
@@ -173,7 +175,7 @@ def _carried(
     if residual > SMALL_RESIDUAL:
         yield from _not_of_a_body(pieces, places, displacement, residual)
         return
-    if powertrain is not None and len(displacement) >= FEWEST_LINES:
+    if powertrain is not None:
         force = np.vstack([case.force.select(channels).values for case in load_cases])
         lines = np.concatenate([case.force.frequency for case in load_cases])
         yield from _unbalanced(powertrain, forward, displacement, force, lines)
@@ -309,15 +311,14 @@ def _functions(vehicle: Vehicle) -> Iterator[Finding]:
     """Look at the functions of one vehicle by themselves."""
     frf, whose = vehicle.noise_transfer, f"vehicle {vehicle.name}: its noise transfer functions"
     values = frf.values[:, 0]
-    for first, second in combinations(range(len(frf.inputs)), 2):
-        if np.array_equal(values[:, first], values[:, second]):
-            yield Finding(
-                f"vehicle {vehicle.name}: the noise transfer functions of {frf.inputs[first]} and "
-                f"{frf.inputs[second]} are the same: export each",
-                certain=True,
-            )
-    if len(frf.frequency) < FEWEST_LINES:
-        return
+    pairs = combinations(range(len(frf.inputs)), 2)
+    same = [pair for pair in pairs if np.array_equal(values[:, pair[0]], values[:, pair[1]])]
+    if same:
+        words = "; ".join(f"{frf.inputs[a]} and {frf.inputs[b]}" for a, b in same)
+        yield Finding(
+            f"vehicle {vehicle.name}: noise transfer functions are the same ({words}): export each",
+            certain=True,
+        )
     for name, column in zip(frf.inputs, values.T, strict=True):
         if words := _dead(frf.frequency, column):
             yield Finding(f"{whose[:-1]} of {name} {words}", certain=True)
@@ -375,8 +376,6 @@ def _unlike_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
     if len(vehicles) <= FEWEST_VEHICLES:
         return
     values = np.stack([one.noise_transfer.values[:, 0] for one in vehicles])
-    if values.shape[1] < FEWEST_LINES:
-        return
     values = values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-300)
     for number, one in enumerate(vehicles):
         others = np.delete(values, number, axis=0).mean(axis=0)

@@ -359,8 +359,8 @@ def _start(
         start = linear_start(parametrisation, lines, values)
         model = parametrisation.model(start)
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
-    _refuse_implausible_body(test, model, length)
     _refuse_wrong_scale(test, model)
+    _refuse_implausible_body(test, model, length)
     refuse_drawing(test)
     return parametrisation, parametrisation.values_of(model)
 

@@ -87,7 +87,7 @@ def test_the_shipped_platform_is_plausible(platform):
         (lambda p: moved(p, lambda x: x * [1, -1, 1]), True, "y reversed (left is right)"),
         (lambda p: moved(p, lambda x: x * [-1, 1, 1]), True, "x reversed"),
         (lambda p: moved(p, lambda x: x[[1, 0, 2, 3, 4]]), True, "EnM and GeM exchanged"),
-        (lambda p: moved(p, lambda x: x + np.array([1.3, 0, 0.4])), False, "centre of gravity, not"),
+        (lambda p: moved(p, lambda x: x + np.array([1.3, 0, 0.4])), False, "of gravity, not"),
         (lambda p: moved(p, lambda x: x / 10), False, "that of the numbers (mm, cm, m)"),
         (
             lambda p: measured(p, 2, "displacement", dropped(40, 45)),

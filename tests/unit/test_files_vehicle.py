@@ -139,7 +139,7 @@ impacts.csv | I1 x,EnM | I1 x,XYZ | 'XYZ' is no mount or piece
 impacts.csv | I1 y,EnM,,301,+y | I1 y,EnM,,301,+x | DoF 301 +x already stands
 sensors.csv | B1,accelerometer,B&K 4321,EnM | B1,accelerometer,B&K 4321,X | 'X' is
 channels.csv | B1 x, | B99 x, | no row for channel B1 x
-vehicle.toml | dominant_order = 1.5 | dominant_order = 2.0 | is of order 1.5, not of order 2: corr
+vehicle.toml | dominant_order = 1.5 | dominant_order = 3.0 | is of order 1.5, not of order 3: corr
 vehicle.toml | "A1" | "A99" | source_sensors ['A99'] are not in
 vehicle.toml | gear = 5 | gear = 9 | is in gear 9, but total_ratios in [engine] has 7 gears
 vehicle.toml | node = 902 | node = 901 | two [[ears]] have the node '901'

@@ -48,6 +48,7 @@ from deboom.measurement.compressor_test import (
     HoseDrawing,
     InertanceTest,
     refuse_contradictions,
+    refuse_drawing,
     spread,
 )
 from deboom.measurement.culprit import tolerances_of_all
@@ -290,6 +291,28 @@ def identify(
     )
 
 
+def refuse_implausible(test: InertanceTest) -> None:
+    """Refuse a hammer test that `identify` would refuse, by its linear start, in a second.
+
+    Nothing is judged of a free body with the decay of a window, nor without enough lines to start.
+
+    - raises InputError: low coherence; contradictions between sheet and functions; a body of
+      implausible density, another mass than the scales say, or a drawing of another body.
+    """
+    refuse_contradictions(test)
+    if test.frf.added_decay_rate:
+        return
+    try:
+        fitted = thinned(in_bands(test.frf.frequency, THESIS_BANDS), LARGEST_LINES)
+    except InputError:
+        return
+    _refuse_low_coherence(test, fitted, IdentifyOptions())
+    response = virtual_point(sensor_geometry(test.sensors))
+    excitation = virtual_point(impact_geometry(test.impacts))
+    inertance = virtual_point_frf(test.frf, response=response, excitation=excitation)
+    _start(test, inertance, fitted)
+
+
 def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
     """Choose the calibration of sensors and impacts that can be trusted.
 
@@ -336,7 +359,9 @@ def _start(
         start = linear_start(parametrisation, lines, values)
         model = parametrisation.model(start)
         length = float(np.sqrt(np.trace(model.inertia) / (3 * model.mass)))
+    _refuse_wrong_scale(test, model)
     _refuse_implausible_body(test, model, length)
+    refuse_drawing(test)
     return parametrisation, parametrisation.values_of(model)
 
 

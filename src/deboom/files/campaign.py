@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.files.function_table import FRF, IN_SI, TIME_SIGNAL, Dof, FunctionMatrix
-from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
+from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.platform import PowertrainEntry as Powertrain
 from deboom.files.rows import (
     CAMPAIGN_QUANTITIES,
@@ -29,7 +29,6 @@ from deboom.files.schema import (
     Name,
     NotNegative,
     Number,
-    Positive,
     RelativePath,
     Several,
     StrictModel,
@@ -38,7 +37,9 @@ from deboom.files.schema import (
     doubled,
     load_toml,
     refuse_all,
+    same_file,
     values_of,
+    within,
 )
 from deboom.files.tables import read_table
 from deboom.files.time_data import time_functions
@@ -108,9 +109,18 @@ class CampaignEngine(Engine):
 class ToleranceEntry(StrictModel):
     """Standard deviations of what the bench states only approximately."""
 
-    sensor_position_m: NotNegative  # of an accelerometer, per axis
-    sensor_angle_rad: NotNegative  # of an accelerometer, per axis
-    sensor_gain: NotNegative  # of an accelerometer channel [1]
+    # of an accelerometer, per axis
+    sensor_position_m: Annotated[
+        NotNegative, within(0.0, 0.1, "nothing is placed that badly, in m: is it in mm?")
+    ]
+    # of an accelerometer, per axis
+    sensor_angle_rad: Annotated[
+        NotNegative, within(0.0, 0.35, "no angle is off by 20 degrees: is it in degrees?")
+    ]
+    # of an accelerometer channel [1]
+    sensor_gain: Annotated[
+        NotNegative, within(0.0, 0.5, "a relative tolerance is below 0.5: is it in percent?")
+    ]
     sensor_cross_axis: NotNegative  # of an accelerometer channel [1]
     acceleration_own: NotNegative  # noise per amplitude of the channel [1]
     acceleration_norm: NotNegative  # noise per norm of the triaxial sensor [1]
@@ -132,7 +142,7 @@ class RunEntry(StrictModel):
     mount_set: Name  # parts on the bench
     gear: Number
     full_load: bool  # ramp with wide open throttle; else a slice at constant torque
-    torque_nm: Positive  # limit of a ramp, torque of a slice
+    torque_nm: EngineTorque  # limit of a ramp, torque of a slice
     rising: bool  # direction of the engine speed
     file: RelativePath
 
@@ -201,6 +211,7 @@ class CampaignFile(StrictModel):
         ):
             yield from look_alikes(what, [getattr(e, key, "") for e in getattr(self, section)])
         yield from doubled("switched_off are named", self.switched_off)
+        yield from same_file("runs", "file", self.runs)
         yield from self.engine.load_faults()
         gears = [(run.name, run.gear) for run in (*self.runs, *self.time_runs)]
         yield from beyond_gears("run", gears, self.engine.total_ratios)

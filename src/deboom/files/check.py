@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -11,7 +12,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.choices import FolderKind
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.folders import FILES, kind_of_folder, summary_of
 from deboom.files.platform import PlatformFile, assembled, read_contents
@@ -23,7 +24,6 @@ from deboom.mounts.cross_stiffness import CrossStiffness, cross_stiffness_of_run
 from deboom.mounts.mount import in_mount_axes, not_identified, refuse_active_mounts
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
-from deboom.vehicles.coupled_motion import refuse_reversed_channel
 from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 
@@ -91,8 +91,9 @@ def check_platform(folder: Path) -> PlatformCheck:
     -------
     PlatformCheck
         Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
-        channel whose reversal makes the powertrain's motion rigid, a mount library that does not
-        fit.
+        channel whose reversal makes the powertrain's motion rigid, what `Platform.findings` is
+        certain of, a mount library that does not fit. What is only likely is a WARNING of the
+        summary. A study refuses and warns of the same.
 
     Raises
     ------
@@ -127,11 +128,14 @@ def check_platform(folder: Path) -> PlatformCheck:
         for case in platform.load_cases:
             with noting(faults.append):
                 refuse_active_mounts(in_mount_axes(platform.mounts, case))
-            with noting(faults.append):
-                refuse_reversed_channel(platform.mounts, case)
+        with noting(faults.append), warnings.catch_warnings():
+            # what is likely is part of the summary
+            warnings.simplefilter("ignore", DataWarning)
+            platform.refuse_contradictions()
         if not faults and (folder / LIBRARY_FILE).exists():
-            with noting(faults.append):
+            with noting(faults.append), warnings.catch_warnings():
                 every = [case.name for case in platform.load_cases]
+                warnings.simplefilter("ignore", DataWarning)
                 platform.runs(every, mounts=MountSource.library_inside)
     sentences = dict.fromkeys(str(fault) for fault in faults)
     return PlatformCheck(tuple(sentences), tuple(waiting), platform)
@@ -168,6 +172,8 @@ def _summary(platform: Platform) -> Iterator[tuple[str, str]]:
         yield "pieces", words
     if words := unidentified_in_words(platform, platform.load_cases):
         yield "not identified", words
+    for finding in platform.findings:
+        yield "WARNING", finding.sentence
     for sentence in _alarms(cross_stiffness_of_runs(platform.mounts, platform.load_cases)):
         yield "ALARM", sentence
     for group in groups:

@@ -11,6 +11,7 @@ import pandas as pd
 
 from deboom.choices import FolderKind, FunctionFiles
 from deboom.common import AXES
+from deboom.compressor.identify import refuse_implausible
 from deboom.errors import InputError, naming
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
@@ -23,7 +24,6 @@ from deboom.files.rows import NOISE_TRANSFER, QUANTITY_UNIT
 from deboom.files.schema import StrictModel, doubled, refuse_all
 from deboom.files.tables import workbook_bytes, write_frame
 from deboom.files.vehicle import VEHICLE_FILE, VehicleFile, read_vehicle
-from deboom.measurement.compressor_test import refuse_contradictions
 from deboom.measurement.driving_points import fault_of_hammer_test
 from deboom.measurement.electric_car import refuse_contradictions_of_car
 from deboom.measurement.impact_test import HammerOptions, hammer_frfs
@@ -95,7 +95,7 @@ def _vehicle(folder: Path) -> Iterator[tuple[str, str]]:
 def _compressor(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_inertance_test(folder)
     with naming(folder):
-        refuse_contradictions(held)
+        refuse_implausible(held)
     lines = held.frf.frequency
     weighed = "not weighed" if held.weighed_mass is None else f"weighed {held.weighed_mass:g} kg"
     yield "test", f"{held.name}, {weighed}"
@@ -112,7 +112,7 @@ def _operation(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_operating_test(folder)
     with naming(folder):
         for hammer in filter(None, (held.hammer, held.hammer_with_hoses)):
-            refuse_contradictions(hammer)
+            refuse_implausible(hammer)
     yield "test", held.name
     for sweep in held.sweeps:
         lines = sweep.acceleration.frequency

@@ -16,8 +16,10 @@ from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
+    GainTolerance,
     Matrix3,
     Number,
+    PlaceTolerance,
     Positive,
     RelativePath,
     Row3,
@@ -148,11 +150,11 @@ INERTANCE_TEST_FILE = "compressor_test.toml"
 class ToleranceSection(StrictModel):
     """Standard deviations of what is stated only approximately."""
 
-    sensor_gain: Positive  # of each channel, relative [1]
-    sensor_position_m: Positive  # per axis
+    sensor_gain: GainTolerance  # of each channel, relative [1]
+    sensor_position_m: PlaceTolerance  # per axis
     sensor_angle_deg: Positive  # per axis
-    hammer_gain: Positive  # common to all impacts, relative [1]
-    impact_position_m: Positive  # per axis
+    hammer_gain: GainTolerance  # common to all impacts, relative [1]
+    impact_position_m: PlaceTolerance  # per axis
     impact_angle_deg: Positive  # per axis
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from scipy.spatial.transform import Rotation
@@ -35,7 +35,9 @@ from deboom.files.schema import (
     doubled,
     load_toml,
     refuse_all,
+    same_file,
     values_of,
+    within,
 )
 from deboom.files.uff import write_uff
 from deboom.measurement.channels import Spectrum, TimeRecord
@@ -209,7 +211,9 @@ class SweepSection(StrictModel):
 
     name: Title  # such as standard 7.5 bar
     hoses: Literal["standard", "soft"]  # the vehicle's, or long soft ones with masses on them
-    pressure_bar: Positive  # of the gas at the outlet
+    pressure_bar: Annotated[  # of the gas at the outlet
+        Positive, within(0.1, 300.0, "a compressor makes up to 300 bar: is it in kPa?")
+    ]
     spectra: RelativePath | None = None  # UFF of the order spectra
     record: RelativePath | None = None  # instead: UFF of the channels over time, with the tacho
     sample_rate_hz: Positive | None = None  # of the record, exact; UFF keeps six digits of it
@@ -221,11 +225,15 @@ class HoseSection(StrictModel):
     name: Title  # such as suction hose
     position_m: Row3  # of the port on the compressor, from the origin of the position sheet
     direction: Row3  # from the port to the body, of any length
-    length_m: Positive  # between its ends
+    length_m: Annotated[  # between its ends
+        Positive, within(0.01, 20.0, "a hose is 0.01 to 20 m long: is it in mm?")
+    ]
     tension_n: Positive  # EA
     torsion_n_m2: Positive  # GJ
     bending_n_m2: Positive  # EI
-    line_mass_kg_per_m: Positive  # with what flows in it
+    line_mass_kg_per_m: Annotated[  # with what flows in it
+        Positive, within(0.001, 20.0, "a hose has 0.001 to 20 kg/m: is it in g/m?")
+    ]
     loss_factor: Positive  # of all three stiffnesses
     torsion_radius_m: Positive  # radius of gyration of the section about its axis
 
@@ -257,7 +265,11 @@ class OperatingTestFile(StrictModel):
     hammer_with_hoses: RelativePath | None = None  # the same with standard hoses, compressor off
     sensor_table: RelativePath  # accelerometers as they stood in the sweeps, CSV or Excel
     tacho_node: Number  # scalar; one pulse per revolution, where the rotor's mark is on the y axis
-    rotor_inertia_kg_m2: Positive | None = None  # polar moment, from its data sheet
+    # polar moment, from its data sheet
+    rotor_inertia_kg_m2: (
+        Annotated[Positive, within(1e-7, 1.0, "a rotor has 1e-7 to 1 kg m²: is it in kg mm²?")]
+        | None
+    ) = None
     deviations: DeviationSection  # how well the spectra of the accelerometers are known
     sweeps: AtLeastOne[SweepSection]
     hoses: Several[HoseSection] = ()  # left out where there is no drawing
@@ -277,6 +289,7 @@ class OperatingTestFile(StrictModel):
                     f"[[sweeps]] '{sweep.name}': the keys 'record' and 'sample_rate_hz' come "
                     "together"
                 )
+        yield from same_file("sweeps", "spectra", self.sweeps)
         for section in ("sweeps", "hoses", "holders", "microphones"):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)

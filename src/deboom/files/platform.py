@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
@@ -36,6 +37,7 @@ from deboom.files.schema import (
     AtLeastOne,
     Axis,
     Inertia,
+    Matrix3,
     Name,
     Note,
     NotNegative,
@@ -47,9 +49,12 @@ from deboom.files.schema import (
     beyond_gears,
     doubled,
     has_name,
+    inertia_faults,
     load_toml,
     noting,
+    same_file,
     telling,
+    within,
 )
 from deboom.files.tables import read_rows, read_table, table_columns
 from deboom.files.uff import UffFunction, read_uff
@@ -58,6 +63,7 @@ from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
 from deboom.mounts.surface_forces import as_mounted
 from deboom.names import look_alikes
+from deboom.physics.order_tracking import dominant_order
 from deboom.vehicles.fleet import Fleet, Vehicle, paths_into
 from deboom.vehicles.platform import LIBRARY_FILE, PLATFORM_FILE, MissingLibrary, Platform
 from deboom.vehicles.powertrain import Powertrain
@@ -79,6 +85,7 @@ class Columns:
     - `frequency` (f,): lines of the file [Hz].
     - `values` (f, n_channel): values along the positive axes, in SI.
     - `ear`: name of the microphone; ``""`` where the file states none.
+    - `labels`: what its ID lines say, one below the other.
     """
 
     path: Path
@@ -87,6 +94,7 @@ class Columns:
     frequency: RealArray
     values: npt.NDArray[np.complex128]
     ear: str = ""
+    labels: str = ""
 
 
 def noise_transfer_columns(
@@ -225,7 +233,11 @@ def _columns(
     table = np.zeros((matrix.axis.size, len(columns)), dtype=np.complex128)
     for number, column in enumerate(columns.values()):
         table[:, number] = column
-    return Columns(matrix.path, matrix.item, tuple(columns), matrix.axis, table)
+    labels = "\n".join(
+        dict.fromkeys(line for each in matrix.functions for line in each.id_lines if line)
+    )
+    names = tuple(columns)
+    return Columns(matrix.path, matrix.item, names, matrix.axis, table, labels=labels)
 
 
 def common_axis(files: Sequence[Columns], tell: Note) -> RealArray:
@@ -249,6 +261,13 @@ def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
     return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
 
 
+SMALLEST_RATIO, LARGEST_RATIO = 1.0, 100.0
+"""Total ratios: wheels turn no faster than the engine of a car [1]."""
+EngineTorque = Annotated[
+    Positive, within(5.0, 5000.0, "an engine gives 5 to 5000 N m: is it in kN m, or at the wheels?")
+]
+
+
 class Engine(StrictModel):
     """The engine or electric drive and its gearbox."""
 
@@ -256,15 +275,61 @@ class Engine(StrictModel):
     dominant_order: Positive  # of the operating spectra [cycles per revolution]
     total_ratios: AtLeastOne[Positive]  # engine speed over wheel speed, gear 1 first [1]
 
+    @field_validator("total_ratios")
+    @classmethod
+    def _of_a_gearbox(cls, ratios: tuple[float, ...]) -> tuple[float, ...]:
+        if min(ratios) < SMALLEST_RATIO or max(ratios) > LARGEST_RATIO:
+            raise ValueError(
+                "a total ratio is engine speed over wheel speed, final drive included, "
+                f"{SMALLEST_RATIO:g} to {LARGEST_RATIO:g}: are they inverted, or without final "
+                "drive?"
+            )
+        if sorted(ratios, reverse=True) != list(ratios):
+            raise ValueError("the ratio falls from gear to gear: gear 1 comes first")
+        return ratios
+
+    def order_faults(self) -> Iterator[str]:
+        """Give a sentence for a dominant order at which no cylinder fires."""
+        cylinders, order = getattr(self, "cylinders", None), getattr(self, "dominant_order", 0.0)
+        firing = dominant_order(cylinders) if cylinders else order
+        if firing and (order < firing or order % firing):
+            yield (
+                f"[engine] has {cylinders} cylinders, which fire at order {firing:g}, and "
+                f"dominant_order {order:g}: correct one of both"
+            )
+
 
 class PowertrainEntry(StrictModel):
     """Nominal rigid-body data from the data sheet, with half widths as tolerances."""
 
-    mass_kg: Positive
+    mass_kg: Annotated[
+        Positive, within(20.0, 1500.0, "a powertrain weighs 20 to 1500 kg: is it in g or t?")
+    ]
     mass_tolerance_kg: NotNegative
     inertia_kg_m2: Inertia  # matrix entries about the centre of gravity, vehicle axes
-    inertia_tolerance: NotNegative  # relative to the diagonal [1]
-    centre_of_gravity_tolerance_m: NotNegative  # per axis
+    # relative to the diagonal [1]
+    inertia_tolerance: Annotated[
+        NotNegative,
+        within(0.0, 0.5, "it is relative and below 0.5: is it in percent, or in kg m²?"),
+    ]
+    centre_of_gravity_tolerance_m: Annotated[  # per axis
+        NotNegative, within(0.0, 0.1, "a data sheet knows better, in m: is it in mm?")
+    ]
+
+    @field_validator("mass_tolerance_kg")
+    @classmethod
+    def _below_the_mass(cls, tolerance: float, others: ValidationInfo) -> float:
+        if tolerance >= others.data.get("mass_kg", math.inf):
+            raise ValueError("a tolerance is below its mass: correct one of both")
+        return tolerance
+
+    @field_validator("inertia_kg_m2")
+    @classmethod
+    def _of_a_body(cls, inertia: Matrix3, others: ValidationInfo) -> Matrix3:
+        if "mass_kg" in others.data:
+            for sentence in inertia_faults(others.data["mass_kg"], inertia):
+                raise ValueError(sentence)
+        return inertia
 
 
 class MountEntry(StrictModel):
@@ -275,7 +340,10 @@ class MountEntry(StrictModel):
     pieces: Annotated[Several[Name], Field(min_length=2)] | None = None  # of one part number
     transfer_axes: Several[Axis]  # whose force reaches the cabin
     # mass of the body on each piece where that is not the powertrain, from the data sheet
-    body_mass_kg: Positive | None = None
+    body_mass_kg: (
+        Annotated[Positive, within(1.0, 1000.0, "a body mass is 1 to 1000 kg: is it in g or t?")]
+        | None
+    ) = None
     body_mass_tolerance_kg: NotNegative | None = Field(default=None, validate_default=True)
 
     @field_validator("body_mass_tolerance_kg")
@@ -320,7 +388,7 @@ class LoadCaseEntry(StrictModel):
     name: Name  # short key, such as g5_wot220
     title: str  # in words, for the report
     gear: Number
-    torque_limit_nm: Positive  # of the engine
+    torque_limit_nm: EngineTorque  # of the engine
     order: Positive | None = None  # of this run's spectra, where it is not the dominant one
     operating: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
     torque_table: RelativePath | None = None  # engine torque at every line, where it was recorded
@@ -348,7 +416,10 @@ class PlatformFile(StrictModel):
             names = [entry.name for entry in getattr(self, section)]
             yield from doubled(f"[[{section}]] are named", names)
             yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
+        yield from same_file("vehicles", "noise_transfer", self.vehicles)
+        yield from same_file("load cases", "operating", self.load_cases)
         yield from look_alikes("group", [getattr(entry, "group", "") for entry in self.vehicles])
+        yield from self.engine.order_faults()
         known = [case.name for case in self.load_cases]
         if known and getattr(self, "default_load_case", known[0]) not in known:
             yield (
@@ -596,7 +667,52 @@ def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
         cylinders=file.engine.cylinders,
         library=library,
         library_fault=library_fault,
+        doubts=tuple(_doubts(folder, file, contents, inputs)),
     )
+
+
+def _doubts(
+    folder: Path, file: PlatformFile, contents: Contents, inputs: Sequence[Path]
+) -> Iterator[str]:
+    """Give a sentence for ID lines that name another item, and for files that nothing names."""
+    vehicles = {entry.name: (entry.name,) for entry in file.vehicles}
+    for entry in file.vehicles:
+        columns = contents.noise_transfer[entry.name]
+        for other in _others_in(columns.labels, vehicles, entry.name):
+            yield (
+                f"{columns.path}: vehicle {entry.name}: its ID lines name vehicle {other}: is it "
+                "the right file?"
+            )
+    cases = {entry.name: (entry.name, entry.title) for entry in file.load_cases}
+    for case in file.load_cases:
+        columns = contents.operating[case.name][0]
+        for other in _others_in(columns.labels, cases, case.name):
+            yield (
+                f"{columns.path}: load case {case.name}: its ID lines name load case {other}: is "
+                "it the right file?"
+            )
+    beside = {path.parent for path in inputs} - {folder}
+    for place in sorted(beside):
+        for path in sorted(place.iterdir()):
+            endings = {each.suffix.lower() for each in inputs if each.parent == place}
+            if path.is_file() and path.suffix.lower() in endings and path not in inputs:
+                yield (
+                    f"{path}: {PLATFORM_FILE} does not name it: add its vehicle or load case, or "
+                    "move it elsewhere"
+                )
+
+
+def _others_in(labels: str, names: Mapping[str, Sequence[str]], own: str) -> list[str]:
+    """Name the items that labels name, where they do not name their own."""
+
+    def stands(words: Sequence[str]) -> bool:
+        return any(
+            re.search(rf"(?<![\w-]){re.escape(word)}(?![\w-])", labels) for word in words if word
+        )
+
+    if stands(names[own]):
+        return []
+    return [name for name, words in names.items() if stands(words)]
 
 
 def _library(

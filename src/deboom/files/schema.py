@@ -79,6 +79,24 @@ def doubled(what: str, names: Sequence[Hashable]) -> Iterator[str]:
         yield f"two {what} '{words}': keep or rename one"
 
 
+def same_file(what: str, key: str, entries: Iterable[StrictModel]) -> Iterator[str]:
+    """Give a sentence for each file that two entries name: one measurement is not two.
+
+    - `what`: the entries, such as ``load cases``.
+    - `key`: of the file; an entry may lack it.
+    """
+    owners: dict[str, str] = {}
+    for entry in entries:
+        file, name = getattr(entry, key, None), getattr(entry, "name", "")
+        if file and file in owners:
+            yield (
+                f"the {what} '{owners[file]}' and '{name}' have one file, {key} = '{file}': "
+                "name the file of each"
+            )
+        elif file:
+            owners[file] = name
+
+
 def beyond_gears(
     what: str, gears: Iterable[tuple[str, int]], ratios: Sequence[float]
 ) -> Iterator[str]:
@@ -120,6 +138,52 @@ def _symmetric_positive(rows: Matrix3) -> Matrix3:
     return rows
 
 
+def within(lowest: float, highest: float, otherwise: str) -> AfterValidator:
+    """Return a validator that refuses numbers outside of what the quantity has, ends included.
+
+    - `otherwise`: why, and the likely mistake, such as ``no powertrain weighs that: is it in g?``.
+    """
+
+    def check(value: float) -> float:
+        if not lowest <= value <= highest:
+            raise ValueError(otherwise)
+        return value
+
+    return AfterValidator(check)
+
+
+LARGEST_GYRATION = 3.0
+"""Radius of gyration that no body in a car has [m]."""
+SMALLEST_GYRATION = 0.003
+"""The same, downwards [m]."""
+
+
+def inertia_faults(mass: float, inertia: Sequence[Sequence[float]]) -> Iterator[str]:
+    """Give a sentence for a tensor that no body of that mass has.
+
+    - `mass` [kg].
+    - `inertia` (3, 3): about the centre of gravity [kg m²].
+
+    The largest principal moment of a body is at most the sum of the others.
+    """
+    moments = np.linalg.eigvalsh(np.array(inertia))
+    if moments[2] > 1.01 * (moments[0] + moments[1]):
+        yield (
+            f"the inertia has principal moments of {_listed(moments)} kg m², and no body has one "
+            "above the sum of the others: check its entries and the signs of its products"
+        )
+    radius = float(np.sqrt(max(moments[2], 0.0) / mass))
+    if not SMALLEST_GYRATION <= radius <= LARGEST_GYRATION:
+        yield (
+            f"the inertia of {_listed(moments)} kg m² and the mass of {mass:g} kg make a radius "
+            f"of gyration of {radius:.3g} m: is the inertia in kg mm², or the mass in g or t?"
+        )
+
+
+def _listed(values: Iterable[float]) -> str:
+    return ", ".join(f"{value:.4g}" for value in values)
+
+
 _T = TypeVar("_T")
 # TOML has arrays only, no tuples: the container is converted, its items stay strict
 Several: TypeAlias = Annotated[tuple[_T, ...], Field(strict=False)]
@@ -128,6 +192,12 @@ Name = Annotated[str, AfterValidator(_plain_name)]
 Title = Annotated[str, Field(min_length=1)]
 RelativePath = Annotated[str, AfterValidator(_inside)]
 Positive = Annotated[float, Field(gt=0)]
+GainTolerance = Annotated[
+    Positive, within(0.0, 0.5, "a relative tolerance is below 0.5: is it in percent?")
+]
+PlaceTolerance = Annotated[
+    Positive, within(0.0, 0.1, "nothing is placed that badly, in m: is it in mm?")
+]
 NotNegative = Annotated[float, Field(ge=0)]
 Number = Annotated[int, Field(ge=1)]
 Share = Annotated[float, Field(ge=0, le=1)]

@@ -12,7 +12,7 @@ from pydantic import Field
 
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
-from deboom.files.platform import SPECTRA, Engine, MountEntry, mounts_of
+from deboom.files.platform import SPECTRA, Engine, EngineTorque, MountEntry, mounts_of
 from deboom.files.rows import (
     CampaignChannel,
     ImpactRow,
@@ -26,7 +26,6 @@ from deboom.files.schema import (
     AtLeastOne,
     Name,
     Number,
-    Positive,
     RelativePath,
     Several,
     StrictModel,
@@ -79,7 +78,7 @@ class VehicleRunEntry(StrictModel):
 
     name: Name  # such as g5_wot220
     gear: Number
-    torque_limit_nm: Positive  # of the engine
+    torque_limit_nm: EngineTorque
     file: RelativePath  # UFF: pressure at the ears and acceleration, over the dominant order
 
 
@@ -111,6 +110,7 @@ class VehicleFile(StrictModel):
             yield from doubled(f"[[{section}]] are named", names)
             yield from look_alikes(section.removesuffix("s"), names)
         yield from doubled("[[ears]] have the node", [ear.node for ear in self.ears])
+        yield from self.engine.order_faults()
         gears = [(run.name, run.gear) for run in self.runs]
         yield from beyond_gears("run", gears, self.engine.total_ratios)
 

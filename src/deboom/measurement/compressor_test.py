@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import field
 from enum import Enum
 from pathlib import Path
@@ -23,6 +23,12 @@ ACCELERATION_PER_FORCE = "(m/s^2)/N"
 
 SMALLEST_SENSORS, SMALLEST_IMPACTS = 3, 6
 """Triaxial sensors and impacts that six motions of a body need at least."""
+DIFFERENT_MASS = 3.0
+"""Ratio of the drawn mass to the weighed one that no oil or bracket makes [1]."""
+MUCH_LARGER = 8.0
+"""Ratio of a length of the drawing to the spread of the impacts that no body has [1]."""
+SLOWEST, FASTEST = 1.0, 300.0
+"""Bounce of a compressor on the mounts of its drawing [Hz]."""
 DIFFERENT_UNITS = 8.0
 """Ratio of the spread of the sensors to that of the impacts that no hammer test has [1]."""
 
@@ -146,13 +152,84 @@ def _refuse_unlike_lengths(test: InertanceTest) -> None:
         )
 
 
+def _twins(frf: Frf) -> Iterator[str]:
+    """Give a sentence for impacts, and for channels, whose functions are the same."""
+    for what, names, columns in (
+        ("impacts", frf.inputs, np.moveaxis(frf.values, 2, 0)),
+        ("channels", frf.outputs, np.moveaxis(frf.values, 1, 0)),
+    ):
+        owners: dict[bytes, str] = {}
+        for name, column in zip(names, columns, strict=True):
+            first = owners.setdefault(column.tobytes(), name)
+            if first != name:
+                yield f"the functions of the {what} {first} and {name} are the same: export each"
+
+
+def _drawing_faults(test: InertanceTest) -> Iterator[str]:
+    """Give a sentence for what a drawing states and no such body has."""
+    drawing = test.drawing
+    if drawing is None:
+        return
+    size = spread([impact.position for impact in test.impacts])
+    if test.weighed_mass is not None:
+        ratio = drawing.mass / test.weighed_mass
+        if not 1 / DIFFERENT_MASS < ratio < DIFFERENT_MASS:
+            yield (
+                f"drawing: the mass is {drawing.mass:g} kg and the scales say "
+                f"{test.weighed_mass:g} kg: is one of them in g?"
+            )
+    moments = np.linalg.eigvalsh(drawing.inertia)
+    radius = float(np.sqrt(moments[-1] / drawing.mass))
+    if not 1 / MUCH_LARGER < radius / size < MUCH_LARGER:
+        yield (
+            f"drawing: inertia_kg_m2 has a principal moment of {moments[-1]:.3g} kg m², with the "
+            f"mass a radius of gyration of {radius:.3g} m, and the impacts of the position sheet "
+            f"lie {size:.3g} m from their middle: is it in kg mm², or the sheet in another unit?"
+        )
+    centre = float(np.linalg.norm(drawing.centre))
+    if centre > MUCH_LARGER * size:
+        yield (
+            f"drawing: centre_of_gravity_m lies {centre:.3g} m from the origin of the position "
+            f"sheet, whose impacts lie {size:.3g} m from their middle: is it in mm?"
+        )
+    for mount in drawing.mounts:
+        off = float(np.linalg.norm(mount.position))
+        if off > MUCH_LARGER * size:
+            yield (
+                f"{mount.name}: position_m lies {off:.3g} m from the origin of the position sheet, "
+                f"whose impacts lie {size:.3g} m from their middle: is it in mm?"
+            )
+    if not drawing.mounts:
+        return
+    stiffness = sum(float(mount.stiffness.mean()) for mount in drawing.mounts)
+    bounce = float(np.sqrt(stiffness / drawing.mass) / (2.0 * np.pi))
+    if not SLOWEST < bounce < FASTEST:
+        yield (
+            f"mounts of the drawing: with stiffness_n_per_m the body bounces at {bounce:.2g} Hz: "
+            "is the stiffness in N/mm or N/m as the key says?"
+        )
+    turns = np.array([mount.rotation for mount in drawing.mounts])
+    degrees = np.abs(np.rad2deg(turns[turns != 0.0]))
+    # an eighth or a twelfth of a turn in radians looks like few and odd degrees
+    eighths = np.minimum(np.abs(degrees % (np.pi / 4)), np.abs(degrees % (np.pi / 6)))
+    steps = np.minimum(eighths, np.minimum(np.pi / 4, np.pi / 6) - eighths)
+    if degrees.size and degrees.max() <= 2.001 * np.pi and np.all(np.abs(steps) < 2e-3):
+        yield (
+            "mounts of the drawing: rotation_deg holds parts of π, such as "
+            f"{degrees.max():.4g}: are the angles in radians? State them in degrees"
+        )
+
+
 def refuse_contradictions(test: InertanceTest) -> None:
     """Refuse what is stated and the functions deny: their sign, form and quantity, and the sheet.
 
     - raises InputError: functions conjugated, reversed, inverted or of another quantity; a channel
-      or impact reversed, swapped or exchanged with another; lengths in two units.
+      or impact reversed, swapped or exchanged with another, or the same as another; lengths in two
+      units.
     """
     _refuse_unlike_lengths(test)
+    for sentence in _twins(test.frf):
+        raise InputError(f"{test.name}: {sentence}")
     sensors, impacts = sensor_geometry(test.sensors), impact_geometry(test.impacts)
     refuse_other_functions(test.frf, [(sensors, impacts)], test.name)
     refuse_sheet_faults(
@@ -163,6 +240,16 @@ def refuse_contradictions(test: InertanceTest) -> None:
         test.name,
         test.sensors,
     )
+
+
+def refuse_drawing(test: InertanceTest) -> None:
+    """Refuse a drawing that no body has whose position sheet and weight are those of the test.
+
+    - raises InputError: mass, inertia, places, stiffness or angles in another unit.
+    """
+    sentences = [f"{test.name}: {sentence}" for sentence in _drawing_faults(test)]
+    if sentences:
+        raise InputError("\n".join(sentences))
 
 
 def spread(places: Sequence[RealArray]) -> float:

@@ -25,12 +25,15 @@ MISFIT = 0.005
 """Part of a force that its own displacement leaves even along the axes of the mount: the stiffness
 is no polynomial [1]."""
 
-CLEAR = 0.33
+CLEAR = 0.55
 """Force that only the other displacements explain, over the most that the stated tolerances let
 them explain [1]. Drawn benches with parallel mounts stay below 0.3, because sensors average."""
 
 LARGEST_TOLERATED = 0.3
 """Part of a force that tolerances explain from which an axis says nothing: it hardly moves [1]."""
+
+LARGE = 0.05
+"""Part of a force that its own displacement leaves, from which on other axes are looked for [1]."""
 
 LEAST_DROP = 0.3
 """Least part of the unexplained force that all three displacements must explain [1]."""
@@ -72,7 +75,7 @@ class CrossStiffness:
         """Force that other displacements explain over what tolerances allow, shape (3,) [1]."""
         gain = np.sqrt(np.maximum(self.alone**2 - self.together**2, 0.0))
         drop = self.together < (1.0 - LEAST_DROP) * self.alone
-        judged = drop & (self.tolerated < LARGEST_TOLERATED)
+        judged = drop & (self.tolerated < LARGEST_TOLERATED) & (self.alone > LARGE)
         return np.asarray(np.where(judged, gain / self.tolerated, 0.0))
 
     @property

@@ -158,6 +158,11 @@ JUDGED_COHERENCE = 0.5
 Directions that carry the load reach 0.9; one that hardly moves shows the errors of its sensors."""
 
 
+LOSS_COHERENCE = 0.8
+"""The same for the sign of its loss, which a few degrees of phase turn where a direction shows the
+errors of its sensors [1]."""
+
+
 def _over_all_lines(load_case: LoadCase) -> Iterator[tuple[str, complex, float]]:
     """Each channel with the stiffness that fits all lines best and their coherence.
 
@@ -206,7 +211,7 @@ def refuse_active_mounts(load_case: LoadCase) -> None:
                 "its displacement"
             )
         loss = stiffness.imag / stiffness.real
-        if loss < LEAST_LOSS_FACTOR:
+        if coherence >= LOSS_COHERENCE and loss < LEAST_LOSS_FACTOR:
             raise InputError(
                 f"load case {load_case.name}: channel '{name}' has a negative loss factor of "
                 f"{loss:.3g} over all lines: check its phase, and that the spectra have the factor "

@@ -550,14 +550,14 @@ def refuse_reversed_channel(mounts: Sequence[Mount], load_case: LoadCase) -> Non
     # channels are along vehicle axes, however the mounts stand
     forward = forward_matrices([mount.positions[piece] for mount, piece in pieces])
     displacement = load_case.displacement.select(channels).values
-    residual = _not_rigid(forward, displacement)
+    residual = not_rigid(forward, displacement)
     if np.linalg.matrix_rank(forward) == 6 and residual > LARGEST_RESIDUAL:
         words = _reversed_channel(forward, displacement, channels, residual)
         if words:
             raise InputError(f"load case {load_case.name}: {_in_words(residual)}: {words}")
 
 
-def _not_rigid(forward: RealArray, displacement: ComplexArray) -> float:
+def not_rigid(forward: RealArray, displacement: ComplexArray) -> float:
     """Part of displacements (f, s) that no rigid motion explains [1]."""
     fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
     left = np.linalg.norm(displacement - fit @ forward.T)
@@ -574,7 +574,7 @@ def _reversed_channel(
 ) -> str:
     """Name the channel whose reversal makes the motion rigid; empty where none does."""
     signs = 1.0 - 2.0 * np.eye(len(channels))
-    left = [_not_rigid(forward, displacement * row) for row in signs]
+    left = [not_rigid(forward, displacement * row) for row in signs]
     best = int(np.argmin(left))
     if left[best] > min(LARGEST_RESIDUAL, residual / CLEARLY_LESS):
         return ""
@@ -607,7 +607,7 @@ def _rigid_motion(
         )
     fit = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
     motion = np.asarray(fit, dtype=np.complex128)
-    residual = _not_rigid(forward, displacement)
+    residual = not_rigid(forward, displacement)
     if residual > LARGEST_RESIDUAL:
         words = _reversed_channel(forward, displacement, channels, residual)
         remedy = words or "check the positions, axes and signs of its mounts"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from enum import Enum
@@ -12,7 +13,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.common import choice, word_of
-from deboom.errors import InputError
+from deboom.errors import DataWarning, InputError
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterised_mount import CharacterisedDirection, CharacterisedMount
 from deboom.mounts.mount import (
@@ -23,9 +24,10 @@ from deboom.mounts.mount import (
 )
 from deboom.mounts.surface_forces import Outside, surface_forces
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
-from deboom.vehicles.coupled_motion import coupled_motion
+from deboom.vehicles.coupled_motion import coupled_motion, refuse_reversed_channel
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet
+from deboom.vehicles.plausibility import Finding, platform_findings
 from deboom.vehicles.powertrain import KinematicModel, Powertrain, library_model
 from deboom.vehicles.surface_check import SurfaceCheck, surface_check
 
@@ -84,6 +86,8 @@ class Platform:
         cannot be read.
     library_fault : InputError or None
         Why the library cannot be used, kept until it is needed.
+    doubts : tuple of str
+        Sentences on what the files themselves leave in doubt, such as names in their ID lines.
 
     Raises
     ------
@@ -111,6 +115,36 @@ class Platform:
     cylinders: int | None = None
     library: tuple[CharacterisedMount, ...] = ()
     library_fault: InputError | None = None
+    doubts: tuple[str, ...] = ()
+
+    @cached_property
+    def findings(self) -> tuple[Finding, ...]:
+        """What contradicts in the data, certain or likely, with the likely mistake of each."""
+        doubts = tuple(Finding(sentence) for sentence in self.doubts)
+        return doubts + platform_findings(
+            mounts=self.mounts,
+            powertrain=self.powertrain,
+            fleet=self.fleet,
+            load_cases=self.load_cases,
+            cylinders=self.cylinders,
+        )
+
+    def refuse_contradictions(self) -> None:
+        """Refuse what `findings` is certain of, and warn of the rest.
+
+        - raises InputError: a certain finding; a channel whose reversal makes the motion rigid.
+        - warns DataWarning: a likely one.
+        """
+        certain = [finding.sentence for finding in self.findings if finding.certain]
+        for case in self.load_cases:
+            try:
+                refuse_reversed_channel(self.mounts, case)
+            except InputError as error:
+                certain.append(str(error))
+        if certain:
+            raise InputError("\n".join(certain))
+        for finding in self.findings:
+            warnings.warn(f"{self.folder}: {finding.sentence}", DataWarning, stacklevel=2)
 
     @property
     def library_file(self) -> Path:
@@ -237,11 +271,14 @@ class Platform:
         - `fleet`: vehicles to listen in; by default all of them.
         - `mounts`: whether forces come from the library, and are compared with the measured ones.
         - `band`: lower and upper edge, both inside; by default `band` of the platform [Hz].
-        - raises InputError: an unknown load case; a platform without a mount library; a run without
+        - warns DataWarning: something in the platform that looks like a mistake, see `findings`.
+        - raises InputError: a certain mistake in the platform, see `Platform.findings`; an unknown
+          load case; a platform without a mount library; a run without
           engine torque, or with lines outside of the region that a mount was measured in.
         """
         fleet, band = fleet or self.fleet, band or self.band
         source = choice(MountSource, mounts, "mounts")
+        self.refuse_contradictions()
         cases = self.weighted_load_cases(load_cases)
         if source is MountSource.spectra:
             return Runs(platform=self, fleet=fleet, cases=cases, band=band)

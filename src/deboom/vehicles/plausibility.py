@@ -1,0 +1,399 @@
+"""Plausibility of a platform: where its sheet, its mounts, its runs and its vehicles contradict.
+
+Each check compares what was stated with what was measured, or functions with their neighbours, and
+names the likely mistake. A finding is certain where nothing right looks like it; the others are
+worth a look. ``deboom check`` and the studies use the same list.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.common import AXES
+from deboom.measurement.channels import LoadCase
+from deboom.mounts.mount import Mount
+from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.rigid_body import forward_matrices
+from deboom.vehicles.coupled_motion import CLEARLY_LESS, LARGEST_RESIDUAL, not_rigid
+from deboom.vehicles.fleet import Fleet, Vehicle
+from deboom.vehicles.powertrain import Powertrain
+
+SMALL_RESIDUAL = 0.03
+"""Part of the mounts' motion that sensors leave unexplained by a rigid motion [1]."""
+REACH = (0.5, 8.0)
+"""Distance of the mounts from the centre of gravity over the radius of gyration [1]."""
+LARGEST_ECCENTRICITY = 1.5
+"""Distance of the centre of gravity from the middle of the mounts over their spread [1]."""
+BALANCED = 0.98
+"""Coherence from which on the mounts' forces are what the body's inertia takes [1]."""
+BALANCE = (0.3, 1.5)
+"""Force of the mounts over inertia force along a direction that nothing else excites [1]. The
+engine's own force at its order makes it differ from 1."""
+LONGEST_DROPOUT = 2
+"""Lines in a row that may read exactly zero."""
+FEWEST_LINES = 40
+"""Lines from which on anything is judged."""
+SPEEDS = (550.0, 9000.0)
+"""Speeds at which a combustion engine runs under load [1/min]."""
+FEWEST_VEHICLES = 4
+"""Vehicles with which another one is compared at least."""
+LEVEL_GAP = 14.0
+"""Level of a vehicle's functions beside those of the others from which on it is named [dB]."""
+ROUGH = 1.0
+"""Change from line to line over the size of a function, from which on phases are noise [1]."""
+OPPOSITE = -0.3
+"""Likeness to the other vehicles of the group below which a path has the other sign [1]."""
+LIKELIER = 0.5
+"""Gain in likeness from which on two paths are named as exchanged [1]."""
+
+
+@dataclass(frozen=True)
+class Finding:
+    """What is wrong or likely to be, with the item and the remedy, and whether it is certain."""
+
+    sentence: str
+    certain: bool = False
+
+
+def platform_findings(
+    *,
+    mounts: Sequence[Mount],
+    powertrain: Powertrain | None,
+    fleet: Fleet,
+    load_cases: Sequence[LoadCase],
+    cylinders: int | None,
+) -> tuple[Finding, ...]:
+    """List what contradicts in a platform.
+
+    - `mounts`: positions from the centre of gravity [m].
+    - `powertrain`: of the data sheet; None leaves out what needs mass and inertia.
+    - `load_cases`: runs in vehicle axes.
+    - `cylinders`: None for an electric drive.
+
+    Nothing is judged on fewer than `FEWEST_LINES` lines.
+    """
+    if load_cases[0].force.frequency.size < FEWEST_LINES:
+        return ()
+    return (
+        *_runs(load_cases, cylinders),
+        *_carried(mounts, powertrain, load_cases),
+        *_vehicles(fleet.vehicles),
+    )
+
+
+# ---- runs
+
+
+def _runs(load_cases: Sequence[LoadCase], cylinders: int | None) -> Iterator[Finding]:
+    for case in load_cases:
+        for quantity in ("displacement", "force"):
+            spectrum = getattr(case, quantity)
+            for name, values in zip(spectrum.channels, spectrum.values.T, strict=True):
+                whose = f"load case {case.name}: {quantity} of {name}"
+                if words := _dead(spectrum.frequency, values):
+                    yield Finding(f"{whose} {words}", certain=True)
+        if not np.any(case.displacement.values.imag):
+            yield Finding(
+                f"load case {case.name}: displacement and force have no imaginary part: their "
+                "phases were lost; export complex spectra with the phase of the tacho",
+                certain=True,
+            )
+        if cylinders is not None:
+            yield from _speeds(case)
+    for first, second in combinations(load_cases, 2):
+        if np.array_equal(first.force.values, second.force.values) and np.array_equal(
+            first.displacement.values, second.displacement.values
+        ):
+            yield Finding(
+                f"load cases {first.name} and {second.name} hold the same numbers: name the file "
+                "of each",
+                certain=True,
+            )
+
+
+def _dead(frequency: RealArray, values: ComplexArray) -> str:
+    """Say where a channel is zero or constant; empty where it is alive."""
+    if np.all(values == 0.0):
+        return "is 0 at all lines: measure it again, or leave the axis out"
+    # neighbours of the edges of zeros: each pair is where a row of zeros begins and ends
+    edges = np.diff(np.concatenate([[0], (values == 0.0).astype(int), [0]]))
+    first, behind = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+    if first.size and np.max(behind - first) > LONGEST_DROPOUT:
+        longest = int(np.argmax(behind - first))
+        lower, upper = frequency[first[longest]], frequency[behind[longest] - 1]
+        return (
+            f"is exactly 0 from {lower:g} to {upper:g} Hz: a sensor that dropped out, or a band "
+            "filled up with zeros; export the lines that were measured"
+        )
+    if np.max(np.abs(values - values.mean())) <= 1e-6 * abs(values.mean()):
+        return "is the same at all lines: no channel is; export it again"
+    return ""
+
+
+def _speeds(case: LoadCase) -> Iterator[Finding]:
+    speed = rpm_of_frequency(case.force.frequency[[0, -1]], case.order)
+    if speed[0] < SPEEDS[0] or speed[1] > SPEEDS[1]:
+        yield Finding(
+            f"load case {case.name}: its lines are those of {speed[0]:.0f} to {speed[1]:.0f} rpm "
+            f"at order {case.order:g}: is the frequency that of the order, in Hz, and neither in "
+            "rpm, in rad/s nor that of the shaft?"
+        )
+
+
+# ---- what carries the powertrain
+
+
+def _carried(
+    mounts: Sequence[Mount], powertrain: Powertrain | None, load_cases: Sequence[LoadCase]
+) -> Iterator[Finding]:
+    pieces = [(m, n) for m in mounts if m.carries_powertrain for n in range(len(m.pieces))]
+    channels = [mount.channels(axis)[piece] for mount, piece in pieces for axis in AXES]
+    places = np.array([mount.positions[piece] for mount, piece in pieces])
+    forward = forward_matrices(places) if len(pieces) else np.zeros((0, 6))
+    if not len(pieces) or np.linalg.matrix_rank(forward) < 6:
+        return
+    yield from _places(places, powertrain)
+    for mount, piece in pieces:
+        names = [mount.channels(axis)[piece] for axis in AXES]
+        missing = [n for n in names if n not in load_cases[0].displacement.channels]
+        if missing:
+            yield Finding(
+                f"mount {mount.name}: no motion of {', '.join(missing)}: a mount that carries the "
+                "powertrain needs all three axes; measure them, or give it its body_mass_kg where "
+                "it carries another body. Without, motion cannot answer"
+            )
+    if not set(channels) <= set(load_cases[0].displacement.channels):
+        return
+    moved = [case.displacement.select(channels).values for case in load_cases]
+    displacement = np.vstack(moved)
+    residual = not_rigid(forward, displacement)
+    if residual > SMALL_RESIDUAL:
+        yield from _not_of_a_body(pieces, places, displacement, residual)
+        return
+    if powertrain is not None:
+        force = np.vstack([case.force.select(channels).values for case in load_cases])
+        lines = np.concatenate([case.force.frequency for case in load_cases])
+        yield from _unbalanced(powertrain, forward, displacement, force, lines)
+
+
+def _places(places: RealArray, powertrain: Powertrain | None) -> Iterator[Finding]:
+    middle = places.mean(axis=0)
+    spread = float(np.sqrt(np.mean(np.sum((places - middle) ** 2, axis=1))))
+    off = float(np.linalg.norm(middle))
+    if off > LARGEST_ECCENTRICITY * spread:
+        yield Finding(
+            f"the positions of the powertrain's mounts lie around a point {off:.3g} m from their "
+            f"origin and within {spread:.3g} m of it: are they from the centre of gravity, not "
+            "from the origin of the vehicle?"
+        )
+    if powertrain is None:
+        return
+    radius = float(np.sqrt(np.trace(powertrain.inertia) / (3.0 * powertrain.mass)))
+    if not REACH[0] < spread / radius < REACH[1]:
+        yield Finding(
+            f"the positions of the powertrain's mounts lie {spread:.3g} m from their middle, and "
+            f"its radius of gyration is {radius:.3g} m: is the unit in the header of the mount "
+            "table that of the numbers (mm, cm, m), and the inertia in kg m²?"
+        )
+
+
+def _not_of_a_body(
+    pieces: Sequence[tuple[Mount, int]],
+    places: RealArray,
+    displacement: ComplexArray,
+    residual: float,
+) -> Iterator[Finding]:
+    """Name the mistake in the positions that makes the motion rigid once undone."""
+    trials: dict[str, RealArray] = {}
+    for first, second in combinations(range(3), 2):
+        order = [0, 1, 2]
+        order[first], order[second] = second, first
+        words = f"the columns {AXES[first]} and {AXES[second]} exchanged"
+        trials[words] = places[:, order]
+    for axis, words in enumerate(("x reversed", "y reversed (left is right)", "z reversed")):
+        trials[words] = places * (1 - 2 * np.eye(3)[axis])
+    for first, second in combinations(range(len(pieces)), 2):
+        rows = np.arange(len(pieces))
+        rows[[first, second]] = second, first
+        names = [
+            f"{pieces[n][0].name} {pieces[n][0].pieces[pieces[n][1]]}" for n in (first, second)
+        ]
+        trials[f"{names[0].strip()} and {names[1].strip()} exchanged"] = places[rows]
+    left = {
+        words: not_rigid(forward_matrices(trial), displacement) for words, trial in trials.items()
+    }
+    best = min(left, key=lambda words: left[words])
+    share = f"{100 * residual:.0f} % of the motion of the powertrain's mounts is not that of a "
+    if left[best] < residual / CLEARLY_LESS:
+        certain = residual > LARGEST_RESIDUAL > left[best]
+        yield Finding(
+            f"{share}rigid body; with the positions' {best} {100 * left[best]:.1f} % are left: "
+            "correct the positions in the mount table (x rearward, y to the right, z up)",
+            certain,
+        )
+    elif residual > LARGEST_RESIDUAL:
+        yield Finding(
+            f"{share}rigid body: check the positions, axes and signs of its mounts; motion cannot "
+            "answer other stiffnesses before"
+        )
+
+
+def _unbalanced(
+    powertrain: Powertrain,
+    forward: RealArray,
+    displacement: ComplexArray,
+    force: ComplexArray,
+    frequency: RealArray,
+) -> Iterator[Finding]:
+    """Compare the mounts' forces with the inertia forces of the body, by direction.
+
+    ``Vᵀ f = ω² M q`` holds along directions in which nothing but the mounts acts.
+    """
+    motion = np.linalg.lstsq(forward, displacement.T, rcond=None)[0].T
+    inertia = (2.0 * np.pi * frequency[:, np.newaxis]) ** 2 * (motion @ powertrain.mass_matrix)
+    load = force @ forward
+    cross = np.sum(inertia.conj() * load, axis=0)
+    size, of_load = np.linalg.norm(inertia, axis=0), np.linalg.norm(load, axis=0)
+    coherence = np.abs(cross) / np.maximum(size * of_load, np.finfo(float).tiny)
+    ratio = cross.real / np.maximum(size**2, np.finfo(float).tiny)
+    for what, part, key in (
+        ("mass", slice(0, 3), "mass_kg"),
+        ("inertia", slice(3, 6), "inertia_kg_m2"),
+    ):
+        shown = ratio[part][coherence[part] >= BALANCED]
+        if shown.size and np.all((shown < BALANCE[0]) | (shown > BALANCE[1])):
+            by = float(shown[np.argmin(np.abs(np.log(np.abs(shown))))])
+            yield Finding(
+                f"the forces of the mounts are {by:.3g} times what the {what} of [powertrain] "
+                f"takes at the measured motion, where both go together: is {key} that of the whole "
+                "powertrain, gearbox and fluids included, about its centre of gravity, and are "
+                "displacement and force both peak values?"
+            )
+
+
+# ---- vehicles
+
+
+def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
+    values = {one.name: one.noise_transfer.values[:, 0] for one in vehicles}
+    for one in vehicles:
+        yield from _functions(one)
+    for first, second in combinations(vehicles, 2):
+        if np.array_equal(values[first.name], values[second.name]):
+            yield Finding(
+                f"vehicles {first.name} and {second.name} have the same noise transfer functions: "
+                "name the file of each",
+                certain=True,
+            )
+    yield from _unlike_ears(vehicles)
+    yield from _unlike_groups(vehicles)
+    if len(vehicles) > FEWEST_VEHICLES:
+        sizes = [np.sqrt(np.mean(np.abs(each) ** 2)) for each in values.values()]
+        level = 20.0 * np.log10(np.maximum(sizes, np.finfo(float).tiny))
+        for number, one in enumerate(vehicles):
+            gap = level[number] - float(np.median(np.delete(level, number)))
+            if abs(gap) > LEVEL_GAP:
+                yield Finding(
+                    f"vehicle {one.name}: its noise transfer functions lie {abs(gap):.0f} dB "
+                    f"{'above' if gap > 0 else 'below'} those of the others: gain of an amplifier, "
+                    "a frequency weighting, dB or another unit?"
+                )
+    for group in dict.fromkeys(one.group for one in vehicles):
+        yield from _unlike_paths([one for one in vehicles if one.group == group])
+
+
+def _functions(vehicle: Vehicle) -> Iterator[Finding]:
+    """Look at the functions of one vehicle by themselves."""
+    frf, whose = vehicle.noise_transfer, f"vehicle {vehicle.name}: its noise transfer functions"
+    values = frf.values[:, 0]
+    pairs = combinations(range(len(frf.inputs)), 2)
+    same = [pair for pair in pairs if np.array_equal(values[:, pair[0]], values[:, pair[1]])]
+    if same:
+        words = "; ".join(f"{frf.inputs[a]} and {frf.inputs[b]}" for a, b in same)
+        yield Finding(
+            f"vehicle {vehicle.name}: noise transfer functions are the same ({words}): export each",
+            certain=True,
+        )
+    for name, column in zip(frf.inputs, values.T, strict=True):
+        if words := _dead(frf.frequency, column):
+            yield Finding(f"{whose[:-1]} of {name} {words}", certain=True)
+    if not np.any(values.imag):
+        yield Finding(
+            f"{whose} have no imaginary part: magnitudes or levels without phase; export them "
+            "complex",
+            certain=True,
+        )
+        return
+    step, middle = np.diff(values, axis=0), (values[1:] + values[:-1]) / 2.0
+    rough = np.linalg.norm(step) / np.linalg.norm(values)
+    if rough > ROUGH:
+        yield Finding(
+            f"{whose} change from line to line by {rough:.1f} times their size: are their phases "
+            "in degrees where radians are meant, or are their lines mixed up?"
+        )
+        return
+    omega = 2.0 * np.pi * np.diff(frf.frequency)[:, np.newaxis]
+    # of a causal system the mean group delay, weighted by energy, is that of its response in time
+    delay = float(np.sum(-np.imag(middle.conj() * step / omega)) / np.sum(np.abs(middle) ** 2))
+    if delay < 0.0:
+        yield Finding(
+            f"{whose} answer {-1e3 * delay:.0f} ms before the force: they are conjugated, "
+            "exp(−jωt) or force over pressure exchanged; export them with exp(+jωt)"
+        )
+
+
+def _unlike_ears(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
+    ears = [one.noise_transfer.outputs[0].strip().lower() for one in vehicles]
+    usual = max(ears, key=ears.count)
+    others = [n for n, ear in enumerate(ears) if ear != usual and not ear.startswith("node ")]
+    if len(vehicles) > FEWEST_VEHICLES and 0 < len(others) <= len(vehicles) // 4:
+        for number in others:
+            one = vehicles[number]
+            yield Finding(
+                f"vehicle {one.name}: its microphone is '{one.noise_transfer.outputs[0]}', that of "
+                f"the others '{usual}': is it the driver's ear?"
+            )
+
+
+def _unlike_groups(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
+    groups = {one.group for one in vehicles}
+    for one in vehicles:
+        named = [group for group in groups if one.name.startswith(group)]
+        if named and not one.name.startswith(one.group):
+            yield Finding(
+                f"vehicle {one.name} is in group {one.group}, and its name begins like group "
+                f"{max(named, key=len)}: which is right?"
+            )
+
+
+def _unlike_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
+    """Compare each path with the same one of the other vehicles of the group."""
+    if len(vehicles) <= FEWEST_VEHICLES:
+        return
+    values = np.stack([one.noise_transfer.values[:, 0] for one in vehicles])
+    values = values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-300)
+    for number, one in enumerate(vehicles):
+        others = np.delete(values, number, axis=0).mean(axis=0)
+        others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
+        likeness = np.real(values[number].conj().T @ others)
+        names, own = one.noise_transfer.inputs, likeness.diagonal()
+        opposite = [name for name, like in zip(names, own, strict=True) if like < OPPOSITE]
+        if opposite:
+            yield Finding(
+                f"vehicle {one.name}: its noise transfer functions of {', '.join(opposite)} have "
+                f"the opposite sign of those of the other vehicles of group {one.group}: check the "
+                "direction of the blow"
+            )
+        for first, second in combinations(range(len(names)), 2):
+            gains = likeness[first, second] - own[first], likeness[second, first] - own[second]
+            if min(gains) > LIKELIER:
+                yield Finding(
+                    f"vehicle {one.name}: its noise transfer functions of {names[first]} and "
+                    f"{names[second]} look exchanged beside those of group {one.group}: check the "
+                    "nodes"
+                )

@@ -1,0 +1,167 @@
+"""What people do wrong in folders is named; benchmarks/mistakes.py builds many more."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from deboom.arrays import ComplexArray
+from deboom.errors import DataWarning, InputError
+from deboom.files.platform import read_platform
+from deboom.vehicles.platform import MountSource
+from deboom.vehicles.plausibility import platform_findings
+from mistakes import MISTAKES, outcomes
+
+
+@pytest.fixture(scope="module")
+def platform():
+    return read_platform("u06")
+
+
+def findings(platform):
+    return platform_findings(
+        mounts=platform.mounts,
+        powertrain=platform.powertrain,
+        fleet=platform.fleet,
+        load_cases=platform.load_cases,
+        cylinders=platform.cylinders,
+    )
+
+
+def moved(platform, change):
+    """Change the positions (n, 3) of all pieces."""
+    places = np.array([place for mount in platform.mounts for place in mount.positions])
+    rows = iter(map(tuple, change(places)))
+    mounts = [replace(m, positions=tuple(next(rows) for _ in m.pieces)) for m in platform.mounts]
+    return replace(platform, mounts=tuple(mounts))
+
+
+def measured(platform, case, quantity, change):
+    """Change the values (f, channel) of a quantity of the load case of a number."""
+    cases = list(platform.load_cases)
+    spectrum = getattr(cases[case], quantity)
+    values = change(spectrum.values.copy(), spectrum.channels)
+    cases[case] = replace(cases[case], **{quantity: replace(spectrum, values=values)})
+    return replace(platform, load_cases=tuple(cases))
+
+
+def heard(platform, number, change):
+    """Change the functions (f, path) of the vehicle of a number."""
+    vehicles = list(platform.fleet.vehicles)
+    frf = vehicles[number].noise_transfer
+    values: ComplexArray = change(frf.values[:, 0].copy(), frf.frequency)[:, np.newaxis]
+    vehicles[number] = replace(vehicles[number], noise_transfer=replace(frf, values=values))
+    return replace(platform, fleet=replace(platform.fleet, vehicles=tuple(vehicles)))
+
+
+def dropped(first, last, value=0.0):
+    def change(values, channels):
+        values[first:last, channels.index("GeM y")] = value
+        return values
+
+    return change
+
+
+def degrees_as_radians(values, _):
+    return np.abs(values) * np.exp(1j * np.angle(values, deg=True))
+
+
+def exchanged(values, _):
+    values[:, [0, 8]] = values[:, [8, 0]]
+    return values
+
+
+def one_sign(values, _):
+    values[:, 3] *= -1
+    return values
+
+
+def test_the_shipped_platform_is_plausible(platform):
+    assert findings(platform) == ()
+
+
+@pytest.mark.parametrize(
+    ("fault", "certain", "sentence"),
+    [
+        (lambda p: moved(p, lambda x: x[:, [1, 0, 2]]), True, "columns x and y exchanged"),
+        (lambda p: moved(p, lambda x: x * [1, -1, 1]), True, "y reversed (left is right)"),
+        (lambda p: moved(p, lambda x: x * [-1, 1, 1]), True, "x reversed"),
+        (lambda p: moved(p, lambda x: x[[1, 0, 2, 3, 4]]), True, "EnM and GeM exchanged"),
+        (lambda p: moved(p, lambda x: x + np.array([1.3, 0, 0.4])), False, "of gravity, not"),
+        (lambda p: moved(p, lambda x: x / 10), False, "that of the numbers (mm, cm, m)"),
+        (
+            lambda p: measured(p, 2, "displacement", dropped(40, 45)),
+            True,
+            "load case g6_wot120: displacement of GeM y is exactly 0 from 30 to 31 Hz",
+        ),
+        (
+            lambda p: measured(p, 2, "force", dropped(0, 241, 3 - 1j)),
+            True,
+            "force of GeM y is the same at all lines",
+        ),
+        (lambda p: measured(p, 2, "force", dropped(0, 241)), True, "GeM y is 0 at all lines"),
+        (
+            lambda p: measured(p, 1, "displacement", lambda x, _: np.abs(x) + 0j),
+            True,
+            "load case g5_wot220: displacement and force have no imaginary part",
+        ),
+        (
+            lambda p: replace(
+                p, load_cases=(p.load_cases[0], replace(p.load_cases[0], name="twin"))
+            ),
+            True,
+            "load cases g5_wot120 and twin hold the same numbers",
+        ),
+        (
+            lambda p: replace(p, load_cases=(replace(p.load_cases[0], order=0.3),)),
+            False,
+            "4000 to 16000 rpm at order 0.3",
+        ),
+        (
+            lambda p: replace(p, powertrain=replace(p.powertrain, mass=125.0)),
+            False,
+            "is mass_kg that of the whole powertrain",
+        ),
+        (lambda p: heard(p, 2, lambda h, _: h.conj()), False, "transfer functions answer"),
+        (lambda p: heard(p, 2, lambda h, _: 0.1 * h), False, "U06-3: its noise transfer func"),
+        (lambda p: heard(p, 2, lambda h, _: np.abs(h)), True, "functions have no imaginary part"),
+        (lambda p: heard(p, 2, degrees_as_radians), False, "are their phases in degrees"),
+        (lambda p: heard(p, 2, one_sign), False, "functions of GeM x have the opposite sign"),
+        (lambda p: heard(p, 2, exchanged), False, "of EnM x and TSM z look exchanged"),
+        (
+            lambda p: heard(p, 2, lambda *_: p.fleet.vehicles[3].noise_transfer.values[:, 0]),
+            True,
+            "vehicles U06-3 and U06-4 have the same noise transfer functions",
+        ),
+        (
+            lambda p: heard(p, 2, lambda h, _: h[:, [0, 0, *range(2, 10)]]),
+            True,
+            "(EnM x and EnM y)",
+        ),
+    ],
+)  # fmt: skip
+def test_a_mistake_is_named(platform, fault, certain, sentence):
+    there = findings(fault(platform))
+    assert [one.certain for one in there if sentence in one.sentence] == [certain], there
+
+
+def test_a_study_refuses_what_is_certain_and_warns_of_the_rest(platform):
+    mirrored = moved(platform, lambda x: x * [1, -1, 1])
+    with pytest.raises(InputError, match="left is right"):
+        mirrored.runs(mounts=MountSource.spectra)
+    low = heard(platform, 2, lambda h, _: 0.1 * h)
+    with pytest.warns(DataWarning, match="vehicle U06-3: its noise .* dB below those"):
+        low.runs(mounts=MountSource.spectra)
+
+
+def test_folders_with_mistakes_of_each_kind_are_told_where():
+    names = {
+        ("platform", "a vehicle missing in the list"),
+        ("platform", "files of two load cases exchanged"),
+        ("compressor", "acceleration in g labelled m/s2"),
+        ("compressor", "drawn rotation of the mounts in radians"),
+    }
+    wanted = [one for one in MISTAKES if (one.folder.value, one.name) in names]
+    assert len(wanted) == len(names)
+    missed = [(one.mistake.name, one.sentences) for one in outcomes(41, wanted) if not one.named]
+    assert missed == []

@@ -414,7 +414,7 @@ class Front(Tabled):
         text = (
             f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed; "
             f"{len(self.search.front)} are on the front, of which tables and figures have "
-            f"{len(self.values)}, evenly along it and with all picks. {self.note}"
+            f"{len(self.values)}, those that add most to it and all picks. {self.note}"
         )
         share = self.survivors[:, 0]
         if share.any():

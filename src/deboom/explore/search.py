@@ -20,6 +20,7 @@ from pymoo.termination.max_gen import MaximumGenerationTermination
 from deboom.arrays import RealArray
 from deboom.common import Progress
 from deboom.errors import InputError
+from deboom.explore.descent import converged_front, is_smooth
 from deboom.explore.doe import checked_within, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
@@ -339,8 +340,8 @@ def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealAr
 
 VERIFIED = 1024
 """Draws of each scramble behind a verified number."""
-SHOWN = 100
-"""Designs of a front that are verified and shown; a longer front is thinned evenly along it."""
+SHOWN = 200
+"""Designs of a front that are verified and shown; of a longer one those that add least are left."""
 
 Checkpoint = Callable[[int], Store]
 """Returns where the search of a seed is kept."""
@@ -406,12 +407,14 @@ def search(
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Front:
-    """Search the robust front, improve its picks, and verify it with draws it never saw.
+    """Search the robust front, let it converge, and verify it with draws it never saw.
 
-    NSGA-II keeps every evaluation. Then each `Pick` goes on by gradient where the model is smooth,
-    two sums are minimised, all designs share their draws, no variable takes whole numbers only and
-    no limits are set; elsewhere picks are the best of all evaluated designs. At last the designs
-    that are shown are evaluated again.
+    NSGA-II keeps every evaluation. Where two sums are minimised, all designs share their draws, no
+    variable takes whole numbers only and no limits are set, gradients do the rest: of a model with
+    exact slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
+    converges (`deboom.explore.descent.converged_front`) and joins what NSGA-II evaluated; of any
+    other smooth model each `Pick` goes on by differences. Elsewhere picks are the best of all
+    evaluated designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------
@@ -429,10 +432,10 @@ def search(
         Up to a population of designs to begin with [units of the space]; a Latin hypercube
         completes them.
     polish : bool
-        Whether picks go on by gradient; a model with ``smooth = False`` is left alone.
+        Whether gradients follow NSGA-II; a model with ``smooth = False`` is left alone.
     shown : int or None
-        Designs of the front that are verified, evenly along it, beside all picks; None: the front
-        as it was searched, and no other design.
+        Designs of the front that are verified, those that add most to it, beside all picks; None:
+        the whole front as it was searched, and no other design.
     verified_with : int
         Draws of each scramble of the verification, a power of two.
     workers : int
@@ -483,16 +486,23 @@ def search(
         progress=progress,
         checkpoint=checkpoint,
     )
-    polished = polish and limits is None and _smooth(robust)
+    gradients = polish and limits is None and _smooth(robust)
+    converges = gradients and is_smooth(robust)
+    if converges:
+        result = _with_descents(robust, result, seed=seed, progress=progress)
     rows = result.front
     if shown is not None:
-        picked = _picked(robust, result.evaluated, polish=polished)
+        picked = _picked(robust, result.evaluated, polish=gradients)
         front = pareto_front(result.front, picked)
         result = replace(result, front=front)
         rows = _distinct(joined([thinned(front, shown), picked]))
-    note = "Its picks then went on by gradient." if polished and shown is not None else ""
+    notes = []
     if searches > 1:
-        note = f"The front is that of {searches} searches with different seeds. {note}".strip()
+        notes.append(f"The front is that of {searches} searches with different seeds.")
+    if converges:
+        notes.append("Descents along exact gradients then brought the whole front to convergence.")
+    elif gradients and shown is not None:
+        notes.append("Its picks then went on by gradient.")
     judge = replicates(robust, verified_with, seed=seed)
     return Front(
         robust=robust,
@@ -500,12 +510,26 @@ def search(
         searched=rows,
         values=verified(rows, judge),
         judge=judge,
-        note=note,
+        note=" ".join(notes),
+    )
+
+
+def _with_descents(
+    robust: Robust, result: SearchResult, *, seed: int, progress: Progress | None
+) -> SearchResult:
+    """Return a search whose front has converged by descents, which join its archive."""
+    begun = time.perf_counter()
+    values = robust(converged_front(robust, seed=seed, progress=progress))
+    return replace(
+        result,
+        front=pareto_front(result.front, values),
+        evaluated=joined([result.evaluated, values]),
+        seconds=result.seconds + time.perf_counter() - begun,
     )
 
 
 def _smooth(robust: Robust) -> bool:
-    """Whether picks may go on by gradient."""
+    """Whether gradients may follow a search."""
     return (
         robust.objectives == (MEAN_SUM, SIGMA_SUM)
         and isinstance(robust.sample, ToleranceSample)

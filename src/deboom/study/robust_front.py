@@ -595,6 +595,6 @@ def _search(report: Report, view: PlatformFront) -> None:
     report.figure(
         "convergence",
         view.front.convergence_picture,
-        "Hypervolume of the front over the generations; flat means that more "
+        "Hypervolume of the front over the generations, before gradients; flat means that more "
         "generations would not have helped.",
     )

@@ -327,12 +327,12 @@ def _checkpoint(
 
 @dataclass(frozen=True)
 class ThoroughSearchOptions(SearchOptions):
-    """Options of a study that may search with several seeds, and improves its picks by gradient."""
+    """Options of a study that may search with several seeds, and goes on by gradient."""
 
     searches: Annotated[
         int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
     ] = 1
-    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = True
+    polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
 
     def verified(
         self,

@@ -1,10 +1,11 @@
 """How near a search comes to fronts of many starts: share of hypervolume, ends, gaps, time.
 
-The reference fronts in ``tests/data/converged_fronts`` were made by 300 to 600 targets each, every
-one from many designs, with 128 draws of seed 1. Run it as
+The reference fronts in ``tests/data/converged_fronts`` belong to 128 draws of seed 1; their README
+says how each was made. Run it as
 
     python benchmarks/converged_fronts.py [--problem u06_prescribed] [--seeds 5]
     python benchmarks/converged_fronts.py --gradient     # cost of a gradient, side by side
+    python benchmarks/converged_fronts.py --write 12     # reference fronts of 12 other seeds
 """
 
 from __future__ import annotations
@@ -21,7 +22,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
 import deboom
-from deboom.explore.descent import objectives_and_gradients
+from deboom.explore.descent import converged_front, objectives_and_gradients
 from deboom.explore.front import hypervolume, pareto_front, thinned
 from deboom.explore.robust import RobustValues
 from deboom.explore.search import SHOWN
@@ -117,12 +118,22 @@ def gradient_cost(robust: deboom.Robust, calls: int = 100) -> float:
     return gradient / evaluation
 
 
+def write(robust: deboom.Robust, path: Path, seeds: int) -> None:
+    """Write the front that descents of many seeds, from 101, reach together."""
+    per_line = 1.0 / (robust.evaluate.n_lines * len(robust.evaluate.response_names))
+    designs = [converged_front(robust, seed=101 + number) for number in range(seeds)]
+    front = pareto_front(robust(np.vstack(designs))).objectives * per_line
+    header = "mean per line [dB(A)],sigma per line [dB]"
+    np.savetxt(path, front, fmt="%.7f", delimiter=",", header=header, comments="")
+
+
 def main() -> None:
     """Measure and print."""
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--problem", choices=PROBLEMS, action="append")
     parser.add_argument("--seeds", type=int, default=5)
     parser.add_argument("--gradient", action="store_true")
+    parser.add_argument("--write", type=int, metavar="SEEDS")
     options = parser.parse_args()
     rows = []
     with tempfile.TemporaryDirectory() as folder:
@@ -131,6 +142,9 @@ def main() -> None:
             objectives_and_gradients(robust, robust.space.nominal)  # compile
             if options.gradient:
                 print(f"{name}: a gradient costs {gradient_cost(robust):.2f} evaluations")
+                continue
+            if options.write:
+                write(robust, REFERENCE / f"{name}.csv", options.write)
                 continue
             for seed in range(1, options.seeds + 1):
                 for rival, run in rivals(seed).items():

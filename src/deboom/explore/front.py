@@ -97,6 +97,7 @@ class Replicates:
         stacked = {
             column.name: np.stack([getattr(part, column.name) for part in parts])
             for column in fields(RobustValues)
+            if column.name != "message"
         }
         errors = {
             f"standard_error_{name}": stacked[name].std(axis=0, ddof=1) / np.sqrt(len(parts))
@@ -104,7 +105,10 @@ class Replicates:
         }
         failed = stacked["failed"].any(axis=0)
         means = {name: values.mean(axis=0) for name, values in stacked.items()}
-        return RobustValues(**(means | errors | {"failed": failed, "designs": designs}))
+        said = np.stack([part.message for part in parts])
+        message = said[(said != "").argmax(axis=0), np.arange(len(designs))]
+        others = {"failed": failed, "designs": designs, "message": message}
+        return RobustValues(**(means | errors | others))
 
 
 def replicates(

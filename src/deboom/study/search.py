@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.choices import SearchAlgorithm
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.result import Front, SearchResult
@@ -242,10 +243,15 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Options of a study: how long NSGA-II searches, and with how many processes."""
+    """Options of a study: what searches, how long, and with how many processes."""
 
-    generations: Annotated[int, Option(help="Generations of NSGA-II.", callback=at_least(1))] = 100
+    generations: Annotated[int, Option(help="Generations of the search.", callback=at_least(1))] = (
+        100
+    )
     population: Annotated[int, Option(help="Designs per generation.", callback=at_least(4))] = 100
+    algorithm: Annotated[
+        SearchAlgorithm, Option(help="Algorithm of pymoo that searches the front.")
+    ] = SearchAlgorithm.nsga2
     workers: Annotated[
         int, Option(help="Processes; any number gives the same result.", callback=at_least(1))
     ] = 1
@@ -277,6 +283,7 @@ class SearchOptions:
                 population=self.population,
                 generations=self.generations,
                 seed=seed,
+                algorithm=self.algorithm,
                 workers=self.workers,
                 scheduler=self.scheduler,
                 progress=bar,
@@ -302,6 +309,7 @@ class SearchOptions:
                 generations=self.generations,
                 seed=seed,
                 limits=limits,
+                algorithm=self.algorithm,
                 polish=False,
                 shown=None,
                 verified_with=verified_with,
@@ -360,6 +368,7 @@ class ThoroughSearchOptions(SearchOptions):
                 searches=self.searches,
                 limits=limits,
                 first_population=begin,
+                algorithm=self.algorithm,
                 polish=self.polish,
                 verified_with=verified_with,
                 workers=self.workers,

@@ -18,6 +18,7 @@ import numpy as np
 from scipy.special import ndtr
 
 from deboom.arrays import RealArray
+from deboom.explore.descent import PullBack
 from deboom.explore.front import nondominated
 from deboom.explore.scatter import TRUNCATION, cut_normal_moments
 from deboom.explore.space import DesignSpace, Evaluate, generator
@@ -129,6 +130,42 @@ class Exp1:
         mean = -height * first
         variance = height**2 * (cut_normal_mgf(2.0 * argument) - first**2)
         return mean[:, None, :], variance[:, None, :]
+
+
+@dataclass(frozen=True, eq=False)
+class WithSlopes:
+    """A problem of known truth whose front may converge along its own gradient."""
+
+    problem: Quad2 | Exp1
+    is_smooth: bool = True
+
+    @property
+    def variable_names(self) -> tuple[str, ...]:
+        """Names of the problem's variables."""
+        return self.problem.variable_names
+
+    @property
+    def response_names(self) -> tuple[str, ...]:
+        """Names of the problem's responses."""
+        return self.problem.response_names
+
+    @property
+    def response_unit(self) -> str:
+        """Unit of the problem's responses."""
+        return self.problem.response_unit
+
+    def __call__(self, designs: RealArray) -> RealArray:
+        """Return the problem's responses."""
+        return self.problem(designs)
+
+    def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
+        """Return the responses, and the pull-back of weights."""
+        slopes = self.problem.gradient(designs)
+
+        def pull_back(weights: RealArray) -> RealArray:
+            return np.asarray(np.einsum("onr,nrk->onk", weights, slopes))
+
+        return self.problem(designs), pull_back
 
 
 def quad2(n_variables: int, *, seed: int) -> Quad2:

@@ -1,7 +1,7 @@
 """Which mount stiffnesses make the U06 vehicles quiet, and keep them so as parts scatter?
 
 NSGA-II over the 12 stiffness factors of engine, gearbox, strut (TSM), wishbone (Du): sums over the
-vehicles of mean SPLV and of its sigma; its picks go on by gradient. Where the data allow it the
+vehicles of mean SPLV and of its sigma; gradients let it converge. Where the data allow it the
 powertrain's motion answers (coupled), and the same search with prescribed motion, with whose picks
 the former begins, stands beside it. Keys of summary.json: mean_change_db_<pick>,
 sigma_change_percent_<pick>; splv_change_db_per_line_<vehicle> (best-mean, no scatter); benefit_db,

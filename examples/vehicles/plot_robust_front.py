@@ -23,8 +23,8 @@ robust = deboom.Robust(model, space, draws=64, seed=1)
 result = minimize(deboom.RobustProblem(robust), NSGA2(40), ("n_gen", 30), seed=1)
 
 # %%
-# `deboom.search` does the same, lets the picks go on by gradient, and evaluates the front with
-# draws that the search has not seen.
+# `deboom.search` does the same, brings the front to convergence along exact gradients, and
+# evaluates it with draws that the search has not seen.
 
 front = deboom.search(robust, population=40, generations=30, seed=1, verified_with=256)
 today = front.baseline.objectives[0]

@@ -14,6 +14,7 @@ from .explore.result import compare as compare
 from .explore.result import verify as verify
 from .explore.robust import Robust as Robust
 from .explore.search import RobustProblem as RobustProblem
+from .explore.search import Until as Until
 from .explore.search import search as search
 from .explore.sensitivity import morris as morris
 from .explore.sensitivity import sobol as sobol

@@ -18,6 +18,7 @@ ComplexArray: TypeAlias = npt.NDArray[np.complex128]
 RealOrComplexArray: TypeAlias = RealArray | ComplexArray
 BoolArray: TypeAlias = npt.NDArray[np.bool_]
 IntArray: TypeAlias = npt.NDArray[np.int_]
+TextArray: TypeAlias = npt.NDArray[np.str_]
 
 _T = TypeVar("_T")
 _S = TypeVar("_S", bound=np.generic)

@@ -18,6 +18,22 @@ class Pick(StrEnum):
     """Least scatter."""
 
 
+class SearchAlgorithm(StrEnum):
+    """An algorithm of pymoo for several objectives, as options spell it."""
+
+    nsga2 = "nsga2"
+    nsga3 = "nsga3"
+    age_moea = "age-moea"
+    sms_emoa = "sms-emoa"
+    moead = "moead"
+
+    @property
+    def label(self) -> str:
+        """Name in texts."""
+        labels = {"nsga2": "NSGA-II", "nsga3": "NSGA-III", "moead": "MOEA/D"}
+        return labels.get(self.value, self.value.upper())
+
+
 class Language(Enum):
     """Language of a supplier's sheet."""
 

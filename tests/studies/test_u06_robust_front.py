@@ -9,6 +9,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
+from deboom.explore import search as door
 from deboom.explore import selection
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
@@ -28,9 +29,15 @@ def run(out, study, **changes):
     return run_study(study, out, {**BUDGET, **changes})
 
 
+def _four_designs(robust, **_):
+    space = robust.space
+    return np.linspace(space.nominal, space.lower + 0.7 * (space.upper - space.lower), 4)
+
+
 def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):
-    # picks that go down to almost equal designs would order a search by the processor's rounding
+    # descents to almost equal designs would order a front by the processor's rounding
     monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
+    monkeypatch.setattr(door, "converged_front", _four_designs)
     options = {**BUDGET, "population": 12, "polish": True}
     hold(run_aloud(load_study(STUDY), tmp_path, options), "u06_robust_front")
 

@@ -12,6 +12,7 @@ from deboom.explore.front import (
     common_box,
     coverage,
     difference,
+    hypervolume,
     last_gain,
     level_gap,
     nondominated,
@@ -130,13 +131,37 @@ def test_verification_uses_draws_of_its_own_and_keeps_the_rows():
     np.testing.assert_array_equal(unbeaten(verified), nondominated(verified.objectives))
 
 
-def test_a_thinned_front_keeps_its_ends_and_its_spacing():
+def test_a_thinned_front_keeps_its_ends_and_most_of_its_volume():
     x = np.linspace(0.0, 1.0, 401) ** 3
     front = pareto_front(values(np.column_stack([x, 1.0 - x]), np.column_stack([x, x])))
     few = thinned(front, 11)
     np.testing.assert_allclose(few.objectives[[0, -1]], front.objectives[[0, -1]])
-    np.testing.assert_allclose(few.objectives[:, 0], np.linspace(0, 1, 11), atol=0.01)
+    # on a straight line no 11 points hold more than those that are evenly apart
+    at = np.linspace(0.0, 1.0, 11)
+    evenly = hypervolume(np.column_stack([at, front.objectives[0, 1] - at]), [1.0, 1.0])
+    lost = 0.5 - (hypervolume(few.objectives, [1.0, 1.0]) - 0.0)
+    assert len(few) == 11
+    assert lost < 1.5 * (0.5 - evenly)
     assert thinned(front, 401) is front
+
+
+def test_of_three_objectives_the_best_of_each_stays_and_few_points_hold_the_volume():
+    draw = np.random.default_rng(1).normal(size=(300, 3))
+    points = 1.0 - np.abs(draw) / np.linalg.norm(draw, axis=1)[:, np.newaxis]
+    sums = np.zeros(300)
+    one = np.zeros((300, 1))
+    every = RobustValues(
+        points, one, one, sums, sums, sums, sums, np.zeros(300, bool), objectives=points
+    )
+    front = pareto_front(every)
+    few = thinned(front, 40)
+    assert len(few) == 40
+    np.testing.assert_array_equal(few.objectives.min(axis=0), front.objectives.min(axis=0))
+    drawn = np.random.default_rng(2).permutation(len(front))[:40]
+    reference = np.full(3, 1.1)
+    random = hypervolume(front.objectives[drawn], reference)
+    whole = hypervolume(front.objectives, reference)
+    assert whole - hypervolume(few.objectives, reference) < 0.8 * (whole - random)
 
 
 def test_verification_keeps_the_meaning_of_the_mean():

@@ -160,12 +160,13 @@ def test_what_is_left_of_a_design_that_fails_in_some_draws():
         assert np.isnan(mean)
 
 
-def test_a_mistake_in_the_model_is_not_taken_for_a_failed_design():
+def test_a_mistake_in_the_model_is_a_failed_design_that_says_so():
     def mistaken(designs):
         return designs["a"]
 
-    with pytest.raises(IndexError):
-        Robust(model(mistaken), SPACE, DRAWS)(np.ones((1, 2)))
+    values = Robust(model(mistaken), SPACE, DRAWS)(np.ones((1, 2)))
+    assert values.failed.all()
+    assert values.message[0].startswith("IndexError: only integers")
 
 
 def test_the_example_of_the_seam_holds():

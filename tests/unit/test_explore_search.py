@@ -399,7 +399,7 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
 def test_every_pair_of_parents_exchanges_its_own_options():
     parents = np.ones((2, 400, 5))
     parents[0, :, :3] = 0.0
-    crossover = door._algorithm(MIXED_SPACE, 20, None).mating.crossover
+    crossover = door._algorithm(MIXED, 20, None, "nsga2")[0].mating.crossover
     random = np.random.default_rng(1)
     children = crossover._do(RobustProblem(MIXED), parents, random_state=random)[:, :, :3]
     assert np.all(children.sum(axis=0) == 1.0)

@@ -180,14 +180,18 @@ def test_the_limit_of_the_overall_consistency_lies_halfway_from_chance():
 
 
 def test_a_front_is_thinned_in_its_box_and_not_in_the_units_of_its_objectives():
-    """Half of the way along each side of an L, whatever the units of the sides are."""
-    side = np.linspace(0.0, 1.0, 9)  # eighths: their sums are exact
-    corner = np.vstack([np.c_[side, np.ones(9)], np.c_[np.ones(8), side[-2::-1]]])
-    for scale in ((1.0, 1.0), (1.0, 1000.0), (1000.0, 1.0)):
-        sums = corner * scale
-        one = np.zeros((17, 1))
-        front = RobustValues(corner, one, one, *sums.T, *sums.T, np.zeros(17, bool))
-        np.testing.assert_array_equal(thinned(front, 5).designs, corner[[0, 4, 8, 12, 16]])
+    """Whatever the units are, the same designs stay."""
+    x = np.linspace(0.0, 1.0, 17)
+    arc = np.c_[x, (1.0 - x) ** 3]
+    one = np.zeros((17, 1))
+    stay = [
+        thinned(RobustValues(arc, one, one, *sums.T, *sums.T, np.zeros(17, bool)), 5).designs
+        for sums in (arc * scale for scale in ((1.0, 1.0), (1.0, 1024.0), (1024.0, 1.0)))
+    ]
+    assert len(stay[0]) == 5
+    np.testing.assert_array_equal(stay[0][[0, -1]], arc[[0, -1]])
+    np.testing.assert_array_equal(stay[1], stay[0])
+    np.testing.assert_array_equal(stay[2], stay[0])
 
 
 def test_hoses_that_halve_a_misfit_explain_three_quarters_of_its_square():

@@ -46,6 +46,10 @@ FILL = 2
 """Designs evaluated between two neighbours of one branch: there a straight line errs by the square
 of its length."""
 
+WORSE = 10.0
+"""Scaled distance of a design that fails beyond the worst objectives so far: a descent steps back,
+and its line search is not upset as it would be by an infinite value."""
+
 PullBack = Callable[[RealArray], RealArray]
 """Map from weights (o, n, r) to ``Σ_r w_onr ∂y_nr/∂x_nk``, shape (o, n, k) [response unit per unit
 of the space]."""
@@ -78,12 +82,15 @@ def is_smooth(robust: Robust) -> bool:
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
         and not robust.space.integer.any()
+        and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Differentiable)
         and robust.evaluate.is_smooth
     )
 
 
-def objectives_and_gradients(robust: Robust, design: RealArray) -> tuple[RealArray, RealArray]:
+def objectives_and_gradients(
+    robust: Robust, design: RealArray, *, each_mean: bool = False
+) -> tuple[RealArray, RealArray]:
     """Return the mean and the sigma sum of a design (k,), and their gradients.
 
     Parameters
@@ -92,12 +99,15 @@ def objectives_and_gradients(robust: Robust, design: RealArray) -> tuple[RealArr
         Response for which `is_smooth` holds.
     design : array, shape (k,)
         Design [units of the space].
+    each_mean : bool
+        Whether the mean of each of the r responses follows the two sums.
 
     Returns
     -------
-    objectives : array, shape (2,)
-        Sums over the responses of their means and standard deviations [response unit].
-    gradients : array, shape (2, k)
+    objectives : array, shape (2,) or (2 + r,)
+        Sums over the responses of their means and standard deviations, and perhaps each mean
+        [response unit]; not finite where the design fails.
+    gradients : array, shape (2, k) or (2 + r, k)
         Derivatives by each variable [response unit per unit of the space].
 
     Notes
@@ -112,11 +122,14 @@ def objectives_and_gradients(robust: Robust, design: RealArray) -> tuple[RealArr
     made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
     values, pull_back = model.linearised(design * made_per_design)
     moments = robust.prepared(design).derivatives(values)
-    weights = np.empty((2, *values.shape))
+    sums = [moments.mean.sum(), moments.sigma.sum()]
+    of_each = np.arange(values.shape[1]) if each_mean else np.empty(0, dtype=int)
+    weights = np.zeros((2 + of_each.size, *values.shape))
     weights[0], weights[1] = moments.by_mean[:, np.newaxis], moments.by_sigma
+    weights[2 + of_each, :, of_each] = moments.by_mean
     slopes = pull_back(weights)
-    objectives = np.array([moments.mean.sum(), moments.sigma.sum()])
-    return objectives, np.einsum("otk,tk->ok", slopes, made_per_design)
+    gradients = np.einsum("otk,tk->ok", slopes, made_per_design)
+    return np.concatenate([sums, moments.mean[of_each]]), gradients
 
 
 class _Point(NamedTuple):
@@ -131,10 +144,12 @@ class _Landscape:
     """Objectives over scaled designs from 0 to 1, and all designs that were evaluated.
 
     - `size` (2,): what an objective is divided by, so that one tolerance serves both.
+    - `worst` (2,): largest objectives so far, scaled.
     """
 
     robust: Robust
-    size: RealArray = field(default_factory=lambda: np.ones(2))
+    size: RealArray
+    worst: RealArray
     places: list[RealArray] = field(default_factory=list)
     values: list[RealArray] = field(default_factory=list)
     gradient: RealArray = field(default_factory=lambda: np.empty((2, 0)))
@@ -145,8 +160,13 @@ class _Landscape:
             space = self.robust.space
             design = space.lower + place * (space.upper - space.lower)
             value, gradient = objectives_and_gradients(self.robust, design)
+            scaled = value / self.size
+            if np.isfinite(value).all() and np.isfinite(gradient).all():
+                self.worst = np.fmax(self.worst, scaled)
+            else:
+                scaled, gradient = self.worst + WORSE, np.zeros_like(gradient)
             self.places.append(place.copy())
-            self.values.append(value / self.size)
+            self.values.append(scaled)
             # contiguous: SLSQP reads a strided row as if it were not
             self.gradient = np.ascontiguousarray(
                 gradient * (space.upper - space.lower) / self.size[:, np.newaxis]
@@ -249,13 +269,18 @@ def converged_front(robust: Robust, *, seed: int, progress: Progress | None = No
     The objectives of few draws are shifted, and have a box of their own.
     """
     random = generator(seed, "converged front")
-    n = robust.space.n_variables
+    space = robust.space
+    free = space.upper > space.lower
+
+    def place() -> RealArray:
+        return np.where(free, random.random(free.size), 0.0)
+
     stages = _Stages(progress)
     few = replace(robust, sample=_first_draws(robust.sample, FEW_DRAWS))
-    size = _size(few, random.random((16, n)))
-    ends, branches = _branches(_Landscape(few, size), random)
+    size, worst = _scale(few, np.array([place() for _ in range(16)]))
+    ends, branches = _branches(_Landscape(few, size, worst), place)
     stages.done("branches")
-    landscape = _Landscape(robust, size)
+    landscape = _Landscape(robust, size, worst)
     net = _Net(landscape, _ends(landscape, ends, branches))
     stages.done("ends")
     for share, points in branches.items():
@@ -271,7 +296,6 @@ def converged_front(robust: Robust, *, seed: int, progress: Progress | None = No
     stages.done("filled")
     places, values = np.array(landscape.places), np.array(landscape.values)
     best = nondominated(values)
-    space = robust.space
     return np.asarray(space.lower + places[best] * (space.upper - space.lower))
 
 
@@ -293,22 +317,25 @@ def _first_draws(sample: ToleranceSampler, n: int) -> ToleranceSampler:
     return replace(sample, values=sample.values[:n])
 
 
-def _size(robust: Robust, places: RealArray) -> RealArray:
-    """Return the standard deviation of each objective over random designs, shape (2,)."""
+def _scale(robust: Robust, places: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the standard deviation of each objective over designs, and the worst, scaled, (2,)."""
     space = robust.space
     values = robust(space.lower + places * (space.upper - space.lower))
-    spread = values.objectives[~values.failed].std(axis=0)
-    return np.asarray(np.where(spread > 0.0, spread, 1.0))
+    computed = values.objectives[~values.failed]
+    if len(computed) == 0:
+        return np.ones(2), np.zeros(2)
+    spread = computed.std(axis=0)
+    size = np.where(spread > 0.0, spread, 1.0)
+    return size, computed.max(axis=0) / size
 
 
 def _branches(
-    few: _Landscape, random: np.random.Generator
+    few: _Landscape, place: Callable[[], RealArray]
 ) -> tuple[list[list[_Point]], dict[float, list[_Point]]]:
     """Return both ends and the optima at each target, all with few draws, the best first."""
-    n = few.robust.space.n_variables
     ends = [
         sorted(
-            (few.descend(random.random(n), row, goal=1e-5, steps=30) for _ in range(starts)),
+            (few.descend(place(), row, goal=1e-5, steps=30) for _ in range(starts)),
             key=lambda point: float(point.value[row]),
         )
         for row, starts in enumerate(END_STARTS)
@@ -317,10 +344,7 @@ def _branches(
     branches = {}
     for share in (np.arange(TARGETS) + 0.5) / TARGETS:
         target = line.target(share)
-        points = [
-            few.reach(random.random(n), target, line.box, goal=1e-4, steps=20)
-            for _ in range(STARTS)
-        ]
+        points = [few.reach(place(), target, line.box, goal=1e-4, steps=20) for _ in range(STARTS)]
         points.sort(key=lambda point: line.excess(point.value, share))
         lowest = line.excess(points[0].value, share)
         branches[float(share)] = [

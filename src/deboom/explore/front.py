@@ -97,6 +97,7 @@ class Replicates:
         stacked = {
             column.name: np.stack([getattr(part, column.name) for part in parts])
             for column in fields(RobustValues)
+            if column.name != "message"
         }
         errors = {
             f"standard_error_{name}": stacked[name].std(axis=0, ddof=1) / np.sqrt(len(parts))
@@ -104,7 +105,10 @@ class Replicates:
         }
         failed = stacked["failed"].any(axis=0)
         means = {name: values.mean(axis=0) for name, values in stacked.items()}
-        return RobustValues(**(means | errors | {"failed": failed, "designs": designs}))
+        said = np.stack([part.message for part in parts])
+        message = said[(said != "").argmax(axis=0), np.arange(len(designs))]
+        others = {"failed": failed, "designs": designs, "message": message}
+        return RobustValues(**(means | errors | others))
 
 
 def replicates(
@@ -177,17 +181,34 @@ def search_bias(searched: RobustValues, verified: RobustValues) -> tuple[float, 
 
 
 def thinned(front: RobustValues, n: int) -> RobustValues:
-    """Return at most `n` rows of a front, evenly spaced along it, with both ends."""
+    """Return at most `n` rows of a front, of which those are left out that add least to it.
+
+    The row whose hypervolume is smallest goes, again and again; the best of each objective stays.
+    """
     if len(front) <= n:
         return front
-    box = np.ptp(front.objectives, axis=0)
-    steps = np.linalg.norm(
-        np.diff(front.objectives, axis=0) / np.where(box > 0.0, box, 1.0), axis=1
-    )
-    length = np.concatenate([[0.0], np.cumsum(steps)])
-    rows = np.searchsorted(length, np.linspace(0.0, length[-1], n), side="left")
-    rows = np.unique(np.minimum(rows, len(front) - 1))
-    return chosen(front, rows)
+    low, box = front.objectives.min(axis=0), np.ptp(front.objectives, axis=0)
+    scaled = (front.objectives - low) / np.where(box > 0.0, box, 1.0)
+    rows = np.lexsort(scaled.T[::-1])
+    ends = np.unique([rows[int(column.argmin())] for column in scaled[rows].T])
+    while len(rows) > max(n, len(ends)):
+        adds = _added(scaled[rows])
+        adds[np.isin(rows, ends)] = np.inf
+        # of three objectives and more the next few go at once: each step costs many volumes
+        leave = 1 if box.size == 2 else 1 + (len(rows) - n) // 16
+        rows = np.delete(rows, np.argsort(adds, kind="stable")[:leave])
+    return chosen(front, np.sort(rows))
+
+
+def _added(points: RealArray) -> RealArray:
+    """Return the hypervolume that each point, sorted by the first objective, adds, shape (n,)."""
+    if points.shape[1] != 2:
+        volumes = moocore.hv_contributions(points, ref=np.full(points.shape[1], 1.0 + _MARGIN))
+        return np.array(volumes, dtype=float)
+    steps = np.diff(points, axis=0)
+    adds = np.full(len(points), np.inf)
+    adds[1:-1] = -steps[1:, 0] * steps[:-1, 1]
+    return adds
 
 
 @checked(ideal="m", nadir="m")

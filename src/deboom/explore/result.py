@@ -42,6 +42,8 @@ class SearchResult:
     - `front`: front of all designs seen, not only of the last population.
     - `evaluated`: every design that was evaluated.
     - `seed`, `seconds`: seed, and wall time of all parts of the search [s].
+    - `stopped`: generations and what ended the search, in words.
+    - `algorithm`: name of the algorithm.
     - `hypervolume` (n_generations,), `reference_point` (m,): hypervolume of the front after each
       generation, up to the worst objectives in the first one.
     """
@@ -52,6 +54,8 @@ class SearchResult:
     reference_point: RealArray
     seed: int
     seconds: float
+    stopped: str = ""
+    algorithm: str = "NSGA-II"
 
     @property
     def n_evaluated(self) -> int:
@@ -62,6 +66,13 @@ class SearchResult:
     def n_failed(self) -> int:
         """Number of designs that could not be computed."""
         return int(self.evaluated.failed.sum())
+
+    @property
+    def failures(self) -> dict[str, int]:
+        """What the model said of designs that failed, and of how many; the most frequent first."""
+        said, counts = np.unique(self.evaluated.message[self.evaluated.failed], return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        return {str(said[row]): int(counts[row]) for row in order}
 
     @property
     def infeasible(self) -> BoolArray:
@@ -86,6 +97,8 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
         reference_point=reference,
         seed=searches[0].seed,
         seconds=sum(search.seconds for search in searches),
+        stopped=searches[0].stopped,
+        algorithm=searches[0].algorithm,
     )
 
 
@@ -412,9 +425,10 @@ class Front(Tabled):
     def text(self) -> str:
         """How many designs were evaluated and are left, in words."""
         text = (
-            f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed; "
+            f"{self.search.n_evaluated} designs were evaluated, {self.search.n_failed} failed"
+            f"{self._reason}; "
             f"{len(self.search.front)} are on the front, of which tables and figures have "
-            f"{len(self.values)}, evenly along it and with all picks. {self.note}"
+            f"{len(self.values)}, those that add most to it and all picks. {self.note}"
         )
         share = self.survivors[:, 0]
         if share.any():
@@ -432,6 +446,15 @@ class Front(Tabled):
                 f"vehicles and lines is {mean * self.per_line:.2f} dB(A)."
             )
         return text
+
+    @property
+    def _reason(self) -> str:
+        """The most frequent reason of failures, in brackets."""
+        failures = self.search.failures
+        if not failures:
+            return ""
+        message, count = next(iter(failures.items()))
+        return f" ({count} of them with '{message}')"
 
     @property
     def counts(self) -> dict[str, int | float]:

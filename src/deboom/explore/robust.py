@@ -11,7 +11,7 @@ from typing import Protocol
 import numpy as np
 import numpy.typing as npt
 
-from deboom.arrays import BoolArray, RealArray, checked, frozen_copy
+from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, PreparedEstimator
 from deboom.explore.scatter import (
@@ -48,6 +48,7 @@ class RobustValues:
     - `objectives` (n, m), optional: numbers that a search minimises; by default the two sums.
     - `excess` (n, c), optional: distance beyond each of c limits, negative where room is left [unit
       of the limit].
+    - `message` (n,), optional: what the model said of a design that failed; empty elsewhere.
     """
 
     designs: RealArray
@@ -60,6 +61,7 @@ class RobustValues:
     failed: BoolArray
     objectives: RealArray = field(default_factory=lambda: np.empty((0, 0)))
     excess: RealArray = field(default_factory=lambda: np.empty((0, 0)))
+    message: TextArray = field(default_factory=lambda: np.empty(0, dtype=str))
 
     def __post_init__(self) -> None:
         if self.excess.shape[1] == 0:
@@ -67,6 +69,8 @@ class RobustValues:
         if self.objectives.shape[1] == 0:
             both = np.column_stack([self.mean_sum, self.sigma_sum])
             object.__setattr__(self, "objectives", both)
+        if len(self.message) != len(self.designs):
+            object.__setattr__(self, "message", np.full(len(self.designs), "", dtype="<U1"))
         for column in fields(self):
             array = np.asarray(getattr(self, column.name))
             object.__setattr__(self, column.name, frozen_copy(array))
@@ -272,8 +276,10 @@ class Robust:
         designs = self.space.checked(designs)
         r = len(self.evaluate.response_names)
         rows = np.empty((len(designs), 2 * r + 2 + self.n_objectives))
+        messages = []
         for row, design in zip(rows, designs, strict=True):
-            row[:] = self._statistics(design)
+            row[:], message = self._statistics(design)
+            messages.append(message)
         mean, sigma, errors, objectives = np.hsplit(rows, [r, 2 * r, 2 * r + 2])
         return RobustValues(
             designs=designs,
@@ -285,6 +291,7 @@ class Robust:
             standard_error_sigma_sum=errors[:, 1],
             failed=np.isnan(errors[:, 0]),
             objectives=objectives,
+            message=np.array(messages, dtype=str),
         )
 
     def scatter(self, design: RealArray) -> RealArray:
@@ -318,7 +325,8 @@ class Robust:
         """
         try:
             values = responses(self.evaluate, self.made(design))
-        except (ArithmeticError, np.linalg.LinAlgError):
+        except Exception as error:
+            _said(error)
             return 1.0, np.nan
         computed = np.isfinite(values).all(axis=1)
         mean = values[computed].mean(axis=0).sum() if computed.any() else np.nan
@@ -335,21 +343,38 @@ class Robust:
             return self.estimator(self.sample.values)
         return None
 
-    def _statistics(self, design: RealArray) -> RealArray:
-        """Moments, their standard errors and the objectives; all NaN if the design failed."""
+    def _statistics(self, design: RealArray) -> tuple[RealArray, str]:
+        """Moments, their standard errors and the objectives; all NaN, and why, if it failed."""
         failed = np.full(2 * len(self.evaluate.response_names) + 2 + self.n_objectives, np.nan)
         try:
             values = responses(self.evaluate, self.made(design))
             if not np.all(np.isfinite(values)):
-                return failed
+                return failed, "a response is not finite"
             mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values)
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
             objectives = [objective(values, mean, sigma) for objective in self.objectives]
-        except (ArithmeticError, np.linalg.LinAlgError):
-            return failed
+        except Exception as error:
+            return failed, _said(error)
         statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
-        return statistics if np.all(np.isfinite(statistics)) else failed
+        if not np.all(np.isfinite(statistics)):
+            return failed, "a statistic of the responses is not finite"
+        return statistics, ""
+
+
+LONGEST_MESSAGE = 200
+"""Characters that are kept of what a model said of a design that failed."""
+
+
+def _said(error: Exception) -> str:
+    """Return what a model said of a design; raise what is wrong with the question itself.
+
+    An `InputError` is about the question, unless it words an error of the user's own function.
+    """
+    cause = error.__cause__ if isinstance(error, InputError) else error
+    if cause is None or isinstance(cause, InputError):
+        raise error
+    return f"{type(cause).__name__}: {cause}"[:LONGEST_MESSAGE]
 
 
 @checked(of_response="m r", rest="r", of_sum="m")

@@ -1,26 +1,38 @@
-"""The one search, and the door to pymoo: NSGA-II that resumes bit for bit, polish, verification."""
+"""The one search, and the door to pymoo: any of its algorithms, resume, descents, verification."""
 
 from __future__ import annotations
 
 import hashlib
 import time
-from collections.abc import Callable, Mapping
-from dataclasses import fields, replace
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from copy import deepcopy
+from dataclasses import dataclass, fields, replace
+from math import comb
 from typing import Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
+import pymoo.util
+from pymoo.algorithms.moo.age import AGEMOEA
+from pymoo.algorithms.moo.moead import MOEAD, ParallelMOEAD
 from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.nsga3 import NSGA3
+from pymoo.algorithms.moo.sms import SMSEMOA
+from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
 from pymoo.core.repair import Repair
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
 from pymoo.termination.max_gen import MaximumGenerationTermination
+from pymoo.util.ref_dirs import get_reference_directions
 
 from deboom.arrays import RealArray
+from deboom.choices import SearchAlgorithm
 from deboom.common import Progress
 from deboom.errors import InputError
+from deboom.explore.descent import converged_front, is_smooth
 from deboom.explore.doe import checked_within, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
@@ -69,6 +81,7 @@ class RobustProblem(Problem):
     """A robust response as a pymoo problem: minimise its objectives.
 
     A failed design is infeasible (``G > 0``), so that it never beats one that could be computed.
+    Whole-number variables are rounded to their options, in the individuals as well.
     After it come the limits of the response, if it has any, each relative to its bound. The columns
     ``mean``, ``sigma``, ``standard_error_mean_sum`` and ``standard_error_sigma_sum`` travel with
     each individual: ``res.pop.get("sigma")`` has shape (n, r).
@@ -77,6 +90,9 @@ class RobustProblem(Problem):
     ----------
     robust : RobustEvaluation
         Designs, shape (n, k) → values with m objectives, as `deboom.Robust` makes them.
+    constraints : bool
+        Whether failed designs and limits are constraints, as most algorithms of pymoo take them.
+        Without, such as for MOEA/D, these designs have objectives of `FAILED_OBJECTIVE`.
 
     Raises
     ------
@@ -97,18 +113,24 @@ class RobustProblem(Problem):
     (2, (20, 2))
     """
 
-    def __init__(self, robust: RobustEvaluation) -> None:
+    def __init__(self, robust: RobustEvaluation, *, constraints: bool = True) -> None:
         space, limits = robust.space, robust.limits
-        n_constraints = 1 + (len(limits.names) if limits else 0)
+        n_constraints = 1 + (len(limits.names) if limits else 0) if constraints else 0
         super().__init__(
             space.n_variables, robust.n_objectives, n_constraints, xl=space.lower, xu=space.upper
         )
         self.robust = robust
 
     def _evaluate(self, x: RealArray, out: dict[str, Any], *_args: Any, **_kwargs: Any) -> None:
+        space = self.robust.space
+        if space.integer.any():
+            # the individuals themselves become whole
+            out["X"] = x = space.made_whole(x)
         values = self.robust(x)
-        out["F"] = np.where(values.failed[:, None], FAILED_OBJECTIVE, values.objectives)
-        out["G"] = self._constraints(values)
+        bad = values.failed if self.n_ieq_constr else ~values.feasible
+        out["F"] = np.where(bad[:, None], FAILED_OBJECTIVE, values.objectives)
+        if self.n_ieq_constr:
+            out["G"] = self._constraints(values)
         for name in _TRAVELLING:
             out[name] = getattr(values, name)
 
@@ -139,8 +161,10 @@ def nsga2(
     progress: Progress | None = None,
     checkpoint: Store | None = None,
     first_population: RealArray | None = None,
+    algorithm: str | Algorithm = "nsga2",
+    until: Until | None = None,
 ) -> SearchResult:
-    """Search the Pareto front of all objectives with NSGA-II.
+    """Search the Pareto front of all objectives with NSGA-II or another algorithm of pymoo.
 
     Population for population the same as pymoo's
     ``minimize(RobustProblem(robust), NSGA2(population), ("n_gen", generations), seed=seed)``;
@@ -161,8 +185,14 @@ def nsga2(
         Called after each generation.
     checkpoint : Store, optional
         Where evaluations are kept, and taken from when the search is started again.
-    first_population : array, shape (population, k), optional
-        Designs of the first generation [units of the space]; drawn at random if None.
+    first_population : array, shape (n, k), optional
+        Designs of the first generation, at least a population [units of the space]; drawn at random
+        if None.
+    algorithm : str or pymoo algorithm
+        One of `ALGORITHMS`, or an algorithm of pymoo for several objectives, which is copied; its
+        own population then counts.
+    until : Until, optional
+        What ends the search before its last generation.
 
     Raises
     ------
@@ -178,33 +208,110 @@ def nsga2(
         )
     if first_population is not None:
         first_population = checked_within(robust.space, first_population)
-        if len(first_population) != population:
+        if len(first_population) < population:
             raise InputError(
                 f"a first population of {len(first_population)} designs does not fit a search "
-                f"with a population of {population}: give as many"
+                f"with a population of {population}: give at least as many"
             )
+    runner, name = _algorithm(robust, population, first_population, algorithm)
     facts: dict[str, Any] = {
         "seed": seed,
         "population": population,
         "variables": list(robust.space.names),
         "first_population_sha256": None,
     }
+    if name != "nsga2":
+        facts["algorithm"] = name
     if first_population is not None:
         data = np.ascontiguousarray(first_population).tobytes()
         facts["first_population_sha256"] = hashlib.sha256(data).hexdigest()
     begun = time.perf_counter() - _seconds_before(checkpoint, facts)
     archive = _Archive(robust, checkpoint)
-    algorithm = _algorithm(robust.space, population, first_population)
-    algorithm.setup(
-        RobustProblem(archive), termination=MaximumGenerationTermination(generations), seed=seed
+    problem = RobustProblem(archive, constraints=not isinstance(runner, MOEAD))
+    stopped = None
+    with _seeded_pymoo(seed):
+        runner.setup(problem, termination=MaximumGenerationTermination(generations), seed=seed)
+        while stopped is None and runner.has_next():
+            runner.next()
+            seconds = time.perf_counter() - begun
+            if checkpoint is not None:
+                checkpoint.save({**facts, "seconds": seconds})
+            if progress is not None:
+                progress(runner.n_gen - 1, generations, archive.summary())
+            stopped = until.reached(archive.hypervolume, seconds) if until else None
+    done = f"{len(archive.hypervolume)} generations"
+    return archive.result(
+        seed,
+        time.perf_counter() - begun,
+        stopped=f"{done}, {stopped}" if stopped else done,
+        algorithm=SearchAlgorithm(name).label if name in ALGORITHMS else name,
     )
-    while algorithm.has_next():
-        algorithm.next()
-        if checkpoint is not None:
-            checkpoint.save({**facts, "seconds": time.perf_counter() - begun})
-        if progress is not None:
-            progress(len(archive.generations), generations, archive.summary())
-    return archive.result(seed, time.perf_counter() - begun)
+
+
+@dataclass(frozen=True)
+class Until:
+    """What ends a search before its last generation.
+
+    - `seconds`: wall time, with all parts of a resumed search [s]; such a front depends on the
+      machine.
+    - `gain`: gain of the hypervolume over the last `over` generations, as a share of it, below
+      which the search stands still [1].
+    - raises InputError: neither of them, or numbers that are not positive.
+    """
+
+    seconds: float | None = None
+    gain: float | None = None
+    over: int = 10
+
+    def __post_init__(self) -> None:
+        given = [value for value in (self.seconds, self.gain) if value is not None]
+        if not given or min(given) <= 0.0 or self.over < 1:
+            raise InputError(
+                "a search ends after positive seconds, or below a positive gain over at least 1 "
+                "generation: such as Until(seconds=60) or Until(gain=1e-3, over=10)"
+            )
+
+    def reached(self, hypervolume: list[float], seconds: float) -> str | None:
+        """Return why a search ends here, in words; None if it goes on."""
+        if self.seconds is not None and seconds >= self.seconds:
+            return f"ended after {self.seconds:g} s"
+        if self.gain is not None and len(hypervolume) > self.over:
+            gain = 1.0 - hypervolume[-1 - self.over] / hypervolume[-1] if hypervolume[-1] else 0.0
+            if gain < self.gain:
+                return f"ended by a gain below {self.gain:g} over {self.over} generations"
+        return None
+
+
+@contextmanager
+def _seeded_pymoo(seed: int) -> Iterator[None]:
+    """Seed the choices of pymoo that forget the state of their algorithm.
+
+    NSGA-III compares infeasible designs, and picks among equals, by generators without a seed.
+    """
+
+    class Random:
+        def __init__(self) -> None:
+            self.stream = np.random.SeedSequence(seed)
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(np.random, name)
+
+        def default_rng(self, seed: Any = None) -> np.random.Generator:
+            return np.random.default_rng(self.stream.spawn(1)[0] if seed is None else seed)
+
+    class Numpy:
+        random = Random()
+
+        def __getattr__(self, name: str) -> Any:
+            return getattr(np, name)
+
+    module: Any = pymoo.util
+    before = module.np
+    module.np = Numpy()
+    try:
+        yield
+    finally:
+        module.np = before
 
 
 def _seconds_before(checkpoint: Store | None, facts: Mapping[str, Any]) -> float:
@@ -261,9 +368,11 @@ class _Archive(Around):
         n_worse = sum(int((~values.failed & ~values.feasible).sum()) for values in self.generations)
         failed = f", {n_failed} failed" if n_failed else ""
         beyond = f", {n_worse} beyond limits" if n_worse else ""
-        return f"hypervolume {self.hypervolume[-1]:.5g}{failed}{beyond}"
+        front = self.front
+        best = f"best {front.objectives[:, 0].min():.6g}, " if front is not None and front else ""
+        return f"{best}hypervolume {self.hypervolume[-1]:.5g}{failed}{beyond}"
 
-    def result(self, seed: int, seconds: float) -> SearchResult:
+    def result(self, seed: int, seconds: float, *, stopped: str, algorithm: str) -> SearchResult:
         """Return what was found; refuse a search without a design that keeps all limits."""
         assert self.front is not None
         every = joined(self.generations)
@@ -281,28 +390,79 @@ class _Archive(Around):
             reference_point=self.reference_point,
             seed=seed,
             seconds=seconds,
+            stopped=stopped,
+            algorithm=algorithm,
         )
 
 
 def _worst_objectives(values: RobustValues) -> RealArray:
     if np.all(values.failed):
         raise InputError(
-            f"none of the {len(values)} designs of the first generation could be computed: "
-            "evaluate the nominal design alone and check the bounds of the design space"
+            f"none of the {len(values)} designs of the first generation could be computed, the "
+            f"first one with '{values.message[0]}': evaluate the nominal design alone and check "
+            "the bounds of the design space"
         )
     return np.asarray(values.objectives[~values.failed].max(axis=0))
 
 
-def _algorithm(space: DesignSpace, population: int, first: RealArray | None) -> NSGA2:
-    if not space.integer.any():
-        sampling = FloatRandomSampling() if first is None else first
-        return NSGA2(pop_size=population, sampling=sampling)
-    return NSGA2(
-        pop_size=population,
-        sampling=_MixedSampling() if first is None else first,
-        crossover=_MixedCrossover(eta=15, prob=0.9),
-        mutation=_MixedMutation(eta=20),
-    )
+ALGORITHMS = tuple(SearchAlgorithm)
+"""Algorithms of pymoo by name; any other comes as an object of pymoo."""
+
+
+def _algorithm(
+    robust: RobustEvaluation,
+    population: int,
+    first: RealArray | None,
+    algorithm: str | Algorithm,
+) -> tuple[Algorithm, str]:
+    """Return an algorithm that has not begun, and its name."""
+    space, m = robust.space, robust.n_objectives
+    operators: dict[str, Any] = {"sampling": FloatRandomSampling() if first is None else first}
+    if space.integer.any():
+        operators = {
+            "sampling": _MixedSampling() if first is None else first,
+            "crossover": _MixedCrossover(eta=15, prob=0.9),
+            "mutation": _MixedMutation(eta=20),
+        }
+    if isinstance(algorithm, Algorithm):
+        runner: Any = deepcopy(algorithm)
+        name = type(algorithm).__name__
+        modules = [kind.__module__ for kind in type(algorithm).__mro__]
+        if any(module.startswith("pymoo.algorithms.soo") for module in modules):
+            raise InputError(
+                f"{name} minimises one objective, and this problem has {m}: take an algorithm of "
+                f"pymoo.algorithms.moo, or one of {', '.join(ALGORITHMS)}"
+            )
+        if first is not None:
+            runner.initialization.sampling = first
+        return runner, name
+    if algorithm not in ALGORITHMS:
+        raise InputError(
+            f"there is no algorithm '{algorithm}': take one of {', '.join(ALGORITHMS)}, or an "
+            "object of pymoo.algorithms.moo"
+        )
+    if algorithm == "moead":
+        directions = _directions(m, population)
+        if first is not None and len(first) != len(directions):
+            raise InputError(
+                f"MOEA/D begins with {len(directions)} designs here, one for each direction, not "
+                f"with {len(first)}: give as many, or take another algorithm"
+            )
+        return ParallelMOEAD(
+            directions, n_neighbors=min(20, len(directions)), **operators
+        ), algorithm
+    if algorithm == "nsga3":
+        return NSGA3(_directions(m, population), pop_size=population, **operators), algorithm
+    made = {"nsga2": NSGA2, "age-moea": AGEMOEA, "sms-emoa": SMSEMOA}[algorithm]
+    return made(pop_size=population, **operators), algorithm
+
+
+def _directions(m: int, population: int) -> RealArray:
+    """Return as many evenly spaced directions in m objectives as a population has designs."""
+    parts = 1
+    while comb(parts + m, m - 1) <= population:
+        parts += 1
+    return np.asarray(get_reference_directions("das-dennis", m, n_partitions=parts))
 
 
 class _MixedSampling(FloatRandomSampling):
@@ -349,8 +509,8 @@ def _with_options(designs: RealArray, space: DesignSpace, random: Any) -> RealAr
 
 VERIFIED = 1024
 """Draws of each scramble behind a verified number."""
-SHOWN = 100
-"""Designs of a front that are verified and shown; a longer front is thinned evenly along it."""
+SHOWN = 200
+"""Designs of a front that are verified and shown; of a longer one those that add least are left."""
 
 Checkpoint = Callable[[int], Store]
 """Returns where the search of a seed is kept."""
@@ -365,6 +525,8 @@ def searched(
     searches: int = 1,
     limits: DesignLimits | None = None,
     first_population: RealArray | None = None,
+    algorithm: str | Algorithm = "nsga2",
+    until: Until | None = None,
     workers: int = 1,
     scheduler: str | None = None,
     progress: Progress | None = None,
@@ -388,6 +550,8 @@ def searched(
                 progress=progress,
                 checkpoint=checkpoint(number) if checkpoint else None,
                 first_population=first_population,
+                algorithm=algorithm,
+                until=until,
             )
             for number in range(seed, seed + searches)
         ]
@@ -407,7 +571,9 @@ def search(
     seed: int = 1,
     searches: int = 1,
     limits: DesignLimits | None = None,
-    first_population: RealArray | None = None,
+    first_population: RealArray | Front | None = None,
+    algorithm: str | Algorithm = "nsga2",
+    until: Until | None = None,
     polish: bool = True,
     shown: int | None = SHOWN,
     verified_with: int = VERIFIED,
@@ -416,12 +582,14 @@ def search(
     progress: Progress | None = None,
     checkpoint: Checkpoint | None = None,
 ) -> Front:
-    """Search the robust front, improve its picks, and verify it with draws it never saw.
+    """Search the robust front, let it converge, and verify it with draws it never saw.
 
-    NSGA-II keeps every evaluation. Then each `Pick` goes on by gradient where the model is smooth,
-    two sums are minimised, all designs share their draws, no variable takes whole numbers only and
-    no limits are set; elsewhere picks are the best of all evaluated designs. At last the designs
-    that are shown are evaluated again.
+    NSGA-II keeps every evaluation. Where two sums are minimised, all designs share their draws, no
+    variable takes whole numbers only and no limits are set, gradients do the rest: of a model with
+    exact slopes, such as a `deboom.BoomingModel` in prescribed or coupled motion, the whole front
+    converges (`deboom.explore.descent.converged_front`) and joins what NSGA-II evaluated; of any
+    other smooth model each `Pick` goes on by differences. Elsewhere picks are the best of all
+    evaluated designs. At last the designs that are shown are evaluated again.
 
     Parameters
     ----------
@@ -435,14 +603,20 @@ def search(
         Seeds from `seed` upwards, whose fronts are merged.
     limits : DesignLimits, optional
         What designs must keep.
-    first_population : array, shape (n, k), optional
-        Up to a population of designs to begin with [units of the space]; a Latin hypercube
-        completes them.
+    first_population : array, shape (n, k), Front or what `deboom.read_run` gives, optional
+        Designs to begin with, any number [units of the space]; a Latin hypercube completes fewer
+        than a population.
+    algorithm : str or pymoo algorithm
+        ``nsga2``, ``nsga3``, ``age-moea``, ``sms-emoa``, ``moead``, or an object of
+        ``pymoo.algorithms.moo``, whose own population then counts.
+    until : Until, optional
+        What ends the search before its last generation: seconds, or a hypervolume that stands
+        still.
     polish : bool
-        Whether picks go on by gradient; a model with ``smooth = False`` is left alone.
+        Whether gradients follow NSGA-II; a model with ``smooth = False`` is left alone.
     shown : int or None
-        Designs of the front that are verified, evenly along it, beside all picks; None: the front
-        as it was searched, and no other design.
+        Designs of the front that are verified, those that add most to it, beside all picks; None:
+        the whole front as it was searched, and no other design.
     verified_with : int
         Draws of each scramble of the verification, a power of two.
     workers : int
@@ -464,8 +638,9 @@ def search(
     Raises
     ------
     InputError
-        A budget, draws or a seed that cannot be; limits that no design keeps; a front that fails
-        under the new draws.
+        A budget, draws or a seed that cannot be; an algorithm for one objective; a model that
+        carries its limits itself; limits that no design keeps; a front that fails under the new
+        draws.
 
     Examples
     --------
@@ -476,7 +651,12 @@ def search(
     >>> abs(front.pick_designs["best-mean"][0] - 0.9) < 0.01
     np.True_
     """
-    begin = first_population
+    if not isinstance(robust, Robust):
+        raise InputError(
+            f"{type(robust).__name__} cannot be verified: search a deboom.Robust, and give limits "
+            "as limits="
+        )
+    begin = _designs_of(first_population)
     if begin is not None and len(begin) < population:
         rest = latin_hypercube(robust.space, population, seed=seed)[len(begin) :]
         begin = np.vstack([begin, rest])
@@ -488,21 +668,30 @@ def search(
         searches=searches,
         limits=limits,
         first_population=begin,
+        algorithm=algorithm,
+        until=until,
         workers=workers,
         scheduler=scheduler,
         progress=progress,
         checkpoint=checkpoint,
     )
-    polished = polish and limits is None and _smooth(robust)
+    gradients = polish and limits is None and _smooth(robust)
+    converges = gradients and is_smooth(robust)
+    if converges:
+        result = _with_descents(robust, result, seed=seed, progress=progress)
     rows = result.front
     if shown is not None:
-        picked = _picked(robust, result.evaluated, polish=polished)
+        picked = _picked(robust, result.evaluated, polish=gradients)
         front = pareto_front(result.front, picked)
         result = replace(result, front=front)
         rows = _distinct(joined([thinned(front, shown), picked]))
-    note = "Its picks then went on by gradient." if polished and shown is not None else ""
+    notes = []
     if searches > 1:
-        note = f"The front is that of {searches} searches with different seeds. {note}".strip()
+        notes.append(f"The front is that of {searches} searches with different seeds.")
+    if converges:
+        notes.append("Descents along exact gradients then brought the whole front to convergence.")
+    elif gradients and shown is not None:
+        notes.append("Its picks then went on by gradient.")
     judge = replicates(robust, verified_with, seed=seed)
     return Front(
         robust=robust,
@@ -510,12 +699,36 @@ def search(
         searched=rows,
         values=verified(rows, judge),
         judge=judge,
-        note=note,
+        note=" ".join(notes),
+    )
+
+
+def _designs_of(begin: Any) -> RealArray | None:
+    """Return designs (n, k) to begin with: as they are, of a front, or of the front of a run."""
+    if begin is None:
+        return None
+    if isinstance(begin, Front):
+        return begin.values.designs
+    begin = getattr(begin, "front", begin)
+    return np.atleast_2d(np.asarray(getattr(begin, "designs", begin), dtype=float))
+
+
+def _with_descents(
+    robust: Robust, result: SearchResult, *, seed: int, progress: Progress | None
+) -> SearchResult:
+    """Return a search whose front has converged by descents, which join its archive."""
+    begun = time.perf_counter()
+    values = robust(converged_front(robust, seed=seed, progress=progress))
+    return replace(
+        result,
+        front=pareto_front(result.front, values),
+        evaluated=joined([result.evaluated, values]),
+        seconds=result.seconds + time.perf_counter() - begun,
     )
 
 
 def _smooth(robust: Robust) -> bool:
-    """Whether picks may go on by gradient."""
+    """Whether gradients may follow a search."""
     return (
         robust.objectives == (MEAN_SUM, SIGMA_SUM)
         and isinstance(robust.sample, ToleranceSample)

@@ -11,7 +11,8 @@ from scipy.optimize import minimize
 from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.explore.robust import RobustEvaluation, RobustValues, chosen, joined
+from deboom.explore.descent import is_smooth, objectives_and_gradients
+from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, chosen, joined
 from deboom.explore.space import DesignSpace, Evaluate, responses
 
 SMALLEST_GAIN = 1e-7
@@ -172,9 +173,7 @@ def _reach(start: float, points: RealArray, moved: RealArray, limit: float) -> f
     return float(path[last] + fraction * (path[first] - path[last]))
 
 
-def improved(
-    robust: RobustEvaluation, evaluated: RobustValues, today: RobustValues
-) -> RobustValues:
+def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> RobustValues:
     """Search each `Pick` on from the best design that is known, by gradient.
 
     - `robust`: response of the search, smooth, whose designs share their draws.
@@ -182,9 +181,9 @@ def improved(
     - `today`: today's design under the same draws, one row.
     - returns: the picks of the evaluated designs, of today's and of what they became.
 
-    Sequential quadratic programming (SLSQP) within the bounds, by central differences under common
-    draws, so that it asks for no more than the response. The constraints keep a distance of
-    `KEPT_BY` of σ, which the draws of a verification may take.
+    Sequential quadratic programming (SLSQP) within the bounds, along exact gradients where
+    `deboom.explore.descent.is_smooth`, elsewhere by central differences under common draws. The
+    constraints keep a distance of `KEPT_BY` of σ, which the draws of a verification may take.
     """
     goal = _Goal(robust, today)
     found = [evaluated, today]
@@ -199,14 +198,20 @@ def improved(
 class _Goal:
     """What a pick minimises and keeps, as functions of a place between the bounds, 0 to 1."""
 
-    def __init__(self, robust: RobustEvaluation, today: RobustValues) -> None:
+    def __init__(self, robust: Robust, today: RobustValues) -> None:
         self.robust, self.today = robust, today
+        self.exact = is_smooth(robust)
         self.lower, self.span = robust.space.lower, robust.space.upper - robust.space.lower
         self.scale = float(today.sigma_sum[0]) or 1.0
         self.known: dict[bytes, tuple[RealArray, RealArray]] = {}
 
     def at(self, place: RealArray) -> tuple[RealArray, RealArray]:
         """Return mean sum, sigma sum and mean of each response over the scale, and gradients."""
+        if place.tobytes() not in self.known and self.exact:
+            design = self.lower + place * self.span
+            sums, slopes = objectives_and_gradients(self.robust, design, each_mean=True)
+            gradient = np.ascontiguousarray(slopes * self.span / self.scale)
+            self.known = {place.tobytes(): (sums / self.scale, gradient)}
         if place.tobytes() not in self.known:
             moves = STEP * np.eye(len(place))
             places = np.vstack([place, place + moves, place - moves])

@@ -96,8 +96,12 @@ class SensitivityInputs:
 
 
 def design_inputs(space: DesignSpace) -> SensitivityInputs:
-    """Return variables that are uniform within the bounds of a space: a designer's choice."""
-    return SensitivityInputs(space.names, space.lower, space.upper)
+    """Return variables that are uniform within the bounds of a space: a designer's choice.
+
+    Whole numbers reach half an option beyond, so that rounding gives all options the same chance.
+    """
+    reach = np.where(space.integer, 0.5, 0.0)
+    return SensitivityInputs(space.names, space.lower - reach, space.upper + reach)
 
 
 def tolerance_inputs(space: DesignSpace) -> SensitivityInputs:
@@ -586,7 +590,7 @@ def sobol(
     check_fits(model, space)
     inputs = design_inputs(space)
     designs = sobol_designs(inputs, n, seed=seed)
-    values = responses(model, designs)
+    values = responses(model, space.made_whole(designs))
     names, outputs = space.names, model.response_names
     indices = sobol_indices(values, names, outputs, seed=seed, n_resamples=resamples)
     lines = getattr(model, "n_lines", 1)
@@ -631,7 +635,7 @@ def morris(
     check_fits(model, space)
     inputs = design_inputs(space)
     designs = morris_designs(inputs, trajectories, seed=seed)
-    values = responses(model, designs)
+    values = responses(model, space.made_whole(designs))
     effects = morris_analysis(inputs, designs, values, model.response_names, seed=seed)
     lines = getattr(model, "n_lines", 1)
     return Sensitivities(salib_problem(inputs), effects, model.response_unit, lines)

@@ -117,6 +117,11 @@ class DesignSpace:
         """Return designs as a finite array (n, k), inside or outside the bounds, or refuse them."""
         return checked_designs(designs, self.names)
 
+    def made_whole(self, designs: RealArray) -> RealArray:
+        """Return designs (n, k) whose whole-number variables have the nearest of their options."""
+        whole = np.clip(np.round(designs), self.lower, self.upper)
+        return np.where(self.integer, whole, designs)
+
 
 def checked_designs(designs: npt.ArrayLike, names: Sequence[str]) -> RealArray:
     """Return designs as a finite array (n, k), one row per design, or refuse them."""
@@ -179,8 +184,8 @@ class Evaluate(Requirements, Protocol):
     """What can be explored: ``evaluate(designs (n, k)) -> responses (n, r)``.
 
     Rows are independent of each other, and the same design always gives the same responses. A
-    design that cannot be computed gives a row that is not finite, or raises ``ArithmeticError`` or
-    ``numpy.linalg.LinAlgError``. A process pool carries objects of importable classes, no closures.
+    design that cannot be computed gives a row that is not finite, or raises any error of its own. A
+    process pool carries objects of importable classes, no closures.
     """
 
     @property
@@ -234,7 +239,8 @@ class ResponseFunction:
     def __call__(self, designs: RealArray) -> RealArray:
         """Return the function's responses; of a single one a plain vector will do."""
         try:
-            values = np.asarray(self.function(designs), dtype=float)
+            # a function that writes into its argument does not change the designs
+            values = np.asarray(self.function(np.array(designs, dtype=float)), dtype=float)
         except (InputError, np.linalg.LinAlgError):
             raise
         except (TypeError, ValueError) as error:

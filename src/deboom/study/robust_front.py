@@ -586,7 +586,7 @@ def _search(report: Report, view: PlatformFront) -> None:
         "Two objectives, both as small as possible: the sum over the vehicles of the mean "
         "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
         "and lines.\n\n"
-        f"NSGA-II, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
+        f"{search.algorithm}, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
         f"{view.front.text} The search had its σ wrong by "
         f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
         f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"
@@ -596,6 +596,6 @@ def _search(report: Report, view: PlatformFront) -> None:
     report.figure(
         "convergence",
         view.front.convergence_picture,
-        "Hypervolume of the front over the generations; flat means that more "
+        "Hypervolume of the front over the generations, before gradients; flat means that more "
         "generations would not have helped.",
     )

@@ -12,6 +12,7 @@ import pandas as pd
 from typer import Option
 
 from deboom.arrays import RealArray
+from deboom.choices import SearchAlgorithm
 from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
 from deboom.explore.search import VERIFIED, Checkpoint, search, searched
@@ -84,10 +85,15 @@ def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> p
 
 @dataclass(frozen=True)
 class SearchOptions:
-    """Options of a study: how long NSGA-II searches, and with how many processes."""
+    """Options of a study: what searches, how long, and with how many processes."""
 
-    generations: Annotated[int, Option(help="Generations of NSGA-II.", callback=at_least(1))] = 100
+    generations: Annotated[int, Option(help="Generations of the search.", callback=at_least(1))] = (
+        100
+    )
     population: Annotated[int, Option(help="Designs per generation.", callback=at_least(4))] = 100
+    algorithm: Annotated[
+        SearchAlgorithm, Option(help="Algorithm of pymoo that searches the front.")
+    ] = SearchAlgorithm.nsga2
     workers: Annotated[
         int, Option(help="Processes; any number gives the same result.", callback=at_least(1))
     ] = 1
@@ -119,6 +125,7 @@ class SearchOptions:
                 population=self.population,
                 generations=self.generations,
                 seed=seed,
+                algorithm=self.algorithm,
                 workers=self.workers,
                 scheduler=self.scheduler,
                 progress=bar,
@@ -144,6 +151,7 @@ class SearchOptions:
                 generations=self.generations,
                 seed=seed,
                 limits=limits,
+                algorithm=self.algorithm,
                 polish=False,
                 shown=None,
                 verified_with=verified_with,
@@ -169,12 +177,12 @@ def _checkpoint(
 
 @dataclass(frozen=True)
 class ThoroughSearchOptions(SearchOptions):
-    """Options of a study that may search with several seeds, and improves its picks by gradient."""
+    """Options of a study that may search with several seeds, and goes on by gradient."""
 
     searches: Annotated[
         int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
     ] = 1
-    polish: Annotated[bool, Option(help="Picks go on by gradient.")] = True
+    polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
 
     def verified(
         self,
@@ -202,6 +210,7 @@ class ThoroughSearchOptions(SearchOptions):
                 searches=self.searches,
                 limits=limits,
                 first_population=begin,
+                algorithm=self.algorithm,
                 polish=self.polish,
                 verified_with=verified_with,
                 workers=self.workers,

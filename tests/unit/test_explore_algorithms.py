@@ -1,0 +1,197 @@
+"""Any algorithm of pymoo for several objectives behind the one search, and the user's model."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from pymoo.algorithms.moo.nsga2 import NSGA2
+from pymoo.algorithms.moo.rvea import RVEA
+from pymoo.algorithms.soo.nonconvex.ga import GA
+from pymoo.optimize import minimize
+from pymoo.util.ref_dirs import get_reference_directions
+
+import deboom
+from deboom.errors import InputError
+from deboom.explore.front import common_box
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
+from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.search import ALGORITHMS, RobustProblem, Until, nsga2, search, searched
+from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
+from known_truth import exact_front, quad2
+
+MODEL = quad2(4, seed=1)
+SPACE = stiffness_factor_space(MODEL.variable_names)
+SAMPLE = sobol_sample(4, 16, seed=1)
+ROBUST = Robust(MODEL, SPACE, SAMPLE)
+BUDGET = {"population": 20, "generations": 15, "seed": 2}
+
+
+def of(function):
+    model = ResponseFunction(function, MODEL.variable_names, MODEL.response_names, "1")
+    return Robust(model, SPACE, SAMPLE)
+
+
+def fails_beyond(designs):
+    return np.where(designs[:, :1] > 1.05, np.nan, MODEL(designs))
+
+
+@pytest.mark.parametrize("name", ALGORITHMS)
+def test_every_algorithm_nears_the_closed_form_also_where_designs_fail(name):
+    parabola = Robust(MODEL, SPACE, SAMPLE, estimator=Estimator(2))
+    whole = searched(parabola, population=20, generations=40, seed=2, algorithm=name)
+    exact = exact_front(MODEL, SPACE)
+    box = common_box([exact])
+    assert box.hypervolume(whole.front.objectives) > 0.8 * box.hypervolume(exact)
+    first, again = (searched(of(fails_beyond), **BUDGET, algorithm=name) for _ in range(2))
+    assert first.n_failed > 0
+    assert not first.front.failed.any()
+    np.testing.assert_array_equal(first.evaluated.designs, again.evaluated.designs)
+
+
+def test_an_object_of_pymoo_searches_as_in_pymoo_and_is_left_as_it_was():
+    directions = get_reference_directions("das-dennis", 2, n_partitions=19)
+    algorithm = RVEA(directions)
+    first, again = (searched(ROBUST, **BUDGET, algorithm=algorithm) for _ in range(2))
+    np.testing.assert_array_equal(first.evaluated.designs, again.evaluated.designs)
+    alone = minimize(RobustProblem(ROBUST), NSGA2(20), ("n_gen", 15), seed=2)
+    ours = searched(ROBUST, **BUDGET, algorithm=NSGA2(20))
+    last = ours.evaluated.designs[-20:]
+    assert {tuple(x) for x in alone.pop.get("X")} <= {tuple(x) for x in ours.evaluated.designs}
+    assert last.shape == (20, 4)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"algorithm": GA(20)}, "GA minimises one objective, and this problem has 2"),
+        ({"algorithm": "nsga4"}, "no algorithm 'nsga4': take one of nsga2"),
+        ({"algorithm": "moead", "first_population": SPACE.nominal + np.zeros((25, 1))}, "MOEA/D"),
+    ],
+)
+def test_what_cannot_search_is_refused_by_name(changes, words):
+    with pytest.raises(InputError, match=words):
+        deboom.search(ROBUST, **BUDGET, **changes)
+
+
+def test_a_model_that_carries_its_limits_is_refused_before_the_search():
+    limited = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
+    response = LimitedResponse(ROBUST, limited, Limits((Limit("first", "1", at_least=0.9),)))
+    with pytest.raises(InputError, match="LimitedResponse cannot be verified"):
+        deboom.search(response, **BUDGET)
+
+
+def test_any_number_of_designs_and_a_front_begin_a_search():
+    many = 0.8 + 0.4 * np.random.default_rng(1).random((33, 4))
+    front = deboom.search(ROBUST, **BUDGET, first_population=many, polish=False)
+    np.testing.assert_array_equal(front.search.evaluated.designs[:33], many)
+    after = deboom.search(ROBUST, **BUDGET, first_population=front, polish=False)
+    begun = after.search.evaluated.designs[: len(front.values)]
+    np.testing.assert_array_equal(begun, front.values.designs)
+    alone = deboom.search(ROBUST, **BUDGET, first_population=SPACE.nominal, polish=False)
+    np.testing.assert_array_equal(alone.search.evaluated.designs[0], SPACE.nominal)
+
+
+def test_a_search_ends_where_it_stands_still_and_says_so():
+    whole = searched(ROBUST, population=20, generations=60, seed=1)
+    assert whole.stopped == "60 generations"
+    still = searched(ROBUST, population=20, generations=60, seed=1, until=Until(gain=0.02, over=5))
+    n = len(still.hypervolume)
+    assert 5 < n < 60
+    np.testing.assert_array_equal(still.hypervolume, whole.hypervolume[:n])
+    assert 1 - still.hypervolume[-6] / still.hypervolume[-1] < 0.02
+    assert 1 - still.hypervolume[-7] / still.hypervolume[-2] >= 0.02
+    assert still.stopped == f"{n} generations, ended by a gain below 0.02 over 5 generations"
+    short = searched(ROBUST, population=20, generations=10**6, seed=1, until=Until(seconds=0.2))
+    assert short.stopped.endswith("ended after 0.2 s")
+    for wrong in ({}, {"seconds": 0.0}, {"gain": 0.1, "over": 0}):
+        with pytest.raises(InputError, match="positive"):
+            Until(**wrong)
+
+
+# what a user's model does
+
+
+def test_any_exception_of_a_function_is_a_failed_design_with_its_message():
+    def mistaken(designs):
+        if designs[:, 0].max() > 1.1:
+            raise KeyError("no licence")
+        return (designs - 0.9) ** 2 @ np.ones((4, 2))
+
+    front = deboom.search(of(mistaken), **BUDGET)
+    result = front.search
+    assert 0 < result.n_failed < result.n_evaluated
+    assert result.failures == {"KeyError: 'no licence'": result.n_failed}
+    assert f"{result.n_failed} failed ({result.n_failed} of them with 'KeyError" in front.text
+    spread = searched(ROBUST, **BUDGET)
+    assert spread.failures == {}
+
+
+def test_if_the_whole_first_generation_fails_the_exception_is_shown():
+    def mistaken(designs):
+        return designs["a"]
+
+    with pytest.raises(InputError, match="the first one with 'IndexError: only integers"):
+        searched(of(mistaken), **BUDGET)
+
+
+def test_a_wrong_shape_is_no_failed_design():
+    with pytest.raises(InputError, match="gave an array of shape"):
+        of(lambda designs: designs[:, :1])(np.ones((1, 4)))
+
+
+def test_a_function_that_writes_into_its_argument_changes_no_design():
+    def scaled(designs):
+        designs *= 400.0
+        return MODEL(designs / 400.0)
+
+    model = ResponseFunction(scaled, MODEL.variable_names, MODEL.response_names, "1")
+    made = deboom.doe(model, SPACE, n=16)
+    assert made.doe.designs.max() <= 1.2
+    np.testing.assert_allclose(model(made.doe.designs), MODEL(made.doe.designs), rtol=1e-12)
+    front = searched(of(scaled), **BUDGET)
+    assert front.evaluated.designs.max() <= 1.2
+
+
+def parts(designs):
+    """Noise of a stiffness and of a part, of which only whole numbers exist."""
+    assert np.all(designs[:, 0] == np.round(designs[:, 0]))
+    size = np.array([3.0, 0.0, 5.0, 1.0])[designs[:, 0].astype(int)]
+    return np.column_stack([size + designs[:, 1], designs[:, 1] ** 2])
+
+
+CATALOGUE = DesignSpace(
+    ("part", "x"), ("1", "1"), [0, 1], [0, 0.8], [3, 1.2], [0, 0.15], integer=[True, False]
+)
+OF_PARTS = ResponseFunction(parts, ("part", "x"), ("noise", "square"), "dB")
+
+
+def test_pymoos_own_operators_get_whole_numbers_and_keep_them():
+    problem = RobustProblem(Robust(OF_PARTS, CATALOGUE, draws=16))
+    result = minimize(problem, NSGA2(12), ("n_gen", 6), seed=1)
+    part = result.pop.get("X")[:, 0]
+    np.testing.assert_array_equal(part, np.round(part))
+    assert set(result.X[:, 0]) == {1.0}
+
+
+def test_sensitivities_of_whole_numbers_are_those_of_their_options():
+    """Four parts of equal chance beside a stiffness: variances 3.69 and 0.4² / 12."""
+    of_part, of_x = np.var([3.0, 0.0, 5.0, 1.0]), 0.4**2 / 12
+    table = deboom.sobol(OF_PARTS, CATALOGUE, n=1024).table.set_index(["variable", "response"])
+    assert table.loc[("part", "noise"), "first [1]"] == pytest.approx(
+        of_part / (of_part + of_x), abs=0.02
+    )
+    effects = deboom.morris(OF_PARTS, CATALOGUE, trajectories=20).table
+    assert np.isfinite(effects["mu* [dB]"]).all()
+
+
+def test_three_objectives_are_searched_and_merged():
+    robust = replace(ROBUST, objectives=(MEAN_SUM, SIGMA_SUM, Objective(Statistic.QUANTILE)))
+    result = searched(robust, **BUDGET, algorithm="nsga3", searches=2)
+    assert result.front.objectives.shape[1] == 3
+
+
+def test_the_default_is_nsga2_bit_for_bit():
+    assert search.__kwdefaults__["algorithm"] == "nsga2"
+    one, other = nsga2(ROBUST, 12, 3, seed=1), searched(ROBUST, population=12, generations=3)
+    np.testing.assert_array_equal(one.evaluated.objectives, other.evaluated.objectives)

@@ -1,0 +1,114 @@
+"""Descents inside a search: when they apply, what joins the archive, the same bits for anybody."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import deboom
+from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
+from deboom.explore.moments import Objective, Statistic
+from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
+from deboom.explore.scatter import FreshGaussianSampler, sobol_sample
+from deboom.explore.search import nsga2, searched
+from deboom.explore.space import ResponseFunction, stiffness_factor_space
+from known_truth import WithSlopes, quad2
+
+MODEL = WithSlopes(quad2(4, seed=1))
+SPACE = stiffness_factor_space(MODEL.variable_names)
+ROBUST = Robust(MODEL, SPACE, sobol_sample(4, 16, seed=1))
+BUDGET = {"population": 8, "generations": 2, "seed": 3, "verified_with": 16}
+
+
+def fixed(*columns):
+    lower, upper = SPACE.lower.copy(), SPACE.upper.copy()
+    lower[list(columns)] = upper[list(columns)] = 1.0
+    return replace(SPACE, lower=lower, upper=upper)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"evaluate": quad2(4, seed=1)},
+        {"evaluate": WithSlopes(quad2(4, seed=1), is_smooth=False)},
+        {"sample": FreshGaussianSampler(4, 16, seed=1)},
+        {"nominal_mean": True},
+        {"objectives": (Objective(Statistic.MEAN), Objective(Statistic.QUANTILE))},
+        {"space": replace(SPACE, integer=[True, False, False, False], tolerance=[0, 0, 0, 0],
+                          lower=[0.0] * 4, upper=[2.0] * 4)},
+        {"space": fixed(0, 1, 2, 3)},
+    ],
+)  # fmt: skip
+def test_without_exact_gradients_nothing_descends(changes):
+    assert is_smooth(ROBUST)
+    assert not is_smooth(replace(ROBUST, **changes))
+
+
+def test_the_population_of_nsga2_is_part_of_the_archive_of_a_converged_front():
+    whole = deboom.search(ROBUST, **BUDGET)
+    pure = nsga2(ROBUST, 8, 2, seed=3)
+    np.testing.assert_array_equal(whole.search.evaluated.designs[:16], pure.evaluated.designs)
+    np.testing.assert_array_equal(whole.search.hypervolume, pure.hypervolume)
+    assert whole.search.n_evaluated > 100
+    assert "exact gradients" in whole.note
+    best = whole.search.front.objectives.min(axis=0)
+    assert np.all(best <= pure.front.objectives.min(axis=0))
+
+
+def test_unpolished_the_search_is_nsga2_alone():
+    front = deboom.search(ROBUST, **BUDGET, polish=False)
+    np.testing.assert_array_equal(front.search.evaluated.designs, nsga2(ROBUST, 8, 2, seed=3)
+                                  .evaluated.designs)  # fmt: skip
+    assert front.note == ""
+
+
+def test_limits_leave_the_search_to_nsga2():
+    first = ResponseFunction(lambda x: x[:, :1], SPACE.names, ("first",), "1")
+    limits = DesignLimits(first, Limits((Limit("first", "1", at_least=0.9),)))
+    assert deboom.search(ROBUST, **BUDGET, limits=limits).search.n_evaluated == 16
+
+
+def test_a_converged_front_is_the_same_bits_for_any_number_of_workers():
+    alone, spread = (deboom.search(ROBUST, **BUDGET, workers=workers) for workers in (1, 2))
+    np.testing.assert_array_equal(alone.values.designs, spread.values.designs)
+    np.testing.assert_array_equal(alone.values.objectives, spread.values.objectives)
+
+
+def test_progress_names_the_stages():
+    told = []
+    designs = converged_front(ROBUST, seed=1, progress=lambda *step: told.append(step))
+    assert [step[:2] for step in told] == [(n, 5) for n in (1, 2, 3, 4, 5)]
+    np.testing.assert_array_equal(designs, converged_front(ROBUST, seed=1))
+
+
+def test_a_fixed_variable_stays_where_it_is():
+    designs = converged_front(replace(ROBUST, space=fixed(1)), seed=1)
+    assert np.all(designs[:, 1] == 1.0)
+    assert np.ptp(designs[:, 0]) > 0.02
+
+
+class Breaks(WithSlopes):
+    """Gives no number where the first variable is large."""
+
+    def __call__(self, designs):
+        """Return the responses, NaN beyond 1.1."""
+        return np.where(designs[:, :1] > 1.1, np.nan, super().__call__(designs))
+
+    def linearised(self, designs):
+        """Return the responses with the slopes of the whole problem."""
+        _, pull_back = super().linearised(designs)
+        return self(designs), pull_back
+
+
+def test_descents_step_back_from_designs_that_fail():
+    """They cannot follow the edge of what fails, but stay on this side; NSGA-II has the rest."""
+    robust = replace(ROBUST, evaluate=Breaks(quad2(4, seed=1)))
+    assert not robust(converged_front(robust, seed=1)).failed.any()
+    result = searched(robust, population=12, generations=6, seed=1)
+    assert result.n_failed > 0
+
+
+def test_slopes_of_each_mean_add_up_to_those_of_the_sum():
+    sums, slopes = objectives_and_gradients(ROBUST, SPACE.nominal, each_mean=True)
+    assert sums[2:].sum() == pytest.approx(sums[0])
+    np.testing.assert_allclose(slopes[2:].sum(axis=0), slopes[0], rtol=1e-12)

@@ -1,0 +1,109 @@
+"""Exact gradients and converged fronts against closed forms, differences and many starts."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import deboom
+import kernels as bench
+from converged_fronts import REFERENCE, figures
+from deboom.explore.descent import converged_front, is_smooth, objectives_and_gradients
+from deboom.explore.front import common_box
+from deboom.explore.moments import Estimator
+from deboom.explore.robust import Robust
+from deboom.explore.scatter import sobol_sample
+from deboom.explore.space import stiffness_factor_space
+from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.coupled_motion import CoupledMotion
+from known_truth import WithSlopes, exact_front, exp1, quad2
+
+SHAPE = bench.Shape("small", 4, 3, 41, 3, 2, 4)
+COUPLED = bench.coupled_problem(SHAPE)
+SECOND = replace(bench.coupled_problem(SHAPE, 2), load_case="second")
+MODELS = {
+    "prescribed": BoomingModel((bench.prescribed_problem(SHAPE),), (1.0,)),
+    "coupled": BoomingModel((COUPLED,), (1.0,)),
+    "tilted": BoomingModel((bench.tilted(COUPLED),), (1.0,)),
+    "loss factors": BoomingModel((COUPLED.with_loss_factors(),), (1.0,), loss_factors=True),
+    "two load cases": BoomingModel((COUPLED, SECOND), (1.0, 3.0)),
+    "in numpy": BoomingModel((COUPLED,), (1.0,), compiled=False),
+}
+
+
+def robust_of(model, draws=16, **changes):
+    space = stiffness_factor_space(model.variable_names)
+    sample = sobol_sample(space.n_variables, draws, seed=1)
+    return Robust(model, space, sample, **changes)
+
+
+def assert_slopes(robust, seed, rtol):
+    """Compare sums, their gradients and those of every mean with differences of fourth order."""
+    k = robust.space.n_variables
+    design = np.random.default_rng(seed).uniform(0.85, 1.15, k)
+    found, slopes = objectives_and_gradients(robust, design, each_mean=True)
+    step = 2e-4
+    rows = [robust(design + by * step * np.eye(k)) for by in (1, -1, 2, -2)]
+    near_up, near_down, up, down = (np.column_stack([r.objectives, r.mean]) for r in rows)
+    expected = (8.0 * (near_up - near_down) - (up - down)).T / (12.0 * step)
+    np.testing.assert_allclose(slopes, expected, atol=rtol * np.abs(expected).max())
+    values = robust(design[np.newaxis])
+    whole = np.concatenate([values.objectives[0], values.mean[0]])
+    np.testing.assert_allclose(found, whole, rtol=1e-11)
+
+
+@pytest.mark.parametrize("name", MODELS)
+def test_gradients_of_mean_and_sigma_are_those_of_differences(name):
+    assert is_smooth(robust_of(MODELS[name]))
+    assert_slopes(robust_of(MODELS[name]), seed=2, rtol=2e-8)
+
+
+@pytest.mark.parametrize("degree", [0, 1, 2])
+def test_gradients_follow_the_estimator(degree):
+    assert_slopes(
+        robust_of(WithSlopes(exp1(4, seed=1)), estimator=Estimator(degree)), seed=3, rtol=1e-9
+    )
+
+
+@pytest.mark.parametrize("name", ["prescribed", "coupled", "tilted"])
+def test_slopes_of_a_design_are_the_same_bits_in_any_batch(name):
+    model = MODELS[name]
+    designs = np.random.default_rng(4).uniform(0.8, 1.2, (37, len(model.variable_names)))
+    weights = np.random.default_rng(5).normal(size=(2, 37, len(model.response_names)))
+    values, pull_back = model.linearised(designs)
+    whole = pull_back(weights)
+    for rows in (slice(0, 1), slice(3, 20), slice(30, 37)):
+        some, pull = model.linearised(designs[rows])
+        np.testing.assert_array_equal(some, values[rows])
+        np.testing.assert_array_equal(pull(weights[:, rows]), whole[:, rows])
+
+
+def test_a_softening_motion_has_no_exact_slopes():
+    softening = BoomingModel((bench.amplitude_problem(SHAPE),), (1.0,))
+    assert isinstance(softening.cases[0], CoupledMotion)
+    assert not is_smooth(robust_of(softening))
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_the_front_converges_to_its_closed_form(seed):
+    """Mean and sigma of QUAD2 are exact with a parabola as control variate, and so is its front."""
+    robust = robust_of(WithSlopes(quad2(6, seed=1)), draws=64, estimator=Estimator(2))
+    exact = exact_front(quad2(6, seed=1), robust.space)
+    reached = robust(converged_front(robust, seed=seed)).objectives
+    box = common_box([exact])
+    assert box.hypervolume(reached) > 0.9985 * box.hypervolume(exact)
+    span = np.ptp(exact, axis=0)
+    np.testing.assert_array_less(reached.min(axis=0), exact.min(axis=0) + 1e-3 * span)
+    # no design can be better than the exact front by more than its own resolution
+    assert box.hypervolume(reached) < 1.002 * box.hypervolume(exact)
+
+
+def test_u06_in_prescribed_motion_reaches_the_front_of_many_starts():
+    """The whole front of 1500 points; benchmarks/converged_fronts.py measures the other four."""
+    model = deboom.read_platform("u06").model(vehicles="U06", band=(20, 60), motion="prescribed")
+    robust = deboom.Robust(model, model.design_space(), draws=128, seed=1)
+    reached = robust(converged_front(robust, seed=1))
+    row = figures(robust, reached, REFERENCE / "u06_prescribed.csv")
+    assert row["share [%]"] > 99.85
+    assert row["share of 200 points [%]"] > 99.8
+    assert max(row["best mean above [mdB]"], row["best sigma above [mdB]"]) < 1.0

@@ -51,6 +51,8 @@ def line_levels(index: BoomingModel, designs: RealArray) -> RealArray:
 
 LINE_POINTS = 1024
 """Base points behind the indices of single lines, at most."""
+TENTH = 0.1
+"""Change of a stiffness that a slope is stated for [1]."""
 PART = 2048  # designs evaluated at a time
 LINES, MOUNTS, PAIRS, PRESCRIBED = "lines", "by mount", "pairs", "prescribed motion"
 Jobs = dict[str, tuple[Callable[[RealArray], RealArray], RealArray]]
@@ -139,6 +141,15 @@ class Sensitivity:
     def variables(self) -> tuple[str, ...]:
         """Names of the design variables."""
         return self.index.variable_names
+
+    @cached_property
+    def slope(self) -> RealArray:
+        """Change of the mean level of a vehicle per `TENTH` more stiffness than today's [dB].
+
+        Shape (n_variable, n_vehicle); central difference.
+        """
+        half = 0.5 * TENTH * np.eye(len(self.variables))
+        return np.asarray((self.index(1.0 + half) - self.index(1.0 - half)) / self.index.n_lines)
 
     @cached_property
     def total_of_lines(self) -> RealArray:
@@ -254,6 +265,8 @@ def _evaluated(jobs: Jobs, progress: Progress | None) -> dict[str, RealArray]:
 _T = TypeVar("_T", bound=np.generic)
 MATTERS = 0.02
 """Total index from which a variable is shown where there is no room for all [1]."""
+SLOPE = "level, 10 % stiffer [dB]"
+"""Column of the change of a vehicle's mean level."""
 STRONGEST = 3
 """Pairs of a vehicle that the page lists."""
 LEADING = 3
@@ -439,7 +452,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         report,
         study,
         "sobol",
-        index_table(study.indices, "variable"),
+        index_table(study.indices, "variable").assign(**{SLOPE: _long(study.slope)}),
         f"Stiffnesses of a total index of {MATTERS:g} and more in some vehicle; sobol.csv has all.",
     )
     if by_mount is not None:

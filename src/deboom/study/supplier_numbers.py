@@ -14,6 +14,12 @@ from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
+from deboom.explore.sensitivity import (
+    SobolIndices,
+    design_inputs,
+    fast_sobol_indices,
+    sobol_designs,
+)
 from deboom.files.acceptance import PROGRAMME_FILE, Programme, ProgrammeMount
 from deboom.measurement.channels import LoadCase
 from deboom.measurement.uncertainty import COVERAGE, Interval, pivotal_interval
@@ -33,6 +39,8 @@ SURE = 0.95
 """Coverage of the interval of today's stiffness, that of a laboratory's own uncertainty [1]."""
 STEP = 0.01
 """By which a tolerance is made tighter: one percentage point [1]."""
+IMPORTANCE = 512
+"""Base points behind the importance of a direction."""
 TENTH = 0.1
 """Change of a stiffness that a sensitivity is stated for [1]."""
 ALL, PICKED = "all parts", "best design"
@@ -89,6 +97,14 @@ class SupplierEffects:
     def slope(self) -> RealArray:
         """Change of the mean level over the vehicles per `TENTH` more stiffness, (k,) [dB]."""
         return self._slopes(self.study.index)
+
+    @cached_property
+    def importance(self) -> SobolIndices:
+        """Sobol indices of the mean level over the vehicles, within the bounds of the search."""
+        inputs, seed = design_inputs(self.study.space), self.study.run.seed
+        designs = sobol_designs(inputs, IMPORTANCE, seed=seed)
+        level = np.mean(self.study.index(designs), axis=1, keepdims=True)
+        return fast_sobol_indices(level, inputs.factors, ["mean level"], seed=seed)
 
     @cached_property
     def certainty(self) -> dict[str, Interval]:

@@ -13,12 +13,15 @@ import numpy as np
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Language, Pick
+from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes
+from deboom.files.run_folder import RunEntry, read_run
 from deboom.files.tables import workbook_bytes
 from deboom.names import path_inside
 from deboom.plot.style import INK, MUTED, mount_colours
 from deboom.report.sheet import Sheet
 from deboom.study.platform_model import factor_name
+from deboom.study.supplier_importance import importance_sheets, is_sensitivity
 from deboom.study.supplier_numbers import MachineState, SupplierEffects
 from deboom.study.supplier_sheet import N_PER_MM, MountSheet
 from deboom.study.supplier_study import (
@@ -108,7 +111,7 @@ def sheet_page(content: MountSheet, provenance: str) -> Sheet:
         page.table(process, "", {label: 2 for label in process.columns[[2, 4, 5, 6]]})
     page.section(say("What it is worth", "Was es wert ist"), _worth_words(content))
     if len(content.worth):
-        page.table(content.worth)
+        page.table(content.worth, "", dict.fromkeys(content.worth.columns[5:], 1))
     page.table(content.levels)
     if len(content.variants):
         page.section(say("Part numbers", "Teilenummern"))
@@ -297,6 +300,12 @@ def _worth_words(content: MountSheet) -> str:
         "Mittlerer Pegel der Fahrzeuge am Fahrerohr, Mittel über die Linien. ± 90 % enthält die "
         "Fehler aller Messungen; Wirkungen von Teilen addieren sich nicht einfach.",
     )
+    text += say(
+        " Share of the variance of that level, where all stiffnesses of the platform vary within "
+        "the search: by this one alone, and with others (Sobol indices).",
+        " Anteil an der Varianz dieses Pegels, wenn alle Steifigkeiten im Suchbereich "
+        "variieren: durch diese allein, und mit anderen (Sobol-Indizes).",
+    )
     if len(content.levels.columns) > 4:
         return text + say(
             " The last column is the same change by the other model of the powertrain's motion: "
@@ -412,7 +421,8 @@ def supplier_sheets(
     Parameters
     ----------
     folder : Path
-        Finished run of a front study.
+        Finished run of a front study, or of a sensitivity study: then the sheets tell how much
+        hangs on each direction.
     mount : str or None
         The part; None: every mount gets a sheet.
     anonymous : bool
@@ -435,6 +445,17 @@ def supplier_sheets(
         file that belongs to something else; a leak; a folder that cannot be written. Nothing is
         written then.
     """
+    entry = read_run(folder)
+    if is_sensitivity(entry):
+        if files != NOTHING or pick is not Pick.best_mean:
+            raise InputError(
+                f"run {entry.folder} has sensitivities and no front: --box, --tolerances, "
+                "--sharing, --since and --design belong to a front's sheet"
+            )
+        pages = importance_sheets(
+            entry, studies, mount=mount, anonymous=anonymous, language=language, stem=STEM
+        )
+        return _kept(entry, out, pages, ())
     study = supplier_study(folder, studies, pick)
     study.of(mount)
     sources = sheet_sources(study, files)
@@ -449,10 +470,17 @@ def supplier_sheets(
         refuse_leaks(secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
-    place = made_folder(path_inside(study.run.entry.folder, "supplier") if out is None else out)
+    return _kept(entry, out, contents, tuple(missing))
+
+
+def _kept(
+    entry: RunEntry, out: Path | None, contents: Mapping[str, bytes], missing: tuple[str, ...]
+) -> WrittenSheets:
+    """Write the files of a sheet."""
+    place = made_folder(path_inside(entry.folder, "supplier") if out is None else out)
     for name, data in contents.items():
         replace_bytes(path_inside(place, name), data)
-    return WrittenSheets(tuple(place / name for name in contents), tuple(missing))
+    return WrittenSheets(tuple(place / name for name in contents), missing)
 
 
 def middle_design(

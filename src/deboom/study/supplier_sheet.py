@@ -358,6 +358,7 @@ class MountSheet:
     def worth(self) -> pd.DataFrame:
         """What stiffness and tolerance of every direction are worth in the cabin."""
         say, sure, rows = self.say, self.effects.certainty, []
+        important = self.effects.importance
         for direction in self.directions:
             if direction.need in (Need.nothing, Need.unknown):
                 continue
@@ -375,6 +376,13 @@ class MountSheet:
                     ): MILLI * self.effects.tolerance_gain[column],
                     say("± 90 % [0.001 dB]", "± 90 % [0,001 dB]"): MILLI
                     * float(sure["gain"].half_width[column]),
+                    say("share of the variance, alone [%]", "Anteil der Varianz, allein [%]"): (
+                        PERCENT * max(float(important.first[column, 0]), 0.0)
+                    ),
+                    say("with others [%]", "mit anderen [%]"): (
+                        PERCENT * float(important.total[column, 0])
+                    ),
+                    "± 95 % [%]": PERCENT * float(important.total_interval[column, 0]),
                 }
             )
         return pd.DataFrame(rows)

@@ -432,7 +432,11 @@ _CONTEXT = 30
 
 def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
     """Return what nobody else may read: names of vehicles, groups, platform, study, and paths."""
-    platform, entry = study.platform, study.run.entry
+    return platform_secrets(study.platform, study.run.entry)
+
+
+def platform_secrets(platform: Platform, entry: RunEntry) -> tuple[str, ...]:
+    """Return the same of any run on a platform."""
     vehicles = platform.fleet.vehicles
     paths = [path for folder in (platform.folder, entry.folder) for path in _spellings(folder)]
     secrets = [

@@ -1,0 +1,66 @@
+"""The sheets of a sensitivity study: how much hangs on each direction of a mount."""
+
+import re
+import shutil
+
+import openpyxl
+import pandas as pd
+import pytest
+
+from command_line import call, refused
+from deboom.study.runner import load_study, run_study
+from deboom.study.sensitivity import SLOPE
+from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.platform import MountSource
+
+BUDGET = {"seed": 1, "n": 64, "resamples": 20, "mounts": MountSource.spectra}
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    options = {**BUDGET, "motion": Motion.prescribed}
+    return run_study(load_study("u06_sensitivity"), tmp_path_factory.mktemp("results"), options)
+
+
+def test_a_level_rises_by_what_the_model_says(folder):
+    table = pd.read_csv(folder / "sobol.csv").set_index(["vehicle", "variable"])
+    runs = load_study("u06_sensitivity").model(BUDGET)
+    model = runs.model(Motion.prescribed)
+    gradient = model.gradient([[1.0] * 12])[0] / model.n_lines
+    for row, vehicle in enumerate(model.response_names):
+        for column, variable in enumerate(model.variable_names):
+            slope = table.loc[(vehicle, variable), SLOPE]
+            assert slope == pytest.approx(0.1 * gradient[row, column], abs=0.01)
+
+
+def test_every_mount_gets_a_page_and_a_workbook(folder, tmp_path):
+    told = call("report", folder, "--supplier", "--out", tmp_path).stdout.split()
+    assert len(told) == 8
+    book = openpyxl.load_workbook(tmp_path / "supplier_sheet_TSM.xlsx")
+    assert book.sheetnames == ["importance", "by vehicle"]
+    rows = list(book["importance"].values)
+    table = pd.read_csv(folder / "sobol.csv")
+    total = table[table["variable"] == "TSM x"]["total [1]"].mean()
+    assert rows[1][0] == "TSM x"
+    assert rows[1][2] == pytest.approx(100.0 * total)
+    page = (tmp_path / "supplier_sheet_TSM.html").read_text(encoding="utf-8")
+    assert "U06-5" in page
+    assert "evenly within ±15 %" in page
+
+
+def test_an_anonymous_german_sheet_names_no_vehicle(folder, tmp_path):
+    words = ("--supplier", "--mount", "GeM", "--anonymous", "--language", "de", "--out", tmp_path)
+    call("report", folder, *words)
+    page = (tmp_path / "supplier_sheet_GeM_anonymous.html").read_text(encoding="utf-8")
+    assert "Fahrzeug E" in page
+    assert "gleichverteilt" in page
+    assert not re.search(r"U06|studies/|deboom report", page)
+
+
+def test_what_it_cannot_say_is_refused(folder, tmp_path):
+    refused(("report", folder, "--supplier", "--mount", "Q"), "no mount 'Q'", "EnM")
+    refused(("report", folder, "--supplier", "--box", "box.json"), "no front")
+    old = tmp_path / "old"
+    shutil.copytree(folder, old)
+    (old / "sobol.csv").write_text("edited")
+    refused(("report", old, "--supplier"), "sobol.csv")

@@ -5,6 +5,7 @@ They are the thesis's figures 14, 18 to 25 and 26 to 32, drawn from tables that 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from functools import partial
 
@@ -34,8 +35,8 @@ N_PER_MM = 1e-3
 """From N/m to N/mm."""
 MM = 1e3
 """From m to mm."""
-SHOWN_POINTS = 1200
-"""Of a map; more hide each other."""
+SHOWN_POINTS = 800
+"""Of a map; more hide each other, and each is a part of the page."""
 DIGITS = 6
 """Significant digits of a table line by line: a tenth of what noise leaves certain."""
 DOTS = 60
@@ -163,18 +164,19 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
     for name in bench.surfaces:
         by_mount.setdefault(name.rpartition(" ")[0], []).append(name)
     for mount, names in by_mount.items():
+        directions = [usable[name] for name in names]
         report.figure(
             f"stiffness_map_{mount}",
-            partial(_mount_map, bench, [usable[name] for name in names]),
+            partial(_mount_map, bench, directions),
             f"{mount}: magnitude, phase, real and imaginary part of K over preload and "
-            "displacement.",
+            f"displacement.{_thinned(directions)}",
         )
     main = max(bench.surfaces, key=lambda name: float(np.median(np.abs(usable[name].force))))
     report.figure(
         "stiffness_dependence",
         partial(_dependence, bench, usable[main]),
         f"{main}, the most loaded direction: magnitude above, phase below, over each pair of the "
-        "three variables (thesis, figures 20 and 22).",
+        f"three variables (thesis, figures 20 and 22).{_thinned([usable[main]])}",
     )
     report.text(
         "K over the static force has several inflection points, which one cubic cannot follow "
@@ -191,7 +193,7 @@ def append_maps(report: Report, bench: CharacterisedBench) -> None:
             "splits",
             partial(_splits, bench, shown),
             "Re K over the static force of all directions, coloured by displacement; dashed: where "
-            "the two pieces of the surface meet.",
+            f"the two pieces of the surface meet.{_thinned(shown)}",
         )
 
 
@@ -299,8 +301,22 @@ def _relative_widths(
     return (budget.upper - budget.lower)[rows] / 2, budget.imag_half_width[rows]
 
 
+def _step(measured: OperatingMap) -> int:
+    """Return the distance of the lines of a direction that are drawn: 1 is all of them."""
+    return math.ceil(len(measured) / SHOWN_POINTS)
+
+
 def _few(measured: OperatingMap) -> OperatingMap:
-    return measured.select(slice(None, None, max(1, len(measured) // SHOWN_POINTS)))
+    return measured.select(slice(None, None, _step(measured)))
+
+
+def _thinned(directions: Sequence[OperatingMap]) -> str:
+    """Say how many lines are drawn, where they are not all."""
+    drawn = sum(math.ceil(len(one) / _step(one)) for one in directions)
+    lines = sum(len(one) for one in directions)
+    if drawn == lines:
+        return ""
+    return f" {drawn} of {lines} lines are drawn, evenly; stiffness_lines.csv has all."
 
 
 def _has_force(measured: OperatingMap) -> bool:

@@ -39,7 +39,7 @@ BUDGET = {
     "polish": False,
     "starts": 2,
     "every_set_up_to": 4,
-    "group": foreign_platform_samples.GROUP,
+    "group": (foreign_platform_samples.GROUP,),
 }
 EFFORT = {
     "u06_platform": {"VERIFIED": 64},

@@ -21,7 +21,6 @@ from pymoo.algorithms.moo.nsga3 import NSGA3
 from pymoo.algorithms.moo.sms import SMSEMOA
 from pymoo.core.algorithm import Algorithm
 from pymoo.core.problem import Problem
-from pymoo.core.repair import Repair
 from pymoo.operators.crossover.sbx import SBX
 from pymoo.operators.mutation.pm import PM
 from pymoo.operators.sampling.rnd import FloatRandomSampling
@@ -141,15 +140,6 @@ class RobustProblem(Problem):
             return np.where(failed, 1.0, -1.0)
         missed = np.minimum(values.excess / limits.scale, FAILED_OBJECTIVE)
         return np.hstack([np.where(failed, FAILED_OBJECTIVE, -1.0), missed])
-
-
-class WholeNumbers(Repair):
-    """Rounds the whole-number variables of a problem, for algorithms of pymoo that know of none."""
-
-    def _do(  # type: ignore[override]  # the base classes do not agree on its arguments
-        self, problem: Any, X: RealArray, **_kwargs: Any
-    ) -> RealArray:
-        return np.where(problem.robust.space.integer, np.rint(X), X)
 
 
 def nsga2(

@@ -12,7 +12,7 @@ from deboom.common import choice
 from deboom.compressor.cabin_index import DATUM
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
-from deboom.explore.search import RobustProblem, WholeNumbers
+from deboom.explore.search import RobustProblem
 from deboom.measurement.electric_car import ElectricCar
 from deboom.mounts.surface_forces import Outside
 from deboom.study.catalogue import catalogue_index, platform_catalogue
@@ -91,9 +91,8 @@ class CatalogueProblem(RobustProblem):
     """Parts of a mount library as a pymoo problem: which part at each mount, and how re-tuned.
 
     One part number per mount, whole, from 0, today's; then the stiffness factors [1]. Objectives
-    are those of `BoomingProblem`. `repair` rounds part numbers, which pymoo's operators leave
-    broken: give it to the algorithm, or search by `deboom.search`, which takes them as choices
-    without order. `parts` names the parts of a design.
+    are those of `BoomingProblem`. Part numbers are rounded, which pymoo's operators leave broken;
+    `deboom.search` takes them as choices without order. `parts` names the parts of a design.
 
     Parameters
     ----------
@@ -124,7 +123,7 @@ class CatalogueProblem(RobustProblem):
     >>> problem = deboom.CatalogueProblem(
     ...     platform, vehicles="U06", band=(24, 30), draws=16, motion="prescribed"
     ... )
-    >>> result = minimize(problem, NSGA2(8, repair=problem.repair), ("n_gen", 2), seed=1)
+    >>> result = minimize(problem, NSGA2(8), ("n_gen", 2), seed=1)
     >>> sorted(problem.parts(result.X[0]))
     ['Du', 'EnM', 'GeM', 'TSM']
     """
@@ -154,7 +153,6 @@ class CatalogueProblem(RobustProblem):
         )
         space = self.catalogue.space(model.variable_names, retuning, tolerance)
         super().__init__(Robust(model, space, nominal_mean=nominal, draws=draws, seed=seed))
-        self.repair = WholeNumbers()
 
     def parts(self, design: RealArray) -> dict[str, str]:
         """Return what to order for each mount of a design, shape (k,)."""

@@ -38,7 +38,7 @@ LONGEST_DROPOUT = 2
 """Lines in a row that may read exactly zero."""
 FEWEST_LINES = 40
 """Lines from which on anything is judged."""
-SPEEDS = (550.0, 9000.0)
+SPEEDS = (300.0, 9000.0)
 """Speeds at which a combustion engine runs under load [1/min]."""
 FEWEST_VEHICLES = 4
 """Vehicles with which another one is compared at least."""

@@ -139,13 +139,13 @@ def _words(content: MountSheet, page: Sheet) -> list[str]:
             "Must: accepted only inside the band, an end of which is set by the noise limit. "
             "Preferred: asked for, no limit depends on it. Free: today's part will do; anywhere in "
             f"the band, alone, it changes no vehicle by more than {NOTICEABLE:g} dB, neither its "
-            "mean level nor a booming peak. The nominal value is the middle of the band; as a share "
-            "of today's part the band holds at every preload, amplitude and frequency.",
+            "mean level nor a booming peak. The nominal value is the middle of the band; as a "
+            "share of today's part the band holds at every preload, amplitude and frequency.",
             "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
             "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt; im "
             f"Band ändert es allein kein Fahrzeug um mehr als {page.local(NOTICEABLE)} dB, weder "
-            "im mittleren Pegel noch an einer Brummspitze. Der Nennwert ist die Mitte des Bandes; als Anteil "
-            "des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
+            "im mittleren Pegel noch an einer Brummspitze. Der Nennwert ist die Mitte des Bandes; "
+            "als Anteil des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
         ),
         say("The band rests on the ", "Das Band beruht auf: ") + content.rests_on + ".",
         say(

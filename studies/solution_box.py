@@ -56,6 +56,7 @@ from deboom.study.result import RunContext
 from deboom.study.supplier_study import supplier_study
 from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.free_directions import DirectionFreedom, free_directions
 from deboom.vehicles.limits import LimitedLevel, MeanLevel, PeakLevel, limited_response
 from deboom.vehicles.platform import MountSource, Runs
 
@@ -308,6 +309,16 @@ class BoxStudy:
         return np.array([name not in free for name in self.variables])
 
     @cached_property
+    def freedom(self) -> DirectionFreedom:
+        """How far each variable may leave the Pareto point before a vehicle changes noticeably."""
+        without = [
+            name
+            for name, effective in zip(self.variables, self.effective, strict=True)
+            if not effective
+        ]
+        return free_directions(self.index, self.point, self.space, without_effect=without)
+
+    @cached_property
     def width_over_plain(self) -> float:
         """Geometric mean width of the intervals with an effect over those of one tolerance [1]."""
         return float(gmean(self.box.width[self.effective] / self.plain.width[self.effective]))
@@ -460,17 +471,20 @@ def _box(report: Report, study: BoxStudy) -> None:
     reference = study.reference_stiffness * N_PER_MM
     lower, upper = ~study.on_bounds
     by_limit = np.select([lower & upper, lower, upper], ["from and to", "from", "to"], "neither")
+    by_limit = np.where(study.effective, by_limit, "neither")
     table = pd.DataFrame(
         {
             "variable": list(study.variables),
-            "requirement": np.where(study.effective, "interval", "no requirement"),
+            "requirement": np.where(
+                by_limit != "neither", "interval", [need.value for need in study.freedom.needs]
+            ),
             "Pareto point [1]": study.point,
             "from [1]": box.lower,
             "to [1]": box.upper,
             "half width [%]": PERCENT * 0.5 * box.width / box.centre,
             "from [N/mm]": np.where(study.effective, box.lower * reference, np.nan),
             "to [N/mm]": np.where(study.effective, box.upper * reference, np.nan),
-            "set by the limit": np.where(study.effective, by_limit, "neither"),
+            "set by the limit": by_limit,
             "today [N/mm]": reference,
             "one tolerance from [1]": plain.lower,
             "one tolerance to [1]": plain.upper,

@@ -22,9 +22,9 @@ def claims() -> list[Claim]:
     """Run the study."""
     groups = _summaries({"group": None})
     begin = time.perf_counter()
-    vehicles = _summaries({"group": "U06"})
+    vehicles = _summaries({"group": ("U06",)})
     seconds = (time.perf_counter() - begin) / len(SEEDS)
-    sobol = _summaries({"group": "U06"} | MANY, seeds=(1,))[0]
+    sobol = _summaries({"group": ("U06",)} | MANY, seeds=(1,))[0]
     r_group = [summary["r_group_min"] for summary in groups]
     alike = [summary["r_u06_1_4_min"] for summary in vehicles]
     apart = [summary["r_u06_5_mean"] for summary in vehicles]

@@ -35,7 +35,7 @@ def folder(tmp_path_factory):
         "platform": write_foreign_platform(home / "any"),
         "mounts": MountSource.spectra,
         "motion": Motion.prescribed,
-        "group": GROUP,
+        "group": (GROUP,),
         "generations": 3,
         "population": 12,
         "samples": 4,

@@ -31,6 +31,7 @@ from deboom.study.supplier_sheet import (
     measured_capability,
     proving_parts,
 )
+from deboom.vehicles.free_directions import Need
 from pinned_pages import hold
 
 STUDIES = Path(__file__).parents[2] / "studies"
@@ -153,14 +154,16 @@ def report(*words, **code):
 
 def test_nothing_is_asked_where_nothing_is_known_or_todays_part_will_do(study):
     need = {direction.name: direction.need for direction in study.directions}
-    assert all(need[name] is supplier_study.Need.unknown for name in UNKNOWN)
-    assert all(need[name] is supplier_study.Need.nothing for name in FREE)
+    assert all(need[name] is Need.unknown for name in UNKNOWN)
+    assert all(need[name] is Need.nothing for name in FREE)
     back = [study.space.names.index(name) for name in (*UNKNOWN, *FREE)]
     assert np.array_equal(study.wanted[back], np.ones(len(back)))
     for direction in study.directions:
-        low, high = study.interval[direction.column]
-        if direction.need in (supplier_study.Need.wanted, supplier_study.Need.anything):
-            assert (direction.need is supplier_study.Need.wanted) == (not low <= 1.0 <= high)
+        low, high = study.freedom.interval[direction.column]
+        if direction.need in (Need.wanted, Need.today):
+            assert (direction.need is Need.wanted) == (not low <= 1.0 <= high)
+        if direction.need is Need.anything:
+            assert (low, high) == pytest.approx((0.8 * 0.85, 1.2 * 1.15))
 
 
 def test_only_this_part_is_what_the_model_says_directly(sheet, study):

@@ -24,11 +24,10 @@ from deboom.report.report import Picture
 from deboom.study.overview import INTERACTIVE
 from deboom.study.rebuilt import prepared_again, study_of
 from deboom.study.result import FleetModel
-from deboom.study.robust_front import NO_REQUIREMENT
 from deboom.study.supplier_study import SupplierStudy, supplier_study
 from deboom.tabled import PACKED
+from deboom.vehicles.free_directions import Need
 
-ANY = "any in bounds"
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
 _PICTURES = {
     "pareto_front": ("Mean level and scatter of all designs.", "The front, today's and the picks."),
@@ -227,17 +226,19 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
         f"{cases[0][0].order:g}.{many}",
         "Mean level and σ are verified with draws that the search never saw, parts scattered "
         f"within ±{tolerance:.0f} %, per line of the band.",
-        f"° {NO_REQUIREMENT}: no vehicle depends on it, so it is left at today's value; "
-        f"{ANY}: around the best-mean its whole range makes no noticeable difference.",
+        f"° {Need.nothing.value}: no vehicle depends on it, so it is left at today's value; "
+        f"{Need.anything.value}: over its whole range about the best-mean, "
+        f"{study.freedom.sentence}.",
     )
 
 
 def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
     space = study.space
-    table = _table(study, "stiffness", ("variable", "nominal [N/mm]", "requirement"))
+    table = _table(study, "stiffness", ("variable", "nominal [N/mm]"))
     nominal = dict(zip(table["variable"], _array(table["nominal [N/mm]"]), strict=True))
-    notes = {name: ANY for name in table.loc[table["requirement"] == ANY, "variable"]}
-    notes |= dict.fromkeys(study.without_effect, NO_REQUIREMENT)
+    noted = (Need.anything, Need.nothing)
+    needs = zip(space.names, study.freedom.needs, strict=True)
+    notes = {name: need.value for name, need in needs if need in noted}
     mounts = mount_colours([mount.name for mount in study.platform.mounts])
     axes = []
     for column, name in enumerate(space.names):

@@ -16,7 +16,6 @@ from deboom.errors import InputError
 from deboom.explore.front import VERIFICATION, unbeaten
 from deboom.explore.result import Front
 from deboom.explore.robust import RobustValues, chosen
-from deboom.explore.selection import indifference_intervals
 from deboom.measurement.channels import LoadCase
 from deboom.plot.style import mount_colours, signed, vehicle_colours
 from deboom.report import Report
@@ -27,18 +26,16 @@ from deboom.study.platform_model import MotionReport, factor_name, motion_name, 
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet_front import FleetFront, same_designs
+from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, free_directions
 from deboom.vehicles.limits import mount_price
 from deboom.vehicles.platform import Platform, Runs
 
-NOTICEABLE = 0.1
-"""Change of the mean level of the lines that counts as noticeable [dB]."""
 TELLING = 0.9
 """Share of the change that the parts named on top bring alone, at least [1]."""
 AT_THE_EDGE = 0.005
 """Distance from a bound of the search at which a factor lies there [1]."""
 FURTHER = 0.1
 """How much further than the search a factor at its edge is tried [1]."""
-NO_REQUIREMENT = "no requirement"
 BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
 TERMS = (
@@ -139,13 +136,13 @@ class PlatformFront:
         )
 
     @cached_property
-    def indifference(self) -> RealArray:
-        """Interval of each variable around best-mean without a noticeable change, shape (k, 2)."""
-        change = NOTICEABLE * self.index.n_lines
-        return np.column_stack(
-            indifference_intervals(
-                self.front.robust, self.front.pick_designs[Pick.best_mean], change
-            )
+    def freedom(self) -> DirectionFreedom:
+        """How far each variable may leave best-mean before a vehicle changes noticeably."""
+        return free_directions(
+            self.index,
+            self.front.pick_designs[Pick.best_mean],
+            self.front.robust.space,
+            without_effect=self.front.without_effect,
         )
 
     @cached_property
@@ -494,7 +491,8 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     """Show the stiffnesses of the picks, and what is left open."""
     nominal, variables = view.nominal_stiffness, view.stiffness_variables
     n = len(variables)
-    space, interval = view.front.robust.space, view.indifference[:n]
+    space, freedom = view.front.robust.space, view.freedom
+    interval = freedom.interval[:n]
     free = np.isin(variables, view.front.without_effect)
     first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
     report.section(
@@ -517,7 +515,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
             stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
         ),
         "Chosen stiffness of every mount and axis. The thin bracket spans the "
-        f"range within which the mean level stays within {NOTICEABLE} dB.",
+        f"range within which, {freedom.sentence}.",
     )
     table: dict[str, object] = {"variable": list(variables), "nominal [N/mm]": nominal}
     for name, design in view.front.pick_designs.items():
@@ -525,10 +523,10 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         table[f"{name} [N/mm]"] = nominal * design[:n]
     for column, end in (("from", 0), ("to", 1)):
         table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
-    anywhere = (interval[:, 0] <= space.lower[:n]) & (interval[:, 1] >= space.upper[:n])
-    table["requirement"] = np.select(
-        [free, anywhere], [NO_REQUIREMENT, "any in bounds"], "as chosen"
-    )
+    table["requirement"] = [need.value for need in freedom.needs[:n]]
+    moved = freedom.move[:n].argmax(axis=1)
+    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
+    table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
     stiffness = pd.DataFrame(table)
     columns = [
         "variable",
@@ -538,17 +536,20 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "best-mean to [N/mm]",
         *(f"{name} [N/mm]" for name in view.front.picks if name != Pick.best_mean),
         "requirement",
+        "largest change in its range [dB]",
+        "changed most",
     ]
     report.table(
         "stiffness",
         stiffness,
         "Stiffnesses of the named designs. From and to: the range around best-mean "
-        f"within which the mean level stays within {NOTICEABLE} dB.",
+        f"within which, {freedom.sentence}, scatter of the parts included; any in bounds: that "
+        "holds for the whole range; as today: today's part lies in it.",
         {column: 0 for column in columns if column.endswith("[N/mm]")},
         shown=stiffness[columns],
     )
     if len(view.front.variables) > n:
-        names, interval = view.front.variables[n:], view.indifference[n:]
+        names, interval = view.front.variables[n:], freedom.interval[n:]
         free = np.isin(names, view.front.without_effect)
         losses: dict[str, object] = {"variable": list(names)}
         losses |= {f"{name} factor [1]": x[n:] for name, x in view.front.pick_designs.items()}

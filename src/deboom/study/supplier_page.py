@@ -25,7 +25,6 @@ from deboom.study.supplier_importance import importance_sheets, is_sensitivity
 from deboom.study.supplier_numbers import MachineState, SupplierEffects
 from deboom.study.supplier_sheet import N_PER_MM, MountSheet
 from deboom.study.supplier_study import (
-    Need,
     SheetFiles,
     SupplierStudy,
     bands,
@@ -37,6 +36,7 @@ from deboom.study.supplier_study import (
     workbook_text,
 )
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.free_directions import NOTICEABLE, Need
 
 SHORT_HASH = 12
 """Characters of a hash that a sheet shows."""
@@ -140,13 +140,15 @@ def _words(content: MountSheet, page: Sheet) -> list[str]:
     texts = [
         say(
             "Must: accepted only inside the band, an end of which is set by the noise limit. "
-            "Preferred: asked for, no limit depends on it. Free: today's part will do, and inside "
-            "the band no limit is touched. The nominal value is the middle of the band; as a share "
-            "of today's part the band holds at every preload, amplitude and frequency.",
+            "Preferred: asked for, no limit depends on it. Free: today's part will do; anywhere in "
+            f"the band, alone, it changes no vehicle by more than {NOTICEABLE:g} dB, neither its "
+            "mean level nor a booming peak. The nominal value is the middle of the band; as a "
+            "share of today's part the band holds at every preload, amplitude and frequency.",
             "Muss: zulässig nur im Band, von dem ein Ende durch den Geräuschgrenzwert gesetzt ist. "
-            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt, im "
-            "Band wird kein Grenzwert berührt. Der Nennwert ist die Mitte des Bandes; als Anteil "
-            "des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
+            "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt; im "
+            f"Band ändert es allein kein Fahrzeug um mehr als {page.local(NOTICEABLE)} dB, weder "
+            "im mittleren Pegel noch an einer Brummspitze. Der Nennwert ist die Mitte des Bandes; "
+            "als Anteil des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
         ),
         say("The band rests on the ", "Das Band beruht auf: ") + content.rests_on + ".",
         say(

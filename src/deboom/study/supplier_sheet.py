@@ -23,7 +23,8 @@ from deboom.files.acceptance import (
 )
 from deboom.mounts.mount import Mount
 from deboom.study.supplier_numbers import ALL, PICKED, MachineState, SupplierEffects, machine_states
-from deboom.study.supplier_study import Direction, Need, SheetSources, SupplierStudy, bands
+from deboom.study.supplier_study import Direction, SheetSources, SupplierStudy, bands
+from deboom.vehicles.free_directions import Need
 
 ABOVE = 1.25
 """A process is taken to run at this multiple of the usual Cpk when that one is to be proven [1]."""
@@ -151,8 +152,11 @@ class MountSheet:
 
     def _asked(self, direction: Direction) -> SheetDirection:
         band, state = self.bands[direction.name], self.states.get(direction.name)
-        wanted = direction.need is Need.wanted
-        duty = "must" if self.ends(direction) else "preferred" if wanted else "free"
+        free = direction.need is Need.nothing
+        if direction.need is Need.anything:  # a box may have been searched further
+            low, high = self.study.freedom.searched[direction.column]
+            free = band is None or (low <= band[0] and band[1] <= high)
+        duty = "must" if self.ends(direction) else "free" if free else "preferred"
         if direction.need is Need.unknown and duty != "must":
             duty = "not identified"
         today = None

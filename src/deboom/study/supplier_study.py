@@ -6,7 +6,6 @@ import io
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from enum import Enum
 from functools import cached_property
 from html import unescape
 from pathlib import Path
@@ -22,7 +21,7 @@ from deboom.common import AXES
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
 from deboom.explore.robust import Robust
-from deboom.explore.selection import at_nominal, indifference_intervals, variables_without_effect
+from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import DesignSpace
 from deboom.files.acceptance import (
     AcceptanceBox,
@@ -41,25 +40,15 @@ from deboom.mounts.mount import Mount
 from deboom.study.platform_model import factor_name
 from deboom.study.rebuilt import ComparedRun, compared_run
 from deboom.study.result import PlatformModel
-from deboom.study.robust_front import NOTICEABLE
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.free_directions import DirectionFreedom, Need, free_directions
 from deboom.vehicles.platform import Platform, Runs
 
 DRAWS = 1024
 """Draws of the tolerance behind every scatter on the page; no search has seen them."""
 LOSS = " loss"
 """End of the name of a variable that is a loss factor."""
-
-
-class Need(Enum):
-    """What is asked of a direction."""
-
-    wanted = "as wanted"
-    """Today's part lies outside the range in which nobody hears a difference."""
-    anything = "any in bounds"
-    nothing = "no requirement"
-    unknown = "not identified"
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,10 +176,11 @@ class SupplierStudy:
         return np.asarray(at_nominal(self.picked[np.newaxis], self.space, back)[0])
 
     @cached_property
-    def interval(self) -> RealArray:
-        """Range of each variable around `wanted` without a noticeable change, (k, 2) [1]."""
-        change = NOTICEABLE * self.index.n_lines
-        return np.column_stack(indifference_intervals(self.model, self.wanted, change))
+    def freedom(self) -> DirectionFreedom:
+        """How far each variable may leave `wanted` before a vehicle changes noticeably."""
+        return free_directions(
+            self.index, self.wanted, self.space, without_effect=self.without_effect
+        )
 
     @cached_property
     def directions(self) -> tuple[Direction, ...]:
@@ -240,13 +230,9 @@ class SupplierStudy:
         return design
 
     def _need(self, name: str, column: int) -> Need:
-        if name in self.without_effect:
-            return Need.nothing
         if name in self.unidentified:
             return Need.unknown
-        low, high = self.interval[column]
-        today = self.space.nominal[column]
-        return Need.anything if low <= today <= high else Need.wanted
+        return self.freedom.needs[column]
 
 
 def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierStudy:

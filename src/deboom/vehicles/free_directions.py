@@ -1,0 +1,235 @@
+"""What is asked of each direction of a design, judged in the vehicle that it moves most."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+from dataclasses import dataclass
+from enum import Enum
+
+import numpy as np
+import numpy.typing as npt
+
+from deboom.arrays import BoolArray, RealArray, checked_array
+from deboom.errors import InputError
+from deboom.explore.space import DesignSpace, checked_designs
+from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.booming_peaks import compare_peaks
+
+NOTICEABLE = 0.1
+"""Change of the mean level of the lines, or of a booming peak, that counts as noticeable [dB]."""
+SCANNED = 21
+"""Values of each direction that are tried over its range."""
+
+
+class Need(Enum):
+    """What is asked of a direction."""
+
+    wanted = "as chosen"
+    """Today's part lies outside the range in which nobody hears a difference."""
+    today = "as today"
+    """Today's part will do, but not any part of the range."""
+    anything = "any in bounds"
+    nothing = "no requirement"
+    unknown = "not identified"
+
+
+@dataclass(frozen=True, eq=False)
+class DirectionFreedom:
+    """How far each direction may move alone before a vehicle changes noticeably.
+
+    - `names` (k,): variables.
+    - `vehicles` (v,): names.
+    - `amount`: change that counts as noticeable [dB].
+    - `today` (k,): today's design [1].
+    - `searched` (k, 2): range that was tried, scatter of the parts included [1].
+    - `interval` (k, 2): range about the design within which nothing moves by `amount` [1].
+    - `move` (k, v): largest change anywhere in the range, of the mean level or of a peak [dB].
+    - `without_effect`: names of variables that no vehicle depends on.
+    """
+
+    names: tuple[str, ...]
+    vehicles: tuple[str, ...]
+    amount: float
+    today: RealArray
+    searched: RealArray
+    interval: RealArray
+    move: RealArray
+    without_effect: tuple[str, ...]
+
+    @property
+    def free(self) -> BoolArray:
+        """Directions that move no vehicle noticeably anywhere in their range, shape (k,)."""
+        return np.asarray(np.all(self.move <= self.amount, axis=1))
+
+    @property
+    def needs(self) -> tuple[Need, ...]:
+        """What is asked of each direction, as far as the vehicles decide it."""
+        low, high = self.interval.T
+        todays = (low <= self.today) & (self.today <= high)
+        return tuple(
+            Need.nothing
+            if name in self.without_effect
+            else Need.anything
+            if free
+            else Need.today
+            if kept
+            else Need.wanted
+            for name, free, kept in zip(self.names, self.free, todays, strict=True)
+        )
+
+    @property
+    def sentence(self) -> str:
+        """What the ranges mean, in words."""
+        return (
+            f"each direction alone, no vehicle's mean level and no booming peak moves by more than "
+            f"{self.amount:g} dB"
+        )
+
+
+def free_directions(
+    model: BoomingModel,
+    design: npt.ArrayLike,
+    space: DesignSpace,
+    *,
+    without_effect: Collection[str] = (),
+    amount: float = NOTICEABLE,
+) -> DirectionFreedom:
+    """Return how far each direction may move alone before any vehicle changes noticeably.
+
+    Parameters
+    ----------
+    model : BoomingModel
+        Its vehicles and load cases are all judged.
+    design : array_like, shape (k,)
+        Where the other directions stay [1].
+    space : DesignSpace
+        Bounds, and the tolerance by which a part may lie beyond them.
+    without_effect : collection of str
+        Variables that are known to move nothing, see `variables_without_effect`.
+    amount : float
+        Change that counts as noticeable, above 0 [dB].
+
+    Returns
+    -------
+    DirectionFreedom
+
+    Raises
+    ------
+    InputError
+        A design of another size or with a level that is not finite; no positive amount.
+
+    Notes
+    -----
+    Judged is the vehicle that moves most, by the mean level of its lines over all load cases and
+    by its booming peaks in each: a mean over vehicles hides that one gains what another loses.
+    Between two of the `SCANNED` values a curve may pass them by an eighth of its second difference,
+    which is added to the change. Ends between two values are interpolated. Other directions stay
+    at the design: several that are free may add up.
+
+    Examples
+    --------
+    >>> import deboom, numpy as np
+    >>> model = deboom.read_platform("u06").model(vehicles="U06", motion="prescribed")
+    >>> space = model.design_space(bounds=0.2)
+    >>> freedom = free_directions(model, np.ones(12), space)
+    >>> [name for name, free in zip(freedom.names, freedom.free) if not free]
+    ['EnM x', 'EnM z', 'GeM x', 'GeM z', 'TSM x', 'TSM z', 'Du x']
+    """
+    if not amount > 0.0:
+        raise InputError(f"a noticeable change of {amount:g} dB: give one above 0")
+    names, vehicles = model.variable_names, model.response_names
+    base = checked_array(design, "k", "the design", {"k": len(names)})
+    lower = np.minimum(space.lower * (1.0 - space.tolerance), base)
+    upper = np.maximum(space.upper * (1.0 + space.tolerance), base)
+    interval = np.column_stack([base, base])
+    move = np.zeros((len(names), len(vehicles)))
+    for column, name in enumerate(names):
+        if name in without_effect or not upper[column] > lower[column]:
+            interval[column] = lower[column], upper[column]
+            continue
+        values = np.unique(
+            np.append(np.linspace(lower[column], upper[column], SCANNED), base[column])
+        )
+        rows = np.tile(base, (len(values), 1))
+        rows[:, column] = values
+        start = int(np.searchsorted(values, base[column]))
+        changes = _between(largest_changes(model, rows, base))
+        changes[start] = 0.0
+        move[column] = changes.max(axis=0)
+        worst = changes.max(axis=1)
+        if np.all(move[column] <= amount):
+            interval[column] = lower[column], upper[column]
+        else:
+            interval[column, 0] = _end(values[: start + 1][::-1], worst[: start + 1][::-1], amount)
+            interval[column, 1] = _end(values[start:], worst[start:], amount)
+    return DirectionFreedom(
+        names=names,
+        vehicles=vehicles,
+        amount=amount,
+        today=space.nominal,
+        searched=np.column_stack([lower, upper]),
+        interval=interval,
+        move=move,
+        without_effect=tuple(without_effect),
+    )
+
+
+def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray) -> RealArray:
+    """Return how much designs change each vehicle: its mean level or a peak, whichever more.
+
+    Parameters
+    ----------
+    model : BoomingModel
+    designs : array_like, shape (n, k)
+        [1].
+    base : array, shape (k,)
+        Design that they are compared with [1].
+
+    Returns
+    -------
+    array, shape (n, v)
+        Largest magnitude of the changes of the mean level of the lines, over all load cases, and
+        of the booming peaks of each load case; infinite where a level is not finite [dB].
+
+    Raises
+    ------
+    InputError
+        Designs of another shape; a base with a level that is not finite.
+    """
+    rows = np.vstack([base, checked_designs(designs, model.variable_names)])
+    levels = model(rows) / model.n_lines
+    changes = np.abs(levels[1:] - levels[0])
+    for load_case in model.load_case_names:
+        curves = model.levels(rows, load_case)
+        if not np.isfinite(curves[0]).all():
+            raise InputError(f"a level of the design is not finite in load case {load_case}")
+        for (row, vehicle), change in np.ndenumerate(changes):
+            after = curves[row + 1, vehicle]
+            if not np.isfinite(after).all():
+                changes[row, vehicle] = np.inf
+                continue
+            peaks = compare_peaks(curves[0, vehicle], after, model.frequency, 1.0)
+            moved = (abs(peak.level_after - peak.level_before) for peak in peaks)
+            changes[row, vehicle] = max(change, *moved) if peaks else change
+    return np.nan_to_num(changes, nan=np.inf)
+
+
+def _between(changes: RealArray) -> RealArray:
+    """Add to changes (n, v) by how much a parabola through three points may pass them."""
+    passed = np.array(changes)
+    with np.errstate(invalid="ignore"):
+        second = np.abs(changes[2:] - 2.0 * changes[1:-1] + changes[:-2]) / 8.0
+    passed[1:-1] += np.nan_to_num(second, nan=np.inf)
+    return passed
+
+
+def _end(values: RealArray, moved: RealArray, amount: float) -> float:
+    """How far along `values`, which lead away from the design, `moved` stays below `amount`."""
+    beyond = np.flatnonzero(~(moved < amount))
+    if beyond.size == 0:
+        return float(values[-1])
+    first = beyond[0]
+    last = max(first - 1, 0)
+    if first == last or not np.isfinite(moved[first]):
+        return float(values[last])
+    return float(np.interp(amount, moved[[last, first]], values[[last, first]]))

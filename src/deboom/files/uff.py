@@ -540,7 +540,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     if len(scales) > 1:
         raise InputError(f"{path}: its data sets 164 state different units; export it in one")
     scale = scales.pop() if scales else None
-    functions = []
+    functions: list[UffFunction] = []
     for index, kind in enumerate(kinds):
         if kind == 58:
             content = _content(path, index, file)

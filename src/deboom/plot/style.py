@@ -238,7 +238,8 @@ def _with_palette(picture: Image) -> Image:
         used = weight > 0
         centres[used] = np.transpose(sums)[used] / weight[used, np.newaxis]
     centres = np.round(centres)
-    drawn = Image.fromarray(cKDTree(centres).query(seen)[1].astype(np.uint8)[shown], "P")
+    number = np.asarray(cKDTree(centres).query(seen)[1], dtype=np.uint8)
+    drawn = Image.frombytes("P", picture.size, number[shown].tobytes())
     drawn.putpalette(centres.astype(np.uint8).tobytes())
     return drawn
 

@@ -238,8 +238,8 @@ def _with_palette(picture: Image) -> Image:
         used = weight > 0
         centres[used] = np.transpose(sums)[used] / weight[used, np.newaxis]
     centres = np.round(centres)
-    entries = np.asarray(cKDTree(centres).query(seen)[1], dtype=np.uint8)
-    drawn = Image.fromarray(entries[shown], "P")
+    number = np.asarray(cKDTree(centres).query(seen)[1], dtype=np.uint8)
+    drawn = Image.frombytes("P", picture.size, number[shown].tobytes())
     drawn.putpalette(centres.astype(np.uint8).tobytes())
     return drawn
 

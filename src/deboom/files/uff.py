@@ -465,8 +465,8 @@ _EXPONENT_OF_FORTRAN = re.compile(rb"(\d)[dD]([+-]?\d)")
 _LINES_OF_HEADER = re.compile(rb"(?:[^\r\n]*(?:\r\n|\r|\n)){13}")
 _LONGEST_HEADER = 8192
 """Bytes within which the header of a set ends."""
-_SINGLE, _COMPLEX = (2, 5), (5, 6)
-"""Data types of single precision, and of complex values."""
+_DATA_TYPES, _SINGLE, _COMPLEX = (2, 4, 5, 6), (2, 5), (5, 6)
+"""Data types: all, those of single precision, and those of complex values."""
 _SI_SET: dict[str, Any] = {
     "type": 164,
     "units_code": 1,
@@ -642,6 +642,8 @@ class _Sets(pyuff.UFF):
             finally:
                 self._block_ind[index] = block
             kind = content["ord_data_type"]
+            if kind not in _DATA_TYPES:
+                raise ValueError(f"{kind} is no type of data")
             order = "<" if content["byte_ordering"] == 1 else ">"
             stored = np.dtype(f"{order}f{4 if kind in _SINGLE else 8}")
             count = (int(block[1]) + 1 - begin) // stored.itemsize

@@ -8,7 +8,12 @@ functions, so that studies start fast; no global setting survives. Same argument
 from typing import TYPE_CHECKING
 
 from deboom.plot.bars import Intervals, box_intervals, stiffness_bars
-from deboom.plot.correlations import clustered_matrix, scatter_matrix, variable_grid
+from deboom.plot.correlations import (
+    clustered_matrix,
+    objective_grid,
+    scatter_matrix,
+    variable_grid,
+)
 from deboom.plot.curves import CurvePanel, curve_panels, spl_curves
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
@@ -38,6 +43,7 @@ __all__ = [
     "interval_panels",
     "line_maps",
     "mode_shapes",
+    "objective_grid",
     "parallel_coordinates",
     "pareto_front",
     "point_maps",

@@ -10,6 +10,7 @@ from .explore.box import BoxQuestion as BoxQuestion
 from .explore.correlation import correlation as correlation
 from .explore.doe import doe as doe
 from .explore.largest_box import largest_box as largest_box
+from .explore.moments import Objective as Objective
 from .explore.result import compare as compare
 from .explore.result import verify as verify
 from .explore.robust import Robust as Robust

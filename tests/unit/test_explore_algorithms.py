@@ -195,3 +195,78 @@ def test_the_default_is_nsga2_bit_for_bit():
     assert search.__kwdefaults__["algorithm"] == "nsga2"
     one, other = nsga2(ROBUST, 12, 3, seed=1), searched(ROBUST, population=12, generations=3)
     np.testing.assert_array_equal(one.evaluated.objectives, other.evaluated.objectives)
+
+
+# objectives, limits and weights of a user
+
+
+def test_every_kind_of_objective_is_what_it_says():
+    peak = ResponseFunction(lambda x: x.max(axis=1), SPACE.names, ("peak",), "mm")
+    objectives = (
+        Objective("mean", response="y2"),
+        Objective("share above", above=0.12, response="y1"),
+        Objective("sigma", response=lambda y: y[:, 0] - y[:, 1], label="difference"),
+        Objective("mean", response=peak),
+        Objective("quantile", share=0.9, worst=True),
+    )
+    robust = replace(ROBUST, objectives=objectives)
+    design = np.full(4, 1.03)
+    made, values = robust.made_responses(design)
+    expected = [
+        values[:, 1].mean(),
+        (values[:, 0] > 0.12).mean(),
+        (values[:, 0] - values[:, 1]).std(ddof=1),
+        made.max(axis=1).mean(),
+        np.quantile(values, 0.9, axis=0).max(),
+    ]
+    np.testing.assert_allclose(robust(design[np.newaxis]).objectives[0], expected, rtol=1e-12)
+    assert robust.objective_labels[1:4] == (
+        "share above 0.12, y1 [1]", "difference [1]", "mean, peak [mm]")  # fmt: skip
+
+
+def test_weights_count_the_responses_and_keep_the_size_of_a_sum():
+    whole = replace(ROBUST, weights=[3.0, 1.0])
+    values, plain = (one(SPACE.nominal[np.newaxis]) for one in (whole, ROBUST))
+    np.testing.assert_allclose(values.mean_sum, plain.mean @ [1.5, 0.5])
+    np.testing.assert_allclose(values.sigma_sum, plain.sigma @ [1.5, 0.5])
+    np.testing.assert_allclose(values.objectives[0], [values.mean_sum[0], values.sigma_sum[0]])
+    same = replace(ROBUST, weights=[2.0, 2.0])(SPACE.nominal[np.newaxis])
+    np.testing.assert_allclose(same.standard_error_sigma_sum, plain.standard_error_sigma_sum)
+    with pytest.raises(InputError, match="give each one of at least 0"):
+        replace(ROBUST, weights=[1.0, -1.0])
+
+
+def test_limits_of_numbers_are_kept_by_the_whole_front():
+    best = replace(
+        ROBUST,
+        limits=(
+            Objective("mean", response="y2").at_most("today"),
+            Objective("sigma").at_most(0.07),
+        ),
+    )
+    front = deboom.search(best, **BUDGET, verified_with=64)
+    today = best(SPACE.nominal[np.newaxis]).mean[0, 1]
+    assert np.all(front.search.front.mean[:, 1] <= today)
+    assert np.all(front.search.front.sigma_sum <= 0.07)
+    assert front.search.infeasible.any()
+    assert "sigma, sum at most 0.07 1" in best.limits.names
+    with pytest.raises(InputError, match="'tomorrow' is no bound"):
+        replace(ROBUST, limits=(Objective("mean").at_most("tomorrow"),))
+    with pytest.raises(InputError, match="no response 'y9'"):
+        replace(ROBUST, objectives=(MEAN_SUM, Objective("mean", response="y9")))
+
+
+def test_a_front_of_three_objectives_has_table_picks_and_picture():
+    objectives = (MEAN_SUM, SIGMA_SUM, Objective("quantile", share=0.9, response="y2"))
+    front = deboom.search(replace(ROBUST, objectives=objectives), **BUDGET, verified_with=64)
+    table = front.table
+    last = "90 % quantile, y2"
+    np.testing.assert_array_equal(table[f"{last} [1]"], front.values.objectives[:, 2])
+    assert table[f"{last} [1]"].idxmin() == front.picks[f"best-{last}"]
+    assert {"best-mean, sum", "best-sigma, sum", "nearest-to-ideal"} <= set(front.picks)
+    if "none-worse" in front.picks:
+        row = front.values.objectives[front.picks["none-worse"]]
+        assert np.all(row <= front.baseline.objectives[0])
+    figure = front.picture()
+    assert len([axes for axes in figure.axes if axes is not None]) >= 6
+    assert "<table" in front._repr_html_()

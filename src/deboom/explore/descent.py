@@ -81,6 +81,7 @@ def is_smooth(robust: Robust) -> bool:
         robust.objectives == (MEAN_SUM, SIGMA_SUM)
         and isinstance(robust.sample, ToleranceSample)
         and not robust.nominal_mean
+        and robust.limits is None
         and not robust.space.integer.any()
         and bool(np.any(robust.space.upper > robust.space.lower))
         and isinstance(robust.evaluate, Differentiable)
@@ -122,10 +123,12 @@ def objectives_and_gradients(
     made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
     values, pull_back = model.linearised(design * made_per_design)
     moments = robust.prepared(design).derivatives(values)
-    sums = [moments.mean.sum(), moments.sigma.sum()]
+    shares = np.ones(values.shape[1]) if robust.weights is None else robust.weights
+    sums = [np.einsum("r,r->", shares, part) for part in (moments.mean, moments.sigma)]
     of_each = np.arange(values.shape[1]) if each_mean else np.empty(0, dtype=int)
     weights = np.zeros((2 + of_each.size, *values.shape))
-    weights[0], weights[1] = moments.by_mean[:, np.newaxis], moments.by_sigma
+    weights[0] = shares * moments.by_mean[:, np.newaxis]
+    weights[1] = shares * moments.by_sigma
     weights[2 + of_each, :, of_each] = moments.by_mean
     slopes = pull_back(weights)
     gradients = np.einsum("otk,tk->ok", slopes, made_per_design)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import NamedTuple
@@ -144,15 +145,21 @@ class PreparedEstimator:
             explained = slope * slope * self.variance[:, None]
         return Fit(values[0] + intercept, slope, curve, rest, explained, unexplained)
 
-    def moments(self, values: RealArray) -> Moments:
-        """Return the moments of responses, shape (n_samples, r), not finite where these are not."""
+    def moments(self, values: RealArray, weights: RealArray | None = None) -> Moments:
+        """Return the moments of responses, shape (n_samples, r), not finite where these are not.
+
+        The errors are those of sums with weights, shape (r,).
+        """
         fit = self.fit(values)
         with np.errstate(over="ignore", invalid="ignore"):
             sigma = fit.sigma
             weight = np.divide(0.5, sigma, out=np.zeros(sigma.size), where=sigma > 0.0)
             # as large as the rest would be, had its draw been left out of the fit
             rest = fit.rest / (1.0 - self.leverage)[:, None]
-            mean_error = _standard_error(rest.sum(axis=1))
+            if weights is not None:
+                weight = weight * weights
+            of_sum = rest.sum(axis=1) if weights is None else np.einsum("tr,r->t", rest, weights)
+            mean_error = _standard_error(of_sum)
             influence = rest * (2.0 * fit.curve + rest)
             sigma_error = _standard_error(np.einsum("tr,r->t", influence, weight))
         return Moments(fit.intercept, sigma, mean_error, sigma_error)
@@ -188,42 +195,103 @@ class Statistic(Enum):
     """Level that a share of all parts stays below."""
     TAIL_MEAN = "tail mean"
     """Mean of the worst parts (conditional value at risk, CVaR)."""
+    SHARE_ABOVE = "share above"
+    """Share of all parts above a level."""
 
 
 @checked(share=">0 <1")
 class Objective:
-    """One number of a design, to be minimised: a statistic, summed or of the worst response.
+    """One number of a design, to be minimised or limited: a statistic over the scatter.
 
-    - `statistic`: number of each response over its scatter.
-    - `worst`: take the largest over the responses, such as the loudest vehicle's, instead of the
-      sum.
-    - `share`: share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
-    - raises InputError: a share outside 0 to 1.
+    Parameters
+    ----------
+    statistic : Statistic or str
+        ``mean``, ``sigma``, ``quantile``, ``tail mean`` or ``share above``.
+    worst : bool
+        Take the largest over the responses, such as the loudest vehicle's, instead of the sum.
+    share : float
+        Share of all parts below the quantile, or in front of the tail, such as 0.95 [1].
+    response : str or callable, optional
+        A response by name; a function of the responses, (n, r) → (n,); or a model of its own, such
+        as a `deboom.ResponseFunction`, of the designs as made. By default all responses.
+    above : float, optional
+        Level beyond which ``share above`` counts a part [unit].
+    unit, label : str
+        Unit where it is not that of the responses, and name in tables; by default made up.
 
+    Raises
+    ------
+    InputError
+        A share outside 0 to 1; another statistic; a level without ``share above`` or the reverse.
+
+    Notes
+    -----
     The tail mean is ``q + mean(max(y - q, 0)) / (1 - share)`` with ``q`` the quantile (R. T.
     Rockafellar and S. Uryasev, "Optimization of conditional value-at-risk", Journal of Risk 2,
     2000).
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.Objective("quantile", share=0.9, response="U06-5").name
+    '90 % quantile, U06-5'
     """
 
     statistic: Statistic
     worst: bool = False
     share: float = 0.95
+    response: str | Callable[[RealArray], RealArray] | None = None
+    above: float | None = None
+    unit: str = ""
+    label: str = ""
+
+    def __post_init__(self) -> None:
+        try:
+            object.__setattr__(self, "statistic", Statistic(self.statistic))
+        except ValueError:
+            raise InputError(
+                f"there is no statistic '{self.statistic}': take "
+                f"{', '.join(one.value for one in Statistic)}"
+            ) from None
+        if (self.above is not None) != (self.statistic is Statistic.SHARE_ABOVE):
+            raise InputError(
+                "a level belongs to the share above it: Objective('share above', above=60.0)"
+            )
 
     @property
     def name(self) -> str:
         """Objective in words, such as ``95 % quantile, sum``."""
+        if self.label:
+            return self.label
         statistic = {
             Statistic.QUANTILE: f"{100 * self.share:g} % quantile",
             Statistic.TAIL_MEAN: f"mean of the worst {100 * (1 - self.share):g} %",
+            Statistic.SHARE_ABOVE: f"share above {self.above:g}" if self.above is not None else "",
         }.get(self.statistic, self.statistic.value)
-        return f"{statistic}, {'worst response' if self.worst else 'sum'}"
+        if self.response is None:
+            return f"{statistic}, {'worst response' if self.worst else 'sum'}"
+        names = getattr(self.response, "response_names", None) or [
+            getattr(self.response, "__name__", "own number")
+        ]
+        return f"{statistic}, {self.response if isinstance(self.response, str) else names[0]}"
 
-    def __call__(self, values: RealArray, mean: RealArray, sigma: RealArray) -> float:
+    def at_most(self, bound: float | str) -> RobustLimit:
+        """Return the limit that the number is at most a bound, or ``"today"`` [unit]."""
+        return RobustLimit(self, at_most=bound)
+
+    def at_least(self, bound: float | str) -> RobustLimit:
+        """Return the limit that the number is at least a bound, or ``"today"`` [unit]."""
+        return RobustLimit(self, at_least=bound)
+
+    def __call__(
+        self, values: RealArray, mean: RealArray, sigma: RealArray, weights: RealArray | None = None
+    ) -> float:
         """Return the objective [response unit].
 
         - `values` (n_samples, r): responses, draw by draw [response unit].
-        - `mean`, `sigma` (r,): moments of the responses, as the estimator found them
+        - `mean`, `sigma` (r,): moments of the responses, as the estimator gave them
           [response unit].
+        - `weights` (r,), optional: of the responses in a sum [1].
         """
         match self.statistic:
             case Statistic.MEAN:
@@ -236,7 +304,25 @@ class Objective:
                 limit = np.quantile(values, self.share, axis=0, method="inverted_cdf")
                 beyond = np.maximum(values - limit, 0.0).sum(axis=0) / len(values)
                 numbers = limit + beyond / (1.0 - self.share)
-        return float(numbers.max() if self.worst else numbers.sum())
+            case Statistic.SHARE_ABOVE:
+                numbers = np.mean(values > float(self.above or 0.0), axis=0)
+        if self.worst:
+            return float(numbers.max())
+        return float(numbers.sum() if weights is None else np.einsum("r,r->", weights, numbers))
+
+
+@dataclass(frozen=True)
+class RobustLimit:
+    """A bound on a number of a design; see `Objective.at_most`.
+
+    - `objective`: the number.
+    - `at_most`, `at_least`: bounds [its unit], or ``"today"`` for today's design under the same
+      draws.
+    """
+
+    objective: Objective
+    at_most: float | str = np.inf
+    at_least: float | str = -np.inf
 
 
 MEAN_SUM = Objective(Statistic.MEAN)

@@ -29,8 +29,15 @@ from deboom.explore.front import (
     unbeaten,
     verified,
 )
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import Robust, RobustValues, joined
-from deboom.explore.selection import ByPick, at_nominal, pick, variables_without_effect
+from deboom.explore.selection import (
+    ByPick,
+    at_nominal,
+    pick,
+    pick_of_any,
+    variables_without_effect,
+)
 from deboom.explore.space import Evaluate
 from deboom.tabled import Tabled
 
@@ -268,7 +275,10 @@ class Front(Tabled):
     @cached_property
     def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
-        return pick(self.values, self.baseline)
+        if self.robust.n_objectives == 2:
+            return pick(self.values, self.baseline)
+        names = [one.name for one in self.robust.objectives]
+        return pick_of_any(self.values, names, self.baseline)
 
     @cached_property
     def without_effect(self) -> tuple[str, ...]:
@@ -332,6 +342,7 @@ class Front(Tabled):
             {
                 POINT: np.arange(1, n + 1),
                 PICK: [" = ".join(names.get(row, ())) for row in range(n)],
+                **self._minimised,
                 columns.mean_sum: values.mean_sum,
                 columns.sigma_sum: values.sigma_sum,
                 columns.mean_error: values.standard_error_mean_sum,
@@ -344,6 +355,19 @@ class Front(Tabled):
                 **(failing if share.any() else {}),
             }
         )
+
+    @property
+    def _minimised(self) -> dict[str, RealArray]:
+        """Columns of objectives that are not the two sums, as verified and as searched."""
+        if self.robust.objectives == (MEAN_SUM, SIGMA_SUM):
+            return {}
+        columns = {}
+        pairs = zip(self.robust.objectives, self.robust.objective_labels, strict=True)
+        for column, (objective, label) in enumerate(pairs):
+            unit = self.robust.unit_of(objective)
+            columns[label] = self.values.objectives[:, column]
+            columns[f"{objective.name} in search [{unit}]"] = self.searched.objectives[:, column]
+        return columns
 
     def designs(self) -> pd.DataFrame:
         """Tabulate the variables of every design of the front [units of the space]."""
@@ -388,6 +412,18 @@ class Front(Tabled):
         """
         from deboom import plot  # a notebook asks a front for its picture
         from deboom.plot.style import FULL_WIDTH
+
+        if self.robust.n_objectives != 2:
+            if beside:
+                raise InputError("fronts of two objectives are drawn beside each other, no others")
+            rows = np.flatnonzero(self.nondominated)
+            places = {row: place for place, row in enumerate(rows.tolist())}
+            kept = {name: places[row] for name, row in self.picks.items() if row in places}
+            frame = pd.DataFrame(
+                self.values.objectives[rows], columns=list(self.robust.objective_labels)
+            )
+            today = None if self.baseline.failed[0] else self.baseline.objectives[0]
+            return plot.objective_grid(frame, kept, today)
 
         values, scale, shown = self.values, self.per_line, self.nondominated
         return plot.pareto_front(

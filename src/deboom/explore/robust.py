@@ -13,7 +13,15 @@ import numpy.typing as npt
 
 from deboom.arrays import BoolArray, RealArray, TextArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, PreparedEstimator
+from deboom.explore.moments import (
+    MEAN_SUM,
+    SIGMA_SUM,
+    Estimator,
+    Objective,
+    PreparedEstimator,
+    RobustLimit,
+    Statistic,
+)
 from deboom.explore.scatter import (
     ToleranceSample,
     ToleranceSampler,
@@ -166,7 +174,8 @@ class Robust:
     estimator : Estimator
         How mean and standard deviation are read from the draws.
     objectives : tuple of Objective
-        Numbers that a search minimises, at least two.
+        Numbers that a search minimises, at least two: by default the sums over the responses of
+        mean and σ.
     structure : ToleranceStructure, optional
         What the variables' scatter has in common; by default it is independent. The sample then has
         one column per draw of the structure.
@@ -175,10 +184,15 @@ class Robust:
         ones.
     seed : int
         Seed of these draws, from 1.
+    limits : sequence of RobustLimit, optional
+        What designs must keep, such as ``Objective("mean", response="U06-5").at_most("today")``.
+    weights : array, shape (r,), optional
+        Weights of the responses in sums; only their ratios count [1].
 
     Raises
     ------
     InputError
+        An objective or limit of a response that there is not; weights that are negative or none.
         Variables of the model, the space, the structure and the sample that differ; a structure
         that would let a variable change its sign; fewer than two objectives; a model without
         names; a number of draws that is no power of two; a seed below 1.
@@ -199,7 +213,8 @@ class Robust:
     estimator: Estimator
     objectives: tuple[Objective, ...]
     structure: ToleranceStructure | None
-    limits = None
+    limits: RobustLimits | None
+    weights: RealArray | None
 
     def __init__(
         self,
@@ -213,6 +228,8 @@ class Robust:
         *,
         draws: int = 128,
         seed: int = 1,
+        limits: Sequence[RobustLimit] | RobustLimits | None = None,
+        weights: npt.ArrayLike | None = None,
     ) -> None:
         if sample is None:
             check_fits(evaluate, space)
@@ -226,9 +243,16 @@ class Robust:
             ("estimator", estimator or Estimator()),
             ("objectives", tuple(objectives)),
             ("structure", structure),
+            ("limits", None),
+            ("weights", None),
         ):
             object.__setattr__(self, name, value)
         self._check()
+        object.__setattr__(self, "weights", self._normalised(weights))
+        numbers = limits.numbers if isinstance(limits, RobustLimits) else tuple(limits or ())
+        for number in (*self.objectives, *(limit.objective for limit in numbers)):
+            self._check_number(number)
+        object.__setattr__(self, "limits", self._resolved(numbers))
 
     def _check(self) -> None:
         if len(self.objectives) < 2:
@@ -256,6 +280,59 @@ class Robust:
                     f"of the structure at their limit, is {value:g}; it must stay below 1"
                 )
 
+    def _normalised(self, weights: npt.ArrayLike | None) -> RealArray | None:
+        """Return weights whose mean is 1, so that sums keep their size."""
+        if weights is None:
+            return None
+        given = np.asarray(weights, dtype=float)
+        names = tuple(self.evaluate.response_names)
+        usable = given.shape == (len(names),) and np.isfinite(given).all() and (given >= 0.0).all()
+        if not usable or not given.sum() > 0.0:
+            raise InputError(
+                f"weights {np.ravel(given).tolist()} of the responses {list(names)}: give each one "
+                "of at least 0, and at least one above 0"
+            )
+        return np.asarray(given / given.mean())
+
+    def _check_number(self, number: Objective) -> None:
+        names = tuple(self.evaluate.response_names)
+        if isinstance(number.response, str) and number.response not in names:
+            raise InputError(f"no response '{number.response}': use one of {list(names)}")
+
+    def _resolved(self, numbers: tuple[RobustLimit, ...]) -> RobustLimits | None:
+        """Return limits with today's numbers, under these draws, where bounds say so."""
+        if not numbers:
+            return None
+        today = np.full(len(numbers), np.nan)
+        if any("today" in (one.at_most, one.at_least) for one in numbers):
+            wanted = tuple(one.objective for one in numbers)
+            today = self._numbers(self.space.nominal, wanted)
+        bounds = []
+        for limit, value in zip(numbers, today, strict=True):
+            sides = []
+            for bound in (limit.at_least, limit.at_most):
+                if isinstance(bound, str) and bound != "today":
+                    raise InputError(
+                        f"limit of {limit.objective.name}: '{bound}' is no bound, give a number "
+                        "or 'today'"
+                    )
+                sides.append(float(value) if bound == "today" else float(bound))
+            name, unit = limit.objective.name, self.unit_of(limit.objective)
+            bounds.append(Limit(name, unit, *sides))
+        return RobustLimits(tuple(bounds), numbers)
+
+    def unit_of(self, number: Objective) -> str:
+        """Return the unit of an objective or of a limited number."""
+        if number.statistic is Statistic.SHARE_ABOVE:
+            return "1"
+        own = getattr(number.response, "response_unit", "")
+        return str(number.unit or own or self.evaluate.response_unit)
+
+    @property
+    def objective_labels(self) -> tuple[str, ...]:
+        """Name and unit of each objective, ``name [unit]``."""
+        return tuple(f"{one.name} [{self.unit_of(one)}]" for one in self.objectives)
+
     @property
     def n_objectives(self) -> int:
         """Number m of objectives."""
@@ -275,22 +352,30 @@ class Robust:
         """Return the values of the designs, shape (n, k)."""
         designs = self.space.checked(designs)
         r = len(self.evaluate.response_names)
-        rows = np.empty((len(designs), 2 * r + 2 + self.n_objectives))
+        m, n_limits = self.n_objectives, len(self.limits.numbers) if self.limits else 0
+        rows = np.empty((len(designs), 2 * r + 2 + m + n_limits))
         messages = []
         for row, design in zip(rows, designs, strict=True):
             row[:], message = self._statistics(design)
             messages.append(message)
-        mean, sigma, errors, objectives = np.hsplit(rows, [r, 2 * r, 2 * r + 2])
+        parts = np.hsplit(rows, [r, 2 * r, 2 * r + 2, 2 * r + 2 + m])
+        mean, sigma, errors, objectives, limited = parts
+        sums = (
+            [part.sum(axis=1) for part in (mean, sigma)]
+            if self.weights is None
+            else [np.einsum("nr,r->n", part, self.weights) for part in (mean, sigma)]
+        )
         return RobustValues(
             designs=designs,
             mean=mean,
             sigma=sigma,
-            mean_sum=mean.sum(axis=1),
-            sigma_sum=sigma.sum(axis=1),
+            mean_sum=sums[0],
+            sigma_sum=sums[1],
             standard_error_mean_sum=errors[:, 0],
             standard_error_sigma_sum=errors[:, 1],
             failed=np.isnan(errors[:, 0]),
             objectives=objectives,
+            excess=self.limits.excess(limited) if self.limits else np.empty((len(designs), 0)),
             message=np.array(messages, dtype=str),
         )
 
@@ -345,15 +430,22 @@ class Robust:
 
     def _statistics(self, design: RealArray) -> tuple[RealArray, str]:
         """Moments, their standard errors and the objectives; all NaN, and why, if it failed."""
-        failed = np.full(2 * len(self.evaluate.response_names) + 2 + self.n_objectives, np.nan)
+        limited = [limit.objective for limit in self.limits.numbers] if self.limits else []
+        n_numbers = 2 * len(self.evaluate.response_names) + 2 + self.n_objectives + len(limited)
+        failed = np.full(n_numbers, np.nan)
         try:
-            values = responses(self.evaluate, self.made(design))
+            made = self.made(design)
+            values = responses(self.evaluate, made)
             if not np.all(np.isfinite(values)):
                 return failed, "a response is not finite"
-            mean, sigma, mean_error, sigma_error = self.prepared(design).moments(values)
+            moments = self.prepared(design).moments(values, self.weights)
+            mean, sigma, mean_error, sigma_error = moments
             if self.nominal_mean:
                 mean, mean_error = responses(self.evaluate, design[None, :])[0], 0.0
-            objectives = [objective(values, mean, sigma) for objective in self.objectives]
+            objectives = [
+                self._number(one, design, made, values, mean, sigma)
+                for one in (*self.objectives, *limited)
+            ]
         except Exception as error:
             return failed, _said(error)
         statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
@@ -361,8 +453,44 @@ class Robust:
             return failed, "a statistic of the responses is not finite"
         return statistics, ""
 
+    def _number(
+        self,
+        one: Objective,
+        design: RealArray,
+        made: RealArray,
+        values: RealArray,
+        mean: RealArray,
+        sigma: RealArray,
+    ) -> float:
+        """Return one number of a design whose responses and their moments are there."""
+        if one.response is None:
+            return one(values, mean, sigma, self.weights)
+        if isinstance(one.response, str):
+            at = [tuple(self.evaluate.response_names).index(one.response)]
+            return one(values[:, at], mean[at], sigma[at])
+        of_designs = hasattr(one.response, "variable_names")
+        given = np.array(made) if of_designs else np.array(values)
+        column = np.asarray(one.response(given), dtype=float)
+        if column.size != len(values):
+            raise InputError(
+                f"the objective '{one.name}' gave an array of shape {column.shape} for "
+                f"{len(values)} draws: return one number for each"
+            )
+        column = column.reshape(-1, 1)
+        moments = self.prepared(design).moments(column)
+        return one(column, moments.mean, moments.sigma)
 
-LONGEST_MESSAGE = 200
+    def _numbers(self, design: RealArray, numbers: Sequence[Objective]) -> RealArray:
+        """Return numbers of a design that does not fail, shape (n,)."""
+        made, values = self.made_responses(design)
+        moments = self.prepared(design).moments(values)
+        mean, sigma = moments.mean, moments.sigma
+        if self.nominal_mean:
+            mean = responses(self.evaluate, design[None, :])[0]
+        return np.array([self._number(one, design, made, values, mean, sigma) for one in numbers])
+
+
+LONGEST_MESSAGE = 400
 """Characters that are kept of what a model said of a design that failed."""
 
 
@@ -374,7 +502,8 @@ def _said(error: Exception) -> str:
     cause = error.__cause__ if isinstance(error, InputError) else error
     if cause is None or isinstance(cause, InputError):
         raise error
-    return f"{type(cause).__name__}: {cause}"[:LONGEST_MESSAGE]
+    words = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    return words[:LONGEST_MESSAGE]
 
 
 @checked(of_response="m r", rest="r", of_sum="m")
@@ -505,6 +634,16 @@ class Limits:
         return f"{text}; none keeps {others} either" if others else text
 
 
+@checked(limits="some")
+class RobustLimits(Limits):
+    """Limits of numbers over the scatter, which a `Robust` carries.
+
+    - `numbers`: what is limited, as it was stated.
+    """
+
+    numbers: tuple[RobustLimit, ...]
+
+
 @dataclass(frozen=True, eq=False)
 class LimitedResponse:
     """A robust response whose designs must keep limits, put around what `workers_for` gives.
@@ -569,5 +708,7 @@ class DesignLimits:
 
     def around(self, robust: RobustEvaluation) -> RobustEvaluation:
         """Return a response whose designs must keep the limits."""
+        if robust.limits is not None:
+            raise InputError("limits come with the response and with the search: give all to one")
         made = self.every_part.made if self.every_part else None
         return LimitedResponse(robust, self.requirements, self.limits, made)

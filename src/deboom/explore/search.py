@@ -242,11 +242,26 @@ def nsga2(
 class Until:
     """What ends a search before its last generation.
 
-    - `seconds`: wall time, with all parts of a resumed search [s]; such a front depends on the
-      machine.
-    - `gain`: gain of the hypervolume over the last `over` generations, as a share of it, below
-      which the search stands still [1].
-    - raises InputError: neither of them, or numbers that are not positive.
+    Parameters
+    ----------
+    seconds : float, optional
+        Wall time, with all parts of a resumed search [s]; such a front depends on the machine.
+    gain : float, optional
+        Gain of the hypervolume over the last `over` generations, as a share of it, below which the
+        search stands still [1].
+    over : int
+        Generations of that gain.
+
+    Raises
+    ------
+    InputError
+        Neither of seconds and gain, or numbers that are not positive.
+
+    Examples
+    --------
+    >>> import deboom
+    >>> deboom.Until(gain=1e-3, over=20).over
+    20
     """
 
     seconds: float | None = None
@@ -665,7 +680,7 @@ def search(
         progress=progress,
         checkpoint=checkpoint,
     )
-    gradients = polish and limits is None and _smooth(robust)
+    gradients = polish and limits is None and robust.limits is None and _smooth(robust)
     converges = gradients and is_smooth(robust)
     if converges:
         result = _with_descents(robust, result, seed=seed, progress=progress)

@@ -85,6 +85,42 @@ def pick(values: RobustValues, today: RobustValues | None = None) -> ByPick[int]
     return found
 
 
+NONE_WORSE, NEAREST = "none-worse", "nearest-to-ideal"
+"""Picks of any objectives: no objective is above today's, and the nearest to the best of each."""
+
+
+def pick_of_any(
+    values: RobustValues, names: Sequence[str], today: RobustValues | None = None
+) -> ByPick[int]:
+    """Return the rows of values that are the best of each objective, and two compromises.
+
+    - `values`: at least one feasible row.
+    - `names`: of the objectives.
+    - `today`: today's design under the same draws, one row.
+    - returns: ``best-<name>`` of each; ``none-worse``, the nearest to the ideal point of those in
+      which no objective is above today's, if there is one; ``nearest-to-ideal``. Distances are in
+      the box of the rows.
+    - raises InputError: no feasible row.
+    """
+    rows = np.flatnonzero(values.feasible)
+    if rows.size == 0:
+        raise InputError("no design of this front could be computed: there is nothing to pick")
+    objectives = values.objectives[rows]
+    box = np.ptp(objectives, axis=0)
+    scaled = (objectives - objectives.min(axis=0)) / np.where(box > 0.0, box, 1.0)
+    distance = np.linalg.norm(scaled, axis=1)
+    found: ByPick[int] = ByPick()
+    for column, name in enumerate(names):
+        best = np.lexsort((distance, objectives[:, column]))[0]
+        found[f"best-{name}"] = int(rows[best])
+    if today is not None:
+        kept = np.flatnonzero(np.all(objectives <= today.objectives[0], axis=1))
+        if kept.size:
+            found[NONE_WORSE] = int(rows[kept[distance[kept].argmin()]])
+    found[NEAREST] = int(rows[distance.argmin()])
+    return found
+
+
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
     """Return the variables that no response depends on ("no requirement").
 

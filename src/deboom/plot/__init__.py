@@ -8,7 +8,12 @@ functions, so that studies start fast; no global setting survives. Same argument
 from typing import TYPE_CHECKING
 
 from deboom.plot.bars import Intervals, box_intervals, stiffness_bars
-from deboom.plot.correlations import clustered_matrix, scatter_matrix, variable_grid
+from deboom.plot.correlations import (
+    clustered_matrix,
+    objective_grid,
+    scatter_matrix,
+    variable_grid,
+)
 from deboom.plot.curves import CurvePanel, curve_panels, spl_curves
 from deboom.plot.distributions import grouped_pairs, joint_scatter, strips
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
@@ -41,6 +46,7 @@ __all__ = [
     "joint_scatter",
     "line_maps",
     "mode_shapes",
+    "objective_grid",
     "parallel_coordinates",
     "pareto_front",
     "point_maps",

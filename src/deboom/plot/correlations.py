@@ -216,6 +216,38 @@ def variable_grid(
         return figure
 
 
+def objective_grid(
+    objectives: pd.DataFrame, picks: Mapping[str, int], today: RealArray | None = None
+) -> Figure:
+    """Draw a front of more than two objectives, each pair against each other, with its picks.
+
+    - `objectives`: one row per design, columns ``name [unit]``.
+    - `picks`: row by name of the pick.
+    - `today` (m,), optional: objectives of today's design.
+    """
+    import seaborn
+    from matplotlib import style
+
+    with style.context(dict(FIGURE_STYLE), after_reset=True):
+        grid = seaborn.pairplot(
+            objectives, corner=True, diag_kind="hist", height=1.7, plot_kws={"s": 12, "color": INK}
+        )
+        names = list(objectives.columns)
+        colours = seaborn.color_palette("colorblind", len(picks))
+        for row in range(len(names)):
+            for column in range(row):
+                axes = grid.axes[row, column]
+                if today is not None:
+                    axes.plot(today[column], today[row], "x", color=MUTED, label="today's")
+                for (name, at), colour in zip(picks.items(), colours, strict=True):
+                    x, y = objectives.iloc[at, column], objectives.iloc[at, row]
+                    axes.plot(x, y, "o", color=colour, label=name)
+        handles, labels = grid.axes[1, 0].get_legend_handles_labels()
+        grid.figure.legend(handles, labels, loc="upper right", fontsize="small")
+    figure: Figure = grid.figure
+    return figure
+
+
 def _thinned(rows: RealArray) -> RealArray:
     """Take some rows in a fixed random order: every n-th may be the same draw of every design."""
     return np.asarray(rows[np.random.default_rng(1).permutation(len(rows))[:_DOTS]])

@@ -91,6 +91,7 @@ def report(
     gives bands and limits, --tolerances bands where no box was made, --sharing part numbers;
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
     Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
+    A sheet that is there is not overwritten: --out names the folder of the next revision.
     --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
     stiffness and hear their run-up; --beside lays another front over it. The model is built again
     from the run's options; edited files are refused.

@@ -521,6 +521,10 @@ def test_an_older_sheet_marks_what_moved(
     fields = [row[1] for row in changes.iter_rows(values_only=True, min_row=2)]
     assert "accepted to [N/mm]" in fields
     assert "accepted from [N/mm]" not in fields
+    issued = (tmp_path / "supplier_sheet_TSM.xlsx").read_bytes()
+    again = report(front_run, "--mount", "TSM", "--out", tmp_path, code=2)
+    assert "a sheet that was issued is not overwritten" in again.stderr
+    assert (tmp_path / "supplier_sheet_TSM.xlsx").read_bytes() == issued
     wrong = report(front_run, "--mount", "Du", "--since", anonymous[1], "--out", tmp_path, code=2)
     assert "that sheet is of mount TSM" in wrong.stderr
     assert "say --mount" in report(front_run, "--since", anonymous[1], code=2).stderr

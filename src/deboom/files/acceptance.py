@@ -131,6 +131,9 @@ class AcceptanceBox(StrictModel):
         Lines that count.
     quantity, unit : str
         What is limited, such as ``mean level of the lines``, in dB(A).
+    limit_below_today_db : float or None
+        How far the limit of each vehicle lies below its level today [dB]; None: one limit was
+        stated, or the box is of 0.2.0, which did not say.
     together : bool
         A part counts as a whole: all vehicles must keep their limits. Otherwise every pair of part
         and vehicle counts.
@@ -160,6 +163,7 @@ class AcceptanceBox(StrictModel):
     band_hz: Pair
     quantity: str
     unit: str
+    limit_below_today_db: float | None = None
     together: bool
     variables: AtLeastOne[BoxVariable]
     responses: AtLeastOne[BoxResponse]
@@ -202,6 +206,8 @@ def checksum(entries: Mapping[str, Any]) -> str:
 def box_document(box: AcceptanceBox) -> dict[str, Any]:
     """Put a box into what JSON knows, with its format and the checksum of its entries."""
     entries = box.model_dump(mode="json")
+    if box.limit_below_today_db is None:  # boxes of 0.2.0 keep their checksum
+        del entries["limit_below_today_db"]
     return {"format": FORMAT, "version": VERSION, _CHECKSUM: checksum(entries), **entries}
 
 

@@ -275,14 +275,26 @@ def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet
         say("Batches", "Chargen"),
         say(
             "A batch passes if every measured part passes and the asked share of its pieces, "
-            "measured or not, lies inside beyond doubt.",
+            "measured or not, lies inside beyond doubt. A batch in a corner of the box, near the "
+            "ends of several bands at once, is named where cars are known: it does not decide.",
             "Eine Charge besteht, wenn jedes gemessene Teil besteht und der geforderte Anteil "
-            "ihrer Stücke, gemessen oder nicht, zweifelsfrei innen liegt.",
+            "ihrer Stücke, gemessen oder nicht, zweifelsfrei innen liegt. Liegt eine Charge in "
+            "einer Ecke der Box, nahe den Enden mehrerer Bänder zugleich, wird das genannt, wenn "
+            "die Fahrzeuge bekannt sind: es entscheidet nicht.",
         ),
     )
-    table = _batch_table(delivery)[["batch", "parts", *_COUNTS, "verdict", "at least [%]"]]
-    table = table.assign(verdict=[words[batch.verdict] for batch in delivery.batches])
-    ends = (say("verdict", "Urteil"), say("pieces inside at least [%]", "innen mindestens [%]"))
+    table = _batch_table(delivery)[
+        ["batch", "parts", *_COUNTS, "verdict", "at least [%]", "reason"]
+    ]
+    table = table.assign(
+        verdict=[words[batch.verdict] for batch in delivery.batches],
+        reason=[say(batch.reason, batch.reason_de) or "–" for batch in delivery.batches],
+    )
+    ends = (
+        say("verdict", "Urteil"),
+        say("pieces inside at least [%]", "innen mindestens [%]"),
+        say("reason", "Grund"),
+    )
     first = (say("batch", "Charge"), say("parts", "Teile"), *words.values())
     page.table(table.set_axis([*first, *ends], axis=1))
     if any(batch.capabilities for batch in delivery.batches):

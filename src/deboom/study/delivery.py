@@ -147,6 +147,25 @@ class Batch:
             words.append("too few cars will keep the limit: the batch lies in a corner of the box")
         return "; ".join(words)
 
+    @property
+    def reason_de(self) -> str:
+        """The same in German."""
+        words, failed = [], self.counts[PartVerdict.failed]
+        if failed:
+            words.append(f"{failed} von {len(self.parts)} Teilen liegen außen")
+        elif self.counts[PartVerdict.undecided]:
+            words.append(
+                f"{self.counts[PartVerdict.undecided]} Teile zu nah an einem Ende zum Entscheiden"
+            )
+        elif self.verdict is PartVerdict.undecided:
+            words.append("zu wenige gemessene Teile, um für die anderen zu sprechen: mehr messen")
+        if self.cars is not None and self.cars.within.high < self.share_stated:
+            words.append(
+                "zu wenige Fahrzeuge werden den Grenzwert halten: die Charge liegt in einer Ecke "
+                "der Box"
+            )
+        return "; ".join(words)
+
 
 @dataclass(frozen=True, eq=False)
 class Demand:

@@ -16,6 +16,7 @@ from deboom.choices import Language, Pick
 from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes
 from deboom.files.run_folder import RunEntry, read_run
+from deboom.files.schema import refuse_all
 from deboom.files.tables import workbook_bytes
 from deboom.names import path_inside
 from deboom.plot.style import INK, MUTED, mount_colours
@@ -107,6 +108,8 @@ def sheet_page(content: MountSheet, provenance: str) -> Sheet:
                 "erreicht.",
             ),
         )
+        if content.specification.share_stated is not None:
+            page.text(_rules(content, content.specification.share_stated))
         process = content.process
         page.table(process, "", {label: 2 for label in process.columns[[2, 4, 5, 6]]})
     page.section(say("What it is worth", "Was es wert ist"), _worth_words(content))
@@ -148,7 +151,8 @@ def _words(content: MountSheet, page: Sheet) -> list[str]:
             "Bevorzugt: gewünscht, kein Grenzwert hängt daran. Frei: das heutige Teil genügt; im "
             f"Band ändert es allein kein Fahrzeug um mehr als {page.local(NOTICEABLE)} dB, weder "
             "im mittleren Pegel noch an einer Brummspitze. Der Nennwert ist die Mitte des Bandes; "
-            "als Anteil des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und Frequenz.",
+            "als Anteil des heutigen Teils gilt das Band bei jeder Vorlast, Amplitude und "
+            "Frequenz.",
         ),
         say("The band rests on the ", "Das Band beruht auf: ") + content.rests_on + ".",
         say(
@@ -291,6 +295,23 @@ def _test_words(content: MountSheet) -> str:
         "Arbeitsmappe ausfüllen. Im Fahrzeug wirken die Vorlasten aller Richtungen zusammen. "
         "Stellt die Maschine nur eine, oder ist ± des heutigen |K| zu viel, bitte ein heutiges "
         "Teil mitmessen (Zeilen „heute“): dann zählt das Verhältnis dazu.",
+    )
+
+
+def _rules(content: MountSheet, share: float) -> str:
+    """State every rule that a delivery is judged by."""
+    stated, say = content.percent(share), content.say
+    return say(
+        "A batch passes if every measured part lies inside all bands of the class must, beyond "
+        f"the measuring uncertainty, and the measured parts show that {stated} of its pieces do: "
+        "the lower 5 % end of what they leave open counts. A part too near to an end is undecided. "
+        "The customer also predicts the cars: a batch in a corner of the box, near the ends of "
+        "several bands at once, is reported to you but passes.",
+        "Eine Charge besteht, wenn jedes gemessene Teil über die Messunsicherheit hinaus in allen "
+        f"Muss-Bändern liegt und die gemessenen Teile zeigen, dass das für {stated} ihrer Stücke "
+        "gilt: es zählt das untere 5-%-Ende dessen, was sie offen lassen. Ein Teil zu nah an einem "
+        "Ende ist unentschieden. Der Kunde rechnet auch die Fahrzeuge: eine Charge in einer Ecke "
+        "der Box, nahe den Enden mehrerer Bänder zugleich, wird genannt, besteht aber.",
     )
 
 
@@ -444,8 +465,8 @@ def supplier_sheets(
     ------
     InputError
         A run that is no front study, misses a file or holds an edited one; an unknown mount; a
-        file that belongs to something else; a leak; a folder that cannot be written. Nothing is
-        written then.
+        file that belongs to something else; a leak; a sheet that is there already; a folder that
+        cannot be written. Nothing is written then.
     """
     entry = read_run(folder)
     if is_sensitivity(entry):
@@ -478,8 +499,15 @@ def supplier_sheets(
 def _kept(
     entry: RunEntry, out: Path | None, contents: Mapping[str, bytes], missing: tuple[str, ...]
 ) -> WrittenSheets:
-    """Write the files of a sheet."""
-    place = made_folder(path_inside(entry.folder, "supplier") if out is None else out)
+    """Write the files of a sheet; one that was issued is not overwritten."""
+    place = path_inside(entry.folder, "supplier") if out is None else out
+    refuse_all(
+        f"{path_inside(place, name)} is there, and a sheet that was issued is not overwritten: "
+        "give another folder with --out, and the sheet that it follows with --since"
+        for name in contents
+        if path_inside(place, name).exists()
+    )
+    place = made_folder(place)
     for name, data in contents.items():
         replace_bytes(path_inside(place, name), data)
     return WrittenSheets(tuple(place / name for name in contents), missing)

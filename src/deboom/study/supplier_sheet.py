@@ -552,14 +552,21 @@ class MountSheet:
         box, say = self.sources.box, self.say
         if box is not None:
             of = say(
-                "parts" if box.together else "parts and vehicles",
-                "Teile" if box.together else "Teile und Fahrzeuge",
+                "parts, in all vehicles," if box.together else "parts and vehicles",
+                "Teile in allen Fahrzeugen" if box.together else "Teile und Fahrzeuge",
             )
             share, bound = self.percent(box.share_stated), self.percent(box.share_bound)
+            limit = say("the noise limit", "den Geräuschgrenzwert")
+            below = box.limit_below_today_db
+            if below is not None:
+                less = say(f" less {below:g} dB", f" weniger {below:g} dB") if below else ""
+                limit += say(
+                    f" (each vehicle's level of today{less})",
+                    f" (heutiger Pegel jedes Fahrzeugs{less.replace('.', ',')})",
+                )
             return say(
-                f"acceptance box: {share} of {of} keep the noise limit, verified: at least {bound}",
-                f"Abnahmebox: {share} der {of} halten den Geräuschgrenzwert, geprüft: mindestens "
-                f"{bound}",
+                f"acceptance box: {share} of {of} keep {limit}, verified: at least {bound}",
+                f"Abnahmebox: {share} der {of} halten {limit}, geprüft: mindestens {bound}",
             )
         if self.sources.tolerance:
             return say(

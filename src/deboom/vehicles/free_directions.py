@@ -211,7 +211,7 @@ def largest_changes(model: BoomingModel, designs: npt.ArrayLike, base: RealArray
             peaks = compare_peaks(curves[0, vehicle], after, model.frequency, 1.0)
             moved = (abs(peak.level_after - peak.level_before) for peak in peaks)
             changes[row, vehicle] = max(change, *moved) if peaks else change
-    return np.nan_to_num(changes, nan=np.inf)
+    return np.asarray(np.nan_to_num(changes, nan=np.inf))
 
 
 def _between(changes: RealArray) -> RealArray:
@@ -220,7 +220,7 @@ def _between(changes: RealArray) -> RealArray:
     with np.errstate(invalid="ignore"):
         second = np.abs(changes[2:] - 2.0 * changes[1:-1] + changes[:-2]) / 8.0
     passed[1:-1] += np.nan_to_num(second, nan=np.inf)
-    return passed
+    return np.asarray(passed)
 
 
 def _end(values: RealArray, moved: RealArray, amount: float) -> float:

@@ -156,6 +156,11 @@ def test_loss_factors_levels_and_gradients_follow_the_assembled_system():
     slopes = (booming(FACTORS[1] + step) - booming(FACTORS[1] - step)) / 2e-5
     gradient = booming.gradient(FACTORS[1:2])[0]
     np.testing.assert_allclose(gradient, slopes.T, rtol=1e-5, atol=1e-4)
+    values, pull_back = booming.linearised(FACTORS[1:2])
+    np.testing.assert_array_equal(values, booming(FACTORS[1:2]))
+    weights = np.random.default_rng(4).standard_normal((2, 1, gradient.shape[0]))
+    pulled = pull_back(weights)[:, 0]
+    np.testing.assert_allclose(pulled, weights[:, 0] @ gradient, rtol=1e-9, atol=1e-9)
     paths = booming.paths(FACTORS[1], "v1").pressure
     np.testing.assert_allclose(paths, booming.pressure(FACTORS[1:2])[0, 1], rtol=1e-9)
 

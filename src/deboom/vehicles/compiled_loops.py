@@ -196,7 +196,7 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
             reached[:] = 1.0
             before[:] = 1.0
             for line in range(n_lines):
-                _scale(factors[chunk], tables.variables, tables.stiffness[line], k)
+                _scale(factors[chunk], tables.variables, tables.stiffness[line], k, lanes)
                 if ratio.shape[0] > 0:
                     _multiply(ratio[chunk, line], k)
                 for m in range(n_follows):
@@ -234,10 +234,10 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
                     if oblique:
                         _inertia(tables.mass_matrix, tables.squared[line], rigid)
                         _solve_whole(whole, tables.load[line], rigid, q)
-                        _displace_oblique(q, tables.forward, u)
+                        _displace_oblique(q, tables.forward, u, lanes)
                     else:
                         _solve(z, tables.load[line], tables.mass_matrix, tables.squared[line], q)
-                        _displace(q, levers, u)
+                        _displace(q, levers, u, lanes)
                     for end in range(tables.end_mass.size):
                         load = tables.end_load[line, end]
                         inertia = tables.squared[line] * tables.end_mass[end]
@@ -260,7 +260,7 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
                 for lane in range(lanes):
                     trusted[chunk, lane] &= moving[lane] == 0.0
                 _foresee(reached, before, steps)
-                _push(k, u, tables.path, force)
+                _push(k, u, tables.path, force, lanes)
                 for vehicle in range(n_vehicles):
                     real = tables.transfer_real[line, vehicle]
                     imag = tables.transfer_imag[line, vehicle]
@@ -383,11 +383,11 @@ def _inverse(real, imag):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _scale(x, variables, stiffness, k):  # type: ignore[no-untyped-def]
+def _scale(x, variables, stiffness, k, lanes):  # type: ignore[no-untyped-def]
     """Write factor times stiffness of every spring."""
     for s in range(variables.size):
         factor, real, imag = x[variables[s]], stiffness[s].real, stiffness[s].imag
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             k[s, 0, lane] = factor[lane] * real
             k[s, 1, lane] = factor[lane] * imag
 
@@ -608,11 +608,11 @@ def _solve_whole(z, load, inertia, q):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _displace_oblique(q, forward, u):  # type: ignore[no-untyped-def]
+def _displace_oblique(q, forward, u, lanes):  # type: ignore[no-untyped-def]
     """Write the displacement of every oblique spring of the powertrain."""
     for s in range(forward.shape[0]):
         for part in range(2):
-            for lane in range(COUPLED_LANES):
+            for lane in range(lanes):
                 total = 0.0
                 for motion in range(6):
                     total += forward[s, motion] * q[motion, part, lane]
@@ -620,7 +620,7 @@ def _displace_oblique(q, forward, u):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _displace(q, levers, u):  # type: ignore[no-untyped-def]
+def _displace(q, levers, u, lanes):  # type: ignore[no-untyped-def]
     """Write the displacement of every spring of the powertrain."""
     n_mounts = levers.shape[1]
     for axis in range(3):
@@ -628,7 +628,7 @@ def _displace(q, levers, u):  # type: ignore[no-untyped-def]
         for mount in range(n_mounts):
             b, c = levers[axis, mount, 0], levers[axis, mount, 1]
             for part in range(2):
-                for lane in range(COUPLED_LANES):
+                for lane in range(lanes):
                     turned = b * turn_b[part, lane] + c * turn_c[part, lane]
                     u[axis * n_mounts + mount, part, lane] = q[axis, part, lane] + turned
 
@@ -679,13 +679,13 @@ def _foresee(reached, before, steps):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _push(k, u, path, force):  # type: ignore[no-untyped-def]
+def _push(k, u, path, force, lanes):  # type: ignore[no-untyped-def]
     """Write the force of every path: the sum of its springs."""
     force[:] = 0.0
     for s in range(path.size):
         p = path[s]
         if p >= 0:
-            for lane in range(COUPLED_LANES):
+            for lane in range(lanes):
                 pushed = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
                     u[s, 0, lane], u[s, 1, lane]
                 )
@@ -780,7 +780,7 @@ def coupled_slopes_loop(
             slope[:] = 0.0
             for line in range(n_lines):
                 stiffness = tables.stiffness[line]
-                _scale_lanes(factors[chunk], tables.variables, stiffness, k, lanes)
+                _scale(factors[chunk], tables.variables, stiffness, k, lanes)
                 _inertia(tables.mass_matrix, tables.squared[line], rigid)
                 if oblique:
                     _sum_oblique(k, tables.products, rigid, z, n_body, lanes)
@@ -794,9 +794,9 @@ def coupled_slopes_loop(
                         q[motion, 1, lane] = load.imag
                 _substitute(z, q, oblique, lanes)
                 if oblique:
-                    _move_oblique(q, tables.forward, u, lanes)
+                    _displace_oblique(q, tables.forward, u, lanes)
                 else:
-                    _move_along_axes(q, tables.levers, u, lanes)
+                    _displace(q, tables.levers, u, lanes)
                 for end in range(n_ends):
                     load = tables.end_load[line, end]
                     inertia = tables.squared[line] * tables.end_mass[end]
@@ -813,16 +813,7 @@ def coupled_slopes_loop(
                         for s in range(n_end):
                             u[first + s, 0, lane] = moved.real
                             u[first + s, 1, lane] = moved.imag
-                force[:] = 0.0
-                for s in range(n_springs):
-                    p = tables.path[s]
-                    if p >= 0:
-                        for lane in range(lanes):
-                            f = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
-                                u[s, 0, lane], u[s, 1, lane]
-                            )
-                            force[p, 0, lane] += f.real
-                            force[p, 1, lane] += f.imag
+                _push(k, u, tables.path, force, lanes)
                 for vehicle in range(n_vehicles):
                     y_real = tables.transfer_real[line, vehicle]
                     y_imag = tables.transfer_imag[line, vehicle]
@@ -873,9 +864,9 @@ def coupled_slopes_loop(
                         _load_along_axes(pushed, tables.levers, t, lanes)
                     _substitute(z, t, oblique, lanes)
                     if oblique:
-                        _move_oblique(t, tables.forward, pushed, lanes)
+                        _displace_oblique(t, tables.forward, pushed, lanes)
                     else:
-                        _move_along_axes(t, tables.levers, pushed, lanes)
+                        _displace(t, tables.levers, pushed, lanes)
                     for end in range(n_ends):
                         first = n_body + end * n_end
                         for lane in range(lanes):
@@ -902,16 +893,6 @@ def coupled_slopes_loop(
             slopes[chunk] = slope
 
     return run
-
-
-@_helper
-def _scale_lanes(x, variables, stiffness, k, lanes):  # type: ignore[no-untyped-def]
-    """Write factor times stiffness of every spring."""
-    for s in range(variables.size):
-        factor, real, imag = x[variables[s]], stiffness[s].real, stiffness[s].imag
-        for lane in range(lanes):
-            k[s, 0, lane] = factor[lane] * real
-            k[s, 1, lane] = factor[lane] * imag
 
 
 @_helper
@@ -1033,32 +1014,6 @@ def _substitute(z, q, oblique, lanes):  # type: ignore[no-untyped-def]
                     )
                     q[column, 0, lane] -= part.real
                     q[column, 1, lane] -= part.imag
-
-
-@_helper
-def _move_along_axes(q, levers, u, lanes):  # type: ignore[no-untyped-def]
-    """Write the displacement of every spring along an axis, ``vᵀ q``."""
-    n_mounts = levers.shape[1]
-    for axis in range(3):
-        turn_b, turn_c = q[3 + (axis + 1) % 3], q[3 + (axis + 2) % 3]
-        for mount in range(n_mounts):
-            b, c = levers[axis, mount, 0], levers[axis, mount, 1]
-            for part in range(2):
-                for lane in range(lanes):
-                    turned = b * turn_b[part, lane] + c * turn_c[part, lane]
-                    u[axis * n_mounts + mount, part, lane] = q[axis, part, lane] + turned
-
-
-@_helper
-def _move_oblique(q, forward, u, lanes):  # type: ignore[no-untyped-def]
-    """Write the displacement of every oblique spring, ``vᵀ q``."""
-    for s in range(forward.shape[0]):
-        for part in range(2):
-            for lane in range(lanes):
-                total = 0.0
-                for motion in range(6):
-                    total += forward[s, motion] * q[motion, part, lane]
-                u[s, part, lane] = total
 
 
 @_helper

@@ -102,7 +102,8 @@ class LevelSum:
             return np.asarray(np.einsum("onv,nvk->onk", weights, by_vehicle))
 
         def pull_back(weights: RealArray) -> RealArray:
-            if self.tables is None or isinstance(self.case, AmplitudeMotion):
+            # the compiled adjoint knows neither amplitudes nor bodies that give way
+            if self.tables is None or isinstance(self.case, AmplitudeMotion | FlexibleMotion):
                 return np.asarray(DECIBEL * plain(designs, weights))
             slopes = self._coupled_slopes(designs, weights)
             lost = ~np.isfinite(slopes).all(axis=(0, 2))

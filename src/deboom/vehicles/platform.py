@@ -430,6 +430,6 @@ class Runs:
         return known is not None and known.surface is not None and known.quality.identified
 
     def stiffness(self, case: LoadCase, band: Band) -> RealArray:
-        """Mean |K| of a run in a band by variable, shape (k,) [N/m]; nan: not measured."""
+        """Return the mean ``|K|`` of a run in a band by variable, (k,) [N/m]; nan: not measured."""
         mounts = self.platform.mounts
         return np.concatenate([mean_operating_stiffness(mount, case, band) for mount in mounts])

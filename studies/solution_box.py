@@ -2,8 +2,8 @@
 
 The largest box of intervals, one per mount and axis, in which a stated share of the parts keeps the
 limits of all vehicles (by default today's level of each), verified with new parts. With seed 1 on
-the virtual platform EnM x, GeM x, TSM x and Du x need an end: the limits set 4 of 20, the others
-lie at the edge of the search, so that widths are those of the search. U06-5 binds.
+the virtual platform GeM x, TSM x and Du x need an upper end: the limits set 3 of 20, the others lie
+at the edge of the search, so that widths are those of the search. U06-5 binds.
 
 Keys of summary.json: share_stated, share_verified, share_bound (95 % confidence, over parts);
 share_measured_from, share_measured_to (90 %, with all measurements drawn again); width_ratio_pm15

@@ -43,8 +43,8 @@ def word_of(word: str, words: Sequence[str], item: str) -> str:
     if word in words:
         return word
     close = difflib.get_close_matches(word, words, n=1)
-    known = ", ".join(dict.fromkeys(words))
-    hint = f"did you mean '{close[0]}'?" if close else f"use one of {known}"
+    choices = ", ".join(dict.fromkeys(words))
+    hint = f"did you mean '{close[0]}'?" if close else f"use one of {choices}"
     raise InputError(f"{item} '{word}' is unknown: {hint}")
 
 

@@ -325,8 +325,8 @@ class Robust:
         """Return the unit of an objective or of a limited number."""
         if number.statistic is Statistic.SHARE_ABOVE:
             return "1"
-        own = getattr(number.response, "response_unit", "")
-        return str(number.unit or own or self.evaluate.response_unit)
+        unit = number.unit or getattr(number.response, "response_unit", "")
+        return str(unit or self.evaluate.response_unit)
 
     @property
     def objective_labels(self) -> tuple[str, ...]:

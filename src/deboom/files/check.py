@@ -63,8 +63,8 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     try:
         kind = kind_of_folder(folder)
         if kind is FolderKind.platform:
-            found = check_platform(folder)
-            return found.faults, found.waiting, found.summary
+            check = check_platform(folder)
+            return check.faults, check.waiting, check.summary
         load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
         if faults:
             return tuple(map(str, faults)), ("the files that it names",), ""

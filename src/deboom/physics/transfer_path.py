@@ -261,10 +261,10 @@ def force_on_moving_receiver(
     Y_S + Y_B)⁻¹ (K⁻¹ + Y_S) f_bl``. It goes with the functions of the uncoupled receiver.
     """
     sizes: dict[str, int] = {}
-    own = _complex(source, "f p p", "receptance of the source", sizes)
+    receptance = _complex(source, "f p p", "receptance of the source", sizes)
     force = _complex(blocked, "f p", "blocked forces", sizes)
-    free = (own @ force[:, :, np.newaxis])[:, :, 0]
-    return interface_force(own, receiver, free)
+    free = (receptance @ force[:, :, np.newaxis])[:, :, 0]
+    return interface_force(receptance, receiver, free)
 
 
 def assembled_frf(

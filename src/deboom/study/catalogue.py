@@ -15,7 +15,7 @@ from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.library_export import library_parts, read_library_json
 from deboom.files.platform import CATALOGUE_FILE
 from deboom.mounts.characterised_mount import CharacterisedMount
-from deboom.mounts.surface_forces import Outside, surface_forces
+from deboom.mounts.surface_forces import Outside, as_mounted, surface_forces
 from deboom.vehicles.booming_model import CatalogueModel, Motion
 from deboom.vehicles.platform import LIBRARY_FILE, Platform, Runs
 
@@ -88,14 +88,16 @@ def platform_catalogue(
     - raises InputError: no catalogue, an unknown mount, a part with other pieces than today's,
       parts that share a name, or no further part at all.
     """
-    own = platform.folder / LIBRARY_FILE
+    library = platform.folder / LIBRARY_FILE
     further = path or platform.folder / CATALOGUE_FILE
     if not further.exists():
         raise InputError(
             f"{further}: there is no catalogue of further parts: export a mount library there "
             "(deboom library export), or name one with --catalogue"
         )
-    today = {part.mount.name: part for part in read_library_json(own)[1]}
+    # parts stand in the vehicle as its mounts do, however they stood on the bench
+    mounted = as_mounted(read_library_json(library)[1], platform.mounts)
+    today = {part.mount.name: part for part in mounted}
     names = [mount.name for mount in platform.mounts]
     unknown = [name for name in (mounts or ()) if name not in names]
     if unknown or not set(names) <= set(today):
@@ -104,13 +106,13 @@ def platform_catalogue(
             f"characterised part: the mounts are {names}"
         )
     parts: dict[str, tuple[CharacterisedMount, ...]] = {name: (today[name],) for name in names}
-    for part in library_parts(further):
+    for part in as_mounted(library_parts(further), platform.mounts):
         name = part.mount.name
         if name in (mounts or names) and name in parts and part.identity != today[name].identity:
             if part.mount.pieces != today[name].mount.pieces:
                 raise InputError(f"{further}: {part.identity} has other pieces than today's part")
             parts[name] = (*parts[name], part)
-    catalogue = Catalogue(parts, (own, further))
+    catalogue = Catalogue(parts, (library, further))
     for name, count in zip(names, catalogue.n_parts, strict=True):
         labels = [catalogue.label(name, number) for number in range(count)]
         if len(set(labels)) < count:

@@ -161,10 +161,10 @@ class Comparison:
         """Every configuration against every other, as shares of the box."""
         pairs = {}
         for first, second in combinations(self.contestants, 2):
-            found = difference(self.contestants[first], self.contestants[second])
-            if found.verdict is not FrontVerdict.real and self.covers(first, second):
-                found = replace(found, verdict=FrontVerdict.real)
-            pairs[first, second] = found
+            pair = difference(self.contestants[first], self.contestants[second])
+            if pair.verdict is not FrontVerdict.real and self.covers(first, second):
+                pair = replace(pair, verdict=FrontVerdict.real)
+            pairs[first, second] = pair
         return pairs
 
     def covers(self, first: str, second: str) -> bool:

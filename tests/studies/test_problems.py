@@ -1,5 +1,7 @@
 """deboom's searches as problems of pymoo: the same numbers as the studies, for any algorithm."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pymoo.algorithms.moo.nsga2 import NSGA2
@@ -9,6 +11,7 @@ import deboom
 from deboom.bench.electric_car_writer import write_electric_car
 from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_index import MountStatics
+from deboom.study.catalogue import platform_catalogue
 
 SMALL = {"vehicles": "U06", "band": (24, 30), "draws": 16}
 
@@ -44,6 +47,15 @@ def test_any_algorithm_chooses_whole_parts(platform):
     parts = problem.parts(result.X[np.argmin(result.F[:, 0])])
     assert set(parts) == {"EnM", "GeM", "TSM", "Du"}
     assert not all("today's" in part for part in parts.values())
+
+
+def test_parts_of_a_catalogue_stand_as_the_mounts_of_the_vehicle(platform):
+    tilted = [replace(m, rotations=((0.0, 0.5, 0.0),) * len(m.pieces)) for m in platform.mounts]
+    catalogue = platform_catalogue(replace(platform, mounts=tuple(tilted)), None)
+    standing = {m.name: m.rotations for m in tilted}
+    parts = [(name, part) for name, parts in catalogue.parts.items() for part in parts]
+    assert len(parts) > len(standing)
+    assert all(part.mount.rotations == standing[name] for name, part in parts)
 
 
 def test_a_softer_compressor_mount_is_quieter_until_it_travels_too_far(tmp_path):

@@ -8,9 +8,9 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from browser_samples import Browser
 from interactive_front_samples import VEHICLES, N, data_of, front
 
+from browser_samples import Browser
 from deboom.errors import InputError
 from deboom.physics.sound_level import a_weighting
 from deboom.report import interactive

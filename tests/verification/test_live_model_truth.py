@@ -51,7 +51,8 @@ return DESIGNS.map((row, i) => {
   const noise = model.scatterEnergy(model.ones, weights, COUPLED);
   const moments = model.momentGradients(x, weights, COUPLED);
   const [softer, stiffer] = model.steps(x, weights, COUPLED);
-  const spl = model.levels(x, c, COUPLED), ears = Array.from({ length: data.nVehicles }, (_, v) => v);
+  const ears = Array.from({ length: data.nVehicles }, (_, v) => v);
+  const spl = model.levels(x, c, COUPLED);
   const paths = ears.map((v) => model.contributions(x, c, v, COUPLED));
   return {
     ...answer,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -10,7 +11,9 @@ import pandas as pd
 
 from deboom.arrays import RealArray
 from deboom.choices import Pick
+from deboom.common import N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import made_folder, read_bytes, replace_bytes
 from deboom.files.front_table import FRONT, FrontTable
@@ -21,6 +24,8 @@ from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront, render_interactive
 from deboom.report.report import Picture
+from deboom.study.listen import SECONDS, full_scale_of, run_ups
+from deboom.study.live_model import Start, live_page
 from deboom.study.overview import INTERACTIVE
 from deboom.study.rebuilt import prepared_again, study_of
 from deboom.study.result import FleetModel
@@ -43,6 +48,7 @@ def write_interactive_page(
     studies: Path | None,
     out: Path | None = None,
     beside: Path | None = None,
+    vehicles: Sequence[str] = (),
 ) -> Path:
     """Write the interactive page of a run.
 
@@ -56,6 +62,8 @@ def write_interactive_page(
         Folder that gets the page, made when missing; None: the run's.
     beside : Path or None
         Another run of a front study, whose front lies over this one.
+    vehicles : sequence of str
+        Vehicles whose levels the page computes; none: all that the run served.
 
     Returns
     -------
@@ -66,15 +74,16 @@ def write_interactive_page(
     ------
     InputError
         A run that is neither, misses a file or holds an edited one; two runs of other variables,
-        vehicles or lines; a folder that cannot be written. Nothing is written then.
+        vehicles or lines; a vehicle that the run did not serve; a folder that cannot be written.
+        Nothing is written then.
     """
     entry = read_run(folder)
     kept = {name.removesuffix(PACKED) for name in entry.record["files_sha256"]}
     if beside is None and {DOE, FRONT} & kept == {DOE}:
-        page = interactive_doe(entry, studies)
+        page = interactive_doe(entry, studies, vehicles)
     else:
         study = supplier_study(folder, studies, Pick.best_mean)
-        page = interactive_front(study)
+        page = interactive_front(study, vehicles)
         if beside is not None:
             page = overlaid(page, interactive_front(supplier_study(beside, studies, study.pick)))
         page = with_evaluated(page, study)
@@ -85,16 +94,32 @@ def write_interactive_page(
     return path
 
 
-def interactive_front(study: SupplierStudy) -> InteractiveFront:
-    """Gather what the page shows: verified figures of the run, levels of its model built again."""
+def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> InteractiveFront:
+    """Gather what the page shows: verified figures of the run, levels of its model built again.
+
+    - `vehicles`: those whose levels the page computes; none: all that the run served.
+    """
     entry, space, index = study.run.entry, study.space, study.index
     front = study.run.front
     load_case, _ = study.load_cases[0]
     frequency = np.asarray(index.frequency)
     designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
+    sounds = run_ups(index, np.stack([space.nominal, study.picked]), SECONDS)
+    scale = full_scale_of(sounds)
+    of_picks = [row for row, pick in enumerate(front.pick_names) if pick]
+    starts = [
+        Start(front.pick_names[row].replace(" = ", " and "), designs[row]) for row in of_picks
+    ]
+    starts.sort(key=lambda one: Pick.best_mean.value not in one.name)
+    nominal = _nominal(study)
+    newtons = [nominal.get(name, float("nan")) for name in space.names]
+    words = _words(study.run.entry, study.platform.title, newtons, scale)
+    live, not_live = live_page(study.model, study.runs, starts, words, vehicles)
     return InteractiveFront(
-        title="Explore the front of mount stiffnesses",
+        title="The front: explore its designs"
+        if live
+        else "Explore the front of mount stiffnesses",
         question=(
             f"Which design suits {', '.join(study.vehicles)} best? Brush the front, pin two "
             "designs, and read their stiffness in N/mm and their sound pressure level in dB(A)."
@@ -114,6 +139,9 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
         speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
         levels=np.asarray(index.levels(np.vstack([space.nominal, designs]))),
         pictures=_pictures(entry.folder),
+        full_scale=scale,
+        live=live,
+        not_live=not_live,
     )
 
 
@@ -165,8 +193,13 @@ def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveF
     return replace(page, axes=tuple(axes))
 
 
-def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
-    """Gather what the page shows of designs of an experiment; failed ones are left out, counted."""
+def interactive_doe(
+    entry: RunEntry, studies: Path | None, vehicles: Sequence[str] = ()
+) -> InteractiveFront:
+    """Gather what the page shows of designs of an experiment; failed ones are left out, counted.
+
+    - `vehicles`: those whose levels the page computes; none: all of the run.
+    """
     check_files(entry)
     model = prepared_again(entry, study_of(entry, studies))
     if not isinstance(model, FleetModel):
@@ -193,10 +226,16 @@ def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
         Axis(f"{name} level", "dB(A)", level[1:], float(level[0]), fleet[name], "vehicle")
         for name, level in zip(index.response_names, means.T, strict=True)
     ]
-    order = runs.platform.load_case(index.load_case_names[0]).order
+    first = runs.platform.load_case(index.load_case_names[0])
     frequency = np.asarray(index.frequency)
+    scale = full_scale_of(run_ups(index, today[np.newaxis], SECONDS))
+    stiffness = runs.stiffness(first, (float(frequency[0]), float(frequency[-1]))) * N_PER_MM
+    newtons = [*stiffness.tolist(), *(np.nan for _ in names[stiffness.size :])]
+    words = _words(entry, runs.platform.title, newtons, scale)
+    robust = Robust(index, index.design_space())
+    live, not_live = live_page(robust, runs, (), words, vehicles)
     return InteractiveFront(
-        title="Explore the designs of an experiment",
+        title="The designs of the experiment" if live else "Explore the designs of an experiment",
         question=f"What does a change of the mounts do to {', '.join(index.response_names)}?",
         run=entry.name,
         facts=(
@@ -209,9 +248,26 @@ def interactive_doe(entry: RunEntry, studies: Path | None) -> InteractiveFront:
         vehicles=tuple(index.response_names),
         vehicle_colours=tuple(fleet[name] for name in index.response_names),
         frequency=frequency,
-        speed=np.asarray(rpm_of_frequency(frequency, order)),
+        speed=np.asarray(rpm_of_frequency(frequency, first.order)),
         levels=np.asarray(index.levels(np.vstack([today, designs]))),
+        full_scale=scale,
+        live=live,
+        not_live=not_live,
     )
+
+
+def _words(
+    entry: RunEntry, title: str, newtons: Sequence[float], scale: float
+) -> dict[str, object]:
+    """Return what the page says of its run: names, today's stiffness [N/mm], full scale [Pa]."""
+    return {
+        "title": f"{title}: change the mounts",
+        "run": entry.name,
+        "study": entry.study,
+        "newtons": [value if np.isfinite(value) else None for value in newtons],
+        "fullScale": scale,
+        "seconds": SECONDS,
+    }
 
 
 def _facts(study: SupplierStudy) -> tuple[str, ...]:
@@ -234,8 +290,7 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
 
 def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
     space = study.space
-    table = _table(study, "stiffness", ("variable", "nominal [N/mm]"))
-    nominal = dict(zip(table["variable"], _array(table["nominal [N/mm]"]), strict=True))
+    nominal = _nominal(study)
     noted = (Need.anything, Need.nothing)
     needs = zip(space.names, study.freedom.needs, strict=True)
     notes = {name: need.value for name, need in needs if need in noted}
@@ -257,6 +312,12 @@ def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
             )
         )
     return axes
+
+
+def _nominal(study: SupplierStudy) -> dict[str, float]:
+    """Stiffness of today by variable, as the run tabled it [N/mm]."""
+    table = _table(study, "stiffness", ("variable", "nominal [N/mm]"))
+    return dict(zip(table["variable"], _array(table["nominal [N/mm]"]).tolist(), strict=True))
 
 
 def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:

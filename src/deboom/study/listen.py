@@ -19,6 +19,8 @@ from deboom.physics.sound_level import run_up_sound
 from deboom.study.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
 
+SECONDS = 10.0
+"""Time from the first to the last frequency of the order, unless it is asked for otherwise [s]."""
 RATE = 44100
 """Samples per second [Hz]."""
 FADE_S = 0.05
@@ -66,10 +68,9 @@ def write_run_ups(
             f"run {folder} has no pressure at an ear: only fronts of mounts can be heard"
         )
     designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
-    pressure = model.pressure(np.array(list(designs.values())))
-    sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RATE)
+    sounds = run_ups(model, np.array(list(designs.values())), seconds)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
-    full_scale = HEADROOM * float(np.abs(sounds).max())
+    full_scale = full_scale_of(sounds)
     place = made_folder(path_inside(run.entry.folder, "listen") if out is None else out)
     paths = []
     for v, vehicle in enumerate(model.response_names):
@@ -87,6 +88,17 @@ def write_run_ups(
     paths.append(place / "listen.json")
     replace_text(paths[-1], json.dumps(facts, indent=2) + "\n")
     return paths
+
+
+def run_ups(model: BoomingModel, designs: RealArray, seconds: float) -> RealArray:
+    """Return the run-ups of designs (n, k) in the first load case, (n_sample, n, v) [Pa]."""
+    pressure = np.moveaxis(model.pressure(designs), -1, 0)
+    return np.asarray(run_up_sound(pressure, model.frequency, seconds, RATE))
+
+
+def full_scale_of(sounds: RealArray) -> float:
+    """Return the sound pressure of the full scale of files and pages [Pa]."""
+    return HEADROOM * float(np.abs(sounds).max())
 
 
 def _wav(signal: RealArray) -> bytes:

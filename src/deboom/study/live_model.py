@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -10,26 +10,35 @@ import numpy as np
 
 from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
+from deboom.explore.robust import Robust
+from deboom.explore.scatter import ToleranceSample, sobol_sample
 from deboom.explore.space import DesignSpace
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import REFERENCE_PRESSURE, a_weighting
-from deboom.report.live import LiveModel
+from deboom.plot.style import mount_colours, vehicle_colours
+from deboom.report.live import MAX_MODEL_BYTES, LiveModel
 from deboom.vehicles.amplitude_motion import AmplitudeMotion
+from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion, FlexibleMotion
-from deboom.vehicles.fleet import PathContributions
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet import Fleet, PathContributions
 from deboom.vehicles.kernels import Case
 from deboom.vehicles.limits import (
     MountRequirements,
     NaturalFrequencies,
     TorqueTravel,
     WeightSag,
+    mount_price,
 )
+from deboom.vehicles.platform import MountSource, Runs
 from deboom.vehicles.powertrain import MonotoneCurve, mount_forward
 
 NOT_LIVE = (
     "its stiffnesses follow the amplitude, or its parts settle elsewhere: such a model needs the "
     "response surfaces of the mounts at every line, which no page carries"
 )
+MOST_DRAWS = 128
+"""Draws of the scatter in a page: the band of more would not follow a slider."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,6 +133,127 @@ def live_model(
         words, numbers = _contributions(heard, n_stiffness)
     paid, curves = (None, {}) if price is None else _price(price)
     return LiveModel({**header, **words, "price": paid}, {**arrays, **numbers, **curves})
+
+
+@dataclass(frozen=True, eq=False)
+class Start:
+    """A design that sliders can start from: its name, and its factors (k,) [1]."""
+
+    name: str
+    design: RealArray
+
+
+def live_page(
+    robust: Robust,
+    runs: Runs,
+    starts: Sequence[Start],
+    words: Mapping[str, Any],
+    only: Sequence[str] = (),
+) -> tuple[LiveModel | None, str]:
+    """Return the model of a page with everything that it shows, or why there is none.
+
+    - `robust`: booming model and its scatter; a sample of its own for every design is replaced by
+      Sobol draws that all designs share, and of more than `MOST_DRAWS` the first count.
+    - `runs`: platform and load cases; further load cases of the platform are in the page with
+      weight 0, as far as their data allow it.
+    - `starts`: designs to start from; the first one is shown first.
+    - `words`: of the run, for the header.
+    - `only`: names of the vehicles of the page; none: all of the model.
+    - raises InputError: a vehicle that the model does not have.
+    """
+    model, space = robust.evaluate, robust.space
+    assert isinstance(model, BoomingModel)
+    unknown = [name for name in only if name not in model.response_names]
+    if unknown:
+        raise InputError(
+            f"--vehicle {unknown[0]}: the run has no such vehicle; use one of "
+            f"{', '.join(model.response_names)}"
+        )
+    if any(isinstance(case, AmplitudeMotion) for case in model.cases):
+        return None, f"No sliders for this model: {NOT_LIVE}. Its designs are below."
+    names = tuple(name for name in model.response_names if not only or name in only)
+    rows = np.array([model.response_names.index(name) for name in names])
+    heard = replace(runs, fleet=Fleet(tuple(v for v in runs.fleet.vehicles if v.name in names)))
+    cases = _cases(model, heard, rows)
+    scatter = robust.scatter(space.nominal)
+    if not isinstance(robust.sample, ToleranceSample):
+        sample = sobol_sample(robust.n_draws, MOST_DRAWS, seed=robust.sample.seed)
+        scatter = replace(robust, sample=sample).scatter(space.nominal)
+    try:
+        price = mount_price(runs, Factor.dynamic)
+    except InputError:  # no mass and inertia, no static curves: nothing to show
+        price = None
+    live = live_model(cases, space, scatter[:MOST_DRAWS], price)
+    coupled = isinstance(cases[0].case, CoupledMotion)
+    both = coupled and not model.loss_factors
+    colours, platform = vehicle_colours(runs.platform.fleet.names), runs.platform
+    by_mount = mount_colours([mount.name for mount in platform.mounts])
+    live = live.with_header(
+        {
+            **words,
+            "motion": model.motion.value,
+            "motions": ["coupled", "prescribed"] if both else [model.motion.value],
+            "starts": [{"name": one.name, "design": one.design.tolist()} for one in starts],
+            "mounts": [
+                {"name": mount.name, "words": mount.description, "colour": by_mount[mount.name]}
+                for mount in platform.mounts
+            ],
+            "vehicles": [
+                {"name": vehicle.name, "group": vehicle.group, "colour": colours[vehicle.name]}
+                for vehicle in heard.fleet.vehicles
+            ],
+        }
+    )
+    if live.n_bytes <= MAX_MODEL_BYTES:
+        return live, ""
+    fit = int(len(names) * MAX_MODEL_BYTES / live.n_bytes)
+    return None, (
+        f"No sliders for {len(names)} vehicles: their model takes {live.n_bytes / 1e6:.1f} MB, a "
+        f"page carries at most {MAX_MODEL_BYTES / 1e6:.0f}. Write it with {fit} of them: deboom "
+        "report RUN --interactive --vehicle NAME --vehicle NAME …"
+    )
+
+
+def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> list[LiveCase]:
+    """Return the load cases of the model, and the platform's others with weight 0.
+
+    Where the motion is prescribed and the data allow the coupled one, its cases stand for both.
+    """
+    motion = model.motion
+    mine: Sequence[Case] = [_heard_in(case, rows) for case in model.cases]
+    if motion is Motion.prescribed and not model.loss_factors and not runs.not_coupled:
+        motion = Motion.coupled
+        wanted = [(runs.platform.load_case(name), 1.0) for name in model.load_case_names]
+        mine = replace(runs, cases=wanted).model(motion).cases
+    others: Sequence[Case] = ()
+    missing = [c.name for c in runs.platform.load_cases if c.name not in model.load_case_names]
+    source = MountSource.library_inside if runs.parts else MountSource.spectra
+    if missing:
+        try:
+            more = runs.platform.runs(missing, fleet=runs.fleet, mounts=source, band=runs.band)
+            others = more.model(motion, loss_factors=model.loss_factors).cases
+        except InputError:  # other lines, or a mount that was not measured there
+            others = ()
+    weights = [*model.weights, *(0.0 for _ in others)]
+    described = [
+        (c, w, runs.platform.load_case(c.load_case))
+        for c, w in zip([*mine, *others], weights, strict=True)
+    ]
+    return [
+        LiveCase(case, weight, stated.title, stated.order) for case, weight, stated in described
+    ]
+
+
+def _heard_in(case: Case, rows: IntArray) -> Case:
+    """Return a load case in some of the vehicles."""
+    names = tuple(case.vehicle_names[row] for row in rows)
+    if isinstance(case, PathContributions):
+        return replace(case, values=case.values[rows], vehicle_names=names)
+    bodies = tuple(replace(body, transfer=body.transfer[rows]) for body in case.bodies)
+    if isinstance(case, FlexibleMotion):
+        receptance = case.receptance[rows]
+        return replace(case, bodies=bodies, vehicle_names=names, receptance=receptance)
+    return replace(case, bodies=bodies, vehicle_names=names)
 
 
 def _contributions(

@@ -9,11 +9,11 @@ import numpy as np
 
 import deboom
 from deboom.explore.robust import Robust
+from deboom.pages.live_model import Start, live_page
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
-from deboom.study.live_model import Start, live_page
 
 N, MOUNTS, VEHICLES = 9, ("Front", "Roll stop", "Rear"), ("Wagon", '</script><b>Cabrio, "R"')
 LINES = np.array([14.0, 15.1, 15.9, 18.0, 21.5, 30.0, 33.3])

@@ -18,9 +18,9 @@ import deboom
 from deboom.errors import InputError
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import PartNumber, part_structure
+from deboom.pages.live_model import LiveCase, live_model
 from deboom.physics.sound_level import run_up_sound
 from deboom.report.live import LiveModel
-from deboom.study.live_model import LiveCase, live_model
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.design_factor import Factor

@@ -143,6 +143,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         prescribed=prescribed,
     )
     report = front_report(view)
+    report.inputs += [options.search.begin] if options.search.begin else []
     report_limits(report, limits, front.search, front.named_designs)
     report_parts(report, model.made)
     report_runs(report, model.runs)

@@ -3,12 +3,33 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
 from deboom.choices import FolderKind, FunctionFiles, Language, Pick
 
+
+def _design(text: str) -> Pick | Path:
+    """Return a pick by its name, or the file of a saved design."""
+    if text in set(Pick):
+        return Pick(text)
+    if Path(text).is_file():
+        return Path(text)
+    raise typer.BadParameter(
+        f"'{text}' is neither a pick ({', '.join(Pick)}) nor a file with a saved design"
+    )
+
+
+# Any: a pick or a path, which the parser tells apart
+DESIGN = Annotated[
+    Any,
+    typer.Option(
+        parser=_design,
+        metavar="PICK|FILE",
+        help=f"Design of the front: {', '.join(Pick)}; or one that the interactive page saved.",
+    ),
+]
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
@@ -76,7 +97,7 @@ def report(
     ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
@@ -108,6 +129,8 @@ def report(
             f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
             "that a mount supplier reads, --interactive for the one to explore the front"
         )
+    if vehicle and not interactive:
+        raise InputError("--vehicle belongs to --interactive: sheets are for all vehicles")
     if interactive:
         if anonymous or (not supplier and any((mount, box, tolerances, sharing, since))):
             raise InputError(
@@ -146,7 +169,7 @@ def report(
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,
@@ -168,7 +191,7 @@ def listen(
 def driven(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],
-    design: Annotated[Pick, typer.Option(help="Design that was built.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     studies: STUDIES = None,
     out: Annotated[Path, typer.Option(help="Folder that gets driven/<run>/.")] = Path("results"),
     seed: Annotated[int, typer.Option(help="Seed of the draws, from 1.")] = 1,

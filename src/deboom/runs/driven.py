@@ -11,7 +11,7 @@ from scipy.stats import t
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
-from deboom.files.front_run import SupplierStudy
+from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
 from deboom.physics.sound_level import spl
@@ -29,7 +29,7 @@ AS_PREDICTED, OTHERWISE = "as predicted", "not as predicted"
 
 
 def driven_into_run(
-    run: Path, folder: Path, *, pick: Pick, out: Path, studies: Path | None, seed: int
+    run: Path, folder: Path, *, pick: Pick | Path, out: Path, studies: Path | None, seed: int
 ) -> Path:
     """Hold the measured change of a prototype against the predicted one, and write its run folder.
 
@@ -41,7 +41,7 @@ def driven_into_run(
         ``today*`` and ``new*``: pressure tables of one drive each (csv, xlsx, mat), with the lines
         ``frequency [Hz]`` and for each vehicle ``<vehicle> real [Pa]``, ``<vehicle> imag [Pa]``,
         complex peak of the order at the driver's ear in the run's first load case.
-    pick : Pick
+    pick : Pick or Path
         Design that was built.
     out, studies
         As for every command.
@@ -66,7 +66,7 @@ def driven_into_run(
         "question": QUESTION,
         "seed": seed,
         "command": f"deboom driven {run.as_posix()} {folder.as_posix()}",
-        "arguments": {"design": pick.value, "seed": seed},
+        "arguments": {"design": design_name(pick), "seed": seed},
     }
     return run_command(
         out, record, lambda: _report(study, measured, folder, seed), relative_to=Path.cwd()
@@ -158,9 +158,10 @@ def _report(
     drives = [len(measured[state]) for state in STATES]
     if min(drives) == 1 and sum(drives) < 3:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
+    built = design_name(study.pick)
     report.section(
         "Measured and predicted change",
-        f"{drives[0]} drives with today's parts, {drives[1]} with {study.pick.value}; highest "
+        f"{drives[0]} drives with today's parts, {drives[1]} with {built}; highest "
         f"level within {TOLERANCE:g} Hz of each measured peak. Both half widths are for 95 %: of "
         f"the drives by Student's t, of the prediction over {DRAWS} repeats of its measurements. "
         "A difference within both together is as predicted. Prototypes that differ from their "

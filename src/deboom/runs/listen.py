@@ -14,6 +14,7 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes, replace_text
+from deboom.files.front_run import design_name
 from deboom.names import path_inside
 from deboom.physics.sound_level import RUN_UP_RATE, full_scale, run_up_sound
 from deboom.runs.rebuilt import compared_run
@@ -24,7 +25,12 @@ FADE_S = 0.05
 
 
 def write_run_ups(
-    folder: Path, *, pick: Pick, seconds: float, studies: Path | None, out: Path | None = None
+    folder: Path,
+    *,
+    pick: Pick | Path,
+    seconds: float,
+    studies: Path | None,
+    out: Path | None = None,
 ) -> list[Path]:
     """Write a WAV file per vehicle and design, and what they mean.
 
@@ -32,7 +38,7 @@ def write_run_ups(
     ----------
     folder : Path
         Finished run of a front study.
-    pick : Pick
+    pick : Pick or Path
         Design of the front beside today's.
     seconds : float
         Time from the first to the last frequency of the order [s].
@@ -61,7 +67,7 @@ def write_run_ups(
         raise InputError(
             f"run {folder} has no pressure at an ear: only fronts of mounts can be heard"
         )
-    designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
+    designs = {"today": run.model.space.nominal, design_name(pick): run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
     sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RUN_UP_RATE)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)

@@ -169,9 +169,9 @@ function drawTornado() {
   const label = Math.min(110, 14 + 6.5 * Math.max(...rows.map((k) => names[k].length))), middle = label + 8 + (width - label - 54) / 2;
   const need = Math.max(1e-3, ...rows.flatMap((k) => list.flatMap((v) => [steps.softer[k * V + v], steps.stiffer[k * V + v]]).map(Math.abs)));
   if (need > reach || need < 0.45 * reach) reach = 1.15 * need;
-  const scale = (width - label - 54) / 2 / reach;
+  const scale = (width - label - 54) / 2 / reach, digits = reach < 0.05 ? 3 : 2;
   place.replaceChildren();
-  const words = (k) => `${names[k]}: stiffer ${signed(mean(steps.stiffer, k), 2)} dB, softer ${signed(mean(steps.softer, k), 2)} dB`;
+  const words = (k) => `${names[k]}: stiffer ${signed(mean(steps.stiffer, k), digits)} dB, softer ${signed(mean(steps.softer, k), digits)} dB`;
   const svg = element(place, "svg", { viewBox: `0 0 ${width} ${height}`, height, role: "img", "aria-label": rows.map(words).join("; ") });
   element(svg, "text", { x: middle - 6, y: 10, "text-anchor": "end" }, "◂ quieter");
   element(svg, "text", { x: middle + 6, y: 10 }, "louder ▸");
@@ -185,9 +185,9 @@ function drawTornado() {
     }
     for (const v of list) {
       const chosen = v === session.chosen, value = steps.stiffer[k * V + v];
-      title(element(svg, "circle", { cx: middle + value * scale, cy: y + half + 1 + half / 2, r: chosen ? 4 : 2.8, fill: chosen ? vehicles[v].colour : "#fff", stroke: vehicles[v].colour, "stroke-width": 1.4 }), `${vehicles[v].name}, ${names[k]} 10 % stiffer: ${signed(value, 2)} dB`);
+      title(element(svg, "circle", { cx: middle + value * scale, cy: y + half + 1 + half / 2, r: chosen ? 4 : 2.8, fill: chosen ? vehicles[v].colour : "#fff", stroke: vehicles[v].colour, "stroke-width": 1.4 }), `${vehicles[v].name}, ${names[k]} +10 %: ${signed(value, digits)} dB`);
     }
-    element(svg, "text", { x: width, y: y + pitch / 2 + 4, "text-anchor": "end" }, signed(mean(steps.stiffer, k), 2));
+    element(svg, "text", { x: width, y: y + pitch / 2 + 4, "text-anchor": "end" }, signed(mean(steps.stiffer, k), digits));
   });
   element(svg, "line", { x1: middle, x2: middle, y1: 12, y2: height, stroke: GREY });
 }

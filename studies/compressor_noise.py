@@ -422,7 +422,9 @@ def _lowest_pressure(noise: CarNoise) -> list[SweepNoise]:
 
 def _mounts(report: Report, running: RunningInCar) -> None:
     """Show single mounts, as far as they are known."""
-    reference = getattr(running.found.calibrated.parametrisation, "reference_frequency", 20.0)
+    reference = getattr(
+        running.identification.calibrated.parametrisation, "reference_frequency", 20.0
+    )
     report.section(
         "Single mounts",
         "Places come from the sheet of the car, directions and stiffness from the drawing, their "
@@ -477,8 +479,8 @@ def mount_table(running: RunningInCar) -> pd.DataFrame:
 
 def stiffness_table(running: RunningInCar) -> pd.DataFrame:
     """Write the dynamic stiffness of single mounts along their axes, line by line."""
-    lines = running.found.inertance.frequency
-    factor = running.found.calibrated.model.gain.at(lines)
+    lines = running.identification.inertance.frequency
+    factor = running.identification.calibrated.model.gain.at(lines)
     factor = factor * (1 + running.source.state.significant(lines))
     frames = []
     for mount in running.shares.mounts:

@@ -464,10 +464,12 @@ def _peaks(
         ("v", _ABOVE, "white", MUTED, "baseline"),
         ("^", -_ABOVE, colour, colour, "optimised"),
     )
-    for curve, found, (shape, above, face, edge, name) in zip(curves, peaks, looks, strict=True):
+    for curve, frequencies, (shape, above, face, edge, name) in zip(
+        curves, peaks, looks, strict=True
+    ):
         axes.plot(
-            found,
-            np.interp(found, frequency, curve) + above,
+            frequencies,
+            np.interp(frequencies, frequency, curve) + above,
             shape,
             markersize=5,
             markerfacecolor=face,

@@ -287,8 +287,8 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
         "fitted": factor * thesis.fit.values,
         "at its bound": ["yes" if name in held else "" for name in parametrisation.names],
         "share in the null space [1]": thesis.seen.participation,
-        "posterior deviation": factor * thesis.known.posterior,
-        "posterior over prior [1]": thesis.known.ratio,
+        "posterior deviation": factor * thesis.knowledge.posterior,
+        "posterior over prior [1]": thesis.knowledge.ratio,
         "verdict": verdicts(thesis),
     }
     if test.truth is not None:
@@ -301,7 +301,7 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
 def verdicts(thesis: ThesisFit) -> list[str]:
     """Say of each of the thesis's numbers whether the test knows it."""
     words = []
-    for share, ratio in zip(thesis.seen.participation, thesis.known.ratio, strict=True):
+    for share, ratio in zip(thesis.seen.participation, thesis.knowledge.ratio, strict=True):
         if share >= ALONE:
             words.append("invisible")
         elif ratio > PRIOR_DOMINATED:

@@ -476,7 +476,7 @@ def apparent_mass_table(lines: RealArray, mass: Mapping[str, ComplexArray]) -> p
 def _limits(report: Report, test: IdentifiedTest) -> None:
     """Say which parameters are seen, which are not, and which come from what was known before."""
     found, thesis = test.found, test.thesis
-    dominated = found.known.prior_dominated
+    dominated = found.knowledge.prior_dominated
     names = f"Of them {', '.join(dominated)} come" if dominated else "None of them comes"
     report.section(
         "What this test can and cannot say",
@@ -506,7 +506,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "virtual point and the gain instead; or, where all mounts are one round part, enforce "
             "that (--identical-mounts)."
         )
-        drawn = np.count_nonzero(np.asarray(thesis.known.ratio) > PRIOR_DOMINATED)
+        drawn = np.count_nonzero(np.asarray(thesis.knowledge.ratio) > PRIOR_DOMINATED)
         report.text(
             f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
             "identifiability.csv has them all."
@@ -519,7 +519,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "Changes that leave every FRF as it is.",
         )
         identifiability = identifiability_table(test, thesis)
-    pairs = found.known.strong_correlations
+    pairs = found.knowledge.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
     if thesis is not None:

@@ -63,7 +63,7 @@ from deboom.vehicles.platform import MountSource, Runs
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
 SHOWN_PARTS = 4096
-"""Parts of the box whose levels are drawn, and of each of its faces."""
+"""Parts of the box whose levels are drawn, and of each of its ends."""
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 LAW = "uniform in the box"

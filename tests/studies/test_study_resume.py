@@ -1,4 +1,4 @@
-"""A run that is killed goes on, by the same door, and ends with the same files."""
+"""A run that is killed goes on, by the same command, and ends with the same files."""
 
 import json
 import os

@@ -347,7 +347,7 @@ def _sweep_noise(
     functions = transfer.at(lines).transfer.select(inputs=part.paths).values[:, 0]
 
     loads = part.loads(mounts, factor, displacement, part.hoses)
-    assert sweep.sound is not None  # the door of a car has asked for it
+    assert sweep.sound is not None  # the reader of a car insists on it
     return SweepNoise(
         sweep=sweep.name,
         hoses=sweep.hoses,

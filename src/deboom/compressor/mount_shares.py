@@ -177,7 +177,7 @@ def _agreeing(
         STIFFNESS_NUMBERS, STIFFNESS_NUMBERS
     ]
     variance, directions = np.linalg.eigh(stiffness_covariance)
-    # an exact test has directions without any error: a valley too narrow to walk along
+    # an exact test has directions without any error: a valley too narrow for a search
     whiten = directions.T / np.sqrt(np.maximum(variance, EXACT * variance[-1]))[:, np.newaxis]
     basis = MinimalParameters(identification.length).stiffness_basis.reshape(N_STIFFNESS, -1)
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)

@@ -1,4 +1,4 @@
-"""The door to Universal File Format (UFF): the only module that imports pyuff, behind a guard."""
+"""Reader and writer of Universal File Format (UFF): the only module that imports pyuff."""
 
 from __future__ import annotations
 

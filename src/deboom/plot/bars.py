@@ -63,9 +63,9 @@ def factor_rows(
         for place, row in enumerate(rows):
             if no_requirement[place]:
                 middle = 0.5 * (lower[place] + upper[place])
-                face: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
+                box: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
                 words = bars.text(
-                    middle, row, "no requirement", ha="center", va="center", bbox=face
+                    middle, row, "no requirement", ha="center", va="center", bbox=box
                 )
                 words.set(color=MUTED, fontstyle="italic")
             for end, text in zip(_PLACES, texts[place], strict=True):

@@ -464,7 +464,7 @@ def _peaks(
         ("v", _ABOVE, "white", MUTED, "baseline"),
         ("^", -_ABOVE, colour, colour, "optimised"),
     )
-    for curve, frequencies, (shape, above, face, edge, name) in zip(
+    for curve, frequencies, (shape, above, fill, edge, name) in zip(
         curves, peaks, looks, strict=True
     ):
         axes.plot(
@@ -472,7 +472,7 @@ def _peaks(
             np.interp(frequencies, frequency, curve) + above,
             shape,
             markersize=5,
-            markerfacecolor=face,
+            markerfacecolor=fill,
             markeredgecolor=edge,
             linestyle="none",
             label=f"booming peak [Hz], {name}",

@@ -373,7 +373,7 @@ class Report:
 
 
 def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: Any) -> str:
-    """Render a template of this room; texts are escaped, a name without a value is an error."""
+    """Render a template of this package; texts are escaped, a name without a value is an error."""
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(

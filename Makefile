@@ -32,7 +32,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 size: $(READY)
-	$(BIN)/python benchmarks/house_size.py
+	$(BIN)/python benchmarks/size.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py

@@ -1,4 +1,4 @@
-"""Plant single faults in packages and see which the tests let through: ``make mutants PACKAGE=physics``.
+"""Plant single faults and see which the tests let through: ``make mutants PACKAGE=physics``.
 
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
 Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
@@ -207,7 +207,7 @@ class Reach:
             self.setups[file] = max(phases.get("setup", 0.0), self.setups[file])
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """Return the tests of a line, those of a file together; its package's and quick ones first."""
+        """Return the tests of a line, those of a file together; those of its package first."""
         contexts = self._contexts(mutant.path, mutant.line)
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
         # what a fixture reaches is seen by all tests of its file
@@ -340,7 +340,7 @@ def main() -> None:
     """Draw mutants of packages, try them, and print the survivors and the scores."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("packages", nargs="+", help="Folders of the sources, or begins of modules.")
-    parser.add_argument("--number", type=int, default=160, help="Mutants that are drawn of a package.")
+    parser.add_argument("--number", type=int, default=160, help="Mutants drawn of a package.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="Mutants whose place and change hold this text.")
     given = parser.parse_args()
@@ -348,7 +348,8 @@ def main() -> None:
     for path in SOURCES.rglob("[!_]*.py"):  # forked processes have imported the libraries
         importlib.import_module(".".join(path.relative_to(SOURCES.parent).with_suffix("").parts))
     for package in given.packages:
-        paths = [*sorted((SOURCES / package).rglob("*.py")), *sorted(SOURCES.glob(f"{package}*.py"))]
+        inside = sorted((SOURCES / package).rglob("*.py"))
+        paths = [*inside, *sorted(SOURCES.glob(f"{package}*.py"))]
         every = [m for path in paths for m in mutants_of(path)]
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]

@@ -80,7 +80,9 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     (paths,) = booming_model(fleet, data.mounts, cases, (20.0, 20.5)).cases
     few = replace(paths, values=paths.values[..., :3], variable_names=paths.variable_names[:3])
     index = BoomingModel((few,), (1.0,))
-    plan = analysis.SensitivityPlan(Analysis.design, 0.1, 0.1, 0.1, n_base=32, n_resamples=10, seed=2)
+    plan = analysis.SensitivityPlan(
+        Analysis.design, 0.1, 0.1, 0.1, n_base=32, n_resamples=10, seed=2
+    )
     found = analysis.sensitivity(small, index, plan)
     assert found.by_mount is None
     assert [*found.beside] == ["tolerance ±10 % (3 σ)"]

@@ -56,7 +56,8 @@ def types_on_the_path():
 
 
 def test_the_types_on_the_way_from_a_folder_to_a_page_are_those_listed():
-    met = {name: kind.__module__ for name, kind in types_on_the_path().items() if not issubclass(kind, Enum)}
+    types = types_on_the_path()
+    met = {name: kind.__module__ for name, kind in types.items() if not issubclass(kind, Enum)}
     assert met == LISTED
 
 

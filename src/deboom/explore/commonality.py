@@ -133,7 +133,7 @@ def separate_sets(problem: SharingProblem, optima: OwnOptima, sharing: Sharing) 
         alone = replace(problem, limits=problem.limits + np.where(inside, 0.0, _ROOM))
         best = shared_design(alone, sharing, _starts(alone, optima))
         designs[inside] = best.designs[inside]
-    levels = problem.own(designs)
+    levels = problem.response_of_each(designs)
     return SharedDesign(sharing, designs, levels, levels - problem.limits)
 
 
@@ -236,7 +236,7 @@ def _library(problem: SharingProblem, optima: OwnOptima) -> _Library:
         values = designs[:, list(columns)]
         placed = np.repeat(optima.designs[np.newaxis], len(values), axis=0)
         placed[:, :, list(columns)] = values[:, np.newaxis]
-        levels = problem.own(placed)
+        levels = problem.response_of_each(placed)
         kept = [0]
         while len(kept) < min(_LARGEST, len(values)):
             apart = np.abs(levels[:, np.newaxis] - levels[kept]).max(axis=2).min(axis=1)

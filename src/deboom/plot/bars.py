@@ -64,9 +64,7 @@ def factor_rows(
             if no_requirement[place]:
                 middle = 0.5 * (lower[place] + upper[place])
                 box: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
-                words = bars.text(
-                    middle, row, "no requirement", ha="center", va="center", bbox=box
-                )
+                words = bars.text(middle, row, "no requirement", ha="center", va="center", bbox=box)
                 words.set(color=MUTED, fontstyle="italic")
             for end, text in zip(_PLACES, texts[place], strict=True):
                 colour = MUTED if text in ("–", "not measured") else INK

@@ -146,7 +146,10 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
                 engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
             engine = given_engine(
-                *(options.second, options.campaign, options.library, options.library_campaign),
+                options.second,
+                options.campaign,
+                options.library,
+                options.library_campaign,
                 options.mount_set,
                 over_force,
                 progress,

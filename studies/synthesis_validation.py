@@ -129,7 +129,11 @@ def run(model: DrivenVehicles, options: Options, context: RunContext | None = No
         "design that nobody built?",
     )
     report.explain(
-        *("booming noise", "SPL", "booming peak", "dynamic stiffness", "noise transfer function")
+        "booming noise",
+        "SPL",
+        "booming peak",
+        "dynamic stiffness",
+        "noise transfer function",
     )
     report.inputs += model.input_files
     _report_all(report, validate(model, Listening(options.ear, options.band)))

@@ -150,7 +150,9 @@ def test_what_cannot_be_answered_is_refused(running_1):
         ({"hoses": others}, "no noise transfer functions at the body's end of other"),
     ):
         with pytest.raises(InputError, match=words):
-            running_in_car(replace(car, operation=replace(operation, **bad)), running_1.identification)
+            running_in_car(
+                replace(car, operation=replace(operation, **bad)), running_1.identification
+            )
     with pytest.raises(InputError, match="fewer than two mounts"):
         mount_shares(running_1.identification, running_1.shares.drawn[:1])
     with pytest.raises(InputError, match="has no line between 200 and 300 Hz"):

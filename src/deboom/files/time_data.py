@@ -349,8 +349,16 @@ def _tdms(path: Path) -> _Channels:
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
 _SCALES = (
-    *("Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple"),
-    *("Add", "Subtract", "AdvancedAPI"),
+    "Polynomial",
+    "Linear",
+    "RTD",
+    "Strain",
+    "Table",
+    "Thermistor",
+    "Thermocouple",
+    "Add",
+    "Subtract",
+    "AdvancedAPI",
 )
 """Types of scales that npTDMS applies; of any other it returns the raw numbers without a word."""
 

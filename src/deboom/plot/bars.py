@@ -138,7 +138,10 @@ def stiffness_bars(
         for stiffness, value, free in zip(nominal, chosen, no_requirement, strict=True)
     ]
     with factor_rows(
-        *(variables, low, high, no_requirement),
+        variables,
+        low,
+        high,
+        no_requirement,
         texts=texts,
         headings=("nominal", "chosen", "change"),
         title=stiffness_label,
@@ -216,7 +219,10 @@ def box_intervals(
         for nominal, low, high, free in zip(today, *edges, no_requirement, strict=True)
     ]
     with factor_rows(
-        *(variables, data[f"{bounds.label} lower"], data[f"{bounds.label} upper"], no_requirement),
+        variables,
+        data[f"{bounds.label} lower"],
+        data[f"{bounds.label} upper"],
+        no_requirement,
         texts=texts,
         headings=("today", "from", "to"),
         title="dynamic stiffness [N/mm]",

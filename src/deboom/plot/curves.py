@@ -420,7 +420,9 @@ def _curves(
     axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="baseline")
     axes.plot(frequency, after, color=colour, linewidth=1.5, label="optimised")
     axes.fill_between(
-        *(frequency, before, after),
+        frequency,
+        before,
+        after,
         where=quieter,
         color=colour,
         alpha=0.22,

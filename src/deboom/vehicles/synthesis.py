@@ -419,7 +419,10 @@ def predict_design(
     transfers = [path_noise_transfer(alike, Method.RECIPROCAL, listening.ear) for alike in vehicles]
     listeners = [Vehicle(v.name, v.group, t) for v, t in zip(vehicles, transfers, strict=True)]
     reference = coupled_motion(
-        *(Fleet(tuple(listeners)), _with_bodies(vehicles[0]), powertrain, other.load_case),
+        Fleet(tuple(listeners)),
+        _with_bodies(vehicles[0]),
+        powertrain,
+        other.load_case,
         listening.band,
     )
     inside = np.isin(other.load_case.force.frequency, reference.frequency)

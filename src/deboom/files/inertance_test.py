@@ -28,7 +28,9 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
+    noting,
     refuse_all,
+    telling,
     values_of,
 )
 from deboom.files.tables import read_table
@@ -263,7 +265,12 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     path = folder / INERTANCE_TEST_FILE
     file = load_toml(path, InertanceTestFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    places = Places(read_placed(tables[0], PlacedSensor), read_placed(tables[1], PlacedImpact))
+    with telling() as tell:
+        with noting(tell):
+            sensor_rows = read_placed(tables[0], PlacedSensor)
+        with noting(tell):
+            impact_rows = read_placed(tables[1], PlacedImpact)
+    places = Places(sensor_rows, impact_rows)
     with naming(" and ".join(dict.fromkeys(map(str, tables)))):
         sensors = tuple(map(sensor_of, places.sensors))
         impacts = tuple(map(impact_of, places.impacts))

@@ -138,7 +138,6 @@ def read_rows(
     plain: Sequence[str],
     with_unit: Mapping[str, str],
     sheet: str | None = None,
-    note: Note | None = None,
     optional: Sequence[Sequence[str]] = (),
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
@@ -147,12 +146,25 @@ def read_rows(
     - `plain`: columns without a unit; all must be there, in any order.
     - `with_unit`: columns with a unit in their header, and the SI unit of it.
     - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
-    - `note`: gets every fault of the header; without, they are raised as one error.
     - `optional`: groups of those columns that a table may lack as a whole.
-    - returns: rows that are not empty; none if the header is at fault.
+    - returns: rows that are not empty.
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
     """
+    with telling() as tell:
+        rows = _rows(path, plain, with_unit, sheet, optional, tell)
+    return rows
+
+
+def _rows(
+    path: Path,
+    plain: Sequence[str],
+    with_unit: Mapping[str, str],
+    sheet: str | None,
+    optional: Sequence[Sequence[str]],
+    tell: Note,
+) -> tuple[Row, ...]:
+    """Rows that are not empty, without those that are told to be no row."""
     place, cells = _cells(path, sheet, [*plain, *with_unit])
     excel = _is_excel(path)
     if sheet is not None and excel:
@@ -184,23 +196,19 @@ def read_rows(
             columns = f"the columns are {', '.join(wanted)}{separated}"
             sentence = f"column '{name}' {state}; {columns}{remedy}"
             faults.append(InputError(f"{path}: {sentence}"))
+    refuse_all(map(str, faults))
     rows = []
-    with telling(note) as tell:
-        for fault in faults:
-            tell(fault)
-        for line, texts in enumerate(below if not faults else (), place + 2):
-            filled = [text for text in texts if text]
-            if not filled or _is_remark(texts):
-                continue
-            if len(filled) == 1 < len(wanted) - 1 and _is_sentence(filled[0]):
-                sentence = (
-                    f"'{filled[0]}' stands alone: fill in the row, or begin a remark with '# '"
-                )
-                tell(InputError(f"{path} line {line}: {sentence}"))
-                continue
-            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units, comma))
-        if not rows and not faults:
-            tell(InputError(f"{path} has a header and no rows: add one row per item"))
+    for line, texts in enumerate(below, place + 2):
+        filled = [text for text in texts if text]
+        if not filled or _is_remark(texts):
+            continue
+        if len(filled) == 1 < len(wanted) - 1 and _is_sentence(filled[0]):
+            sentence = f"'{filled[0]}' stands alone: fill in the row, or begin a remark with '# '"
+            tell(InputError(f"{path} line {line}: {sentence}"))
+            continue
+        rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units, comma))
+    if not rows:
+        tell(InputError(f"{path} has a header and no rows: add one row per item"))
     return tuple(rows)
 
 
@@ -509,13 +517,11 @@ class TableRow:
 _Row = TypeVar("_Row", bound=TableRow)
 
 
-def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
+def read_table(path: Path, kind: type[_Row]) -> tuple[_Row, ...]:
     """Read a table of rows of one kind, in SI.
 
     - `path`: CSV or xlsx; its columns may stand in any order.
     - `kind`: states the columns.
-    - `note`: gets every fault; without, they are raised as one error. A number at fault is nan, a
-      row with another fault is left out.
     - raises InputError: the file is missing or no table; a column is missing, unknown or without
       its unit; an entry is empty or no finite number; a row does not fit together, or repeats
       another.
@@ -523,8 +529,8 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
     columns = _columns(kind)
     plain, with_unit = _headers(columns)
     read: list[_Row] = []
-    with telling(note) as tell:
-        rows = read_rows(path, plain, with_unit, kind.sheet, tell, _optional(kind))
+    with telling() as tell:
+        rows = _rows(path, plain, with_unit, kind.sheet, _optional(kind), tell)
         seen: dict[str, int] = {}
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
@@ -559,11 +565,6 @@ def write_sheets(path: Path, tables: Mapping[type[Any], Sequence[Any]]) -> None:
             content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", timed.read(name))
             out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
     replace_bytes(path, fixed.getvalue())
-
-
-def table_columns(kind: type[TableRow]) -> tuple[list[str], dict[str, str]]:
-    """Return the columns without a unit, and the SI units of the others, as `read_rows` asks."""
-    return _headers(_columns(kind))
 
 
 def _columns(kind: type[TableRow]) -> dict[str, Any]:

@@ -13,7 +13,9 @@ from types import UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin
 
 import numpy as np
+import tomlkit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from tomlkit.exceptions import TOMLKitError
 
 from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_text, replace_text
@@ -257,29 +259,42 @@ def dump_toml(path: Path, content: StrictModel) -> None:
 
 
 def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -> None:
-    """Add an entry to a list of sections at the end of a TOML file; the rest stays as it stands.
+    """Add an entry to a list of sections of a TOML file; the rest stays as it stands.
 
     - `path`: the file.
     - `content`: content of the file.
-    - `section`: name of the list, such as ``runs``.
+    - `section`: name of the list, such as ``runs``; an entry of ``[[runs]]`` goes to the end of the
+      file, one of ``runs = [{...}]`` to the end of the array.
     - `entry`: new entry.
-    - raises InputError: the new content would be refused, the file has changed meanwhile, holds the
-      list in another form than ``[[section]]``, or cannot be written. Then it stays as it was.
+    - raises InputError: the new content would be refused, the file has changed meanwhile, or cannot
+      be written. Then it stays as it was.
     """
     wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
-    lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]
     text = read_text(path)
-    text = f"{text.rstrip()}\n" + "\n".join(lines) + "\n"
     try:
+        text = _with_entry(text, section, entry.model_dump(exclude_none=True))
         written = _parsed(path, text, type(content))
-    except InputError:
+    except (InputError, TOMLKitError):
         written = None
     if written != wanted:
         raise InputError(
-            f"{path}: [[{section}]] cannot be added at its end; write the list as [[{section}]] "
+            f"{path}: [[{section}]] cannot be added to it; write the list as [[{section}]] "
             "sections, and leave the file alone meanwhile"
         )
     replace_text(path, text)
+
+
+def _with_entry(text: str, section: str, values: Mapping[str, Any]) -> str:
+    """Text of a TOML file with one more entry in a list of sections."""
+    document = tomlkit.parse(text)
+    entries = document.get(section)
+    if isinstance(entries, tomlkit.items.Array):
+        inline = tomlkit.inline_table()
+        inline.update(values)
+        entries.append(inline)
+        return tomlkit.dumps(document)
+    # text at the end: tomlkit would put it between a comment and what that comment is about
+    return f"{text.rstrip()}\n\n{tomlkit.dumps({section: [dict(values)]})}"
 
 
 def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
@@ -377,21 +392,4 @@ def _place(
 def _toml(content: BaseModel) -> str:
     values = content.model_dump(exclude_none=True)
     sections = {key: values.pop(key) for key in _sections(type(content)) if key in values}
-    lines = _assignments(values)
-    for section, entries in sections.items():
-        is_list = not isinstance(entries, dict)
-        for entry in entries if is_list else (entries,):
-            lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
-            lines += _assignments(entry)
-    return "\n".join(lines) + "\n"
-
-
-def _assignments(values: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_value(value)}" for key, value in values.items()]
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_value, value))}]"
-    # JSON's numbers and strings are TOML's, too
-    return json.dumps(value, ensure_ascii=False)
+    return tomlkit.dumps(values | {key: entries for key, entries in sections.items() if entries})

@@ -14,6 +14,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
+from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
     GainTolerance,
@@ -54,12 +55,12 @@ _Placed = TypeVar("_Placed", PlacedSensor, PlacedImpact)
 
 
 def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
-    """Read a position sheet of accelerometers or impacts.
+    """Read a position sheet of accelerometers or impacts, of deboom or of pyFBS.
 
     - raises InputError: as `read_table`, or positions that no machine on mounts has: their unit is
       wrong by a factor of a thousand.
     """
-    rows = read_table(path, kind)
+    rows = read_pyfbs_sheet(path, kind) if has_pyfbs_sheets(path, kind) else read_table(path, kind)
     points = np.array([row.position for row in rows])
     span = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
     if len(points) > 1 and not SMALLEST_SPAN <= span <= LARGEST_SPAN:

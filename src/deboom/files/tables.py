@@ -237,14 +237,18 @@ class Columns:
         return numbers
 
 
-def read_columns(path: Path, first: str) -> Columns:
-    """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
+def read_columns(path: Path, first: str, sheet: str | None = None) -> Columns:
+    """Read a table whose columns are not known beforehand, from CSV or Excel.
 
     - `first`: name of a column that it has, by which its header is known below a title.
+    - `sheet`: of an Excel file; by default its first one.
     - returns: the columns; rows of remarks, and empty rows at the end, are left out.
     - raises InputError: the file is missing or no table, a header comes twice, or there is no row.
     """
-    place, cells = _cells(path, None, (first,))
+    place, cells = _cells(path, sheet, (first,))
+    excel = _is_excel(path)
+    if sheet is not None and excel:
+        path = path.with_name(f"{path.name}, sheet '{sheet}'")
     header = cells[place]
     rows = {
         line: row for line, row in enumerate(cells[place + 1 :], place + 2) if not _is_remark(row)
@@ -256,7 +260,7 @@ def read_columns(path: Path, first: str) -> Columns:
     if doubled is not None:
         raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
     lines = [line for line in rows if line <= filled[-1]]
-    if _is_excel(path) and _has_decimal_commas(rows.values()):
+    if excel and _has_decimal_commas(rows.values()):
         rows = {line: [_with_point(text) for text in row] for line, row in rows.items()}
     below = zip(*(rows[line] for line in lines), strict=True)
     texts = {text: column for text, column in zip(header, below, strict=True) if text}
@@ -526,12 +530,25 @@ def read_table(path: Path, kind: type[_Row]) -> tuple[_Row, ...]:
       its unit; an entry is empty or no finite number; a row does not fit together, or repeats
       another.
     """
-    columns = _columns(kind)
-    plain, with_unit = _headers(columns)
-    read: list[_Row] = []
+    plain, with_unit = _headers(_columns(kind))
     with telling() as tell:
         rows = _rows(path, plain, with_unit, kind.sheet, _optional(kind), tell)
-        seen: dict[str, int] = {}
+        with noting(tell):
+            items = rows_of(kind, rows)
+    return items
+
+
+def rows_of(kind: type[_Row], rows: Sequence[Row]) -> tuple[_Row, ...]:
+    """Return rows of one kind, in SI.
+
+    - `rows`: cells under the names of the kind's columns.
+    - raises InputError: an entry is empty or no finite number; a row does not fit together, or
+      repeats another.
+    """
+    columns = _columns(kind)
+    items: list[_Row] = []
+    seen: dict[str, int] = {}
+    with telling() as tell:
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
             if _WRONG in values.values():
@@ -542,8 +559,8 @@ def read_table(path: Path, kind: type[_Row]) -> tuple[_Row, ...]:
                     item._check()
                 for words in item.unique:
                     refuse_second(seen, words.format(item), row)
-                read.append(item)
-    return tuple(read)
+                items.append(item)
+    return tuple(items)
 
 
 def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:

@@ -271,11 +271,13 @@ def check(
         Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
     ],
 ) -> None:
-    """List everything missing or wrong in a folder of measurements, or what it holds.
+    """List what is missing or wrong in a folder of measurements, or what it holds.
 
-    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Each
-    fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
-    as mounts, vehicles, lines and runs; exit code 0.
+    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Its
+    keys are looked at first, then tables, then files of functions, then the physics: all faults of
+    the first of these that has one are listed, and what was not looked at is named. Each fault
+    names its file, the item and the remedy; exit code 2. Without a fault: what was read, such as
+    mounts, vehicles, lines and runs; exit code 0.
     """
     from deboom.files.check import check_folder
 

@@ -71,6 +71,9 @@ def report(
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
     interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
     beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(help="Of the interactive page; repeatable.")
+    ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
     design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
@@ -92,9 +95,11 @@ def report(
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
     Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
-    --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
-    stiffness and hear their run-up; --beside lays another front over it. The model is built again
-    from the run's options; edited files are refused.
+    --interactive: one offline page with the model in it. Sliders change every stiffness, the page
+    computes the levels of all vehicles with their scatter and improves a design within limits;
+    below, designs of a front or an experiment are brushed, pinned and heard. --beside lays another
+    front over it, --vehicle names the vehicles of a page that would be too large. The model is
+    built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -111,7 +116,9 @@ def report(
             )
         from deboom.runs.interactive_page import write_interactive_page
 
-        page = write_interactive_page(run, studies=studies, out=out, beside=beside)
+        page = write_interactive_page(
+            run, studies=studies, out=out, beside=beside, vehicles=vehicle or ()
+        )
         typer.echo(page.as_posix())
     if not supplier:
         return

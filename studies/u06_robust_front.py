@@ -41,7 +41,7 @@ from deboom.study.platform_model import (
     in_all_load_cases,
     report_runs,
 )
-from deboom.study.result import RunContext
+from deboom.study.result import RunContext, run_name
 from deboom.study.robust_front import PlatformFront, front_report
 from deboom.study.search import ThoroughSearchOptions, report_limits
 from deboom.vehicles.booming_model import Motion
@@ -69,6 +69,9 @@ class Options:
     ] = False
     loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
     limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    target: Annotated[
+        float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
+    ] = None
 
     def __post_init__(self) -> None:
         if self.as_thesis:
@@ -145,6 +148,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             options.platform, model.runs, options.motion, loss_factors=options.loss_factors
         ),
         prescribed=prescribed,
+        limits=limits,
+        target=options.target,
+        run=run_name(context, "u06_robust_front"),
     )
     report = front_report(view)
     report_limits(report, limits, front.search, front.named_designs)

@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.explore.doe import sobol_designs
 from deboom.explore.result import Front
 from deboom.explore.space import DesignSpace, Evaluate
@@ -26,6 +27,41 @@ PEAK_COLUMNS = (
     "prominence after [dB]",
     "change [dB]",
 )
+
+
+COMMON_PERCENTILE = 95.0
+"""Of the levels of cars as made, that is shown [%]."""
+
+
+@checked(vehicles="v", levels="d v")
+class CarLevels:
+    """Mean levels of the lines of cars as made: each draw of the parts in each vehicle.
+
+    - `vehicles`: names.
+    - `levels` (d, v): of d draws in v vehicles [dB(A)].
+    - raises InputError: levels of another number of vehicles, or that are not finite.
+
+    Examples
+    --------
+    >>> from deboom.vehicles.fleet_front import CarLevels
+    >>> cars = CarLevels(("U06-1",), [[50.0], [51.0], [52.0], [53.0]])
+    >>> cars.share_within(51.5)
+    array([0.5])
+    """
+
+    vehicles: tuple[str, ...]
+    levels: RealArray
+
+    def share_within(self, target: npt.ArrayLike) -> RealArray:
+        """Return the share of the cars of each vehicle at or below a level, shape (v,) [1].
+
+        - `target` (v,) or a number: level that a car shall not exceed [dB(A)].
+        """
+        return np.asarray(np.mean(self.levels <= np.asarray(target, dtype=float), axis=0))
+
+    def percentile(self, percent: float = COMMON_PERCENTILE) -> RealArray:
+        """Return the level that this share of the cars does not exceed, shape (v,) [dB(A)]."""
+        return np.asarray(np.percentile(self.levels, percent, axis=0))
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +103,21 @@ class FleetFront:
     def levels(self, design: RealArray) -> RealArray:
         """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
         return np.asarray(self.model.levels(design[np.newaxis, :])[0])
+
+    def cars(self, design: RealArray) -> CarLevels:
+        """Levels of cars with the parts of one design as made, in all draws that verify it."""
+        made = [robust.made_responses(design)[1] for robust in self.front.judge.sets]
+        return CarLevels(self.vehicles, np.concatenate(made) / self.front.n_lines)
+
+    @property
+    def n_cars(self) -> int:
+        """Cars of each vehicle that `cars` makes."""
+        return len(self.front.judge.sets) * self.front.judge.n_samples
+
+    @property
+    def todays_levels(self) -> RealArray:
+        """Mean level of the lines of each vehicle with today's parts as drawn, (v,) [dB(A)]."""
+        return np.asarray(self.model(self.today[np.newaxis])[0] / self.front.n_lines)
 
     def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
         """Booming peaks of each vehicle today and in one design."""

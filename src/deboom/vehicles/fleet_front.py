@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -75,6 +75,11 @@ class FleetFront:
     front: Front
     order: float = 1.0
 
+    @classmethod
+    def keeping_peaks(cls, front: Front, order: float = 1.0) -> FleetFront:
+        """Return a front whose none-louder and sigma-kept make no booming peak louder either."""
+        return cls(replace(front, rise=cls(front, order).peak_rise), order)
+
     @property
     def model(self) -> Any:
         """The model, which has ``frequency`` and ``levels``."""
@@ -126,6 +131,30 @@ class FleetFront:
             name: compare_peaks(before[row], after[row], self.frequency, self.order)
             for row, name in enumerate(self.vehicles)
         }
+
+    def peak_rise(self, designs: RealArray) -> RealArray:
+        """Return by how much designs (n, k) raise the booming peak that rises most, (n,) [dB].
+
+        Of all vehicles and load cases, without scatter; -inf where there is no booming peak.
+        """
+        rows = np.vstack([self.today, designs])
+        rise = np.full(len(designs), -np.inf)
+        for case in self.load_cases:
+            before, *after = np.asarray(self.model.levels(rows, case))
+            for row, levels in enumerate(after):
+                changes = (
+                    change.level_after - change.level_before
+                    for pair in zip(before, levels, strict=True)
+                    for change in compare_peaks(*pair, self.frequency, self.order)
+                )
+                rise[row] = max([rise[row], *changes])
+        return rise
+
+    @property
+    def load_cases(self) -> tuple[str, ...]:
+        """Names of the load cases, or of the pressures of a compressor."""
+        names = getattr(self.model, "load_case_names", None)
+        return tuple(self.model.case_names if names is None else names)
 
     def peak_table(self, design: RealArray) -> pd.DataFrame:
         """Tabulate today's booming peaks and what becomes of them in one design."""

@@ -1,0 +1,891 @@
+"""The report of a robust front of mount stiffnesses: what to build, and where it comes from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.choices import Pick
+from deboom.common import N_PER_MM, PERCENT, listed
+from deboom.errors import InputError
+from deboom.explore.front import VERIFICATION, nondominated, unbeaten
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.result import Front
+from deboom.explore.robust import DesignLimits, Limit, Robust, RobustValues, chosen
+from deboom.files.uncertain_index import uncertain_index
+from deboom.measurement.channels import LoadCase
+from deboom.pages.front import report_front
+from deboom.pages.front_answer import (
+    VEHICLE_DECIMALS,
+    abbreviations,
+    certainty_sentence,
+    peaks_sentence,
+    run_up_sounds,
+    spelled_out,
+    vehicle_table,
+)
+from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
+from deboom.pages.motion import MotionReport, factor_name, motion_name, motion_report
+from deboom.plot.style import mount_colours, signed, vehicle_colours
+from deboom.report import Report, Step, Table
+from deboom.vehicles.booming_model import BoomingModel, Motion
+from deboom.vehicles.design_factor import Factor
+from deboom.vehicles.fleet_front import FleetFront, same_designs
+from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, Need, free_directions
+from deboom.vehicles.limits import mount_price
+from deboom.vehicles.platform import Platform, Runs
+from deboom.vehicles.predicted_change import ChangeParts, change_parts
+
+TELLING = 0.9
+"""Share of the change that the parts named on top bring alone, at least [1]."""
+AT_THE_EDGE = 0.005
+"""Distance from a bound of the search at which a factor lies there [1]."""
+FURTHER = 0.1
+"""How much further than the search a factor at its edge is tried [1]."""
+BESIDE_WIDTH = 3.6
+"""Width of figures that share a row [inch]."""
+MEASURED_AGAIN = 40
+"""Draws of all measurements behind the interval of the change."""
+MOST_PARTS = 8
+"""Directions that the first screen names, those that bring most."""
+TERMS = (
+    "booming noise",
+    "SPL",
+    "SPLV",
+    "booming peak",
+    "stiffness factor",
+    "dynamic stiffness",
+    "tolerance",
+    "σ",
+    "Pareto front",
+    "no requirement",
+    "no noticeable difference",
+    "noise transfer function",
+    "prescribed motion",
+)
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class PlatformFront:
+    """The front of a platform's mount stiffnesses, and what its report needs beside it.
+
+    Levels are those of the first load case; objectives are those of all.
+
+    Parameters
+    ----------
+    front : Front
+        The front, verified.
+    runs : Runs
+        Platform, vehicles and load cases of the search.
+    every : BoomingModel or None
+        The same model in all load cases of the platform; None where they do not allow it.
+    prescribed : Front or None
+        The same search with prescribed motion.
+    limits : DesignLimits or None
+        What designs had to keep.
+    target : float or None
+        Level that cars shall not exceed [dB(A)]; None: each vehicle's level of today.
+    run : str
+        Folder of the run, for the commands that come next.
+    """
+
+    front: Front
+    runs: Runs
+    every: BoomingModel | None = None
+    prescribed: Front | None = None
+    limits: DesignLimits | None = None
+    target: float | None = None
+    run: str = "results/u06_robust_front/latest"
+
+    @property
+    def platform(self) -> Platform:
+        """With the forces of the search, measured or from response surfaces."""
+        return self.runs.platform
+
+    @property
+    def load_case(self) -> LoadCase:
+        """The load case whose levels are shown."""
+        return self.platform.load_case(self.index.load_case_names[0])
+
+    @property
+    def stiffness_variables(self) -> tuple[str, ...]:
+        """Variables that are stiffness factors; loss factors come after them."""
+        return tuple(name for mount in self.platform.mounts for name in mount.variables)
+
+    @cached_property
+    def motion_report(self) -> MotionReport:
+        """What there is to say about motion and stiffness factors, checked at the picks."""
+        return motion_report(self.index, np.stack(list(self.front.named_designs.values())))
+
+    @property
+    def index(self) -> BoomingModel:
+        """The model of the search."""
+        model = self.front.model
+        assert isinstance(model, BoomingModel)
+        return model
+
+    @cached_property
+    def fleet(self) -> FleetFront:
+        """Levels and booming peaks of the load case that is shown."""
+        return FleetFront(self.front, self.load_case.order)
+
+    @property
+    def best(self) -> RealArray:
+        """Best-mean, shape (k,)."""
+        return self.front.pick_designs[Pick.best_mean]
+
+    @property
+    def cars_target(self) -> RealArray:
+        """Level that cars of each vehicle shall not exceed, shape (v,) [dB(A)]."""
+        if self.target is None:
+            return self.fleet.todays_levels
+        return np.full(len(self.fleet.vehicles), self.target)
+
+    @cached_property
+    def certainty(self) -> ChangeParts | None:
+        """What best-mean's change may be; None where no interval is known.
+
+        Known is it for coupled motion with factors of the dynamic stiffness.
+        """
+        if self.index.motion is not Motion.coupled or factor_name(self.index) == Factor.part.value:
+            return None
+        both = np.stack([self.front.robust.space.nominal, self.best])
+        try:
+            uncertain = uncertain_index(self.index, self.platform, self.runs.parts)
+            drawn = [
+                np.diff(again(both), axis=0)[0] / self.index.n_lines
+                for again in uncertain.draws(MEASURED_AGAIN, self.front.search.seed)
+            ]
+        except InputError:
+            return None
+        return change_parts(
+            self.fleet.splv_change(self.best),
+            drawn,
+            receptance=any(v.receptance is not None for v in self.runs.fleet.vehicles),
+            prescribed=self.with_prescribed_motion,
+            old_stops=self.as_softer_rubber,
+        )
+
+    @cached_property
+    def with_prescribed_motion(self) -> float:
+        """Mean change by best-mean if the powertrain's motion stays as measured [dB]."""
+        loss = self.index.loss_factors
+        model = (
+            self.prescribed.model
+            if self.prescribed is not None
+            else self.runs.model(Motion.prescribed, self.index.factor, loss_factors=loss)
+        )
+        both = np.asarray(model(np.stack([self.front.robust.space.nominal, self.best])))
+        return float((both[1] - both[0]).mean() / self.index.n_lines)
+
+    @cached_property
+    def evaluated_changes(self) -> RealArray:
+        """Change of each vehicle by the designs that the search evaluated, (n, v) [dB]."""
+        evaluated = self.front.search.evaluated
+        today = self.front.robust(self.front.robust.space.nominal[np.newaxis]).mean
+        kept = ~evaluated.failed
+        return np.asarray((evaluated.mean[kept] - today) / self.index.n_lines)
+
+    @property
+    def sigma_range(self) -> float:
+        """By how much σ differs over the front, per vehicle and line [dB]."""
+        return float(np.ptp(self.front.values.sigma_sum[self.front.nondominated])) * (
+            self.front.per_line
+        )
+
+    @property
+    def colours(self) -> dict[str, str]:
+        """Colour of each vehicle, the same on every page of the platform."""
+        return vehicle_colours(self.platform.fleet.names)
+
+    @property
+    def worst_vehicle(self) -> int:
+        """Row of the vehicle that best-mean helps least."""
+        return self.fleet.worst_vehicle(self.front.pick_designs[Pick.best_mean])
+
+    @cached_property
+    def nominal_stiffness(self) -> RealArray:
+        """Mean |K| in the band at factor 1, of `stiffness_variables` [N/mm]; nan: not measured."""
+        band = (float(self.fleet.frequency[0]), float(self.fleet.frequency[-1]))
+        return self.runs.stiffness(self.load_case, band) * N_PER_MM
+
+    @property
+    def stiffness_state(self) -> str:
+        """State that `nominal_stiffness` holds at, in words."""
+        first, last = self.fleet.frequency[[0, -1]]
+        return (
+            f"the mean |K| in operation, {self.load_case.title}, {first:g}–{last:g} Hz; the "
+            "supplier's sheet has the same factors at the state of its test"
+        )
+
+    @cached_property
+    def freedom(self) -> DirectionFreedom:
+        """How far each variable may leave best-mean before a vehicle changes noticeably."""
+        return free_directions(
+            self.index,
+            self.front.pick_designs[Pick.best_mean],
+            self.front.robust.space,
+            without_effect=self.front.without_effect,
+        )
+
+    @cached_property
+    def telling(self) -> list[int]:
+        """Variables that bring `TELLING` of best-mean's change alone, the strongest first."""
+        today, best = self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]
+        alone = np.where(np.eye(len(best), dtype=bool), best, today)
+        order = np.argsort(
+            [self.fleet.splv_change(design).mean() for design in alone], kind="stable"
+        )
+        whole = self.fleet.splv_change(best).mean()
+        columns = [int(column) for column in order]
+        for count in range(1, len(columns)):
+            if self.only(columns[:count]).mean() <= TELLING * whole:
+                return columns[:count]
+        return columns
+
+    def only(self, columns: list[int]) -> RealArray:
+        """Change of each vehicle if only some variables go to best-mean, shape (v,) [dB]."""
+        design = self.front.robust.space.nominal.copy()
+        design[columns] = self.front.pick_designs[Pick.best_mean][columns]
+        return self.fleet.splv_change(design)
+
+    def edges(self, design: RealArray) -> list[int]:
+        """Variables with an effect whose factor lies at a bound of the search."""
+        space = self.front.robust.space
+        at = (design <= space.lower + AT_THE_EDGE) | (design >= space.upper - AT_THE_EDGE)
+        free = np.isin(self.front.variables, self.front.without_effect)
+        return [int(column) for column in np.flatnonzero(at & ~free)]
+
+    @property
+    def beyond(self) -> float:
+        """What the telling variables at an edge bring, moved on by `FURTHER` [dB]."""
+        space, best = self.front.robust.space, self.front.pick_designs[Pick.best_mean]
+        moved = best.copy()
+        for column in set(self.edges(best)) & set(self.telling):
+            moved[column] += FURTHER if best[column] > space.nominal[column] else -FURTHER
+        return float((self.fleet.splv_change(moved) - self.fleet.splv_change(best)).mean())
+
+    @cached_property
+    def as_softer_rubber(self) -> float:
+        """Mean change by best-mean if its factors mean the rubber alone [dB]; nan: not known."""
+        if factor_name(self.index) == Factor.part.value or self.index.loss_factors:
+            return float("nan")
+        try:
+            part = self.runs.model(Motion.coupled, Factor.part)
+            both = part(
+                np.stack([self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]])
+            )
+        except InputError:
+            return float("nan")
+        return float((both[1] - both[0]).mean() / self.index.n_lines)
+
+    @cached_property
+    def price(self) -> pd.DataFrame | str:
+        """Sag, travel and modes of today's design and the picks, or why they are not known."""
+        designs = {
+            name: x[: len(self.stiffness_variables)] for name, x in self.front.named_designs.items()
+        }
+        try:
+            requirements = mount_price(self.runs, self.index.factor)
+            numbers = requirements(np.stack(list(designs.values())))
+        except InputError as error:
+            return str(error)
+        labels = [f"{name} [{q.unit}]" for q in requirements.quantities for name in q.names]
+        return pd.DataFrame({"number": labels, **dict(zip(designs, numbers, strict=True))})
+
+    @cached_property
+    def by_load_case(self) -> pd.DataFrame:
+        """Change of the mean level by each pick in each load case and vehicle, no scatter [dB]."""
+        if self.every is None:
+            return pd.DataFrame()
+        designs, rows = np.stack(list(self.front.named_designs.values())), []
+        for name in self.every.load_case_names:
+            level = self.every.levels(designs, name).mean(axis=2)
+            for vehicle, changes in zip(self.fleet.vehicles, (level[1:] - level[0]).T, strict=True):
+                rows.append(
+                    {"load case": name, "vehicle": vehicle}
+                    | dict(zip((f"{pick} [dB]" for pick in self.front.picks), changes, strict=True))
+                )
+        return pd.DataFrame(rows)
+
+    @cached_property
+    def judged_prescribed(self) -> dict[str, RobustValues]:
+        """The front of prescribed motion as this model judges it, by its label."""
+        if self.prescribed is None:
+            return {}
+        values = self.front.judge(self.prescribed.values.designs)
+        rows = np.flatnonzero(unbeaten(values))
+        rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
+        return {"found with prescribed motion": chosen(values, rows)}
+
+
+def front_report(view: PlatformFront) -> Report:
+    """Report a robust front, for a reader who builds mounts."""
+    first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
+    half = PERCENT * view.front.robust.space.tolerance.max()
+    report = Report(
+        f"What to build: {view.platform.title}",
+        f"Which stiffnesses make {listed(view.fleet.vehicles)} quiet between {first:g} and "
+        f"{last:g} Hz, and keep them quiet when parts scatter within ±{half:.0f} %?",
+    )
+    motion = view.motion_report
+    report.explain(*(motion.terms.get(term, term) for term in TERMS))
+    report.warn(*motion.warnings, view.front.robust.sample.warning)
+    picks, best = _picks(view), view.front.pick_designs[Pick.best_mean]
+    changes = view.fleet.splv_change(best)
+    report.summary["n_front"] = view.front.counts["n_front"]
+    for vehicle, splv in zip(view.fleet.vehicles, changes, strict=True):
+        report.summary[f"splv_change_db_per_line_{vehicle}"] = float(splv)
+    sigma = dict(zip(picks["design"], picks["change of sigma [%]"], strict=True))
+    mean = dict(zip(picks["design"], picks["change [dB]"], strict=True))
+    for name in view.front.picks:
+        key = name.replace("-", "_")
+        report.summary[f"mean_change_db_{key}"] = float(mean[name])
+        report.summary[f"sigma_change_percent_{key}"] = float(sigma[name])
+    report.summary["sigma_bias_percent"] = view.front.sigma_bias_percent
+    report.summary["mean_bias_db_per_line"] = view.front.mean_bias * view.front.per_line
+    report.summary |= motion.summary | view.front.counts
+    report.facts |= {
+        "motion": motion_name(view.index),
+        "design_factor": factor_name(view.index),
+        "kernel": view.index.kernel,
+        "objectives": "; ".join(objective.name for objective in view.front.robust.objectives),
+        "estimator": view.front.robust.estimator.kind,
+        "tolerance_sample": view.front.robust.sample.kind,
+        "tolerance_draws": view.front.robust.sample.n_samples,
+        "verification_draws": view.front.judge.n_samples,
+        "verification_scrambles": len(VERIFICATION),
+    }
+    report.inputs += view.platform.input_files
+
+    _answer(report, view, picks)
+    _conflict(report, view)
+    heard_by_the_driver(report, view)
+    _choices(report, view, picks)
+    _supplier(report, view)
+    _price(report, view)
+    pictures_behind(report, view)
+    _search(report, view)
+    return report
+
+
+def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
+    """Fill the first screen: what to build, per vehicle, at which price, how sure, what next."""
+    best, mounts = view.best, view.platform.mounts
+    row = picks[picks["design"] == Pick.best_mean]
+    mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
+    changes = view.fleet.splv_change(best)
+    spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
+    for column in view.telling:
+        report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
+    report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
+    peaks = view.fleet.peak_table(best)["change [dB]"]
+    if len(peaks):
+        report.tile(
+            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB", "at the booming peaks"
+        )
+    report.tile(f"σ {spread}", "scatter over the tolerance")
+
+    order = np.argsort(-changes, kind="stable")
+    by_vehicle = ""
+    if len(order) > 1:
+        least, most = order[0], order[-1]
+        by_vehicle = (
+            f", from {signed(changes[most], 1)} in {view.fleet.vehicles[most]} to "
+            f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
+        )
+    effect = f"{signed(mean, 1)} dB on average{by_vehicle}; {peaks_sentence(view.fleet, best)}."
+    verdict = f"{_moves(view)}: {effect}"
+    if mean > -NOTICEABLE:
+        verdict = f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
+    elif changes.max() > NOTICEABLE:
+        verdict = f"{verdict} Not for all: {view.fleet.vehicles[order[0]]} becomes louder."
+    sure = view.certainty
+    report.answer(
+        verdict,
+        certainty_sentence(sure)
+        if sure
+        else "How sure: not known; an interval is stated for coupled motion and factors of the "
+        "dynamic stiffness alone.",
+        f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
+        f"{abbreviations(mounts)}",
+    )
+    whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
+    table = vehicle_table(
+        view.fleet,
+        best,
+        target=view.cars_target,
+        interval=sure.cars if sure else None,
+        mean=sure.mean if sure else None,
+    )
+    report.panel(
+        "Each vehicle",
+        Table(table, "", VEHICLE_DECIMALS),
+        f"Mean level at the driver's ear. Cars: {view.fleet.n_cars} of each vehicle, parts as "
+        f"made; target: {whose}; P95: 95 % of the cars stay below.",
+        wide=True,
+    )
+    report.panel(
+        "Parts to change",
+        Table(
+            _parts_table(view),
+            "",
+            {"of today's [1]": 2, "build [N/mm]": 0, "today [N/mm]": 0, "alone [dB]": 1},
+        ),
+        *_about_parts(view),
+        wide=True,
+    )
+    report.panel("What it costs", *_price_blocks(view))
+    _sound(report, view)
+    report.panel(
+        "What to do next",
+        Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
+        Step(f"deboom report {view.run} --interactive", "try other designs in a page"),
+        Step(f"deboom run solution_box --front {view.run}", "how far parts may lie off"),
+        Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
+        Step(f"deboom driven {view.run} FOLDER", "hold a driven prototype against this"),
+    )
+
+
+def _moves(view: PlatformFront) -> str:
+    """Say which directions change, and to which share of today's stiffness."""
+    verbs: dict[str, list[str]] = {}
+    for column in view.telling:
+        factor = float(view.best[column])
+        verb = "soften" if factor < 1.0 else "stiffen"
+        name = spelled_out(view.front.variables[column], view.platform.mounts)
+        verbs.setdefault(verb, []).append(f"{name} to {factor:.2f}")
+    words = "; ".join(f"{verb} {listed(tuple(names))}" for verb, names in verbs.items())
+    return f"{words[0].upper()}{words[1:]} of today's"
+
+
+def _parts_table(view: PlatformFront) -> pd.DataFrame:
+    """Tabulate the directions that are to change, those that bring most first."""
+    needs = view.freedom.needs
+    wanted = [column for column, need in enumerate(needs) if need is Need.wanted]
+    alone = {column: view.only([column]) for column in {*view.telling, *wanted}}
+    columns = sorted(alone, key=lambda column: alone[column].mean())[:MOST_PARTS]
+    nominal = np.append(
+        view.nominal_stiffness,
+        np.full(len(view.best) - len(view.nominal_stiffness), np.nan),
+    )
+    mounts = view.platform.mounts
+    return pd.DataFrame(
+        {
+            "part": [spelled_out(view.front.variables[column], mounts) for column in columns],
+            "of today's [1]": view.best[columns],
+            "build [N/mm]": view.best[columns] * nominal[columns],
+            "today [N/mm]": nominal[columns],
+            "alone [dB]": [float(alone[column].mean()) for column in columns],
+            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns],
+        }
+    )
+
+
+def _most(changes: RealArray, vehicles: Sequence[str]) -> str:
+    """Write the largest of several changes [dB], and whose it is."""
+    row = int(np.abs(changes).argmax())
+    return f"{signed(float(changes[row]), 1)} dB in {vehicles[row]}"
+
+
+def _about_parts(view: PlatformFront) -> list[str]:
+    """Say what N/mm mean, what lies at the edge of the search, and what may stay."""
+    space, names = view.front.robust.space, view.front.variables
+    bring = "brings" if len(view.telling) == 1 else "bring"
+    sentences = [
+        f"{listed(tuple(names[column] for column in view.telling))} alone {bring} "
+        f"{signed(float(view.only(view.telling).mean()), 1)} dB of the mean.",
+    ]
+    at_edge = [names[column] for column in view.telling if column in view.edges(view.best)]
+    if at_edge:
+        verb = "lies" if len(at_edge) == 1 else "lie"
+        sentences.append(
+            f"{listed(tuple(at_edge))} {verb} at the edge of the search ({space.lower.min():g} to "
+            f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring a further "
+            f"{signed(view.beyond, 1)} dB (--bounds)."
+        )
+    kept = [
+        name
+        for name, need in zip(names, view.freedom.needs, strict=True)
+        if need in (Need.today, Need.anything, Need.nothing)
+    ]
+    if kept:
+        sentences.append(f"As today: {listed(tuple(kept))}.")
+    sentences.append(f"N/mm are {view.stiffness_state}.")
+    return [" ".join(sentences)]
+
+
+def _price_blocks(view: PlatformFront) -> list[str | Table]:
+    """Show sag and travel beside what is allowed, and say where the modes go."""
+    if isinstance(view.price, str):
+        return [f"Sag, travel and modes are not known: {view.price}."]
+    rows = view.price[["number", "today's", Pick.best_mean]].rename(
+        columns={"today's": "today", Pick.best_mean: "after"}
+    )
+    modes = rows["number"].str.startswith("mode ")
+    carried = rows[~modes].assign(allowed="–")
+    blocks: list[str | Table] = []
+    if view.limits is not None:
+        numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        limited = pd.DataFrame(
+            {
+                "number": [f"{one.response} [{one.unit}]" for one in view.limits.limits.limits],
+                "today": numbers[0],
+                "after": numbers[1],
+                "allowed": [_allowed(one) for one in view.limits.limits.limits],
+            }
+        )
+        carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
+    else:
+        carried = carried.drop(columns="allowed")
+    if len(carried):
+        blocks.append(Table(carried, "", {"today": 1, "after": 1}))
+    ends = rows[modes][["today", "after"]].to_numpy(float)
+    if ends.size:
+        blocks.append(
+            f"Rigid-body modes: {ends[:, 1].min():.1f} to {ends[:, 1].max():.1f} Hz (today "
+            f"{ends[:, 0].min():.1f} to {ends[:, 0].max():.1f})."
+            + ("" if view.limits else " No limits were stated: --limits FILE.")
+        )
+    return blocks
+
+
+def _allowed(limit: Limit) -> str:
+    """Write the values that a limit allows, without their unit."""
+    if np.isinf(limit.at_least):
+        return f"≤ {limit.at_most:g}".replace("-", "−")
+    if np.isinf(limit.at_most):
+        return f"≥ {limit.at_least:g}".replace("-", "−")
+    return f"{limit.at_least:g} to {limit.at_most:g}".replace("-", "−")
+
+
+def _sound(report: Report, view: PlatformFront) -> None:
+    """Let the reader hear the vehicle with the loudest peak today, before and after."""
+    both = np.stack([view.front.robust.space.nominal, view.best])
+    levels = view.fleet.levels(both[0])
+    loudest = int(levels.max(axis=1).argmax())
+    pressure = view.index.pressure(both)[:, loudest]
+    sounds, scale = run_up_sounds(pressure, view.fleet.frequency, ("today", "after"))
+    report.panel(
+        f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
+        *sounds,
+        f"Run-up, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use headphones.",
+    )
+
+
+def _conflict(report: Report, view: PlatformFront) -> None:
+    """Show what the designs trade: mean against σ, or one vehicle against the others."""
+    width = BESIDE_WIDTH
+    names = view.fleet.vehicles
+    matters = view.sigma_range >= NOTICEABLE
+    text = f"Over the whole front the scatter σ differs by {view.sigma_range:.2g} dB: " + (
+        "mean and σ are traded against each other."
+        if matters
+        else "nobody hears that, and σ decides nothing. What designs differ in is who gains."
+    )
+    if len(names) > 1:
+        odd, change = view.worst_vehicle, view.evaluated_changes
+        others = np.delete(change, odd, axis=1).mean(axis=1)
+        own = int(change[:, odd].argmin())
+        text += (
+            f" Best for {names[odd]} alone would be {signed(change[own, odd], 1)} dB there and "
+            f"{signed(others[own], 1)} dB in the others; best-mean gives "
+            f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
+            f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
+        )
+    report.section("What the designs trade", text)
+    if len(names) > 1:
+        both = np.column_stack([others, change[:, odd]])
+        edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)
+        named = {"today": (0.0, 0.0)}
+        for name, design in view.front.pick_designs.items():
+            gains = view.fleet.splv_change(design)
+            named[name] = (float(np.delete(gains, odd).mean()), float(gains[odd]))
+        report.figure(
+            "who_gains",
+            lambda: plot.fronts(
+                {"none better in both": edge},
+                {f"{len(change)} designs of the search": (others, change[:, odd])},
+                named,
+                mean_label="mean change in the other vehicles [dB]",
+                sigma_label=f"change in {names[odd]} [dB]",
+                width=width,
+            ),
+            f"{names[odd]}, which gains least, against the other vehicles: change of the mean "
+            "level over the scatter. Down and left is better; where the cloud bends, one gains "
+            "what the others lose.",
+        )
+    report.figure(
+        "pareto_front",
+        lambda: view.front.picture(view.judged_prescribed, width),
+        "Both objectives of the front, with today's mounts and the picks; down and left is "
+        "better. Bars: one standard error over independent scrambles of the draws."
+        + ("" if matters else f" The whole height is {view.sigma_range:.2g} dB of σ."),
+    )
+
+
+def _price(report: Report, view: PlatformFront) -> None:
+    """Keep sag, travel and modes of all picks."""
+    if isinstance(view.price, str):
+        return
+    sag = view.price["number"].str.contains("sag").any()
+    report.section("What it costs, pick by pick", folded=True)
+    report.table(
+        "price",
+        view.price,
+        "Sag under the weight, travel at full torque and rigid-body modes."
+        if sag
+        else "Rigid-body modes. Without static curves (a mount library) sag and travel are not "
+        "known.",
+        {name: 1 for name in view.price.columns if name != "number"},
+    )
+
+
+def _picks(view: PlatformFront) -> pd.DataFrame:
+    """Tabulate today's design and the picks, verified."""
+    rows = {name: (view.front.values, row) for name, row in view.front.picks.items()}
+    return view.front.compared({"baseline": (view.front.baseline, 0), **rows})
+
+
+def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
+    """Show the picks, under both motions, and in all load cases."""
+    names = list(
+        dict.fromkeys(
+            " = ".join(name for name, other in view.front.picks.items() if other == row)
+            for row in view.front.picks.values()
+        )
+    )
+    missing = (
+        ""
+        if Pick.sigma_kept in view.front.picks
+        else (
+            " No design found keeps σ and every vehicle at today's and is quieter: today's stays."
+        )
+    )
+    report.section(
+        "The picks",
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
+        "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
+        f"least scatter. Here: {'; '.join(names)}.{missing}",
+    )
+    report.table(
+        "picks",
+        picks,
+        f"Per vehicle and line, verified with {len(VERIFICATION)} scrambles of "
+        f"{view.front.judge.n_samples} draws that the search never saw.",
+        {"mean level [dB(A)]": 2, "sigma of the level [dB]": 3},
+    )
+    if view.prescribed is not None:
+        _motions(report, view, view.prescribed)
+    cases = view.by_load_case
+    if len(cases):
+        column = f"{Pick.best_mean} [dB]"
+        worst = cases.iloc[int(cases[column].argmax())]
+        by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
+        titles = {name: view.platform.load_case(name).title for name in by_case.index}
+        report.table(
+            "load_cases",
+            cases,
+            "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
+            f"least in {titles[worst['load case']]}, {worst['vehicle']}: "
+            f"{signed(worst[column], 1)} dB.",
+            dict.fromkeys(map(str, by_case.columns), 1),
+            shown=by_case.rename(index=titles).reset_index(),
+        )
+        report.summary["worst_load_case"] = str(worst["load case"])
+        report.summary["worst_load_case_change_db"] = float(worst[column])
+    report_front(report, view.front)
+    values, n_lines = view.front.values, view.index.n_lines
+    points, vehicles = np.meshgrid(
+        np.arange(1, len(values) + 1), view.fleet.vehicles, indexing="ij"
+    )
+    per_vehicle = {
+        "point": points.ravel(),
+        "vehicle": vehicles.ravel(),
+        "SPLV mean [dB(A)]": values.mean.ravel(),
+        "SPLV sigma [dB]": values.sigma.ravel(),
+        "mean level of the lines [dB(A)]": values.mean.ravel() / n_lines,
+        "sigma of that level [dB]": values.sigma.ravel() / n_lines,
+    }
+    report.table("per_vehicle", pd.DataFrame(per_vehicle))
+
+
+def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
+    """Show the picks of both motions under both, and why they differ."""
+    mine = motion_name(view.index)
+    motions = {mine: view.front, "prescribed": prescribed}
+    tables = []
+    for found, searched in motions.items():
+        designs = np.stack(list(searched.pick_designs.values()))
+        table: dict[str, object] = {"pick": list(searched.picks), "found with": found}
+        for judge, other in motions.items():
+            values, today = other.judge(designs), other.baseline
+            change = (values.mean_sum - today.mean_sum[0]) * view.front.per_line
+            table[f"{judge} [dB]"] = change
+            table[f"σ, {judge} [%]"] = PERCENT * (values.sigma_sum / today.sigma_sum[0] - 1.0)
+        tables.append(pd.DataFrame(table))
+    whole = pd.concat(tables, ignore_index=True)
+    best = whole[whole["pick"] == Pick.best_mean][[f"{judge} [dB]" for judge in motions]]
+    (own, _), (real, promised) = best.to_numpy(float)
+    same = same_designs(prescribed.model, view.index, view.front.robust.space)
+    report.text(
+        f"Here the powertrain answers a design ({mine} motion); prescribed motion leaves it as "
+        f"measured. Prescribed motion expects {signed(promised, 1)} dB of its own best-mean, of "
+        f"which {mine} motion expects {signed(real, 1)} dB; the best-mean of {mine} motion brings "
+        f"{signed(own, 1)} dB. Both rank designs alike (correlation "
+        f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
+        f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
+        "each change, because it leaves out that a softer mount lets the powertrain move otherwise."
+    )
+    report.table(
+        "motions",
+        whole,
+        "Change of mean level and of σ by the picks of both motions, as each sees it.",
+    )
+    report.table("same_designs", same)
+    report.summary |= {
+        "benefit_db": -own,
+        "benefit_prescribed_db": -real,
+        "promised_prescribed_db": -promised,
+        "r_min": float(same["correlation [1]"].min()),
+        "slope_min": float(same["slope [1]"].min()),
+        "slope_max": float(same["slope [1]"].max()),
+        "seconds_both_searches": round(view.front.search.seconds + prescribed.search.seconds, 3),
+    }
+
+
+def _supplier(report: Report, view: PlatformFront) -> None:
+    """Show the stiffnesses of the picks, and what is left open."""
+    nominal, variables = view.nominal_stiffness, view.stiffness_variables
+    n = len(variables)
+    space, freedom = view.front.robust.space, view.freedom
+    interval = freedom.interval[:n]
+    free = np.isin(variables, view.front.without_effect)
+    first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
+    report.section(
+        "What the supplier should build",
+        "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
+        f"{view.stiffness_state}.",
+    )
+    report.figure(
+        "stiffness_bars",
+        partial(
+            plot.stiffness_bars,
+            variables,
+            view.front.pick_designs[Pick.best_mean][:n],
+            space.lower[:n],
+            space.upper[:n],
+            nominal,
+            free.tolist(),
+            interval,
+            mount_colours([mount.name for mount in view.platform.mounts]),
+            stiffness_label=f"mean |K|, {first:g}–{last:g} Hz [N/mm]",
+        ),
+        "Chosen stiffness of every mount and axis. The thin bracket spans the "
+        f"range within which, {freedom.sentence}.",
+    )
+    table: dict[str, object] = {"variable": list(variables), "nominal [N/mm]": nominal}
+    for name, design in view.front.pick_designs.items():
+        table[f"{name} factor [1]"] = design[:n]
+        table[f"{name} [N/mm]"] = nominal * design[:n]
+    for column, end in (("from", 0), ("to", 1)):
+        table[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
+        table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
+    table["requirement"] = [need.value for need in freedom.needs[:n]]
+    moved = freedom.move[:n].argmax(axis=1)
+    table["largest change in its range [dB]"] = np.where(free, 0.0, freedom.move[:n].max(axis=1))
+    table["changed most"] = np.where(free, "–", np.array(freedom.vehicles)[moved])
+    stiffness = pd.DataFrame(table)
+    columns = [
+        "variable",
+        "best-mean factor [1]",
+        "best-mean from [1]",
+        "best-mean to [1]",
+        "best-mean [N/mm]",
+        "nominal [N/mm]",
+        "requirement",
+        "largest change in its range [dB]",
+        "changed most",
+    ]
+    report.table(
+        "stiffness",
+        stiffness,
+        "Factor: share of today's stiffness. From and to: the range around best-mean within "
+        f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
+        "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",
+        {
+            column: 0 if column.endswith("[N/mm]") else 2
+            for column in columns
+            if column.endswith(("[N/mm]", "[1]"))
+        },
+        shown=stiffness[columns],
+    )
+    if len(view.front.variables) > n:
+        names, interval = view.front.variables[n:], freedom.interval[n:]
+        free = np.isin(names, view.front.without_effect)
+        losses: dict[str, object] = {"variable": list(names)}
+        losses |= {f"{name} factor [1]": x[n:] for name, x in view.front.pick_designs.items()}
+        for column, end in (("from", 0), ("to", 1)):
+            losses[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
+        report.table(
+            "loss_factors",
+            pd.DataFrame(losses),
+            "Factors on the loss factor K''/K' at unchanged K'; a dash: no requirement.",
+        )
+
+
+def _search(report: Report, view: PlatformFront) -> None:
+    """Say what was asked, with which data, and how the search went."""
+    space, sampler, case = view.front.robust.space, view.front.robust.sample, view.load_case
+    motion, search, lines = view.motion_report, view.front.search, view.fleet.frequency
+    cases = ", ".join(
+        f"{view.platform.load_case(part.load_case).title} (weight {weight:.3g})"
+        for part, weight in zip(view.index.cases, view.index.weights, strict=True)
+    )
+    factors = "stiffness factors"
+    if len(view.front.variables) > len(view.stiffness_variables):
+        factors = "factors of stiffness (K' and K'' alike) and of loss (K'' alone, exactly made)"
+    report.section(
+        "What was asked, and how it was searched",
+        f"{view.platform.title}: {view.platform.description}\n\n"
+        f"Vehicles: {listed(view.fleet.vehicles)}. Load cases: {cases}. Lines: "
+        f"{lines.size} between {lines[0]:g} and {lines[-1]:g} Hz, engine order "
+        f"{case.order:g}. Motion: {motion_name(view.index)}; meaning of a stiffness "
+        f"factor: {motion.summary['design_factor']}.\n\n"
+        f"Design variables: {len(view.front.variables)} {factors}, each between "
+        f"{space.lower.min():g} and {space.upper.max():g}. "
+        f"Manufacturing scatter: ±{PERCENT * space.tolerance.max():.0f} % of the design's own "
+        f"stiffness as three standard deviations, {sampler.n_samples} draws ({sampler.kind}). "
+        "Two objectives, both as small as possible: the sum over the vehicles of the mean "
+        "SPLV, and the sum of its standard deviation σ; shown divided by the number of vehicles "
+        "and lines.\n\n"
+        f"{search.algorithm}, {search.hypervolume.size} generations, {search.seconds:.1f} s. "
+        f"{view.front.text} The search had its σ wrong by "
+        f"{signed(view.front.sigma_bias_percent, 2)} % and its mean by "
+        f"{signed(view.front.mean_bias * view.front.per_line, 3)} dB on average.\n\n"
+        "\n\n".join((motion.text, aim_note(view.front.robust))).strip(),
+        folded=True,
+    )
+    report.figure(
+        "convergence",
+        view.front.convergence_picture,
+        "Hypervolume of the front over the generations, before gradients; flat means that more "
+        "generations would not have helped.",
+    )
+
+
+def aim_note(robust: Robust) -> str:
+    """Say what a report must say about objectives that are not the two sums; empty otherwise."""
+    if robust.objectives == (MEAN_SUM, SIGMA_SUM):
+        return ""
+    first, second = (objective.name for objective in robust.objectives)
+    return (
+        f"The search minimised {first}, and {second}; picks are those of these objectives. Tables "
+        "and figures show mean and sigma, in which the front is not a front."
+    )

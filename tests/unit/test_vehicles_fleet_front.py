@@ -44,6 +44,7 @@ class TwoPeaks:
     frequency = np.arange(20.0, 41.0)
 
     def levels(self, designs, case=None):
+        """Draw both peaks."""
         assert case in (None, "run")
         shape = [np.exp(-0.5 * ((self.frequency - place) / 1.5) ** 2) for place in (25.0, 35.0)]
         factor = np.asarray(designs)
@@ -54,6 +55,7 @@ class TwoPeaks:
         )
 
     def __call__(self, designs):
+        """Weigh the first peak more."""
         return np.asarray(designs) @ np.array([[3.0], [1.0]])
 
 

@@ -44,6 +44,18 @@ def abbreviations(mounts: Sequence[Mount]) -> str:
     return f"{', '.join(pairs)}." if pairs else ""
 
 
+def mean_levels(fleet: FleetFront, design: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the mean level of the cars of each vehicle, today and with a design, (v,) [dB(A)].
+
+    Today's is nan where it could not be computed in some draw.
+    """
+    if fleet.front.baseline.failed[0]:
+        before = np.full(len(fleet.vehicles), np.nan)
+    else:
+        before = fleet.cars(fleet.today).levels.mean(axis=0)
+    return before, fleet.cars(design).levels.mean(axis=0)
+
+
 def vehicle_table(
     fleet: FleetFront,
     design: RealArray,
@@ -58,9 +70,8 @@ def vehicle_table(
     - `interval`, `mean`: of the change in each vehicle and of their mean; None: not known.
     - returns a row per vehicle, of a large fleet those that gain least, and one of their mean.
     """
-    n_lines, cars = fleet.front.n_lines, fleet.cars(design)
-    before = fleet.front.baseline.mean[0] / n_lines
-    after = fleet.front.judge(design[np.newaxis]).mean[0] / n_lines
+    cars = fleet.cars(design)
+    before, after = mean_levels(fleet, design)
     changes = fleet.peak_changes(design)
     share, tail = PERCENT * cars.share_within(target), cars.percentile()
     rows = np.sort(np.argsort(before - after, kind="stable")[:MOST_ROWS])

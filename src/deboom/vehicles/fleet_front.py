@@ -13,6 +13,7 @@ from deboom.arrays import RealArray, checked
 from deboom.explore.doe import sobol_designs
 from deboom.explore.result import Front
 from deboom.explore.space import DesignSpace, Evaluate
+from deboom.physics.sound_level import hearing_threshold
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 PEAK_COLUMNS = (
@@ -70,10 +71,13 @@ class FleetFront:
 
     - `front`: of a model with lines, such as `BoomingModel`.
     - `order`: of the lines whose levels are shown, per revolution [1].
+    - `audible`: whether lines below the threshold of hearing count as that threshold in the mean
+      levels of `cars` and `todays_levels`, whose notches would count otherwise.
     """
 
     front: Front
     order: float = 1.0
+    audible: bool = False
 
     @classmethod
     def keeping_peaks(cls, front: Front, order: float = 1.0) -> FleetFront:
@@ -111,8 +115,25 @@ class FleetFront:
 
     def cars(self, design: RealArray) -> CarLevels:
         """Levels of cars with the parts of one design as made, in all draws that verify it."""
-        made = [robust.made_responses(design)[1] for robust in self.front.judge.sets]
-        return CarLevels(self.vehicles, np.concatenate(made) / self.front.n_lines)
+        sets = self.front.judge.sets
+        if self.audible:
+            levels = [self.mean_levels(robust.made(design)) for robust in sets]
+        else:
+            levels = [robust.made_responses(design)[1] / self.front.n_lines for robust in sets]
+        return CarLevels(self.vehicles, np.concatenate(levels))
+
+    def mean_levels(self, designs: RealArray) -> RealArray:
+        """Return the mean over lines and load cases, of designs (n, k), shape (n, v) [dB(A)]."""
+        if not self.audible:
+            return np.asarray(self.model(designs) / self.front.n_lines)
+        floor = hearing_threshold(self.frequency)
+        weights = np.asarray(self.model.weights) / np.sum(self.model.weights)
+        return np.asarray(
+            sum(
+                weight * np.maximum(self.model.levels(designs, case), floor).mean(axis=2)
+                for case, weight in zip(self.load_cases, weights, strict=True)
+            )
+        )
 
     @property
     def n_cars(self) -> int:
@@ -122,7 +143,7 @@ class FleetFront:
     @property
     def todays_levels(self) -> RealArray:
         """Mean level of the lines of each vehicle with today's parts as drawn, (v,) [dB(A)]."""
-        return np.asarray(self.model(self.today[np.newaxis])[0] / self.front.n_lines)
+        return np.asarray(self.mean_levels(self.today[np.newaxis])[0])
 
     def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
         """Booming peaks of each vehicle today and in one design."""

@@ -491,7 +491,7 @@ def _answer(
             f"{signed(float(kept.mean()), 1)} dB. "
         )
     report.answer(
-        f"{moves} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
+        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
         f"{signed(float(change.mean()), 1)} dB on average of what is heard.",
         f"{ruling}How sure: the model is held against exact cars in docs/validation.md; no "
         "interval is known for a compressor.",

@@ -165,6 +165,31 @@ def listen(
         typer.echo(path.as_posix())
 
 
+def serve(
+    results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of this computer; 0 takes a free one.")
+    ] = 0,
+) -> None:
+    """Look at results in the browser while searches run: fronts grow, runs stand side by side.
+
+    The page shows what the other commands write, and changes nothing. It answers this computer
+    only, at the address that is printed; that address holds a secret, so do not pass it on.
+    Ctrl+C ends it.
+
+    Needs `pip install 'deboom[serve]'`. Try: deboom serve --port 8050
+    """
+    try:
+        from deboom.runs.serve import serve_results
+    except ModuleNotFoundError as error:
+        from deboom.errors import InputError
+
+        raise InputError(f"deboom serve needs {error.name}: pip install 'deboom[serve]'") from error
+
+    for address in serve_results(results, port=port):
+        typer.echo(address)
+
+
 def driven(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],

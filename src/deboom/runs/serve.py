@@ -274,6 +274,7 @@ def serve_results(results: Path, *, port: int) -> Iterator[str]:
     with listening:
         try:
             listening.bind(("127.0.0.1", port))
+            listening.listen()  # whoever opens the address at once waits instead of failing
         except OSError as error:
             raise InputError(
                 f"port {port} cannot be used ({error.strerror}): try --port 0"

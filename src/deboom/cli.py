@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
+import ast
 import os
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 import deboom
 from deboom.cli_bench import bench_app
-from deboom.cli_measurements import characterise, identify, library_app, orders, unbalance
-from deboom.cli_results import (
-    accept,
-    check,
-    compare,
-    driven,
-    list_,
-    listen,
-    new,
-    report,
-    show,
-)
+from deboom.cli_measurements import characterise, library_app, orders
+from deboom.cli_results import check, list_, listen, new, report, show
+from deboom.common import shipped_studies
+
+
+class StudyCommand(TyperCommand):
+    """A study of paths that the user names, as a command: its options are read when it is called.
+
+    What lists commands needs their first sentence only, and imports no study.
+    """
+
+    @property
+    def path(self) -> Path:
+        """File of the study."""
+        return shipped_studies() / f"{self.name}.py"
+
+    def loaded(self) -> Any:
+        """Return the command with its options."""
+        from deboom.runs.runner import study_command
+
+        return typer.main.get_command(study_command(self.path))
+
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        """Read a command line."""
+        return self.loaded().make_context(*arguments, **extra)
 
 
 class Commands(TyperGroup):
@@ -48,6 +62,15 @@ app = typer.Typer(
         "Bad input ends with one sentence and exit code 2."
     ),
 )
+
+
+def add_study(name: str) -> None:
+    """Add the command of a study; its help begins with the study's docstring."""
+    path = shipped_studies() / f"{name}.py"
+    help_ = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
+    app.command(name, cls=StudyCommand, help=help_)(lambda: None)
+
+
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
 app.command()(new)
@@ -56,13 +79,13 @@ app.command()(characterise)
 app.command()(orders)
 app.command("list")(list_)
 app.command()(show)
-app.command()(compare)
+add_study("compare")
 app.command()(report)
 app.command()(listen)
-app.command()(driven)
-app.command()(identify)
-app.command()(unbalance)
-app.command()(accept)
+add_study("driven")
+add_study("identify")
+add_study("unbalance")
+add_study("accept")
 
 
 def _print_version(wanted: bool) -> None:

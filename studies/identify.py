@@ -61,7 +61,7 @@ QUESTION = "Which compressor, or which free body, explains this hammer test?"
 
 @dataclass(frozen=True)
 class Options:
-    """Which test is identified, from which lines, and what is fitted beside."""
+    """Which test is identified, from which lines, and what is free beside."""
 
     seed: ClassVar[int] = 1
     """Nothing is drawn; a run folder states a seed all the same."""
@@ -110,7 +110,7 @@ class Options:
 
 @dataclass(frozen=True, eq=False)
 class Model:
-    """A hammer test, with the truth of a virtual one where that is wanted, and how it is fitted."""
+    """A hammer test, with the truth of a virtual one where that is wanted, and how it is free."""
 
     test: InertanceTest
     truth: CompressorTruth | None
@@ -138,7 +138,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         identified = identified_test(
             model.test, model.truth, model.fit, beside, counted(progress, STEPS), options.folder
         )
-    alarms = identified.found.alarms
+    alarms = identified.identification.alarms
     for alarm in alarms:
         print(f"alarm: {alarm}", file=sys.stderr)
     if alarms:
@@ -156,7 +156,7 @@ def free_body_report(model: Model, options: Options) -> Report:
         excitation=virtual_point(impact_geometry(test.impacts)),
     )
     lines, weighed = inertance.frequency, test.weighed_mass
-    fitted = free_body(
+    free = free_body(
         lines,
         inertance.values,
         band=options.bands[0] if options.bands else None,
@@ -167,19 +167,19 @@ def free_body_report(model: Model, options: Options) -> Report:
     report = Report(
         f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
     )
-    report.tile(f"{fitted.body.mass:.3f} ± {fitted.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = fitted.band
+    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
+    low, high = free.band
     report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
     if weighed is None:
         report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
     report.summary |= {
-        "mass_kg": fitted.body.mass,
-        "mass_deviation_kg": float(fitted.deviation[0]),
-        "misfit": fitted.misfit,
+        "mass_kg": free.body.mass,
+        "mass_deviation_kg": float(free.deviation[0]),
+        "misfit": free.misfit,
         "n_alarms": 0,
     }
     report.inputs += test.input_files
-    table = fitted.table
+    table = free.table
     if truth is not None:
         report.inputs.append(truth.path)
         true = truth.model
@@ -192,11 +192,11 @@ def free_body_report(model: Model, options: Options) -> Report:
         "in the axes and from the origin of the position sheet, inertia about it.",
     )
     report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
-    rigid = np.linalg.inv(mass_matrix(fitted.body.mass, fitted.body.inertia, fitted.body.centre))
+    rigid = np.linalg.inv(mass_matrix(free.body.mass, free.body.inertia, free.body.centre))
     curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
     report.figure(
         "inertance",
-        lambda: inertance_figure(lines, curves, (fitted.band,)),
+        lambda: inertance_figure(lines, curves, (free.band,)),
         "Inertance at the virtual point, and that of the identified body.",
     )
     return report

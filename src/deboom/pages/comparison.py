@@ -594,8 +594,8 @@ def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFra
     """
     facts = [dict(_facts(run)) for run in runs]
     rows = []
-    for item in dict.fromkeys(name for one in facts for name in one):
-        values = [str(one.get(item, "–")) for one in facts]
+    for item in dict.fromkeys(name for record in facts for name in record):
+        values = [str(record.get(item, "–")) for record in facts]
         if len(set(values)) > 1:
             cells: dict[str, list[str]] = {}
             for name, value in zip(names, values, strict=True):

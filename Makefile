@@ -32,7 +32,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 size: $(READY)
-	$(BIN)/python benchmarks/house_size.py
+	$(BIN)/python benchmarks/size.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py
@@ -46,12 +46,12 @@ wheel: $(READY)
 
 validate: export OPENBLAS_NUM_THREADS := 1
 validate: $(READY)
-	$(BIN)/python benchmarks/validate.py $(ROOM)
+	$(BIN)/python benchmarks/validate.py $(PACKAGE)
 
-mutants: ROOM ?= physics
+mutants: PACKAGE ?= physics
 mutants: export OPENBLAS_NUM_THREADS := 1
 mutants: $(READY)
-	$(BIN)/python benchmarks/mutants.py $(ROOM)
+	$(BIN)/python benchmarks/mutants.py $(PACKAGE)
 
 pictures: $(READY)
 	$(BIN)/python benchmarks/pictures.py

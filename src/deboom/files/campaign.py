@@ -332,14 +332,15 @@ def _sensor_faults(
                 f"{path}: sensor '{sensor.name}' is at mount '{sensor.mount}', piece "
                 f"'{sensor.piece}', which is not among the mounts: correct it"
             )
-    known = {channel: sensor for sensor in sensors for channel in sensor.channels}
+    sensor_of_channel = {channel: sensor for sensor in sensors for channel in sensor.channels}
     for name in switched_off:
-        if name not in known:
+        if name not in sensor_of_channel:
             yield f"switched_off names '{name}', which is no channel of {path}: use <sensor> <axis>"
-        elif known[name].kind is SensorKind.FORCE_CELL:
+        elif sensor_of_channel[name].kind is SensorKind.FORCE_CELL:
             yield (
                 f"switched_off names '{name}', a force cell: the force of mount "
-                f"'{known[name].mount}' needs all its channels; repair the cell and measure again"
+                f"'{sensor_of_channel[name].mount}' needs all its channels; repair the cell and "
+                "measure again"
             )
     on_powertrain = {mount.name for mount in campaign.mounts if mount.on_powertrain}
     usable = [

@@ -144,7 +144,7 @@ def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
         for row in rows
     ]
     nodes = {row.node for row in rows}
-    functions = [one for one in read_uff(path) if one.reference_node in nodes]
+    functions = [function for function in read_uff(path) if function.reference_node in nodes]
     matrix = FunctionMatrix(path, item, (FRF,), functions)
     return matrix.frf(dofs, dofs, "displacement", RECEPTANCE_UNIT)
 
@@ -411,11 +411,11 @@ class PlatformFile(StrictModel):
         yield from same_file("load cases", "operating", self.load_cases)
         yield from look_alikes("group", [entry.group for entry in self.vehicles])
         yield from self.engine.order_faults()
-        known = [case.name for case in self.load_cases]
-        if self.default_load_case not in known:
+        case_names = [case.name for case in self.load_cases]
+        if self.default_load_case not in case_names:
             yield (
                 f"default_load_case '{self.default_load_case}' is not among the load cases "
-                f"{', '.join(known)}: name one of them"
+                f"{', '.join(case_names)}: name one of them"
             )
         gears = [(case.name, case.gear) for case in self.load_cases]
         yield from beyond_gears("load case", gears, self.engine.total_ratios)
@@ -440,7 +440,7 @@ def mounts_of(
     - `rows`: one per mount and piece, in any order.
     - raises InputError: a row without its mount, a mount or piece without its row.
     """
-    known = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
+    listed = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
     angles = {(row.mount, row.piece): row.angles for row in rows}
     refuse_all(
@@ -448,11 +448,11 @@ def mounts_of(
             *(
                 f"{table}: mount '{mount}', piece '{piece}' is not in {path}: correct its name or "
                 "add it there"
-                for mount, piece in sorted(positions.keys() - known)
+                for mount, piece in sorted(positions.keys() - listed)
             ),
             *(
                 f"{table}: no row for mount '{mount}', piece '{piece}': add its position"
-                for mount, piece in sorted(known - positions.keys())
+                for mount, piece in sorted(listed - positions.keys())
             ),
         ]
     )
@@ -683,7 +683,7 @@ def _doubts(
                 )
 
 
-def _others_in(labels: str, names: Mapping[str, Sequence[str]], own: str) -> list[str]:
+def _others_in(labels: str, names: Mapping[str, Sequence[str]], label: str) -> list[str]:
     """Name the items that labels name, where they do not name their own."""
 
     def stands(words: Sequence[str]) -> bool:
@@ -691,7 +691,7 @@ def _others_in(labels: str, names: Mapping[str, Sequence[str]], own: str) -> lis
             re.search(rf"(?<![\w-]){re.escape(word)}(?![\w-])", labels) for word in words if word
         )
 
-    if stands(names[own]):
+    if stands(names[label]):
         return []
     return [name for name, words in names.items() if stands(words)]
 
@@ -754,18 +754,18 @@ def _by_quantity(
     rows: Sequence[ChannelRow], mounts: Sequence[Mount]
 ) -> dict[str, list[ChannelRow]]:
     """Order the rows of each quantity as mount, axis, piece."""
-    there = {(row.quantity, row.channel): row for row in rows}
+    row_of = {(row.quantity, row.channel): row for row in rows}
     operating = [name for m in mounts for axis in AXES for name in m.channels(axis)]
-    names = dict.fromkeys(QUANTITY_UNIT, operating) | {NOISE_TRANSFER: _paths(mounts, set(there))}
+    names = dict.fromkeys(QUANTITY_UNIT, operating) | {NOISE_TRANSFER: _paths(mounts, set(row_of))}
     return {
-        quantity: [there[quantity, name] for name in names[quantity] if (quantity, name) in there]
+        quantity: [row_of[quantity, name] for name in names[quantity] if (quantity, name) in row_of]
         for quantity in names
     }
 
 
-def _paths(mounts: Sequence[Mount], there: set[tuple[str, str]]) -> list[str]:
+def _paths(mounts: Sequence[Mount], channels: set[tuple[str, str]]) -> list[str]:
     """Name the paths: the pieces of a mount where each has a noise transfer function."""
-    heard = [name for quantity, name in there if quantity == NOISE_TRANSFER]
+    heard = [name for quantity, name in channels if quantity == NOISE_TRANSFER]
     return list(paths_into(mounts, heard)) if any(mount.transfer_axes for mount in mounts) else []
 
 
@@ -773,8 +773,8 @@ def _channel_faults(
     path: Path, rows: Sequence[ChannelRow], mounts: Sequence[Mount]
 ) -> Iterator[str]:
     """Give a sentence for a row without mount, and for what force or motion of a path lacks."""
-    there = {(row.quantity, row.channel) for row in rows}
-    paths = _paths(mounts, there)
+    channels = {(row.quantity, row.channel) for row in rows}
+    paths = _paths(mounts, channels)
     operating = [name for mount in mounts for axis in AXES for name in mount.channels(axis)]
     for row in rows:
         if row.channel not in (paths if row.quantity == NOISE_TRANSFER else operating):
@@ -784,7 +784,7 @@ def _channel_faults(
             )
     if not paths:
         yield f"{path}: no mount of {PLATFORM_FILE} has a transfer axis: name one"
-    measured = [channel for quantity, channel in there if quantity != NOISE_TRANSFER]
+    measured = [channel for quantity, channel in channels if quantity != NOISE_TRANSFER]
     needed = [(NOISE_TRANSFER, name) for name in paths]
     for mount in mounts:
         names = [name for axis in AXES for name in mount.channels(axis)]
@@ -795,7 +795,7 @@ def _channel_faults(
             if name in through or name in measured:
                 needed += [("displacement", name), ("force", name)]
     for quantity, name in needed:
-        if (quantity, name) not in there:
+        if (quantity, name) not in channels:
             yield (
                 f"{path}: there is no {quantity} channel '{name}': add its row, or take the axis "
                 f"out of transfer_axes in {PLATFORM_FILE}"

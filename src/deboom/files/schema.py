@@ -347,10 +347,10 @@ def _sentences(error: ValidationError, model: type[BaseModel]) -> Iterator[str]:
         section, key = _place(detail["loc"], sections)
         where = f"key '{key}' in {section}"
         if detail["type"] == "extra_forbidden":
-            known = sections.get(str(detail["loc"][0]), model).model_fields
-            close = difflib.get_close_matches(key[:100], known, n=1)
+            keys = sections.get(str(detail["loc"][0]), model).model_fields
+            close = difflib.get_close_matches(key[:100], keys, n=1)
             explained |= {(section, name) for name in close}
-            remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(known)}"
+            remedy = f"did you mean '{close[0]}'?" if close else f"use {', '.join(keys)}"
             yield f"unknown {where}; {remedy}"
         elif detail["type"] == "missing":
             if (section, key) not in explained:

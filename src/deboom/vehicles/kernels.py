@@ -235,8 +235,8 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
     else:
         columns = np.unique(case.variables)
         if isinstance(case, FlexibleMotion):
-            one = np.ones((1, len(case.variable_names)))
-            forces = np.stack([case.force_in(one, v)[0] for v in range(len(case.vehicle_names))])
+            today = np.ones((1, len(case.variable_names)))
+            forces = np.stack([case.force_in(today, v)[0] for v in range(len(case.vehicle_names))])
             exponents = _line_exponents(case.transfer * forces)
             tables = _flexible_tables(case, exponents) if compiled else None
         else:

@@ -129,10 +129,10 @@ class PeakLevel(_VehicleLevel):
         gradient = np.zeros((*place.shape, rows.shape[1]))
         for number, line in enumerate((c, k) for c in self._cases for k in range(c.frequency.size)):
             loudest = place == number
-            asked = np.flatnonzero(loudest.any(axis=1))
-            if asked.size:
-                slope = line[0].at_lines(np.array([line[1]])).neper_gradient(rows[asked])
-                gradient[asked] += np.where(loudest[asked, :, np.newaxis], slope, 0.0)
+            lines = np.flatnonzero(loudest.any(axis=1))
+            if lines.size:
+                slope = line[0].at_lines(np.array([line[1]])).neper_gradient(rows[lines])
+                gradient[lines] += np.where(loudest[lines, :, np.newaxis], slope, 0.0)
         return np.asarray(NEPER_TO_DB * gradient)
 
     def _loudest(self, designs: RealArray) -> tuple[RealArray, IntArray]:
@@ -494,12 +494,12 @@ def _real_stiffness(
     """Mean real part over the lines of a run, per piece, by variable [N/m]."""
     case = in_mount_axes(mounts, case)
     inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
-    found = {}
+    stiffness = {}
     for mount in mounts:
         for axis, name in zip(AXES, mount.variables, strict=True):
             channels = mount.channels(axis)
             if set(channels) <= set(case.force.channels):
                 force = case.force.select(channels).values[inside]
                 displacement = case.displacement.select(channels).values[inside]
-                found[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
-    return found
+                stiffness[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
+    return stiffness

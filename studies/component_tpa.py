@@ -54,9 +54,9 @@ from deboom.physics.sound_level import REFERENCE_PRESSURE
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.options import Seed
-from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext
+from deboom.runs.options import Seed
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
 
 STEPS = 4
 SHOWN = 4

@@ -63,10 +63,10 @@ from .physics.substructuring import Joint as Joint
 from .physics.substructuring import couple as couple
 from .physics.substructuring import decouple as decouple
 from .physics.substructuring import singular_vectors as singular_vectors
-from .study.delivery import judged_delivery as judged_delivery
-from .study.problems import BoomingProblem as BoomingProblem
-from .study.problems import CatalogueProblem as CatalogueProblem
-from .study.problems import CompressorProblem as CompressorProblem
+from .runs.problems import BoomingProblem as BoomingProblem
+from .runs.problems import CatalogueProblem as CatalogueProblem
+from .runs.problems import CompressorProblem as CompressorProblem
+from .supplier.delivery import judged_delivery as judged_delivery
 from .vehicles.booming_model import BoomingModel as BoomingModel
 from .vehicles.path_analysis import analyse_paths as analyse_paths
 from .vehicles.platform import Platform as Platform

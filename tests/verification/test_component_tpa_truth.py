@@ -34,7 +34,7 @@ def error(values, truth):
     return np.linalg.norm(values - truth) / np.linalg.norm(truth)
 
 
-PLAN = {"points": 2, "line_step": 8.0}
+PLAN = {"points": 2, "line_step": 4.0}
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +50,7 @@ def exact(tmp_path_factory):
 def noisy(tmp_path_factory):
     """Three points with all errors of a laboratory."""
     folder = tmp_path_factory.mktemp("noisy") / "test"
-    write_component_test(folder, SEED, plan=ComponentPlan(line_step=8.0), truth_seed=TRUTH)
+    write_component_test(folder, SEED, plan=ComponentPlan(line_step=4.0), truth_seed=TRUTH)
     return folder, component_tpa(read_component_test(folder))
 
 

@@ -29,6 +29,8 @@ BODY_LOSS, SOURCE_LOSS = 0.05, 0.01
 """Loss factor of a trimmed body with its joints, and of a casting [1]."""
 LARGEST_POINTS = 4
 """Places at which the body has a bracket."""
+LINE_STEPS = (0.5, 1.0, 2.0, 4.0)
+"""Between the lines of functions [Hz]: whole blocks of the recorder."""
 MOUNT_LOSS = 0.12
 """Loss factor of the rubber between source and second receiver [1]."""
 
@@ -209,7 +211,7 @@ N_SECTION = 6
 """Nodes of each longitudinal."""
 
 
-@checked(points=">=1", airborne=">=0 <inf", line_step=">=0.5 <=20")
+@checked(points=">=1", airborne=">=0 <inf")
 class ComponentPlan:
     """What is tested, and what the test leaves out.
 
@@ -219,7 +221,8 @@ class ComponentPlan:
     - `airborne`: energy of the sound that reaches the ears through the air, over that through the
       structure [1].
     - `line_step`: between the lines of functions and spectra [Hz].
-    - raises InputError: no point, or more than the body has brackets.
+    - raises InputError: no point, or more than the body has brackets; another step of the lines
+      than one of `LINE_STEPS`.
     """
 
     points: int = 3
@@ -233,6 +236,9 @@ class ComponentPlan:
             raise InputError(
                 f"{self.points} points: the body has brackets for 1 to {LARGEST_POINTS - 1}"
             )
+        if self.line_step not in LINE_STEPS:
+            steps = ", ".join(f"{step:g}" for step in LINE_STEPS)
+            raise InputError(f"lines {self.line_step:g} Hz apart: give one of {steps} Hz")
 
     @property
     def names(self) -> tuple[str, ...]:

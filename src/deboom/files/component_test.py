@@ -50,6 +50,7 @@ from deboom.measurement.component_test import (
     ReceiverTest,
     SourceRun,
     refuse_other_functions_of_points,
+    refuse_undetermined,
     refuse_wrong_sheets,
 )
 from deboom.measurement.noise_transfer import PRESSURE_PER_FORCE
@@ -159,6 +160,8 @@ def read_component_test(folder: Path | str) -> ComponentTest:
     tables = [folder / file.sensor_table, folder / file.impact_table]
     sheets = _Sheets(path, tables, file.points, file.on_board, file.source_impacts)
     refuse_all(sheets.unplaced_impacts())
+    points = sheets.points()
+    refuse_undetermined(points, str(path))
     places = Places(tuple(sheets.sensors.values()), tuple(sheets.impacts.values()))
     files = [folder / file.accelerance, folder / file.coherence, folder / file.pressure]
     accelerance = read_inertances(files[0], places)
@@ -166,7 +169,6 @@ def read_component_test(folder: Path | str) -> ComponentTest:
     ears = [Dof(ear.name, ear.node, "scalar", ear.microphone) for ear in file.ears]
     pressure = pressure_functions(files[2], ears, places.references)
     pressure_coherence = _coherence(files[2], pressure, ears, places.references)
-    points = sheets.points()
     runs = tuple(_run(folder, entry, file.deviations, places, ears) for entry in file.runs)
     free = None
     if file.free_accelerance is not None:
@@ -409,6 +411,8 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
     tables = [folder / file.sensor_table, folder / file.impact_table]
     sheets = _Sheets(path, tables, file.points)
     refuse_all(sheets.unplaced_impacts())
+    points = sheets.points()
+    refuse_undetermined(points, str(path))
     places = Places(tuple(sheets.sensors.values()), tuple(sheets.impacts.values()))
     files = [folder / file.accelerance, folder / file.pressure]
     accelerance = read_inertances(files[0], places)
@@ -425,7 +429,7 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
     with naming(path):
         receiver = ReceiverTest(
             name=file.title,
-            points=sheets.points(),
+            points=points,
             accelerance=accelerance,
             pressure=pressure,
             joints=joints,
@@ -433,8 +437,8 @@ def read_receiver(folder: Path | str) -> ReceiverTest:
             input_files=tuple(dict.fromkeys(read)),
         )
     tolerances = PlacementTolerances(**values_of(file.tolerances))
-    refuse_other_functions_of_points(receiver.points, accelerance, str(files[0]))
-    refuse_wrong_sheets(receiver.points, accelerance, tolerances, str(tables[0]))
+    refuse_other_functions_of_points(points, accelerance, str(files[0]))
+    refuse_wrong_sheets(points, accelerance, tolerances, str(tables[0]))
     return receiver
 
 

@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from deboom.arrays import ComplexArray, RealArray, checked
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.measurement.channels import (
     Frf,
     SideUnits,
@@ -252,11 +252,15 @@ def check_points(points: Sequence[InterfacePoint], accelerance: Frf, whose: str)
                 f"{whose}: point {point.name}: no functions of {', '.join(missing)}: measure these "
                 "sensors, or take them off the point"
             )
-        try:
+    refuse_undetermined(points, whose)
+
+
+def refuse_undetermined(points: Sequence[InterfacePoint], whose: str) -> None:
+    """Refuse points whose sensors or hits do not determine their motions or loads."""
+    for point in points:
+        with naming(f"{whose}: point {point.name}"):
             point.seen()
             point.struck()
-        except InputError as error:
-            raise InputError(f"{whose}: point {point.name}: {error}") from None
 
 
 def refuse_other_functions_of_points(

@@ -54,9 +54,9 @@ INCOMPLETE = 0.95
 """Completeness of an interface, median over the lines, below which the report warns [1]."""
 LARGEST_FOREIGN = 0.1
 """Share of the energy at an ear that may come another way before the report warns [1]."""
-UNEXPLAINED = 0.5
-"""Share of the indicators' energy in operation that loads at the interface must explain, where they
-explain hits on the source: else functions and operation are not of one assembly [1]."""
+UNEXPLAINED, MUCH_WORSE = 0.3, 5.0
+"""Error at sensors left out, over their responses and over that under hits on the source, from
+which functions and operation are not of one assembly [1]."""
 
 
 def level_difference(predicted: ComplexArray, measured: ComplexArray, axis: int) -> RealArray:
@@ -75,18 +75,19 @@ def coherence_of(predicted: ComplexArray, measured: ComplexArray, axis: int) -> 
     return np.asarray(cross / (energies[0] * energies[1]))
 
 
-@checked(frequency="f", per_line="f", explained="f")
+@checked(frequency="f", per_line="f", error="f")
 class Completeness:
     """How far loads at the stated interface stand for any load in the source.
 
     - `per_line` (n_frequency,): coherence of predicted and measured response of sensors left out,
       and of ears, to all hits on the source; 1 where the interface is complete [1].
-    - `explained` (n_frequency,): share of the indicators' energy under these hits [1].
+    - `error` (n_frequency,): at the sensors left out, norm of predicted minus measured over that of
+      the measured responses to these hits [1].
     """
 
     frequency: RealArray
     per_line: RealArray
-    explained: RealArray
+    error: RealArray
 
     @property
     def median(self) -> float:
@@ -517,7 +518,7 @@ def completeness(test: ComponentTest, inversion: Inversion = CROSS_VALIDATED) ->
     )
     to_ears = functions_at_points(test.pressure, test.points)
     cross, energies = np.zeros(lines.size, complex), np.zeros((2, lines.size))
-    unexplained, whole = np.zeros((2, lines.size))
+    missed, whole = np.zeros((2, lines.size))
     for hit in test.source_hits:
         seen = test.accelerance.select(inputs=(hit.name,))
         heard = test.pressure.select(inputs=(hit.name,)).values[:, :, 0]
@@ -533,31 +534,33 @@ def completeness(test: ComponentTest, inversion: Inversion = CROSS_VALIDATED) ->
             cross += scale * np.sum(predicted.conj() * truth, axis=1)
             for place, values in enumerate((predicted, truth)):
                 energies[place] += scale * np.sum(np.abs(values) ** 2, axis=1)
-        assert blocked.inversion is not None
-        size = np.sum(np.abs(response.select(indicators.outputs).values) ** 2, axis=1)
-        unexplained += blocked.inversion.residual**2 * size
-        whole += size
+        missed += np.sum(np.abs((left_out @ blocked.force).values - measured) ** 2, axis=1)
+        whole += np.sum(np.abs(measured) ** 2, axis=1)
     return Completeness(
-        lines, np.abs(cross) ** 2 / (energies[0] * energies[1]), 1.0 - unexplained / whole
+        frequency=lines,
+        per_line=np.abs(cross) ** 2 / (energies[0] * energies[1]),
+        error=np.sqrt(missed / whole),
     )
 
 
 def refuse_other_assembly(test: ComponentTest, run: RunTpa, complete: Completeness | None) -> None:
     """Refuse functions of another assembly than the one that ran.
 
-    They explain hits on the source, which were struck with them, and not the operation. Raises
-    InputError: so it is.
+    At sensors left out they reproduce hits on the source, which were struck with them, and not the
+    operation. Raises InputError: so it is.
     """
-    explained = float(np.median(run.explained))
-    if complete is None or explained >= UNEXPLAINED:
+    if complete is None or run.on_board is None:
         return
-    hits = float(np.median(complete.explained))
-    if hits >= INCOMPLETE:
+    of_hits, of_run = (
+        float(np.median(error)) for error in (complete.error, run.on_board.error_by_line)
+    )
+    if complete.median >= INCOMPLETE and of_run > max(UNEXPLAINED, MUCH_WORSE * of_hits):
         raise InputError(
-            f"{test.name}: loads at the interface explain {100 * hits:.0f} % of the energy of hits "
-            f"on the source, but {100 * explained:.0f} % of run {run.name}: its functions are "
-            "those of another assembly than the one that ran; strike and run the same one, with "
-            "the sensors where they were"
+            f"{test.name}: at sensors left out, loads at the interface miss hits on the source by "
+            f"{100 * of_hits:.0f} %, but run {run.name} by {100 * of_run:.0f} %: the functions are "
+            "those of another assembly than the one that ran, or something else than the source "
+            "moves these sensors; strike and run the same assembly, with the sensors where they "
+            "were"
         )
 
 

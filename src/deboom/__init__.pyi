@@ -58,11 +58,6 @@ from .mounts.response_surface import compare_models as compare_models
 from .physics.elastic_centre import centre_of_stiffness as centre_of_stiffness
 from .physics.elastic_centre import dynamic_centre_of_stiffness as dynamic_centre_of_stiffness
 from .physics.sound_level import spl as spl
-from .physics.substructuring import Component as Component
-from .physics.substructuring import Joint as Joint
-from .physics.substructuring import couple as couple
-from .physics.substructuring import decouple as decouple
-from .physics.substructuring import singular_vectors as singular_vectors
 from .runs.problems import BoomingProblem as BoomingProblem
 from .runs.problems import CatalogueProblem as CatalogueProblem
 from .runs.problems import CompressorProblem as CompressorProblem

@@ -162,12 +162,9 @@ def write_component_test(
 
     Examples
     --------
-    >>> import deboom, tempfile
-    >>> folder = f"{tempfile.mkdtemp()}/drive"
-    >>> plan = deboom.bench.ComponentPlan(points=1)
-    >>> path = deboom.bench.write_component_test(folder, plan=plan)
-    >>> (path / "component.toml").exists()
-    True
+    >>> import deboom
+    >>> deboom.bench.write_component_test("drive", seed=1).name  # doctest: +SKIP
+    'drive'
     """
     plan = plan or ComponentPlan()
     writing.check_seed(seed)

@@ -25,9 +25,9 @@ from deboom.bench.operating_run import drive
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench
 from deboom.files.platform import read_platform
+from deboom.files.uncertain_index import uncertain_index
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.physics.sound_level import spl
-from deboom.study.uncertain_index import uncertain_index
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
 

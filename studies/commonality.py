@@ -43,13 +43,15 @@ from deboom.explore.sharing import (
     own_optima,
 )
 from deboom.explore.space import DesignSpace, responses
+from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import mount_of, signed
 from deboom.report import Report
-from deboom.study.made_parts import rows_of
-from deboom.study.options import Seed, at_least, factor_space
-from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
+from deboom.runs.made_parts import rows_of
+from deboom.runs.options import Seed, at_least
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
+from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 from deboom.vehicles.platform import Runs
 

@@ -33,11 +33,8 @@ from deboom.choices import CalibrationLevel
 from deboom.compressor.cabin_noise import RunningInCar, SweepNoise
 from deboom.compressor.parameters import STIFFNESS_AXES
 from deboom.measurement.compressor_test import HoseState
-from deboom.plot import CurvePanel
-from deboom.plot.style import signed
-from deboom.report import Report
-from deboom.study.compressor_identification import in_words
-from deboom.study.compressor_noise import (
+from deboom.pages.compressor_identification import in_words
+from deboom.pages.compressor_noise import (
     FLOOR,
     HOSE_BAND,
     MODES,
@@ -59,9 +56,12 @@ from deboom.study.compressor_noise import (
     sweep_errors,
     virtual_car,
 )
-from deboom.study.options import Seed, at_least, band_of
-from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext
+from deboom.plot import CurvePanel
+from deboom.plot.style import signed
+from deboom.report import Report
+from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
 
 SOFT, STANDARD = HoseState.SOFT, HoseState.STANDARD
 SPEED, LEVEL = "rotor speed [rpm]", "SPL [dB(A)]"

@@ -35,6 +35,7 @@ from deboom.explore.front import replicates, verified
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
+from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
@@ -50,17 +51,17 @@ from deboom.measurement.uncertainty import (
     pivotal_interval,
     probability_below,
 )
+from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.made_parts import ScatterOptions
-from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
-from deboom.study.progress import progress_bar
-from deboom.study.rebuilt import compared_run
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions
-from deboom.study.uncertain_index import UncertainIndex, uncertain_index
+from deboom.runs.made_parts import ScatterOptions
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.rebuilt import compared_run
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources

@@ -47,9 +47,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.plot import CurvePanel
-from deboom.report import Report
-from deboom.study.mount_characterisation import (
+from deboom.pages.mount_characterisation import (
     CharacterisedBench,
     characterise_given,
     characterise_virtual,
@@ -66,21 +64,18 @@ from deboom.study.mount_characterisation import (
     uncertainty_table,
     usable_maps,
 )
-from deboom.study.mount_figures import (
-    append_maps,
-    append_runs,
-    append_sensors,
-    transfer_panels,
-)
-from deboom.study.options import Seed, at_least
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.second_engine import (
+from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
+from deboom.pages.second_engine import (
     SecondEngine,
     append_second_engine,
     given_engine,
     virtual_engine,
 )
+from deboom.plot import CurvePanel
+from deboom.report import Report
+from deboom.runs.options import Seed, at_least
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
 
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""

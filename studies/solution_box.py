@@ -39,23 +39,19 @@ from deboom.explore.selection import pick, variables_without_effect
 from deboom.explore.space import DesignSpace, sobol_points
 from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box_document
 from deboom.files.platform import platform_sha256
+from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
 from deboom.report import Report
-from deboom.study.made_parts import tolerance_cost
-from deboom.study.options import Seed, factor_space
-from deboom.study.platform_model import (
-    MotionOptions,
-    PlatformOptions,
-    motion_name,
-    motion_report,
-    report_runs,
-)
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.supplier_study import supplier_study
-from deboom.study.uncertain_index import uncertain_index
+from deboom.runs.made_parts import tolerance_cost
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.rebuilt import supplier_study
+from deboom.runs.result import RunContext
 from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
 from deboom.vehicles.limits import LimitedLevel, MeanLevel, PeakLevel, limited_response
 from deboom.vehicles.platform import MountSource, Runs

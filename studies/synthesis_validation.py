@@ -33,15 +33,15 @@ from deboom import plot
 from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.measurement.uncertainty import LevelSpread
+from deboom.pages.modal import append_modes
 from deboom.plot import CurvePanel
 from deboom.plot.style import INK, VEHICLE_PALETTE, mount_colours
 from deboom.report import Report
 from deboom.report.tables import split_label
-from deboom.study.campaigns import given_vehicles, virtual_vehicles
-from deboom.study.modal_report import append_modes
-from deboom.study.options import Seed, at_least
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
+from deboom.runs.campaigns import given_vehicles, virtual_vehicles
+from deboom.runs.options import Seed, at_least
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, BoomingPeak, PressureComparison
 from deboom.vehicles.fleet import Band
 from deboom.vehicles.path_analysis import paths_by_axis

@@ -31,8 +31,9 @@ from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import Allocator, ToleranceEffect
+from deboom.pages.motion import motion_report, report_runs
 from deboom.report import Report
-from deboom.study.made_parts import (
+from deboom.runs.made_parts import (
     MadeParts,
     ScatterOptions,
     ToleranceTask,
@@ -41,11 +42,11 @@ from deboom.study.made_parts import (
     tolerance_cost,
     with_draws,
 )
-from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions
-from deboom.study.supplier_study import supplier_study
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.rebuilt import supplier_study
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.platform import Platform, Runs
 
 SEARCH_DRAWS = 128

@@ -25,7 +25,7 @@ from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.compressor.unbalance import unbalance
 from deboom.measurement.compressor_test import HoseState
-from deboom.study.compressor_noise import (
+from deboom.pages.compressor_noise import (
     HOSE_BAND,
     MODES,
     CarNoise,

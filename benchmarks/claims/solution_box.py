@@ -22,8 +22,8 @@ import numpy as np
 from claims import Claim, at_least, at_most, between, draws, in_processes
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
-from deboom.study.platform_model import MotionOptions
-from deboom.study.runner import load_study
+from deboom.runs.platform_options import MotionOptions
+from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
 from known_boxes import exact_share, ratio_of, two_vehicles
 

@@ -2,8 +2,8 @@
 
 `import deboom` offers the names that ``__init__.pyi`` lists; each is loaded when it is first used.
 Everything else is found in the rooms: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
-`compressor`, `explore`, `files`, `plot`, `report`, `study` and, for a virtual laboratory with known
-truth, `bench`.
+`compressor`, `explore`, `files`, `plot`, `report`, `pages`, `supplier`, `runs` and, for a virtual
+laboratory with known truth, `bench`.
 """
 
 import lazy_loader

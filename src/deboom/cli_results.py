@@ -22,7 +22,7 @@ def list_(
 
     An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
     """
-    from deboom.study.overview import list_lines, refresh_overview
+    from deboom.runs.overview import list_lines, refresh_overview
 
     for line in list_lines(results):
         typer.echo(line)
@@ -38,7 +38,7 @@ def show(
 ) -> None:
     """Show one run: question, options, headline numbers, versions, and if a file was edited."""
     from deboom.files.run_folder import read_run
-    from deboom.study.overview import show_lines
+    from deboom.runs.overview import show_lines
 
     for line in show_lines(read_run(run)):
         typer.echo(line)
@@ -58,7 +58,7 @@ def compare(
     or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
     run folders with edited files.
     """
-    from deboom.study.compare import compare_runs
+    from deboom.runs.compare import compare_runs
 
     folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
     for verdict in verdicts:
@@ -109,14 +109,14 @@ def report(
                 "--anonymous, --mount, --box, --tolerances, --sharing and --since belong to "
                 "--supplier: the other page shows everything by its name"
             )
-        from deboom.study.interactive_front import write_interactive_page
+        from deboom.runs.interactive_page import write_interactive_page
 
         page = write_interactive_page(run, studies=studies, out=out, beside=beside)
         typer.echo(page.as_posix())
     if not supplier:
         return
-    from deboom.study.supplier_page import supplier_sheets
-    from deboom.study.supplier_study import SheetFiles
+    from deboom.runs.supplier_sheets import supplier_sheets
+    from deboom.supplier.sources import SheetFiles
 
     if since is not None and mount is None:
         raise InputError("--since compares the sheets of one mount: say --mount")
@@ -152,7 +152,7 @@ def listen(
 
     Try: deboom listen results/u06_platform/RUN --seconds 15
     """
-    from deboom.study.listen import write_run_ups
+    from deboom.runs.listen import write_run_ups
 
     for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
         typer.echo(path.as_posix())
@@ -173,7 +173,7 @@ def driven(
     peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
     sure the measured change is.
     """
-    from deboom.study.driven import driven_into_run
+    from deboom.runs.driven import driven_into_run
 
     path = driven_into_run(run, folder, pick=design, out=out, studies=studies, seed=seed)
     typer.echo(path.as_posix())
@@ -214,8 +214,8 @@ def accept(
 
     deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
     """
-    from deboom.study.accept import accept_into_run
-    from deboom.study.progress import progress_bar
+    from deboom.runs.accept import accept_into_run
+    from deboom.runs.progress import progress_bar
 
     with progress_bar("accept") as progress:
         run = accept_into_run(

@@ -25,8 +25,8 @@ from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files import run_folder as run_lock
-from deboom.study import runner
-from deboom.study.runner import load_study, resume_study, run_study
+from deboom.runs import runner
+from deboom.runs.runner import load_study, resume_study, run_study
 from known_truth import quad2
 
 STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"

@@ -15,8 +15,8 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.study.campaigns import virtual_vehicles
-from deboom.study.runner import load_study, run_study
+from deboom.runs.campaigns import virtual_vehicles
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import synthesis
 
 STUDY = load_study("synthesis_validation")

@@ -10,8 +10,8 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import PART_WARNING, motion_report
-from deboom.study.runner import run_study
+from deboom.pages.motion import PART_WARNING, motion_report
+from deboom.runs.runner import run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 

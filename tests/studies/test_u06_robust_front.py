@@ -13,9 +13,9 @@ from deboom.explore import search as door
 from deboom.explore import selection
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
-from deboom.study.options import Aim, Sampler
-from deboom.study.rebuilt import rebuilt_model
-from deboom.study.runner import load_study, run_study
+from deboom.runs.options import Aim, Sampler
+from deboom.runs.rebuilt import rebuilt_model
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import LIBRARY_FILE, MountSource
 from pinned_pages import hold, run_aloud

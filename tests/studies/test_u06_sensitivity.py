@@ -8,9 +8,9 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study import sensitivity as room
-from deboom.study.runner import load_study, run_study
-from deboom.study.sensitivity import Analysis, sensitivity_report
+from deboom.pages import sensitivity as room
+from deboom.pages.sensitivity import Analysis, sensitivity_report
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.platform import MountSource

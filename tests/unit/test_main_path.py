@@ -10,8 +10,8 @@ from pathlib import Path
 
 from deboom.explore.search import search
 from deboom.files.platform import read_platform
-from deboom.study.robust_front import front_report
-from deboom.study.runner import load_study, shipped_studies
+from deboom.pages.robust_front import front_report
+from deboom.runs.runner import load_study, shipped_studies
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import Platform, Runs
 

@@ -29,7 +29,7 @@ from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
-from deboom.study.compressor_identification import TRUTH_FILE, read_compressor_truth
+from deboom.pages.compressor_identification import TRUTH_FILE, read_compressor_truth
 
 
 def test_deviation_from_the_coherence_of_five_hits():

@@ -29,6 +29,7 @@ from .files.campaign import read_time_run as read_time_run
 from .files.check import check_platform as check_platform
 from .files.component_test import read_component_test as read_component_test
 from .files.component_test import read_receiver as read_receiver
+from .files.doe_table import read_designs as read_designs
 from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test

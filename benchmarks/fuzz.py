@@ -53,7 +53,7 @@ VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9
 
 
 DATA = Path(__file__).parents[1] / "studies" / "data"
-sys.path += [str(Path(__file__).parents[1] / "tests" / room) for room in ("", "unit", "studies")]
+sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "unit", "studies")]
 """Valid files of some kinds come from the tests."""
 
 
@@ -213,8 +213,8 @@ def _front(folder: Path) -> None:
     """Write the run of a tiny front; its platform lies beside the cases."""
     import foreign_platform_samples
 
-    from deboom.study.platform_model import Motion, MountSource
-    from deboom.study.runner import load_study, run_study
+    from deboom.runs.platform_options import Motion, MountSource
+    from deboom.runs.runner import load_study, run_study
 
     place = Path(tempfile.mkdtemp(prefix="fuzz-platform-")) / "any"
     atexit.register(shutil.rmtree, place.parent, ignore_errors=True)

@@ -5,10 +5,10 @@ import tempfile
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
-from deboom.study.accept import accept_into_run
-from deboom.study.compressor_unbalance import UnbalancePlan
-from deboom.study.runner import load_study, run_study
-from deboom.study.unbalance_report import unbalance_into_run
+from deboom.pages.compressor_unbalance import UnbalancePlan
+from deboom.runs.accept import accept_into_run
+from deboom.runs.runner import load_study, run_study
+from deboom.runs.unbalance import unbalance_into_run
 
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"

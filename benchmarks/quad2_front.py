@@ -19,9 +19,9 @@ from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.space import stiffness_factor_space
 from deboom.report import Report
-from deboom.study.options import Seed
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions
+from deboom.runs.options import Seed
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions
 from known_truth import quad2
 
 

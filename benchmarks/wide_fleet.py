@@ -18,7 +18,7 @@ import numpy as np
 
 from deboom.files.uff import read_uff, write_uff
 from deboom.report import Report
-from deboom.study.runner import load_study, run_study
+from deboom.runs.runner import load_study, run_study
 
 SHIPPED = Path(__file__).parents[1] / "studies" / "data" / "u06_f39_f45"
 SPREAD = 0.2

@@ -28,8 +28,7 @@ from typer import Option
 from deboom.choices import CalibrationLevel
 from deboom.compressor.identify import IdentifyOptions
 from deboom.measurement.compressor_test import InertanceTest
-from deboom.report import Report
-from deboom.study.compressor_identification import (
+from deboom.pages.compressor_identification import (
     STEPS,
     Beside,
     CompressorTruth,
@@ -37,10 +36,11 @@ from deboom.study.compressor_identification import (
     identified_virtual,
     read_test,
 )
-from deboom.study.identification_report import identification_report
-from deboom.study.options import Seed
-from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext
+from deboom.pages.identification import identification_report
+from deboom.report import Report
+from deboom.runs.options import Seed
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
 
 
 @dataclass(frozen=True)

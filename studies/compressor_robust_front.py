@@ -48,9 +48,11 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import workbook_bytes
+from deboom.pages.front import report_front, report_heard
+from deboom.pages.sensitivity import index_table
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
 from deboom.report import Report
-from deboom.study.compressor_fleet import (
+from deboom.runs.compressor_fleet import (
     MountedFleet,
     exact_change,
     measured_fleet,
@@ -59,12 +61,10 @@ from deboom.study.compressor_fleet import (
     travel_limit,
     virtual_fleet,
 )
-from deboom.study.front import report_front, report_heard
-from deboom.study.options import Seed, at_least, band_of
-from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions, report_limits
-from deboom.study.sensitivity import index_table
+from deboom.runs.options import Seed, at_least, band_of
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions, report_limits
 from deboom.vehicles.fleet_front import FleetFront
 
 STEPS = 8

@@ -31,12 +31,12 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.files.limits import read_component_limits
+from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
+from deboom.pages.unbalance import unbalance_report
 from deboom.report import Report
-from deboom.study.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
-from deboom.study.options import Seed
-from deboom.study.progress import counted, progress_bar
-from deboom.study.result import RunContext
-from deboom.study.unbalance_report import unbalance_report
+from deboom.runs.options import Seed
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
 
 
 @dataclass(frozen=True)

@@ -25,11 +25,12 @@ from typing import Annotated, Any
 
 from typer import Option
 
+from deboom.pages.correlation import DoeRequest, Plan, correlation_report, correlation_study
+from deboom.pages.motion import report_runs
 from deboom.report import Report
-from deboom.study.correlation import DoeRequest, Plan, correlation_report, correlation_study
-from deboom.study.options import Seed, at_least
-from deboom.study.platform_model import MotionOptions, PlatformOptions, report_runs
-from deboom.study.result import RunContext
+from deboom.runs.options import Seed, at_least
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.result import RunContext
 from deboom.vehicles.platform import Runs
 
 

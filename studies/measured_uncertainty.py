@@ -35,6 +35,7 @@ from deboom.explore.front import replicates, verified
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import pick
+from deboom.files.uncertain_index import UncertainIndex, uncertain_index
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.channels import Frf
 from deboom.measurement.measured_vehicle import Method, path_noise_transfer
@@ -50,17 +51,17 @@ from deboom.measurement.uncertainty import (
     pivotal_interval,
     probability_below,
 )
+from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.made_parts import ScatterOptions
-from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, PlatformOptions, motion_report, report_runs
-from deboom.study.progress import progress_bar
-from deboom.study.rebuilt import compared_run
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions
-from deboom.study.uncertain_index import UncertainIndex, uncertain_index
+from deboom.runs.made_parts import ScatterOptions
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.rebuilt import compared_run
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.fleet import Band, lines_inside
 from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources
@@ -160,8 +161,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     level, change = repeated.mean_level, repeated.mean_change
     sources, following = _source_table(repeated, design), _next_table(repeated, design)
     nearest, gain = _best_next(following, HERE)
-    asked = SERIES if f"{SERIES}, ± [dB]" in following else HERE
-    nearest_of_series, gain_of_series = _best_next(following, asked)
+    scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
+    nearest_of_series, gain_of_series = _best_next(following, scope)
 
     report = Report(
         "How surely we know what the mounts bring",
@@ -367,7 +368,9 @@ def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Opti
                 levels.append(index(rows) / index.n_lines)
             alone[name] = np.stack(levels)
         progress(total, total, "done")
-    fields = {name: np.stack([getattr(one, name) for one in every]) for name in vars(every[0])}
+    fields = {
+        name: np.stack([getattr(sample, name) for sample in every]) for name in vars(every[0])
+    }
     measured = _drawn(model, uncertain.index, rows)
     return Repeated(model, designs, measured, Drawn(**fields), alone)
 
@@ -504,9 +507,9 @@ def _questions(repeated: Repeated, design: str) -> Questions:
 
 def _candidates(repeated: Repeated) -> list[NextMeasurement]:
     """Return measurements that may come next, as far as they touch a source of the study."""
-    known = {*repeated.model.uncertain.data.names, VEHICLES}
+    names = {*repeated.model.uncertain.data.names, VEHICLES}
     if len(repeated.model.every_case.load_case_names) > 1:
-        known.add(LOAD_CASES)  # what differs between load cases is known from several alone
+        names.add(LOAD_CASES)  # what differs between load cases is known from several alone
     n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
     one_more, one_case = n / (n + 1), m / (m + 1)
     twice = dict.fromkeys(TRANSFER, TWICE)
@@ -515,7 +518,7 @@ def _candidates(repeated: Repeated) -> list[NextMeasurement]:
         NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
         *(
             [NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {})]
-            if LOAD_CASES in known
+            if LOAD_CASES in names
             else []
         ),
         NextMeasurement("transfer functions, another method and day", twice, {}),
@@ -528,7 +531,7 @@ def _candidates(repeated: Repeated) -> list[NextMeasurement]:
         NextMeasurement("accelerometers placed twice as well", {MOTION: HALVED}, {}),
         NextMeasurement("run repeated, sensors set up anew", {MOTION: TWICE, NOISE: TWICE}, {}),
     ]
-    return [measurement for measurement in every if known & set(measurement.remaining)]
+    return [measurement for measurement in every if names & set(measurement.remaining)]
 
 
 def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
@@ -536,11 +539,11 @@ def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
 
     Those that narrow the first question most come first; of equals, the next question decides.
     """
-    asked = _questions(repeated, design)
+    questions = _questions(repeated, design)
     rows: list[dict[str, object]] = []
     for measurement in (None, *_candidates(repeated)):
         row: dict[str, object] = {"measurement": measurement.name if measurement else AS_IT_IS}
-        for name, parts in asked.items():
+        for name, parts in questions.items():
             now = half_width(parts)
             after = now if measurement is None else _after(parts, measurement)
             # fewer effective degrees of freedom may outweigh a gain in what hardly counts
@@ -548,16 +551,16 @@ def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
             row |= {f"{name}, ± [dB]": after, f"{name}: narrower by [%]": PERCENT * gain}
         rows.append(row)
     table = pd.DataFrame(rows)
-    gains = [f"{name}: narrower by [%]" for name in asked]
+    gains = [f"{name}: narrower by [%]" for name in questions]
     rest = table.iloc[1:].sort_values(gains, ascending=False, kind="stable")
     return pd.concat([table.iloc[:1], rest], ignore_index=True)
 
 
 def _after(parts: tuple[VariancePart, ...], measurement: NextMeasurement) -> float:
     """Return the half width expected after one more measurement [dB]."""
-    asked = {part.name for part in parts}
-    remaining = {n: share for n, share in measurement.remaining.items() if n in asked}
-    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in asked}
+    names = {part.name for part in parts}
+    remaining = {n: share for n, share in measurement.remaining.items() if n in names}
+    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in names}
     return half_width_after(parts, NextMeasurement(measurement.name, remaining, more))
 
 

@@ -47,9 +47,7 @@ from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.error_budget import IDENTIFIED
 from deboom.mounts.operating_map import OperatingMap, Preload
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
-from deboom.plot import CurvePanel
-from deboom.report import Report
-from deboom.study.mount_characterisation import (
+from deboom.pages.mount_characterisation import (
     CharacterisedBench,
     characterise_given,
     characterise_virtual,
@@ -66,21 +64,18 @@ from deboom.study.mount_characterisation import (
     uncertainty_table,
     usable_maps,
 )
-from deboom.study.mount_figures import (
-    append_maps,
-    append_runs,
-    append_sensors,
-    transfer_panels,
-)
-from deboom.study.options import Seed, at_least
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.second_engine import (
+from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
+from deboom.pages.second_engine import (
     SecondEngine,
     append_second_engine,
     given_engine,
     virtual_engine,
 )
+from deboom.plot import CurvePanel
+from deboom.report import Report
+from deboom.runs.options import Seed, at_least
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
 
 SHOWN_POINTS = 2000
 """Of a panel; more hide each other."""
@@ -151,7 +146,10 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
                 engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
             engine = given_engine(
-                *(options.second, options.campaign, options.library, options.library_campaign),
+                options.second,
+                options.campaign,
+                options.library,
+                options.library_campaign,
                 options.mount_set,
                 over_force,
                 progress,
@@ -171,7 +169,7 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
 
 def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ...] = ()) -> Report:
     """Report on a bench."""
-    result, known = first.result, first.truth is not None
+    result, has_truth = first.result, first.truth is not None
     numbers = direction_numbers(first)
     report = Report(
         "Mounts from raw sensors",
@@ -186,16 +184,19 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "believe a direction.",
         "The errors against the truth are those of the virtual test bench, whose noise and "
         "alignment errors are stated, not those of a particular laboratory."
-        if known
+        if has_truth
         else "",
         *result.alarms,
     )
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
     maps = usable_maps(first)
-    stiffness = {name: N_PER_MM * np.median(np.abs(one.stiffness)) for name, one in maps.items()}
+    stiffness = {
+        name: N_PER_MM * np.median(np.abs(operating_map.stiffness))
+        for name, operating_map in maps.items()
+    }
     uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
-    truth = truth_table(numbers) if known else None
+    truth = truth_table(numbers) if has_truth else None
     _headlines(report, uncertainty, truth)
     _asked(report, first)
     _accuracy(report, numbers, uncertainty, truth)
@@ -211,7 +212,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
     report.table("directions", numbers.rename(columns=labels))
 
-    few = {name: _thinned(one) for name, one in maps.items()}
+    few = {name: _thinned(operating_map) for name, operating_map in maps.items()}
     report.section(
         "Characteristic curves",
         "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "

@@ -35,15 +35,16 @@ from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import VERIFIED
 from deboom.explore.workers import workers_for
 from deboom.mounts.surface_forces import Outside
+from deboom.pages.front import report_front
+from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.study.catalogue import Catalogue, catalogue_index, platform_catalogue
-from deboom.study.front import report_front
-from deboom.study.options import Seed
-from deboom.study.platform_model import PlatformOptions, motion_report, report_runs
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.search import SearchOptions
+from deboom.runs.catalogue import Catalogue, catalogue_index, platform_catalogue
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import MountSource, Runs

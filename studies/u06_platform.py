@@ -21,8 +21,7 @@ from typer import Option
 
 from deboom.explore.robust import Robust
 from deboom.explore.search import VERIFIED
-from deboom.report import Report
-from deboom.study.correlation import (
+from deboom.pages.correlation import (
     CorrelationStudy,
     DoeRequest,
     Levels,
@@ -30,25 +29,16 @@ from deboom.study.correlation import (
     correlation_report,
     correlation_study,
 )
-from deboom.study.options import (
-    Sampler,
-    Seed,
-    at_least,
-    factor_space,
-    robust_response,
-    tolerance_sample,
-)
-from deboom.study.platform_model import (
-    MotionOptions,
-    PlatformOptions,
-    in_all_load_cases,
-    report_runs,
-)
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.robust_front import PlatformFront, front_report
-from deboom.study.search import ThoroughSearchOptions
-from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.pages.motion import report_runs
+from deboom.pages.robust_front import PlatformFront, front_report
+from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.report import Report
+from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample
+from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
+from deboom.runs.search import ThoroughSearchOptions
+from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
 
 FAMILY = 0.9

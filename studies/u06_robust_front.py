@@ -32,18 +32,14 @@ from deboom.explore.result import Front
 from deboom.explore.robust import DesignLimits, Robust
 from deboom.explore.search import VERIFIED
 from deboom.files.limits import mount_limits
+from deboom.pages.motion import report_runs
+from deboom.pages.robust_front import PlatformFront, front_report
 from deboom.report import Report
-from deboom.study.made_parts import MadeParts, ScatterOptions, report_parts
-from deboom.study.options import Aim, Sampler, Seed, tolerance_sample
-from deboom.study.platform_model import (
-    MotionOptions,
-    PlatformOptions,
-    in_all_load_cases,
-    report_runs,
-)
-from deboom.study.result import RunContext
-from deboom.study.robust_front import PlatformFront, front_report
-from deboom.study.search import ThoroughSearchOptions, report_limits
+from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
+from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
+from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
+from deboom.runs.result import RunContext
+from deboom.runs.search import ThoroughSearchOptions, report_limits
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 

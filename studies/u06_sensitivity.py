@@ -21,12 +21,13 @@ from typing import Annotated
 
 from typer import Option
 
+from deboom.pages.motion import report_runs
+from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.report import Report
-from deboom.study.options import Seed, at_least
-from deboom.study.platform_model import MotionOptions, PlatformOptions, report_runs
-from deboom.study.progress import progress_bar
-from deboom.study.result import RunContext
-from deboom.study.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
+from deboom.runs.options import Seed, at_least
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
 

@@ -14,8 +14,8 @@ from deboom.explore import workers
 from deboom.files import platform
 from deboom.mounts import characterise
 from deboom.report import Report, report
-from deboom.study import runner
-from deboom.study.runner import load_study, run_study
+from deboom.runs import runner
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import booming_model
 from pinned_pages import described
 

@@ -23,8 +23,8 @@ from matplotlib.colors import to_hex, to_rgba_array
 from PIL import Image
 
 from deboom.plot import style
-from deboom.study import progress
-from deboom.study.runner import run_study
+from deboom.runs import progress
+from deboom.runs.runner import run_study
 
 PICTURE = b"\x89PNG\r\n\x1a\n" + bytes(8) + b"\0\0\0\1\0\0\0\1"
 """Begin of a PNG of one dot, behind which stands what a picture shows."""

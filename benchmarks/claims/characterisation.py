@@ -44,7 +44,7 @@ from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.operating_map import bench_load_case
 from deboom.mounts.surface_forces import Outside, SurfaceForces, surface_forces
-from deboom.study.mount_characterisation import (
+from deboom.pages.mount_characterisation import (
     CharacterisedBench,
     characterise_given,
     characterise_virtual,

@@ -8,7 +8,7 @@ from __future__ import annotations
 import time
 
 from claims import Claim, at_least, at_most, between
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
 
 

@@ -16,13 +16,14 @@ from claims import Claim, at_least, draws
 from deboom.explore.front import FrontVerdict
 from deboom.explore.robust import Robust
 from deboom.explore.search import nsga2
+from deboom.files.front_run import ComparedRun
 from deboom.files.front_table import FrontTable
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import RunEntry
-from deboom.study.compare import Comparison, JudgedRun, judged
-from deboom.study.options import Sampler, factor_space, tolerance_sample
-from deboom.study.rebuilt import ComparedRun
+from deboom.runs.compare import Comparison, JudgedRun, judged
+from deboom.runs.options import Sampler, tolerance_sample
 from deboom.vehicles.booming_model import Motion
+from deboom.vehicles.design_factor import factor_space
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"
 SEEDS = range(1, 1 + draws(10))

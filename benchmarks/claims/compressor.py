@@ -68,8 +68,8 @@ from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import InertanceTest
-from deboom.study.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
-from deboom.study.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
+from deboom.pages.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
+from deboom.pages.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
 N_PARTS = draws(4000)
 STATES = {

@@ -25,7 +25,7 @@ from deboom.bench.electric_car import MOUNTS, columns_of, frozen_fleet
 from deboom.bench.electric_car_writer import CAR_PLAN, write_electric_car
 from deboom.compressor.unbalance import unbalance
 from deboom.measurement.compressor_test import HoseState
-from deboom.study.compressor_noise import (
+from deboom.pages.compressor_noise import (
     HOSE_BAND,
     MODES,
     CarNoise,
@@ -58,7 +58,7 @@ def _carried_out(seed: int, *, identical: bool = False) -> dict[str, Any]:
         folder = write_electric_car(Path(scratch) / name, seed, name, fleet, plan=plan)
         running, noise = noise_of_car(folder, NoisePlan(), lambda _: None, seed=seed)
         covered, forces = _against_truth(folder / "truth", noise)
-        raw = unbalance(running.car.operation, running.found, running.source.options)
+        raw = unbalance(running.car.operation, running.identification, running.source.options)
     return {
         **_deviations(sweep_errors(noise)),
         "covered": covered,

@@ -20,9 +20,9 @@ from claims import CASES, Claim, at_most, in_processes, over_draws
 from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel
 from deboom.explore.space import generator
-from deboom.study import compressor_fleet
-from deboom.study.compressor_fleet import exact_levels, mounted_fleet, virtual_fleet
-from deboom.study.runner import load_study
+from deboom.runs import compressor_fleet
+from deboom.runs.compressor_fleet import exact_levels, mounted_fleet, virtual_fleet
+from deboom.runs.runner import load_study
 
 STUDY = load_study("compressor_robust_front")
 N_DESIGNS = 20

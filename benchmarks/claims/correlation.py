@@ -11,8 +11,8 @@ import time
 from typing import Any
 
 from claims import Claim, at_least, at_most, between, draws
-from deboom.study.correlation import Plan
-from deboom.study.runner import load_study
+from deboom.pages.correlation import Plan
+from deboom.runs.runner import load_study
 
 SEEDS = tuple(range(1, 1 + draws(2)))
 MANY = {"designs": 4096, "plan": Plan.sobol, "draws": 2, "resamples": 100}

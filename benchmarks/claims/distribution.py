@@ -40,9 +40,9 @@ from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_
 from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.operating_test import read_operating_test
 from deboom.mounts.mount import not_identified
+from deboom.pages.compressor_identification import errors_of, read_compressor_truth
+from deboom.pages.compressor_unbalance import read_unbalance_truth
 from deboom.physics.sound_level import spl
-from deboom.study.compressor_identification import errors_of, read_compressor_truth
-from deboom.study.compressor_unbalance import read_unbalance_truth
 from deboom.vehicles.booming_peaks import PressureComparison
 
 DRAWS = draws(20)

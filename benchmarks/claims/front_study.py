@@ -14,7 +14,7 @@ import time
 import numpy as np
 
 from claims import Claim, at_least, at_most, between, draws
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 
 SEEDS = range(1, 1 + draws(5))
 

@@ -33,13 +33,13 @@ from deboom.bench.sensors import (
     measured_run,
 )
 from deboom.files.platform import read_platform
+from deboom.files.uncertain_index import UncertainIndex
 from deboom.measurement.channels import Frf, LoadCase, Spectrum
 from deboom.measurement.uncertainty import method_difference, pivotal_interval
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.surface_forces import Outside, surface_forces
-from deboom.study.mount_characterisation import characterise_virtual
-from deboom.study.uncertain_index import UncertainIndex
+from deboom.pages.mount_characterisation import characterise_virtual
 from deboom.vehicles.booming_model import booming_model
 from deboom.vehicles.fleet import Fleet, Vehicle
 from deboom.vehicles.platform import Platform

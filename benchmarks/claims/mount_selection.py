@@ -16,7 +16,7 @@ from deboom.bench.powertrain import load_bench, with_mount_set
 from deboom.files.platform import read_platform
 from deboom.mounts.surface_forces import Outside
 from deboom.physics.sound_level import spl
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import path_transfer
 from deboom.vehicles.platform import MountSource, Runs

@@ -22,7 +22,7 @@ import pandas as pd
 from claims import CASES, Claim, in_processes, over_draws
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.study.second_engine import engine_numbers, virtual_engine
+from deboom.pages.second_engine import engine_numbers, virtual_engine
 
 SETS = ("M1", "M2", "M3", "M4", "M5")
 

@@ -12,7 +12,7 @@ from __future__ import annotations
 import pandas as pd
 
 from claims import Claim, at_most
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
 
 LOUD, BATTERY = [f"U06-{number}" for number in range(1, 5)], "U06-5"

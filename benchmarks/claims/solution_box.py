@@ -22,8 +22,8 @@ import numpy as np
 from claims import Claim, at_least, at_most, between, draws, in_processes
 from deboom.explore.box import BoxQuestion
 from deboom.explore.largest_box import BoxEffort, largest_box
-from deboom.study.platform_model import MotionOptions
-from deboom.study.runner import load_study
+from deboom.runs.platform_options import MotionOptions
+from deboom.runs.runner import load_study
 from deboom.vehicles.booming_model import Motion
 from known_boxes import exact_share, ratio_of, two_vehicles
 
@@ -58,7 +58,7 @@ def fleet_claims() -> list[Claim]:
     point = STUDY.pareto_point(model, options, lambda *_: None)
     question = STUDY.question(model, options)
     study = STUDY.box_study(model, point, question, options, lambda *_: None)
-    found, check = study.found, study.found.verified
+    found, check = study.solution, study.solution.verified
     where = "U06, none louder than today"
     return [
         at_most(f"{where}: seconds to the verified box", 60, found.seconds, 1),

@@ -27,10 +27,10 @@ from deboom.bench.powertrain import (
     static_deflection,
 )
 from deboom.files.acceptance import read_measured_sheet, read_specification
-from deboom.study.delivery import Demand, PartVerdict, judged_delivery
-from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_page import supplier_sheets
-from deboom.study.supplier_study import SheetFiles
+from deboom.runs.runner import load_study, run_study
+from deboom.runs.supplier_sheets import supplier_sheets
+from deboom.supplier.delivery import Demand, PartVerdict, judged_delivery
+from deboom.supplier.sources import SheetFiles
 from deboom.vehicles.booming_model import Motion
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -35,7 +35,7 @@ import pandas as pd
 from claims import CASES, Claim, in_processes, over_draws, reported
 from deboom.mounts.characterise import CharacteriseOptions, characterise
 from deboom.report import Report
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 from deboom.vehicles import synthesis
 from deboom.vehicles.synthesis import (
     BLOCKED,

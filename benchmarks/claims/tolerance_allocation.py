@@ -10,10 +10,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from claims import Claim, at_most, between, draws
-from deboom.study.made_parts import ScatterOptions
-from deboom.study.platform_model import MotionOptions
-from deboom.study.runner import load_study
-from deboom.study.search import SearchOptions
+from deboom.runs.made_parts import ScatterOptions
+from deboom.runs.platform_options import MotionOptions
+from deboom.runs.runner import load_study
+from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -12,9 +12,9 @@ from typer import Option
 
 from deboom import plot
 from deboom.report import Report
-from deboom.study.options import Seed
-from deboom.study.platform_model import MotionOptions, PlatformOptions
-from deboom.study.result import RunContext
+from deboom.runs.options import Seed
+from deboom.runs.platform_options import MotionOptions, PlatformOptions
+from deboom.runs.result import RunContext
 
 
 @dataclass(frozen=True)

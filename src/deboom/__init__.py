@@ -1,9 +1,9 @@
 """deboom takes the booming noise (15-140 Hz) out of vehicles.
 
 `import deboom` offers the names that ``__init__.pyi`` lists; each is loaded when it is first used.
-Everything else is found in the rooms: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
-`compressor`, `explore`, `files`, `plot`, `report`, `study` and, for a virtual laboratory with known
-truth, `bench`.
+Everything else stands in the packages: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
+`compressor`, `explore`, `files`, `plot`, `report`, `pages`, `supplier`, `runs` and, for a virtual
+laboratory with known truth, `bench`.
 """
 
 import lazy_loader

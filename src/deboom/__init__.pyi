@@ -55,10 +55,10 @@ from .mounts.response_surface import compare_models as compare_models
 from .physics.elastic_centre import centre_of_stiffness as centre_of_stiffness
 from .physics.elastic_centre import dynamic_centre_of_stiffness as dynamic_centre_of_stiffness
 from .physics.sound_level import spl as spl
-from .study.delivery import judged_delivery as judged_delivery
-from .study.problems import BoomingProblem as BoomingProblem
-from .study.problems import CatalogueProblem as CatalogueProblem
-from .study.problems import CompressorProblem as CompressorProblem
+from .runs.problems import BoomingProblem as BoomingProblem
+from .runs.problems import CatalogueProblem as CatalogueProblem
+from .runs.problems import CompressorProblem as CompressorProblem
+from .supplier.delivery import judged_delivery as judged_delivery
 from .vehicles.booming_model import BoomingModel as BoomingModel
 from .vehicles.path_analysis import analyse_paths as analyse_paths
 from .vehicles.platform import Platform as Platform

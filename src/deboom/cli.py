@@ -30,7 +30,7 @@ class Commands(TyperGroup):
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
-        from deboom.study.progress import one_sentence_errors
+        from deboom.runs.progress import one_sentence_errors
 
         with one_sentence_errors():
             return super().invoke(ctx)
@@ -108,7 +108,7 @@ def run(
     if study is None or study in ("--help", "-h"):
         typer.echo(context.get_help())
         raise typer.Exit
-    from deboom.study.runner import study_command
+    from deboom.runs.runner import study_command
 
     command = study_command(study)
     command(args=list(context.args), prog_name=f"deboom run {study}")
@@ -122,7 +122,7 @@ def studies(
     ] = None,
 ) -> None:
     """List the studies with their questions."""
-    from deboom.study.runner import question_of, study_files
+    from deboom.runs.runner import question_of, study_files
 
     for path in study_files(folder):
         typer.echo(f"{path.as_posix()}\n    {question_of(path)}")

@@ -74,11 +74,10 @@ def identify(
     """
     from deboom.compressor.identify import IdentifyOptions
     from deboom.compressor.virtual_point_fit import THESIS_BANDS
-    from deboom.study.compressor_identification import Beside
-    from deboom.study.free_body_report import free_body_into_run
-    from deboom.study.identification_report import identify_into_run
-    from deboom.study.options import band_of
-    from deboom.study.progress import progress_bar
+    from deboom.pages.compressor_identification import Beside
+    from deboom.runs.identify import free_body_into_run, identify_into_run
+    from deboom.runs.options import band_of
+    from deboom.runs.progress import progress_bar
 
     if free:
         lines_of_fit = None if band is None else band_of(band[0])
@@ -181,10 +180,10 @@ def unbalance(
     from deboom.compressor.unbalance_load import RotationSense
     from deboom.files.limits import read_component_limits
     from deboom.measurement.compressor_test import HoseState
-    from deboom.study.compressor_unbalance import UnbalancePlan
-    from deboom.study.options import band_of
-    from deboom.study.progress import progress_bar
-    from deboom.study.unbalance_report import unbalance_into_run
+    from deboom.pages.compressor_unbalance import UnbalancePlan
+    from deboom.runs.options import band_of
+    from deboom.runs.progress import progress_bar
+    from deboom.runs.unbalance import unbalance_into_run
 
     options = UnbalanceOptions(
         hoses=None if hoses is None else HoseState(hoses),
@@ -245,7 +244,7 @@ def orders(
     nothing did; and what was resampled.
     """
     from deboom.measurement.order_tracking import TrackingOptions
-    from deboom.study.campaigns import described_orders, orders_into_campaign
+    from deboom.runs.campaigns import described_orders, orders_into_campaign
 
     options = TrackingOptions(
         bandwidth=bandwidth,
@@ -286,8 +285,8 @@ def list_mounts(library: Where) -> None:
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
-        found = opened.identities()
-    typer.echo(pd.DataFrame(found).to_string(index=False) if found else "no mount")
+        identities = opened.identities()
+    typer.echo(pd.DataFrame(identities).to_string(index=False) if identities else "no mount")
 
 
 @library_app.command()
@@ -346,13 +345,13 @@ def export(
         kind = file.suffix.lower()
         if kind not in (".xlsx", ".json"):
             raise InputError(f"{file}: name a file that ends with .xlsx or .json")
-        found = opened.identities(
+        identities = opened.identities(
             campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
-        if not found:
+        if not identities:
             raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
-        mounts = [opened.load(identity) for identity in found]
-        names = {identity.campaign for identity in found}
+        mounts = [opened.load(identity) for identity in identities]
+        names = {identity.campaign for identity in identities}
         campaigns = [record for record in opened.campaigns() if record.name in names]
         write = write_library_xlsx if kind == ".xlsx" else write_library_json
         write(file, campaigns, mounts)
@@ -374,8 +373,8 @@ def characterise(
 ) -> None:
     """Characterise the mounts of a measurement campaign and keep them in a library."""
     from deboom.mounts.characterise import CharacteriseOptions
-    from deboom.study.campaigns import characterise_into_library, described, track_untracked
-    from deboom.study.progress import progress_bar
+    from deboom.runs.campaigns import characterise_into_library, described, track_untracked
+    from deboom.runs.progress import progress_bar
 
     with progress_bar("characterise") as progress:
         if time_runs:
@@ -387,7 +386,7 @@ def characterise(
         )
     for result in results:
         typer.echo(described(result))
-    typer.echo(f"{sum(len(one.mounts) for one in results)} mounts kept in {library}")
+    typer.echo(f"{sum(len(of_set.mounts) for of_set in results)} mounts kept in {library}")
 
 
 def _described(value: CharacterisedMount) -> str:

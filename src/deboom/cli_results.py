@@ -22,7 +22,7 @@ def list_(
 
     An unfinished run was interrupted: `deboom run STUDY --resume RUN` goes on with it.
     """
-    from deboom.study.overview import list_lines, refresh_overview
+    from deboom.runs.overview import list_lines, refresh_overview
 
     for line in list_lines(results):
         typer.echo(line)
@@ -38,7 +38,7 @@ def show(
 ) -> None:
     """Show one run: question, options, headline numbers, versions, and if a file was edited."""
     from deboom.files.run_folder import read_run
-    from deboom.study.overview import show_lines
+    from deboom.runs.overview import show_lines
 
     for line in show_lines(read_run(run)):
         typer.echo(line)
@@ -58,7 +58,7 @@ def compare(
     or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
     run folders with edited files.
     """
-    from deboom.study.compare import compare_runs
+    from deboom.runs.compare import compare_runs
 
     folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
     for verdict in verdicts:
@@ -71,6 +71,9 @@ def report(
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
     interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
     beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(help="Of the interactive page; repeatable.")
+    ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
     design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
@@ -92,9 +95,11 @@ def report(
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
     Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
-    --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
-    stiffness and hear their run-up; --beside lays another front over it. The model is built again
-    from the run's options; edited files are refused.
+    --interactive: one offline page with the model in it. Sliders change every stiffness, the page
+    computes the levels of all vehicles with their scatter and improves a design within limits;
+    below, designs of a front or an experiment are brushed, pinned and heard. --beside lays another
+    front over it, --vehicle names the vehicles of a page that would be too large. The model is
+    built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -109,14 +114,16 @@ def report(
                 "--anonymous, --mount, --box, --tolerances, --sharing and --since belong to "
                 "--supplier: the other page shows everything by its name"
             )
-        from deboom.study.interactive_front import write_interactive_page
+        from deboom.runs.interactive_page import write_interactive_page
 
-        page = write_interactive_page(run, studies=studies, out=out, beside=beside)
+        page = write_interactive_page(
+            run, studies=studies, out=out, beside=beside, vehicles=vehicle or ()
+        )
         typer.echo(page.as_posix())
     if not supplier:
         return
-    from deboom.study.supplier_page import supplier_sheets
-    from deboom.study.supplier_study import SheetFiles
+    from deboom.runs.supplier_sheets import supplier_sheets
+    from deboom.supplier.sources import SheetFiles
 
     if since is not None and mount is None:
         raise InputError("--since compares the sheets of one mount: say --mount")
@@ -152,7 +159,7 @@ def listen(
 
     Try: deboom listen results/u06_platform/RUN --seconds 15
     """
-    from deboom.study.listen import write_run_ups
+    from deboom.runs.listen import write_run_ups
 
     for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
         typer.echo(path.as_posix())
@@ -173,7 +180,7 @@ def driven(
     peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
     sure the measured change is.
     """
-    from deboom.study.driven import driven_into_run
+    from deboom.runs.driven import driven_into_run
 
     path = driven_into_run(run, folder, pick=design, out=out, studies=studies, seed=seed)
     typer.echo(path.as_posix())
@@ -214,8 +221,8 @@ def accept(
 
     deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
     """
-    from deboom.study.accept import accept_into_run
-    from deboom.study.progress import progress_bar
+    from deboom.runs.accept import accept_into_run
+    from deboom.runs.progress import progress_bar
 
     with progress_bar("accept") as progress:
         run = accept_into_run(
@@ -271,11 +278,13 @@ def check(
         Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
     ],
 ) -> None:
-    """List everything missing or wrong in a folder of measurements, or what it holds.
+    """List what is missing or wrong in a folder of measurements, or what it holds.
 
-    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Each
-    fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
-    as mounts, vehicles, lines and runs; exit code 0.
+    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Its
+    keys are looked at first, then tables, then files of functions, then the physics: all faults of
+    the first of these that has one are listed, and what was not looked at is named. Each fault
+    names its file, the item and the remedy; exit code 2. Without a fault: what was read, such as
+    mounts, vehicles, lines and runs; exit code 0.
     """
     from deboom.files.check import check_folder
 

@@ -56,3 +56,14 @@ def choice(kind: type[_Choice], word: str | _Choice, item: str) -> _Choice:
     if isinstance(word, kind):
         return word
     return kind(word_of(str(word), [str(member.value) for member in kind], item))
+
+
+MOST_LISTED = 24
+"""Names that a sentence can still be read with."""
+
+
+def listed(names: Sequence[str]) -> str:
+    """Write names with commas and an ``and``; of very many the first three and how many more."""
+    if len(names) > MOST_LISTED:
+        return f"{', '.join(names[:3])} and {len(names) - 3} others"
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

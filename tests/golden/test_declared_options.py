@@ -6,7 +6,7 @@ from pathlib import Path
 import typer
 
 from deboom.cli import app
-from deboom.study.runner import study_command, study_files
+from deboom.runs.runner import study_command, study_files
 from pinned_pages import hold_lines
 
 

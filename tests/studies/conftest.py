@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from summary_keys import described, undefined
 
-from deboom.study.runner import Study, load_study
+from deboom.runs.runner import Study, load_study
 from pinned_pages import run_aloud
 
 STUDIES = Path(__file__).parents[2] / "studies"

@@ -19,8 +19,8 @@ from deboom.files.acceptance import (
     read_solution_box,
     write_solution_box,
 )
-from deboom.study.delivery import Demand, PartVerdict, judged_delivery, limited_axes
-from deboom.study.overview import command_of
+from deboom.runs.overview import command_of
+from deboom.supplier.delivery import Demand, PartVerdict, judged_delivery, limited_axes
 from pinned_pages import hold
 
 PLATFORM = Path(__file__).parents[2] / "studies" / "data" / "u06_f39_f45"

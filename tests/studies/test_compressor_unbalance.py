@@ -1,4 +1,4 @@
-"""The study of running compressors with one of them, through the same door as a user."""
+"""The study of running compressors with one of them, through the same command as a user."""
 
 import json
 from pathlib import Path
@@ -13,7 +13,7 @@ from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_operating_test
 from deboom.files.operating_test import OPERATING_TEST_FILE, OperatingTestFile
 from deboom.files.schema import dump_toml, load_toml
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 from pinned_pages import hold, run_aloud
 
 STUDY, BUDGET = load_study("compressor_unbalance"), {}

@@ -14,8 +14,7 @@ from command_line import call
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench
 from deboom.choices import Pick
-from deboom.study.rebuilt import compared_run
-from deboom.study.supplier_study import supplier_study
+from deboom.runs.rebuilt import compared_run, supplier_study
 from pinned_pages import hold
 from resolved_truth import scaled_bench
 

@@ -1,4 +1,4 @@
-"""The correlation studies at a tiny budget, through the same door as a user."""
+"""The correlation studies at a tiny budget, through the same command as a user."""
 
 import json
 
@@ -7,8 +7,8 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.space import stiffness_factor_space
-from deboom.study.correlation import DoeRequest, Plan
-from deboom.study.runner import load_study, run_study
+from deboom.pages.correlation import DoeRequest, Plan
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.platform import MountSource
 from pinned_pages import hold
 

@@ -16,9 +16,9 @@ import pytest
 from deboom.choices import Pick
 from deboom.files.check import check_platform
 from deboom.files.platform import read_platform
-from deboom.study.interactive_front import write_interactive_page
-from deboom.study.listen import write_run_ups
-from deboom.study.runner import load_study, run_study, study_files
+from deboom.runs.interactive_page import write_interactive_page
+from deboom.runs.listen import write_run_ups
+from deboom.runs.runner import load_study, run_study, study_files
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.study.runner import load_study, run_study
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import NaturalFrequencies
 

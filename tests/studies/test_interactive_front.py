@@ -15,11 +15,12 @@ from command_line import call
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.run_folder import read_run
+from deboom.pages.interactive_front import interactive_front, overlaid
 from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
-from deboom.study.interactive_front import interactive_front, overlaid, write_interactive_page
-from deboom.study.runner import load_study, run_study
-from deboom.study.supplier_study import supplier_study
+from deboom.runs.interactive_page import write_interactive_page
+from deboom.runs.rebuilt import supplier_study
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 

@@ -11,8 +11,8 @@ from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.runner import load_study, run_study
-from deboom.study.uncertain_index import uncertain_index
+from deboom.files.uncertain_index import uncertain_index
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion, model_of_other_data
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.uncertain_data import CALIBRATION, PATHS, MeasuredArrays

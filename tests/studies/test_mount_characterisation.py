@@ -1,4 +1,4 @@
-"""The characterisation study at a tiny budget, through the same door as a user."""
+"""The characterisation study at a tiny budget, through the same command as a user."""
 
 import shutil
 from dataclasses import replace
@@ -13,11 +13,11 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.response_surface import standard_models
+from deboom.pages import mount_characterisation as characterisation
+from deboom.pages import mount_figures
+from deboom.pages.mount_characterisation import characterise_given, direction_numbers
 from deboom.report.report import Picture, Report
-from deboom.study import mount_characterisation as characterisation
-from deboom.study import mount_figures
-from deboom.study.mount_characterisation import characterise_given, direction_numbers
-from deboom.study.runner import load_study, run_study
+from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 
 DRAWN = Report.figure

@@ -10,8 +10,8 @@ from deboom.errors import InputError
 from deboom.files.library_export import read_library_json
 from deboom.files.platform import CATALOGUE_FILE, read_platform
 from deboom.mounts.library import open_library
-from deboom.study.interactive_front import write_interactive_page
-from deboom.study.runner import load_study, run_study
+from deboom.runs.interactive_page import write_interactive_page
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 from pinned_pages import hold

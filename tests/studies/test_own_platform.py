@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from command_line import call
-from deboom.study import supplier_numbers
+from deboom.supplier import numbers as supplier_numbers
 
 EXAMPLE = Path(__file__).parents[2] / "docs" / "guides" / "example_measurements.py"
 MOUNTS = ("Front", "Left", "Right", "Roll")

@@ -1,4 +1,4 @@
-"""A second engine in the study of mounts at a tiny budget, through the same door as a user."""
+"""A second engine in the study of mounts at a tiny budget, through the same command as a user."""
 
 from dataclasses import replace
 
@@ -12,9 +12,9 @@ from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
-from deboom.study import second_engine
-from deboom.study.campaigns import characterise_into_library
-from deboom.study.runner import load_study, run_study
+from deboom.pages import second_engine
+from deboom.runs.campaigns import characterise_into_library
+from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 
 STUDY = load_study("mount_characterisation")

@@ -12,7 +12,7 @@ from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.largest_box import BoxEffort, largest_box
 from deboom.files.acceptance import read_solution_box
-from deboom.study.runner import load_study, run_study
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 

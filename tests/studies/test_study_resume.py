@@ -1,4 +1,4 @@
-"""A run that is killed goes on, by the same door, and ends with the same files."""
+"""A run that is killed goes on, by the same command, and ends with the same files."""
 
 import json
 import os
@@ -25,8 +25,8 @@ from deboom.explore.search import nsga2
 from deboom.explore.space import stiffness_factor_space
 from deboom.explore.workers import workers_for
 from deboom.files import run_folder as run_lock
-from deboom.study import runner
-from deboom.study.runner import load_study, resume_study, run_study
+from deboom.runs import runner
+from deboom.runs.runner import load_study, resume_study, run_study
 from known_truth import quad2
 
 STUDY = Path(__file__).parents[2] / "benchmarks" / "quad2_front.py"
@@ -401,7 +401,6 @@ def test_nobody_at_the_address(monkeypatch):
 
 
 def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "WORKER_S", 2.0)
     file = tmp_path / "scheduler.json"
     program = (sys.executable, "-m")
     where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
@@ -418,7 +417,10 @@ def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monk
         of_worker = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
         worker = [*program, "distributed.cli.dask_worker", *of_worker]
         started.append(subprocess.Popen(worker, **quiet))
+        with distributed.Client(address) as client:
+            client.wait_for_workers(1, timeout=120)
         with monkeypatch.context() as patch:
+            patch.setattr(workers, "WORKER_S", 2.0)
             patch.setattr(searches, "nsga2", stopped(5, scheduler.kill))
             with pytest.raises(InputError, match="scheduler of the cluster does not answer"):
                 run_study(study, tmp_path / "results", {**BUDGET, "scheduler": address})

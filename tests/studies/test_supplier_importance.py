@@ -8,8 +8,8 @@ import pandas as pd
 import pytest
 
 from command_line import call, refused
-from deboom.study.runner import load_study, run_study
-from deboom.study.sensitivity import SLOPE
+from deboom.pages.sensitivity import SLOPE
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 

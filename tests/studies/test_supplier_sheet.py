@@ -22,15 +22,13 @@ from deboom.files import acceptance
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import hash_files
 from deboom.mounts.mount import mean_operating_stiffness
-from deboom.study import supplier_numbers, supplier_page, supplier_study
-from deboom.study.supplier_numbers import LABORATORY, SupplierEffects, machine_states
-from deboom.study.supplier_page import documents, middle_design
-from deboom.study.supplier_sheet import (
-    MountSheet,
-    asked_capability,
-    measured_capability,
-    proving_parts,
-)
+from deboom.runs.rebuilt import supplier_study
+from deboom.supplier import numbers as supplier_numbers
+from deboom.supplier import page as supplier_page
+from deboom.supplier import sources
+from deboom.supplier.numbers import LABORATORY, SupplierEffects, machine_states
+from deboom.supplier.page import documents, middle_design
+from deboom.supplier.sheet import MountSheet, asked_capability, measured_capability, proving_parts
 from deboom.vehicles.free_directions import Need
 from pinned_pages import hold
 
@@ -39,7 +37,7 @@ UNKNOWN = ("EnM y", "GeM y", "TSM y")
 FREE = ("Du y", "Du z")
 INTERVALS = {"TSM x": (0.70, 0.84), "Du x": (0.70, 1.05)}
 SEARCHED = (0.68, 1.38)
-NO_SOURCES = supplier_study.SheetSources(acceptance.Programme(), None, {}, None, None)
+NO_SOURCES = sources.SheetSources(acceptance.Programme(), None, {}, None, None)
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +47,7 @@ def results(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def study(front_run):
-    return supplier_study.supplier_study(front_run, STUDIES, Pick.best_mean)
+    return supplier_study(front_run, STUDIES, Pick.best_mean)
 
 
 @pytest.fixture(scope="module")
@@ -136,16 +134,16 @@ def sharing_run(study, results):
 
 
 def sheet_of(study, mount="TSM", files=None, language=Language.en, **changes):
-    sources = supplier_study.sheet_sources(study, files or supplier_study.SheetFiles())
-    sources = replace(sources, **changes)
-    middle = middle_design(study, supplier_study.bands(study, sources))
+    given = sources.sheet_sources(study, files or sources.SheetFiles())
+    given = replace(given, **changes)
+    middle = middle_design(study, sources.bands(study, given))
     one = next(m for m in study.platform.mounts if m.name == mount)
-    return MountSheet(study, sources, SupplierEffects(study, middle), one, (), language)
+    return MountSheet(study, given, SupplierEffects(study, middle), one, (), language)
 
 
 @pytest.fixture(scope="module")
 def sheet(study, box_run, sharing_run, few_draws):
-    return sheet_of(study, files=supplier_study.SheetFiles(box=box_run, sharing=sharing_run))
+    return sheet_of(study, files=sources.SheetFiles(box=box_run, sharing=sharing_run))
 
 
 def report(*words, **code):
@@ -264,7 +262,7 @@ def test_a_frequency_that_was_not_measured_is_refused(study):
 
 
 def test_a_band_is_the_allocations_or_the_searchs_where_no_box_was_made(study, tolerance_run):
-    allocated = sheet_of(study, files=supplier_study.SheetFiles(tolerances=tolerance_run))
+    allocated = sheet_of(study, files=sources.SheetFiles(tolerances=tolerance_run))
     searched = sheet_of(study)
     pick = study.wanted[study.space.names.index("TSM x")]
     place = [d.name for d in study.directions].index("TSM x")
@@ -288,7 +286,7 @@ def test_the_test_has_specification_and_guarded_limits(sheet, study, box_run):
     programme = acceptance.Programme.model_validate(
         {"test": {"uncertainty": 0.2}, "mounts": [part]}
     )
-    unsure = sheet_of(study, files=supplier_study.SheetFiles(box=box_run), programme=programme)
+    unsure = sheet_of(study, files=sources.SheetFiles(box=box_run), programme=programme)
     assert unsure.test["decides"].tolist() == ["no: this test cannot decide"]
     conditioned = "conditioned up to x, y, z [N]"
     assert unsure.programme.set_index("field").loc[conditioned, "value"] == "-1500; 0; 0"
@@ -317,17 +315,17 @@ def numbers(text):
 def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
     study, box_run, sharing_run, tmp_path, few_draws, language
 ):
-    files = supplier_study.SheetFiles(box=box_run, sharing=sharing_run)
+    files = sources.SheetFiles(box=box_run, sharing=sharing_run)
     content = sheet_of(study, files=files, language=language)
     html, data = documents(content, "")
     path, page = tmp_path / "sheet.xlsx", tmp_path / "sheet.html"
     path.write_bytes(data)
     page.write_text(html, encoding="utf-8")
     hold(page, f"supplier_{language.value}")
-    foot = supplier_page._provenance(content, files)
+    foot = supplier_page.provenance(content, files)
     assert f"deboom report {study.run.entry.folder.name} --supplier" in foot
     assert f"--box {box_run.name} --sharing {sharing_run.name}" in foot
-    everything = "\n".join([html, foot, supplier_study.workbook_text(data)])
+    everything = "\n".join([html, foot, sources.workbook_text(data)])
     assert str(tmp_path.parents[1]) not in everything
     assert str(STUDIES.parent) not in everything
     values, words = [], []
@@ -340,7 +338,7 @@ def test_every_number_of_the_page_stands_in_a_table_of_the_workbook(
             words += [v for v in row if isinstance(v, str)]
     known = {n.replace(",", ".") for n in numbers(" ".join(words))}
     known |= {"14253", "1", "95", "90", "10", "-1"}  # of the standard and of the intervals
-    shown = numbers(supplier_study.page_text(html).partition("\n")[2])
+    shown = numbers(sources.page_text(html).partition("\n")[2])
     assert len(shown) > 80
     untraced = []
     for text in shown:
@@ -372,16 +370,14 @@ def test_an_anonymous_sheet_tells_no_name_no_limit_and_no_command(anonymous, fro
         *("u06_f39_f45", "Compact platform,", "robust_front", str(front_run), str(STUDIES)),
         *("54.4", "deboom report", "EnM", "GeM", "three cylinders"),
     ]
-    read = "\n".join(
-        [html, supplier_study.workbook_text(workbook.read_bytes()), page.name, workbook.name]
-    )
+    read = "\n".join([html, sources.workbook_text(workbook.read_bytes()), page.name, workbook.name])
     read = re.sub(r"\b[0-9a-f]{12,}\b|base64,[\w+/=]*", "", read).lower()
     assert [secret for secret in secrets if secret.lower() in read] == []
     assert not re.search(r"(src|href)=\"(?!data:|#)", html)
 
 
 def test_a_description_that_names_a_vehicle_is_refused_when_anonymous(sheet, study):
-    secret = replace(sheet, secrets=supplier_study.secrets_of(study), sources=NO_SOURCES)
+    secret = replace(sheet, secrets=sources.secrets_of(study), sources=NO_SOURCES)
     documents(secret, "")  # as it is, it tells nothing
     told = replace(sheet.mount, description="strut of U06-1")
     with pytest.raises(InputError, match="would show 'U06"):
@@ -420,7 +416,7 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
     counts = [summary[f"n_{what}"] for what in ("passed", "undecided", "failed")]
     assert counts == [18, 1, 1]
     assert len(pd.read_csv(run / "levels.csv")) == 5
-    supplier = supplier_study.page_text((run / "supplier.html").read_text(encoding="utf-8"))
+    supplier = sources.page_text((run / "supplier.html").read_text(encoding="utf-8"))
     assert "P20" in supplier
     assert "U06" not in supplier
     assert "dB" not in supplier
@@ -433,7 +429,7 @@ def test_a_filled_in_sheet_comes_back_as_verdicts_on_two_pages(anonymous, box_ru
 
 
 def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, few_draws, tmp_path):
-    content = sheet_of(study, files=supplier_study.SheetFiles(box=box_run), language=Language.de)
+    content = sheet_of(study, files=sources.SheetFiles(box=box_run), language=Language.de)
     path = tmp_path / "blatt.xlsx"
     path.write_bytes(documents(content, "")[1])
     known = content.specification.musts["x"].today_n_per_mm
@@ -451,7 +447,7 @@ def test_a_german_sheet_comes_back_with_ratios_to_todays_part(study, box_run, fe
     result = call("accept", path, back, "--out", tmp_path)
     run = Path(result.stdout.strip().splitlines()[-1])
     page = (run / "supplier.html").read_text(encoding="utf-8")
-    read = supplier_study.page_text(page)
+    read = sources.page_text(page)
     assert all(word in read for word in ("bestanden", "Cpk mindestens", "Charge", "Lager TSM"))
     assert re.search(r"x außerhalb: [\d,]+ N/mm, gefordert [\d,]+ bis [\d,]+ N/mm", read)
     english = ("outside", "asked", "pass", "fail", "batch", "mount", "parts", "of today", "mean")
@@ -556,7 +552,7 @@ def test_a_programme_with_unknown_fields_is_one_sentence(tmp_path, text, sentenc
 def test_pieces_of_something_else_are_refused(study, box_run, tolerance_run, front_run, tmp_path):
     def refused(sentence, wanted=study, **files):
         with pytest.raises(InputError, match=sentence):
-            supplier_study.sheet_sources(wanted, supplier_study.SheetFiles(**files))
+            sources.sheet_sources(wanted, sources.SheetFiles(**files))
 
     box, path = acceptance.read_solution_box(box_run), tmp_path / "box.json"
     acceptance.write_solution_box(path, box.model_copy(update={"platform_sha256": "0" * 64}))

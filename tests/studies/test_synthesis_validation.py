@@ -1,4 +1,4 @@
-"""The validation of a synthesis at a tiny budget, through the same door as a user."""
+"""The validation of a synthesis at a tiny budget, through the same command as a user."""
 
 import json
 import shutil
@@ -15,8 +15,8 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.errors import InputError
-from deboom.study.campaigns import virtual_vehicles
-from deboom.study.runner import load_study, run_study
+from deboom.runs.campaigns import virtual_vehicles
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles import synthesis
 
 STUDY = load_study("synthesis_validation")

@@ -10,8 +10,8 @@ import pytest
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.run_folder import read_run
-from deboom.study.made_parts import target_limits, tolerance_cost
-from deboom.study.runner import load_study, run_study
+from deboom.runs.made_parts import target_limits, tolerance_cost
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
 

@@ -10,8 +10,8 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.study.platform_model import PART_WARNING, motion_report
-from deboom.study.runner import run_study
+from deboom.pages.motion import PART_WARNING, motion_report
+from deboom.runs.runner import run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.design_factor import Factor
 
@@ -26,7 +26,6 @@ def runs():
 
 
 def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
-    pytest.importorskip("numba")
     options = {"motion": Motion.amplitude, "factor": Factor.part, "band": (24.0, 28.0)}
     run = run_study(quick_front, tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
@@ -47,7 +46,6 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_
 
 
 def test_compiled_and_plain_kernel_agree_on_parts(runs):
-    pytest.importorskip("numba")
     compiled = runs.model(Motion.amplitude, Factor.part)
     plain = replace(compiled, compiled=False)
     designs = np.random.default_rng(1).uniform(0.8, 1.2, (70, 12))

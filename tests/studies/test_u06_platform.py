@@ -1,4 +1,4 @@
-"""The platform study at a tiny budget, through the same door as a user."""
+"""The platform study at a tiny budget, through the same command as a user."""
 
 import json
 from dataclasses import replace
@@ -8,10 +8,10 @@ import pandas as pd
 import pytest
 
 from deboom.files.run_folder import read_run
-from deboom.study import correlation
-from deboom.study.platform_model import PlatformOptions
-from deboom.study.rebuilt import rebuilt_model
-from deboom.study.runner import load_study, run_study
+from deboom.pages import correlation
+from deboom.runs.platform_options import PlatformOptions
+from deboom.runs.rebuilt import rebuilt_model
+from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
 

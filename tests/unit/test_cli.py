@@ -13,8 +13,8 @@ from broken_files import content, edited, functions
 import deboom
 from command_line import call, refused
 from deboom.errors import DataWarning
-from deboom.study.overview import command_of
-from deboom.study.progress import one_sentence_errors
+from deboom.runs.overview import command_of
+from deboom.runs.progress import one_sentence_errors
 
 ROOT = Path(__file__).parents[2]
 STUDY = ROOT / "studies" / "u06_robust_front.py"
@@ -82,7 +82,7 @@ def test_bad_options_end_with_one_sentence_and_write_nothing(tmp_path, options, 
 def test_options_of_late_steps_are_refused_before_any_work(
     tmp_path, monkeypatch, study, options, words
 ):
-    monkeypatch.setattr("deboom.study.runner.run_study", lambda *_: pytest.fail("work began"))
+    monkeypatch.setattr("deboom.runs.runner.run_study", lambda *_: pytest.fail("work began"))
     refused(("run", study, "--out", tmp_path, *options), *words)
 
 

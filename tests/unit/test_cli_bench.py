@@ -13,7 +13,7 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.choices import CalibrationLevel, CompressorCase, HoseCase
 from deboom.files.campaign import read_campaign
 from deboom.files.library_export import read_library_json
-from deboom.study import campaigns as platform_library
+from deboom.runs import campaigns as platform_library
 from deboom.vehicles.platform import LIBRARY_FILE
 
 RUNS = campaign.TRAINING_RUNS[:1]

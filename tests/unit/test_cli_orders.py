@@ -14,8 +14,8 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.library import open_library
-from deboom.study import campaigns as characterisation_library
-from deboom.study.mount_characterisation import read_set_truth
+from deboom.pages.mount_characterisation import read_set_truth
+from deboom.runs import campaigns as characterisation_library
 
 RUNS = tuple(
     PlannedRun(gear, torque, full_load=False)

@@ -12,7 +12,7 @@ from deboom.compressor.identifiability import quantities, quantity_deviations
 from deboom.compressor.identify import ALARM, IdentifyOptions, identify, misplaced
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
-from deboom.study.compressor_identification import read_compressor_truth
+from deboom.pages.compressor_identification import read_compressor_truth
 
 QUICK = IdentifyOptions(largest_lines=12)
 

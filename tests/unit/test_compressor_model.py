@@ -47,14 +47,14 @@ from deboom.compressor.sources import ResidualBand
 from deboom.compressor.unbalance import Unbalance, UnbalanceOptions
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount, HoseState
-from deboom.physics.rigid_body import RigidBody, mass_matrix
-from deboom.study.component_sheet import open_points, verdict_table
-from deboom.study.compressor_unbalance import (
+from deboom.pages.component_sheet import open_points, verdict_table
+from deboom.pages.compressor_unbalance import (
     AUTOMATIC,
     MeasuredUnbalance,
     UnbalanceTruth,
     with_route,
 )
+from deboom.physics.rigid_body import RigidBody, mass_matrix
 
 LINES = np.arange(10.0, 150.5, 0.5)
 FEW = np.array([10.0, 17.5, 30.0, 100.0, 150.0])

@@ -8,7 +8,7 @@ from deboom.errors import InputError
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseState
 from deboom.measurement.electric_car import WrenchNoiseTransfer
-from deboom.study.compressor_noise import (
+from deboom.pages.compressor_noise import (
     MODES,
     CarNoise,
     NoisePlan,
@@ -17,7 +17,7 @@ from deboom.study.compressor_noise import (
     soft_partner,
     sweep_errors,
 )
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 
 STUDY = load_study("compressor_noise").module
 LINES = np.arange(20.0, 141.0)

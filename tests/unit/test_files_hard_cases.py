@@ -20,8 +20,8 @@ from deboom.files.run_folder import find_run, readable_runs
 from deboom.files.tables import read_table, write_frame
 from deboom.files.uff import UffFunction, read_uff, write_uff
 from deboom.mounts.library import open_library
-from deboom.study.overview import refresh_overview
-from deboom.study.runner import load_study
+from deboom.runs.overview import refresh_overview
+from deboom.runs.runner import load_study
 
 STUDY = """'What is it?'
 from dataclasses import dataclass

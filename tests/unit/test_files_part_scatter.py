@@ -10,7 +10,7 @@ from deboom.explore.space import stiffness_factor_space
 from deboom.files.library_export import read_library_json
 from deboom.mounts.library import open_library
 from deboom.report import Report
-from deboom.study.made_parts import made_parts, report_parts
+from deboom.runs.made_parts import made_parts, report_parts
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "data"
 NAMES = tuple(f"{mount} {axis}" for mount in ("TSM", "Du") for axis in "xyz")

@@ -6,7 +6,7 @@ import pandas as pd
 
 from command_line import call
 from deboom.files.run_folder import check_files, read_run
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"

@@ -29,8 +29,8 @@ from deboom.mounts import library as mount_library
 from deboom.mounts.library import open_library
 from deboom.names import LONGEST_NAME, look_alikes, name_fault, path_inside
 from deboom.report import Report
-from deboom.study.rebuilt import prepared_again, study_of
-from deboom.study.runner import Study
+from deboom.runs.rebuilt import prepared_again, study_of
+from deboom.runs.runner import Study
 from deboom.tabled import csv_text, table_of
 
 MARKER = "import pathlib; pathlib.Path({!r}).write_text('ran')\n"

@@ -22,7 +22,7 @@ from deboom.files.acceptance import read_delivered_parts
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
 GUIDE = ROOT / "docs" / "guides" / "your-own-platform.md"

@@ -13,8 +13,8 @@ from deboom.explore.robust import DesignLimits, Limit, Limits, Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.search import nsga2, searched
 from deboom.explore.space import ResponseFunction, stiffness_factor_space
-from deboom.study.options import Aim, robust_response
-from deboom.study.search import ThoroughSearchOptions
+from deboom.runs.options import Aim, robust_response
+from deboom.runs.search import ThoroughSearchOptions
 from known_truth import quad2
 
 MODEL = quad2(5, seed=1)

@@ -5,7 +5,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.tables import workbook_bytes
-from deboom.study.supplier_study import page_text, refuse_leaks, workbook_text
+from deboom.supplier.sources import page_text, refuse_leaks, workbook_text
 
 
 @pytest.mark.parametrize(

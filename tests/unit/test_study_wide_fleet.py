@@ -2,10 +2,10 @@
 
 import numpy as np
 
+from deboom.common import listed
+from deboom.pages.front import PANELS, curve_rows, report_heard
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
-from deboom.study.front import PANELS, curve_rows, report_heard
-from deboom.study.options import listed
 
 LINES = np.linspace(20.0, 60.0, 21)
 

@@ -12,7 +12,7 @@ from test_equation_tables import exists
 from typer.main import get_command
 
 from deboom.cli import app
-from deboom.study.runner import load_study
+from deboom.runs.runner import load_study
 
 ROOT = Path(__file__).parents[2]
 SOURCE = ROOT / "src" / "deboom"
@@ -128,6 +128,9 @@ def strings_behind(path):
             elif isinstance(node, ast.ImportFrom) and node.module:
                 of = node.module.removeprefix("deboom.").replace(".", "/")
                 for name in (of, *(f"{of}/{one.name}" for one in node.names)):
-                    if name.startswith("study/") and (SOURCE / f"{name}.py").is_file():
+                    if (
+                        name.split("/")[0] in ("runs", "pages", "supplier")
+                        and (SOURCE / f"{name}.py").is_file()
+                    ):
                         waiting.append(SOURCE / f"{name}.py")
     return strings

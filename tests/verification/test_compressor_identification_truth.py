@@ -30,7 +30,7 @@ from deboom.errors import InputError
 from deboom.files.compressor_model import compressor_document, read_compressor_model
 from deboom.files.inertance_test import read_inertance_test
 from deboom.measurement.channels import Frf
-from deboom.study.compressor_identification import TRUTH_FILE, read_compressor_truth
+from deboom.pages.compressor_identification import TRUTH_FILE, read_compressor_truth
 
 
 def test_deviation_from_the_coherence_of_five_hits():
@@ -180,9 +180,9 @@ def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
     assert "mount 1 rotation x is not visible" in alone
     assert thesis.seen.participation[thesis.seen.names.index("mount 1 rotation x")] > 0.9
     body = [name.startswith(("I", "centre", "mass")) for name in thesis.seen.names]
-    assert thesis.known.ratio[body].max() < 0.15
-    assert thesis.known.ratio[thesis.seen.names.index("mount 2 rotation x")] > 0.9
-    assert np.all(thesis.known.ratio <= 1)
+    assert thesis.knowledge.ratio[body].max() < 0.15
+    assert thesis.knowledge.ratio[thesis.seen.names.index("mount 2 rotation x")] > 0.9
+    assert np.all(thesis.knowledge.ratio <= 1)
 
 
 def test_start_and_bounds_are_the_corrected_ones(found):

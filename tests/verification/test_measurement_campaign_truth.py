@@ -27,10 +27,10 @@ from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.characterise import characterise
 from deboom.mounts.measuring_chain import LARGEST_MISFIT, NEWTON
 from deboom.mounts.response_surface import DynamicStiffnessSurface
+from deboom.pages.mount_characterisation import read_set_truth
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 from deboom.physics.rigid_body import forward_matrices
-from deboom.study.campaigns import described
-from deboom.study.mount_characterisation import read_set_truth
+from deboom.runs.campaigns import described
 
 BENCH = load_bench()
 FREQUENCY = np.linspace(20, 80, 241)

@@ -31,9 +31,9 @@ from deboom.measurement.modal import (
     poles_over_orders,
     refined_poles,
 )
+from deboom.pages.modal import append_modes, body_motion
 from deboom.physics.frf import FrfForm
 from deboom.report import Report
-from deboom.study.modal_report import append_modes, body_motion
 from pinned_pages import hold
 
 pytest.importorskip("sdypy.EMA", reason="modal analysis is an extra")

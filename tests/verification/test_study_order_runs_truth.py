@@ -11,7 +11,7 @@ from deboom.files.campaign import read_campaign
 from deboom.mounts.characterise import measuring_chains
 from deboom.mounts.measuring_chain import body_record
 from deboom.mounts.operating_map import operating_maps
-from deboom.study.campaigns import orders_into_campaign
+from deboom.runs.campaigns import orders_into_campaign
 
 RUNS = (
     PlannedRun(5, 220.0, full_load=True),

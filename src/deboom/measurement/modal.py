@@ -1,4 +1,4 @@
-"""Experimental modal analysis (the only door to sdypy-EMA), mode shapes and panels."""
+"""Experimental modal analysis (the only module with sdypy-EMA), mode shapes and panels."""
 
 from __future__ import annotations
 

@@ -7,7 +7,8 @@ elsewhere under the same torque, and the stiffness there is another one (`PartRa
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from enum import Enum
 from functools import cached_property
 from typing import Literal
@@ -18,9 +19,11 @@ from numpy.polynomial import chebyshev
 from deboom.arrays import BoolArray, ComplexArray, IntArray, RealArray, checked
 from deboom.common import AXES
 from deboom.errors import InputError
+from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points
 from deboom.vehicles.coupled_motion import CoupledMotion
+from deboom.vehicles.fleet import LOSS_SUFFIX
 from deboom.vehicles.powertrain import KinematicModel
 
 TORQUE_NODES = 16
@@ -299,3 +302,14 @@ def _preload_table(
     points = operating_points(tried, amplitude[:, np.newaxis], frequency[:, np.newaxis])
     nominal = surface.predict(operating_points(torque, amplitude, frequency), extrapolate=True)
     return low, high, surface.predict(points, extrapolate=True) / nominal[:, np.newaxis]
+
+
+def factor_space(names: Sequence[str], half_width: float, tolerance: float) -> DesignSpace:
+    """Return the space of a study's factors: stiffnesses scatter, loss factors do not.
+
+    - `names`: variables of the booming index; those of loss factors end in ``loss``.
+    - `half_width`, `tolerance`, errors: as for `deboom.explore.space.stiffness_factor_space` [1].
+    """
+    space = stiffness_factor_space(names, half_width, tolerance)
+    made = [0.0 if name.endswith(LOSS_SUFFIX) else tolerance for name in names]
+    return replace(space, tolerance=np.array(made))

@@ -1,0 +1,581 @@
+"""Correlation of vehicles and of vehicle groups, from designs to pages."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.errors import InputError
+from deboom.explore.correlation import (
+    Correlations,
+    Families,
+    correlations,
+    families,
+    tolerance_scatter,
+)
+from deboom.explore.doe import (
+    Doe,
+    box_behnken,
+    central_composite,
+    doe_frame,
+    fractional_factorial,
+    full_factorial,
+    latin_hypercube,
+    run_doe,
+    sobol_designs,
+)
+from deboom.explore.space import DesignSpace
+from deboom.files.doe_table import read_designs
+from deboom.plot.correlations import MOST
+from deboom.plot.style import vehicle_colours
+from deboom.report import Report
+from deboom.vehicles.booming_model import BoomingModel
+from deboom.vehicles.design_factor import factor_space
+from deboom.vehicles.platform import Runs
+
+SHOWN = 6
+"""Design variables that a grid of levels shows."""
+
+
+class Plan(Enum):
+    """How designs are laid out within their bounds."""
+
+    latin_hypercube = "latin-hypercube"
+    """Space-filling, maximin; any number of designs."""
+    sobol = "sobol"
+    """Space-filling, scrambled Sobol points; a power of two."""
+    full_factorial = "full-factorial"
+    """All corners."""
+    fractional_factorial = "fractional-factorial"
+    """The corners that ``--generators`` keep."""
+    box_behnken = "box-behnken"
+    """Edges and middle, no corner."""
+    central_composite = "central-composite"
+    """Corners (those of ``--generators``, if given), star and middle."""
+
+
+@dataclass(frozen=True)
+class DoeRequest:
+    """What a study was asked to evaluate.
+
+    - `n_designs`: of a space-filling plan; those of fixed levels have their own number.
+    - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
+    - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
+    """
+
+    plan: Plan
+    n_designs: int
+    seed: int
+    generators: str | None = None
+    table: Path | None = None
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """Files that the designs come from."""
+        return () if self.table is None else (self.table,)
+
+    @property
+    def words(self) -> str:
+        """What the designs are, in words."""
+        if self.table is not None:
+            return f"table {self.table.name}"
+        kind = {Plan.latin_hypercube: "Latin hypercube", Plan.sobol: "Sobol"}
+        if self.plan in kind:
+            return f"{kind[self.plan]}, seed {self.seed}"
+        return " ".join((str(self.plan.value).replace("-", " "), self.generators or "")).strip()
+
+    def designs(self, space: DesignSpace) -> RealArray:
+        """Return the asked designs, shape (n, k) [units of the space].
+
+        - raises InputError: see the plans and `deboom.files.doe_table.read_designs`.
+        """
+        if self.table is not None:
+            return read_designs(self.table, space)
+        if self.plan is Plan.latin_hypercube:
+            return latin_hypercube(space, self.n_designs, seed=self.seed)
+        if self.plan is Plan.sobol:
+            return sobol_designs(space, self.n_designs, seed=self.seed)
+        if self.plan is Plan.box_behnken:
+            return box_behnken(space)
+        if self.plan is Plan.full_factorial:
+            return full_factorial(space)
+        if self.plan is Plan.central_composite:
+            return central_composite(space, self.generators)
+        if self.generators is None:
+            raise InputError(
+                "a fractional factorial needs --generators: one word of letters per variable, such "
+                "as 'a b c abc'"
+            )
+        return fractional_factorial(space, self.generators)
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationSet:
+    """The same responses correlated in three ways.
+
+    - `designs`: of the designs as they are: the thesis.
+    - `means`: of the designs' means over their manufacturing scatter.
+    - `scatter`: of the scatter alone: each draw less its design's mean, all designs pooled.
+    """
+
+    designs: Correlations
+    means: Correlations
+    scatter: Correlations
+
+    @property
+    def kinds(self) -> dict[str, Correlations]:
+        """The three, with the words for them."""
+        return {
+            "designs": self.designs,
+            "means over the tolerance": self.means,
+            "tolerance scatter": self.scatter,
+        }
+
+
+@dataclass(frozen=True, eq=False)
+class Levels:
+    """Mean level of the lines of several listeners, for designs and for their scatter.
+
+    - `names`: vehicles, or sums of vehicles.
+    - `designs` (n, r): of the designs as they are [dB(A)].
+    - `means` (n_toleranced, r): of the designs whose draws could all be computed, mean over the
+      draws [dB(A)].
+    - `scatter` (n_toleranced, m, r): draws less those means [dB].
+    """
+
+    names: tuple[str, ...]
+    designs: RealArray
+    means: RealArray
+    scatter: RealArray
+
+    def averaged(self, groups: Mapping[str, Sequence[str]]) -> Levels:
+        """Return the means over groups of names."""
+        member = np.array(
+            [[(name in of) / len(of) for of in groups.values()] for name in self.names]
+        )
+        return Levels(
+            tuple(groups), self.designs @ member, self.means @ member, self.scatter @ member
+        )
+
+    def correlated(self, seed: int, resamples: int) -> CorrelationSet:
+        """Correlate all pairs of names in all three ways.
+
+        - raises InputError: see `deboom.explore.correlation.correlations`.
+        """
+        return CorrelationSet(
+            *(
+                correlations(values, self.names, seed=seed, resamples=resamples)
+                for values in (self.designs, self.means, self.scatter)
+            )
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class CorrelationStudy:
+    """A DOE over a platform's mounts, and who goes with whom in it.
+
+    - `runs`, `index`: vehicles, load cases and band, and what was evaluated.
+    - `doe`, `plan`: all designs with their responses, and how they were laid out.
+    - `seed`, `resamples`: of the bootstrap; `cut`: least correlation within a family [1].
+    - `inputs`: files that the designs came from.
+    """
+
+    runs: Runs
+    index: BoomingModel
+    doe: Doe
+    plan: str
+    vehicles: Levels
+    seed: int
+    resamples: int
+    cut: float
+    inputs: tuple[Any, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the vehicles."""
+        return self.vehicles.names
+
+    @property
+    def n_untoleranced(self) -> int:
+        """Designs that were computed, but not all of their tolerance draws."""
+        return len(self.vehicles.designs) - len(self.vehicles.means)
+
+    @property
+    def group_of(self) -> dict[str, str]:
+        """Group of every vehicle."""
+        return {vehicle.name: vehicle.group for vehicle in self.runs.fleet.vehicles}
+
+    @cached_property
+    def groups(self) -> dict[str, tuple[str, ...]]:
+        """Vehicles of every group, in the platform's order."""
+        of = self.group_of
+        return {
+            group: tuple(name for name in self.names if of[name] == group)
+            for group in dict.fromkeys(of.values())
+        }
+
+    @cached_property
+    def by_vehicle(self) -> CorrelationSet:
+        """All pairs of vehicles."""
+        return self.vehicles.correlated(self.seed, self.resamples)
+
+    @cached_property
+    def group_levels(self) -> Levels:
+        """Means over the vehicles of each group."""
+        return self.vehicles.averaged(self.groups)
+
+    @cached_property
+    def by_group(self) -> CorrelationSet | None:
+        """All pairs of groups; None if there is only one."""
+        if len(self.groups) < 2:
+            return None
+        return self.group_levels.correlated(self.seed, self.resamples)
+
+    @cached_property
+    def families(self) -> Families:
+        """Vehicles that can share one mount set."""
+        return families(self.names, self.by_vehicle.designs.pearson, self.cut)
+
+    def mean_with_others(self, name: str) -> float:
+        """Return the mean correlation of one vehicle with all others [1]."""
+        others = [other for other in self.names if other != name]
+        return float(self.by_vehicle.designs.between(name, others).mean())
+
+    def least_alike(self) -> str:
+        """Return the vehicle with the lowest mean correlation with the others."""
+        return min(self.names, key=self.mean_with_others)
+
+
+def correlation_study(
+    runs: Runs,
+    index: BoomingModel,
+    request: DoeRequest,
+    *,
+    half_width: float,
+    tolerance: float,
+    draws: int,
+    resamples: int,
+    cut: float,
+) -> CorrelationStudy:
+    """Evaluate a DOE, let its designs scatter, and prepare their correlation.
+
+    - `request`: which designs, with the seed of everything that is drawn.
+    - `half_width`, `tolerance`: of the designs' bounds and of their scatter [1].
+    - `draws`: of the scatter per design, a power of two; `resamples`: of the bootstrap.
+    - `cut`: least correlation within a family [1].
+    - raises InputError: fewer than two vehicles; see also `DoeRequest.designs`.
+    """
+    names = index.response_names
+    if len(names) < 2:
+        raise InputError(f"only vehicle {names[0]} was asked for: a correlation needs two")
+    space = factor_space(index.variable_names, half_width, tolerance)
+    doe = run_doe(index, space, request.designs(space), name=runs.platform.name, plan=request.words)
+    means, scatter = tolerance_scatter(
+        index, space, doe.computed_designs, n_draws=draws, seed=request.seed
+    )
+    whole = np.isfinite(scatter).all(axis=(1, 2))
+    scale = 1.0 / index.n_lines
+    levels = Levels(names, doe.computed * scale, means[whole] * scale, scatter[whole] * scale)
+    return CorrelationStudy(
+        runs=runs,
+        index=index,
+        doe=doe,
+        plan=request.words,
+        vehicles=levels,
+        seed=request.seed,
+        resamples=resamples,
+        cut=cut,
+        inputs=request.inputs,
+    )
+
+
+def key_of(names: Sequence[str]) -> str:
+    """Return a short name of several vehicles for summary keys, ``u06_1_4`` for U06-1 to U06-4."""
+    head = re.match(r"(.*\W)?", names[0])
+    shared = head[0] if head and all(name.startswith(head[0]) for name in names) else ""
+    parts = [names[0], names[-1].removeprefix(shared)][: len(names)]
+    return re.sub(r"\W+", "_", " ".join(parts)).strip("_").lower()
+
+
+def correlation_report(study: CorrelationStudy, apart: str | None = None) -> Report:
+    """Report who goes with whom: groups where there are several, else one vehicle held apart.
+
+    - `study`: all vehicles of a platform, or those of one group.
+    - `apart`, optional: vehicle of a single group that is held against the others; by default the
+      least alike one.
+    - raises InputError: an unknown vehicle.
+    """
+    if study.by_group is None:
+        return _vehicle_report(study, apart)
+    return _group_report(study, study.by_group)
+
+
+def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
+    """Report groups with each other, then all vehicles."""
+    designs = study.by_vehicle.designs
+    worst = min(by_group.designs.pairs, key=lambda pair: by_group.designs.pearson[pair])
+    r_min = float(by_group.designs.among(by_group.designs.names).min())
+    report = _begun(
+        study,
+        "Correlation of vehicle groups",
+        "Do the groups of a platform, and their vehicles, rise and fall together when mount "
+        "stiffnesses change, so that one group can stand for the others?",
+    )
+    _family_tile(report, study)
+    stands = "Any group" if r_min >= study.cut else "No group"
+    pair = " and ".join(by_group.designs.names[place] for place in worst)
+    report.tile(stands, f"can stand for the others: {pair} are least alike, r = {r_min:.3f}")
+    report.summary |= {
+        "r_group_min": r_min,
+        "r_group_min_from": float(by_group.designs.pearson_low[worst]),
+        "r_group_min_to": float(by_group.designs.pearson_high[worst]),
+        "r_group_min_means": float(by_group.means.among(by_group.means.names).min()),
+        "r_group_min_tolerance": float(by_group.scatter.among(by_group.scatter.names).min()),
+    }
+    sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
+    report.section("Groups", f"The index of a group is the mean over its vehicles: {sizes}.")
+    names = by_group.designs.names
+    lowest = min(float(of.pearson.min()) for of in by_group.kinds.values())
+    maps = [
+        plot.HeatMap(kind, names, names, of.pearson, limits=(-1.0 if lowest < 0.0 else 0.0, 1.0))
+        for kind, of in by_group.kinds.items()
+    ]
+    report.figure(
+        "group_matrix",
+        lambda: plot.heat_maps(maps),
+        "Pearson's correlation of the groups, numbers rounded down; group_pairs.csv has intervals.",
+    )
+    _append_clouds(report, study, study.group_levels, by_group, "groups")
+    report.table("group_matrix", _matrix_table(by_group.designs))
+    report.table("group_pairs", _pair_table(by_group))
+    report.section(
+        "Vehicles",
+        "Every vehicle with every other one, over the designs; the intervals, Spearman's "
+        "coefficients and those of means and tolerance scatter stand in vehicle_pairs.csv.",
+    )
+    report.table("vehicle_matrix", _matrix_table(designs))
+    report.table("vehicle_pairs", _pair_table(study.by_vehicle))
+    _append_families(report, study)
+    return report
+
+
+def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
+    """Report the vehicles of one group, one of them held against the others."""
+    if apart is not None and apart not in study.names:
+        raise InputError(f"--apart '{apart}' is no vehicle of this study: use {list(study.names)}")
+    kinds, designs = study.by_vehicle.kinds, study.by_vehicle.designs
+    report = _begun(
+        study,
+        "Correlation of vehicles",
+        f"Do {', '.join(study.names)} rise and fall together when mount stiffnesses change, so "
+        "that one mount set can serve them all?",
+    )
+    _family_tile(report, study)
+    others: tuple[str, ...] = ()
+    if len(study.names) > 2:
+        apart = apart or study.least_alike()
+        others = tuple(name for name in study.names if name != apart)
+        alike = float(designs.among(others).min())
+        mean = float(designs.between(apart, others).mean())
+        report.tile(
+            apart, f"is least alike: r = {mean:.2f} with the others, which have {alike:.3f} or more"
+        )
+        report.summary["apart"] = apart
+        for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
+            report.summary[f"r_{key_of(others)}_min{suffix}"] = float(of.among(others).min())
+            report.summary[f"r_{key_of([apart])}_mean{suffix}"] = float(
+                of.between(apart, others).mean()
+            )
+    shift = np.max([np.abs(of.pearson - designs.pearson) for of in kinds.values()])
+    report.section(
+        "Vehicle by vehicle",
+        "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
+        f"of means and of tolerance scatter differ from those of the designs by {shift:.2f} at "
+        "most; the intervals say how much of that is chance.",
+    )
+    _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
+    report.table("matrix", _matrix_table(designs))
+    report.table("pairs", _pair_table(study.by_vehicle))
+    _append_families(report, study)
+    return report
+
+
+def _begun(study: CorrelationStudy, title: str, question: str) -> Report:
+    """Begin a report: what was evaluated, its DOE and the numbers that every such report has."""
+    doe, space, platform = study.doe, study.doe.space, study.runs.platform
+    report = Report(title, question)
+    report.explain("booming noise", "SPL", "SPLV", "stiffness factor", "tolerance", "σ")
+    report.explain("noise transfer function", "correlation", "family of vehicles")
+    report.summary |= {
+        "n_designs": len(doe),
+        "n_failed": doe.n_failed,
+        "n_families": len(study.families.members),
+        "r_vehicle_min": float(study.by_vehicle.designs.among(study.names).min()),
+    }
+    report.facts |= {"plan": study.plan, "kernel": study.index.kernel}
+    report.inputs += [*platform.input_files, *study.inputs]
+    cases = ", ".join(
+        f"{platform.load_case(case.name).title} (weight {weight:g})"
+        for case, weight in study.runs.cases
+    )
+    lost = ""
+    if study.n_untoleranced:
+        lost = f"; {study.n_untoleranced} of them failed in some draw and have no scatter"
+    report.section(
+        "What was asked, and with which data",
+        f"{platform.title}: {platform.description}\n\n"
+        f"Load cases: {cases}. Lines: {study.index.n_lines} between {study.runs.band[0]:g} and "
+        f"{study.runs.band[1]:g} Hz. A vehicle's index is SPLV, the sum of its SPL over the lines, "
+        "shown divided by their number.\n\n"
+        f"{len(doe)} designs ({study.plan}) of {space.n_variables} stiffness factors between "
+        f"{space.lower.min():g} and {space.upper.max():g}; {doe.n_failed} failed. Each was "
+        f"also made {study.by_vehicle.scatter.n_draws} times within its tolerance of "
+        f"±{100 * space.tolerance.max():.0f} % (three standard deviations){lost}.\n\n"
+        "Three correlations are told apart. Designs: the levels of the designs as drawn, the "
+        "thesis's. Means: of each design's mean over its scatter. Tolerance scatter: of what "
+        "manufacturing adds, each draw less its design's mean, all designs pooled. Intervals are "
+        f"95 % bootstrap intervals over the designs ({study.resamples} resamples): they say how "
+        "much the coefficients would move with other designs, not with other vehicles.",
+        folded=True,
+    )
+    report.table("doe", doe_frame(doe))
+    return report
+
+
+def _family_tile(report: Report, study: CorrelationStudy) -> None:
+    """Say which vehicles can share mounts: how many families, and who stands alone."""
+    members = study.families.members
+    alone = [names[0] for names in members if len(names) == 1]
+    title = "1 family" if len(members) == 1 else f"{len(members)} families"
+    stand = f"; alone: {', '.join(alone)}" if alone and len(members) > 1 else ""
+    report.tile(title, f"of vehicles that one mount set quietens alike{stand}")
+
+
+def _append_clouds(
+    report: Report, study: CorrelationStudy, levels: Levels, sets: CorrelationSet, stem: str
+) -> None:
+    """Show responses over each other and over the leading variables; none if there are too many."""
+    if len(levels.names) > MOST:
+        return
+    label = "mean level of the lines [dB(A)]"
+    of, colours = sets.designs, vehicle_colours(study.runs.platform.fleet.names)
+    r = (of.pearson, of.pearson_low, of.pearson_high)
+    report.figure(
+        f"{stem}_designs",
+        lambda: plot.scatter_matrix(levels.names, levels.designs, r, colours, value_label=label),
+        "Designs: each dot is one design.",
+    )
+    level, spread = "mean level [dB(A)]", "σ [dB]"
+    sigma = levels.scatter.std(axis=1, ddof=1)
+    pairs = {
+        name: {level: levels.means[:, k], spread: sigma[:, k]}
+        for k, name in enumerate(levels.names)
+    }
+    shown = colours if set(pairs) <= set(colours) else vehicle_colours(levels.names)
+    report.figure(
+        f"{stem}_objectives",
+        lambda: plot.grouped_pairs(pairs, {name: shown[name] for name in pairs}),
+        "Both objectives of the designs: the mean over the scatter of parts, and its standard "
+        "deviation.",
+    )
+    frames = [pd.DataFrame({"of": name, **columns}) for name, columns in pairs.items()]
+    report.table(f"{stem}_objectives", pd.concat(frames, ignore_index=True))
+    designs, names = study.doe.computed_designs, study.doe.space.names
+    both = np.corrcoef(designs.T, levels.designs.T)[: len(names), len(names) :]
+    leading = sorted(np.argsort(-np.nanmax(np.abs(both), axis=1), kind="stable")[:SHOWN])
+    variables = {names[place]: designs[:, place] for place in leading}
+    responses = dict(zip(levels.names, levels.designs.T, strict=True))
+    report.figure(
+        f"{stem}_variables",
+        lambda: plot.variable_grid(variables, responses, label),
+        f"The same levels over the {len(leading)} stiffness factors that they follow most; doe.csv "
+        "has all.",
+    )
+
+
+def _append_families(report: Report, study: CorrelationStudy) -> None:
+    """Say which vehicles can share one mount set."""
+    families, levels, names = study.families, study.vehicles, study.names
+    designs = study.by_vehicle.designs
+    number = [families.number(name) for name in names]
+    report.section(
+        "Which vehicles can share one mount set?",
+        f"{len(families.members)} famil{'y' if len(families.members) == 1 else 'ies'} at "
+        f"r = {families.cut:g}: within a family any two vehicles correlate by {families.cut:g} or "
+        "more over the designs (hierarchical clustering of 1 − r, complete linkage). What quietens "
+        "one vehicle of a family then quietens the others; how much it does is another matter and "
+        "shows in σ over designs. A vehicle alone in its family needs its own look before it gets "
+        "the mounts of the others.",
+    )
+    report.figure(
+        "families",
+        lambda: plot.clustered_matrix(
+            names, designs.pearson, families.merges, number, families.cut
+        ),
+        "Pearson's correlation of the vehicles over the designs, in the order of their tree. "
+        "Branches join where the worst pair below them stands; those right of the dashed line are "
+        "families, each with its colour.",
+    )
+    rows = []
+    for place, members in enumerate(families.members, 1):
+        inside = {kind: of.among(members) for kind, of in study.by_vehicle.kinds.items()}
+        worst = {
+            f"least r, {kind} [1]": float(r.min()) if r.size else np.nan
+            for kind, r in inside.items()
+        }
+        rows.append({"family": place, "vehicles": ", ".join(members), **worst})
+    report.table(
+        "families",
+        pd.DataFrame(rows),
+        "Families and their worst pairs, in all three correlations.",
+    )
+    relatives = [
+        [other for other in families.members[place - 1] if other != name]
+        for name, place in zip(names, number, strict=True)
+    ]
+    vehicles = pd.DataFrame(
+        {
+            "vehicle": list(names),
+            "group": [study.group_of[name] for name in names],
+            "family": number,
+            "least r within its family [1]": [
+                float(designs.between(name, others).min()) if others else np.nan
+                for name, others in zip(names, relatives, strict=True)
+            ],
+            "mean r with all others [1]": [study.mean_with_others(name) for name in names],
+            "mean level [dB(A)]": levels.designs.mean(axis=0),
+            "sigma over designs [dB]": levels.designs.std(axis=0, ddof=1),
+            "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
+        }
+    )
+    report.table(
+        "vehicles",
+        vehicles,
+        "By vehicle. A dash: alone in its family.",
+        {"sigma over designs [dB]": 3, "sigma over the tolerance [dB]": 3},
+    )
+
+
+def _matrix_table(of: Correlations) -> pd.DataFrame:
+    """Pearson's coefficients as a square: one row and one column per name."""
+    columns = {f"{name} [1]": of.pearson[:, i] for i, name in enumerate(of.names)}
+    return pd.DataFrame({"name": list(of.names), **columns})
+
+
+def _pair_table(sets: CorrelationSet) -> pd.DataFrame:
+    """One row per pair and kind: Pearson's coefficient with its interval, and Spearman's."""
+    parts = []
+    for kind, of in sets.kinds.items():
+        parts.append(of.table)
+        parts[-1].insert(0, "correlated", kind)
+    return pd.concat(parts, ignore_index=True)

@@ -1,0 +1,591 @@
+"""The report on identified compressors, and the command ``identify``."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
+from deboom.compressor.identifiability import (
+    PRIOR_DOMINATED,
+    REFERENCE_FREQUENCY,
+    gain_deviation,
+    quantities,
+)
+from deboom.compressor.identify import ALARM, frac, modal_likeness
+from deboom.compressor.model import gain_from_parameters
+from deboom.compressor.mount_shares import MountShares
+from deboom.compressor.virtual_point_fit import START_GAIN
+from deboom.errors import InputError
+from deboom.files.compressor_model import compressor_document
+from deboom.measurement.quality import quality_table
+from deboom.pages.compressor_identification import (
+    IdentifiedTest,
+    calibrated_inertance,
+    condition_at_100_hz,
+    condition_numbers,
+    errors_of,
+    identifiability_table,
+    in_words,
+    placement_table,
+)
+from deboom.report import Report
+
+if TYPE_CHECKING:
+    from deboom.plot import Figure
+
+MOTIONS = ("Tx", "Ty", "Tz", "Rx", "Ry", "Rz")
+INERTANCE_UNITS = ("1/kg", "1/(kg m)", "1/(kg m²)")
+MASS_UNITS = ("kg", "kg m", "kg m²")
+SHEET, MODEL = "measured, places of the sheet", "identified"
+CALIBRATED = "measured, calibrated places"
+OF_MASS = "force in rows, acceleration in columns"
+WIDE_BAND = 1.96
+"""Standard deviations of a 95 % interval."""
+SHOWN_ROWS = 12
+"""Of long tables; the files of the run hold them all."""
+MODEL_FILE = "compressor_model"
+"""Stem of the file that other studies load."""
+TABLE_11 = (
+    "parameter",
+    "unit",
+    "start",
+    "lower bound",
+    "upper bound",
+    "fitted",
+    "truth",
+    "at its bound",
+    "verdict",
+)
+"""Columns of the thesis's numbers on the page."""
+
+
+def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) -> Report:
+    """Report an identified compressor.
+
+    - `inputs`: files that were read.
+    """
+    found, model = first.identification, first.identification.calibrated.model
+    report = Report(
+        f"Identified compressor: {found.test.name}",
+        "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
+        "test of a compressor in its vehicle, and how far may each be believed?",
+    )
+    report.tile(f"{model.mass:.3f} kg", "mass")
+    chi = found.calibrated.reduced_chi
+    report.tile(f"{chi:.2f}", f"residuals over noise; alarm above {ALARM:g}")
+    place = ", ".join(f"{1e3 * value:.1f}".replace("-", "−") for value in model.centre)
+    report.tile(f"{place} mm", "centre of gravity, axes of the position sheet")
+    report.warn(*found.alarms)
+    if found.test.weighed_mass is None:
+        report.warn(
+            "The compressor was not weighed: its mass, inertia and stiffness are known no better "
+            "than the ratio of hammer and accelerometers. Weigh it."
+        )
+    if first.identical is not None and not first.identical.identical_holds:
+        report.warn(first.identical.statement)
+    report.summary["mass_kg"] = model.mass
+    if first.truth is not None:
+        error = errors_of(found, first.truth)
+        report.summary |= {
+            "cog_error_mm": 1e3 * error.centre,
+            "inertia_error_percent": 100 * error.inertia,
+            "k_vp_error_percent": 100 * error.stiffness,
+        }
+    if first.thesis is not None:
+        seen = first.thesis.seen
+        report.tile(f"{seen.rank} of {len(seen.names)}", "numbers of the thesis that are seen")
+        report.summary["jacobian_rank"] = seen.rank
+    condition = condition_at_100_hz(first)
+    report.summary |= {
+        "reduced_chi2": chi**2,
+        "n_alarms": len(found.alarms),
+        "condition_scaled_100hz": condition,
+        "seconds": first.seconds,
+    }
+    report.facts["characteristic_length_m"] = found.length
+    report.inputs += inputs
+    report.document(MODEL_FILE, compressor_document(found, first.inputs_sha256))
+
+    _asked(report, first)
+    _identified(report, first)
+    _sound(report, first, condition)
+    _compared(report, first)
+    _apparent_mass(report, first)
+    _limits(report, first)
+    if first.identical is not None:
+        _identical(report, first.identical)
+    _placement(report, first)
+    return report
+
+
+def _asked(report: Report, first: IdentifiedTest) -> None:
+    """Say what was asked, and with which data."""
+    found, test = first.identification, first.identification.test
+    bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in found.options.bands)
+    weighed = "It was not weighed."
+    if test.weighed_mass is not None:
+        weighed = (
+            f"On the scales it has {test.weighed_mass:.4g} ± {test.weighed_mass_deviation:.1g} kg."
+        )
+    report.section(
+        "What was asked, and with which data",
+        f"{len(test.sensors)} triaxial accelerometers and {len(test.impacts)} impacts of a roving "
+        f"hammer, {test.n_averages} hits each: {test.frf.values[0].size} FRFs, "
+        f"{test.frf.frequency.size} lines from {test.frf.frequency[0]:g} to "
+        f"{test.frf.frequency[-1]:g} Hz. {weighed} {np.count_nonzero(found.fitted)} lines in "
+        f"{bands} were fitted.\n\nThe compressor is a rigid body on mounts without rotational "
+        "stiffness of their own: 10 numbers of mass, 20 of stiffness at the virtual point, 5 of "
+        "the rubber's gain. Gains, places and angles of all sensors and impacts "
+        f"({found.calibrated.errors.size} numbers) are unknowns as well, held by their "
+        "tolerances: self-calibration. The start is linear and needs no drawing.",
+        folded=True,
+    )
+
+
+def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
+    """Say whether the test is sound."""
+    found, lines, length = (
+        test.identification,
+        test.identification.inertance.frequency,
+        test.identification.length,
+    )
+    report.section(
+        "Is the test sound?",
+        f"{found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
+        f"{condition:.1f}, with rotations counted as motion at the characteristic length of "
+        f"{1e3 * length:.0f} mm, the radius of gyration. In SI units it is "
+        "nothing but mass over the smallest moment of inertia: the thesis's 450 above 50 Hz says "
+        "nothing of the quality of a measurement or of its inversion.",
+    )
+    sheet = found.inertance.values
+    report.figure(
+        "figure_53_inertance",
+        lambda: inertance_figure(
+            lines,
+            {SHEET: sheet, MODEL: found.calibrated.model.inertance(lines)},
+            test.identification.options.bands,
+        ),
+        "Inertance at the virtual point (thesis, figure 53): response in rows, "
+        "excitation in columns. Where the dashed curve leaves the measured one far below the "
+        "diagonal entries, the misplacement of sensors and impacts leaks from the large "
+        "entries into the small ones; noise is the ragged part.",
+    )
+    checks = pd.DataFrame(quality_table(found.quality))
+    report.table(
+        "quality",
+        checks,
+        "Checks in the order in which a laboratory repairs things. A reversed or swapped "
+        "channel would have stopped the identification.",
+        {"number [1]": 3},
+        shown=checks.assign(limit=checks["limit"].str.replace(" ", "\u00a0")),
+    )
+
+
+def inertance_figure(
+    lines: RealArray, curves: Mapping[str, ComplexArray], fitted: Sequence[tuple[float, float]]
+) -> Figure:
+    """Draw the magnitudes of inertances at the virtual point over frequency."""
+    return plot.curve_matrix(
+        MOTIONS,
+        lines,
+        {name: np.abs(values) for name, values in curves.items()},
+        units=INERTANCE_UNITS,
+        what="|inertance|",
+        dashed=(MODEL,),
+        fitted=fitted,
+        logarithmic=True,
+    )
+
+
+def _identified(report: Report, test: IdentifiedTest) -> None:
+    """Show the identified numbers, the gain and the modes."""
+    found = test.identification
+    truth = " The truth of the virtual compressor is for comparison only." if test.truth else ""
+    report.section(
+        "The identified compressor",
+        "Origin and axes are those of the position sheet. The inertia is about the centre of "
+        "gravity, products with their sign as matrix elements; it is that of a possible body by "
+        f"construction. K is the stiffness at the virtual point at {REFERENCE_FREQUENCY:g} Hz, "
+        f"where the real part of the gain is 1.{truth}",
+    )
+    report.figure(
+        "figure_54_gain",
+        lambda: _gain_figure(test),
+        "Gain factor of the rubber (thesis, figure 54), its real part 1 at 20 Hz, "
+        "since the scale of the gain and that of the stiffness are one number. The last curve "
+        "is the loss that causality ties to the rise of the real part; a rubber several times "
+        "off would not be plausible.",
+    )
+    parameters = found.table.rename(columns={"quantity": "parameter", "value": "identified"})
+    start = quantities(found.point.parametrisation.model(found.start)).values
+    parameters.insert(2, "start", start)
+    if test.truth is not None:
+        parameters["truth"] = quantities(test.truth.model).values
+    coupling = parameters["parameter"].str.fullmatch(r"K (\w+) (?!\1$)\w+")
+    report.table(
+        "parameters",
+        parameters,
+        "Start: linear, by the places of the sheet. Standard deviation: of noise, "
+        "placement, calibration and scales together. parameters.csv has the couplings of K.",
+        shown=in_words(parameters[~coupling]),
+    )
+    energy = {
+        f"energy {motion} [%]": 100 * found.modes.energy[row]
+        for row, motion in enumerate(("x", "y", "z", "rx", "ry", "rz"))
+    }
+    leading = [f"{number}, mainly {name}" for number, name in enumerate(found.modes.leading, 1)]
+    modes = {
+        "mode": leading,
+        "frequency [Hz]": found.modes.frequency,
+        "loss factor [1]": found.modes.loss_factor,
+        **energy,
+    }
+    report.table(
+        "modes",
+        pd.DataFrame(modes),
+        "Rigid-body modes. Energy: share of each motion in the kinetic energy; coupling "
+        "through the mass matrix can make it negative.",
+        dict.fromkeys(energy, 0),
+    )
+
+
+def _gain_figure(test: IdentifiedTest) -> Figure:
+    """Draw both parts of the gain, 1 at the reference, with their 95 % interval and the truth."""
+    found = test.identification
+    lines = found.inertance.frequency
+    gain = found.calibrated.model.gain
+    scale = gain.real.at(REFERENCE_FREQUENCY)
+    identified = gain.at(lines) / scale
+    deviation = gain_deviation(found.calibrated, lines)
+    before = gain_from_parameters(START_GAIN, REFERENCE_FREQUENCY).at(lines)
+    panels = []
+    for title, part in (("Re v: stiffness", np.real), ("Im v: damping", np.imag)):
+        curves = {"medium rubber, before": part(before), MODEL: part(identified)}
+        if test.truth is not None:
+            law = test.truth.model.gain
+            curves["truth"] = part(law.at(lines) / law.real.at(REFERENCE_FREQUENCY))
+        if part is np.imag:
+            curves["loss that causality expects of Re v"] = gain.expected_loss(lines) / scale
+        half = WIDE_BAND * part(deviation)
+        low, high = part(identified) - half, part(identified) + half
+        ranges = {"95 % interval": (low, high)}
+        panels.append(plot.CurvePanel(title, lines, curves, y_label="gain [1]", ranges=ranges))
+    return plot.curve_panels(
+        panels,
+        columns=2,
+        dashed=("truth",),
+        fitted=test.identification.options.bands,
+        log_frequency=True,
+    )
+
+
+def _compared(report: Report, test: IdentifiedTest) -> None:
+    """Compare measured with identified FRFs, and what was held out with its prediction."""
+    report.section(
+        "Measured against identified",
+        "Lines that took no part in the fit are predicted as well as those that did, or the model "
+        "is wrong.",
+        folded=True,
+    )
+    report.figure(
+        "figure_55_correlation",
+        lambda: _likeness(test),
+        "Likeness of measured (places of the sheet) and identified (thesis, figure 55), numbers "
+        "rounded down. Modes by their shapes at the accelerometers, in 10–30 Hz; above them, the "
+        "FRFs entry by entry.",
+    )
+    checks = test.identification.held_out
+    table = {
+        "held out": [check.what for check in checks],
+        "reduced χ [1]": [check.reduced_chi for check in checks],
+        "error over measured, rms [%]": [100 * check.relative_error for check in checks],
+    }
+    report.table("held_out", pd.DataFrame(table), "Predictions of what was held out.")
+
+
+def _likeness(test: IdentifiedTest) -> Figure:
+    """Draw figure 55 of the thesis."""
+    found, lines = test.identification, test.identification.inertance.frequency
+    model = found.calibrated.model.inertance(lines)
+    maps = []
+    try:
+        numbers = tuple(str(number) for number in range(1, 7))
+        likeness = modal_likeness(found)
+        maps.append(
+            plot.HeatMap("Modes, MAC", numbers, numbers, likeness, "linear estimate", "identified")
+        )
+    except InputError:  # the linear estimate has no modes: nothing to compare
+        pass
+    for low, high in test.identification.options.bands:
+        alike = frac(found.inertance.values, model, lines, (low, high))
+        title = f"FRAC, inertance, {low:g}–{high:g} Hz"
+        maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
+    return plot.heat_maps(maps)
+
+
+def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
+    """Draw figures 56 to 59, 66 and 67 of the thesis, and write what they show."""
+    found, lines = test.identification, test.identification.inertance.frequency
+    model = found.calibrated.model
+    report.section(
+        "Apparent mass, entry by entry",
+        "The apparent mass is the inverse of the inertance: what accelerations of the running "
+        "compressor are multiplied with to find the load inside. By the places of the sheet its "
+        "small entries miss the model, by the calibrated places they follow it: what looks like a "
+        "fault of the inversion is misplacement. apparent_mass.csv has all entries.",
+        folded=True,
+    )
+    shown = {"SI units": 1.0, f"rotations times {1e3 * found.length:.0f} mm": found.length}
+    condition = plot.CurvePanel(
+        "Condition number of the inertance",
+        lines,
+        {name: condition_numbers(found, length) for name, length in shown.items()},
+        y_label="condition number [1]",
+        levels={"450, the thesis": 450.0},
+        logarithmic=True,
+    )
+    report.figure(
+        "figure_56_condition",
+        lambda: plot.curve_panels([condition], columns=1, log_frequency=True),
+        "Condition number over frequency (thesis, figure 56) of one measured matrix in two units. "
+        "In SI units it is mass over the smallest moment of inertia above the modes; scaled by the "
+        "radius of gyration it is near 1 there, and large only at the modes, where one shape is "
+        "all that moves.",
+    )
+    inertance = {
+        SHEET: found.inertance.values,
+        CALIBRATED: calibrated_inertance(found),
+        MODEL: model.inertance(lines),
+    }
+    mass: dict[str, ComplexArray] = {
+        name: np.asarray(np.linalg.inv(values)) for name, values in inertance.items()
+    }
+    both: dict[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]] = {
+        "inertance": (inertance, INERTANCE_UNITS),
+        "apparent mass": (mass, MASS_UNITS),
+    }
+    readings = {
+        "inertance": "response in rows, excitation in columns",
+        "apparent mass": OF_MASS,
+    }
+    for stem, entries, what in (
+        ("figure_57_rotations", ((3, 3), (4, 4), (5, 5)), "Rotations Ri–Ri (thesis, figure 57)"),
+        ("figure_58_translations", ((0, 0), (1, 1), (2, 2)), "Translations Ti–Ti (figure 58)"),
+        ("figure_59_couplings", ((0, 1), (0, 2), (1, 2)), "Couplings Ti–Tj (figure 59)"),
+    ):
+        panels = _entry_panels(lines, both, entries)
+        report.figure(
+            stem,
+            partial(
+                plot.curve_panels,
+                panels,
+                columns=3,
+                dashed=(MODEL,),
+                fitted=found.options.bands,
+                log_frequency=True,
+            ),
+            f"{what}: inertance and apparent mass, real and imaginary part.",
+        )
+    for number, (name, (values, units)) in zip((66, 67), both.items(), strict=True):
+        curves = {
+            f"{part}, {label}": getattr(values[of], field)
+            for label, of in (("measured", CALIBRATED), (MODEL, MODEL))
+            for part, field in (("real", "real"), ("imaginary", "imag"))
+        }
+        report.figure(
+            f"figure_{number}_{name.replace(' ', '_')}",
+            partial(
+                plot.curve_matrix,
+                MOTIONS,
+                lines,
+                curves,
+                units=units,
+                what=name,
+                reading=readings[name],
+                dashed=[label for label in curves if label.endswith(MODEL)],
+            ),
+            f"All entries of the {name}, real and imaginary part, by calibrated places (thesis, "
+            f"figure {number} of the appendix).",
+        )
+    report.figure(
+        "apparent_mass_magnitude",
+        lambda: plot.curve_matrix(
+            MOTIONS,
+            lines,
+            {name: np.abs(values) for name, values in mass.items()},
+            units=MASS_UNITS,
+            what="|apparent mass|",
+            reading=OF_MASS,
+            dashed=(MODEL,),
+            fitted=found.options.bands,
+            logarithmic=True,
+        ),
+        "Magnitude of the apparent mass, by the places of the sheet, by calibrated places and "
+        "identified.",
+    )
+    report.table("apparent_mass", apparent_mass_table(lines, mass))
+
+
+def _entry_panels(
+    lines: RealArray,
+    both: Mapping[str, tuple[Mapping[str, ComplexArray], tuple[str, str, str]]],
+    entries: Sequence[tuple[int, int]],
+) -> list[plot.CurvePanel]:
+    """Draw real and imaginary part of some entries of both matrices."""
+    return [
+        plot.CurvePanel(
+            f"{part} {name.replace('apparent', 'app.')}, {MOTIONS[row]}–{MOTIONS[column]}",
+            lines,
+            {label: getattr(matrix[:, row, column], field) for label, matrix in values.items()},
+            y_label=f"[{units[(row > 2) + (column > 2)]}]",
+        )
+        for name, (values, units) in both.items()
+        for part, field in (("Re", "real"), ("Im", "imag"))
+        for row, column in entries
+    ]
+
+
+def apparent_mass_table(lines: RealArray, mass: Mapping[str, ComplexArray]) -> pd.DataFrame:
+    """Write apparent masses (f, 6, 6), complex, entry by entry; units by entry."""
+    frames = []
+    for row, motion in enumerate(MOTIONS):
+        for column, other in enumerate(MOTIONS):
+            columns: dict[str, Any] = {
+                "force": motion,
+                "acceleration": other,
+                "unit": MASS_UNITS[(row > 2) + (column > 2)],
+                "frequency [Hz]": lines,
+            }
+            for name, matrix in mass.items():
+                columns[f"{name}, real"] = matrix[:, row, column].real
+                columns[f"{name}, imaginary"] = matrix[:, row, column].imag
+            frames.append(pd.DataFrame(columns))
+    return pd.concat(frames, ignore_index=True)
+
+
+def _limits(report: Report, test: IdentifiedTest) -> None:
+    """Say which parameters are seen, which are not, and which come from what was known before."""
+    found, thesis = test.identification, test.thesis
+    dominated = found.knowledge.prior_dominated
+    names = f"Of them {', '.join(dominated)} come" if dominated else "None of them comes"
+    report.section(
+        "What this test can and cannot say",
+        "The 35 numbers of the minimal model are all seen. "
+        f"{names} mostly from what was known before. "
+        "Many hang together, since the position error of one sensor moves several: the strongest "
+        "correlations stand in correlations.csv.",
+    )
+    if thesis is None:
+        report.text(
+            "The test has no drawing: the thesis's single mount positions, rotations and "
+            "stiffnesses were not fitted."
+        )
+    else:
+        held = "No number ends at a bound."
+        if thesis.fit.at_bound:
+            held = f"The fit ends with {', '.join(thesis.fit.at_bound)} at a bound."
+        seen = thesis.seen
+        report.text(
+            f"The thesis fits {len(seen.names)} numbers. A hammer test at one virtual point sees "
+            f"{seen.rank} combinations of them, whatever its noise: {len(seen.null_space)} changes "
+            "leave every FRF as it is; the first table names them. Rotation x is a mount's "
+            "rotation about its own axis: it matters only as far as the two radial stiffnesses "
+            "differ. Mass, centre of gravity and inertia take no part in any of these and are "
+            "unique; single positions, rotations and stiffnesses of mounts are not, and equally "
+            f"good fits differ by millimetres and degrees. {held} Report the stiffness at the "
+            "virtual point and the gain instead; or, where all mounts are one round part, enforce "
+            "that (--identical-mounts)."
+        )
+        drawn = np.count_nonzero(np.asarray(thesis.knowledge.ratio) > PRIOR_DOMINATED)
+        report.text(
+            f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
+            "identifiability.csv has them all."
+        )
+        own_axis = (" rotation x", "'s rotation about its own axis")
+        changes = [change.statement.replace(*own_axis) for change in thesis.seen.null_space]
+        report.table(
+            "null_space",
+            pd.DataFrame({"change that no test at one virtual point can see": changes}),
+            "Changes that leave every FRF as it is.",
+        )
+        identifiability = identifiability_table(test, thesis)
+    pairs = found.knowledge.strong_correlations
+    correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
+    report.table("correlations", correlations)
+    if thesis is not None:
+        report.section(
+            "The thesis's numbers",
+            "From the drawing (table 10) to the fit (table 11): start, bounds and result of least "
+            "squares that take the places of the sheet for exact. A number at its bound has not "
+            "been found. Invisible: nothing but the drawing is known of it. Prior-dominated: more "
+            f"than {PRIOR_DOMINATED:.0%} of the bound's width is left. With others only: a part of "
+            "it lies in a combination that no test at one point can see.",
+            folded=True,
+        )
+        columns = [name for name in TABLE_11 if name in identifiability]
+        report.table(
+            "identifiability",
+            identifiability,
+            "The thesis's numbers (its table 11).",
+            shown=in_words(identifiability)[columns],
+        )
+
+
+def _identical(report: Report, fit: MountShares) -> None:
+    """Show place, direction and stiffness of identical round mounts."""
+    report.section(
+        "Identical round mounts",
+        "With one axial and one radial stiffness for all mounts, nothing stays invisible: place "
+        f"and direction of each mount are found. {fit.statement} Offsets and angles are along and "
+        f"about axes of the sheet, from the drawing; stiffness at {REFERENCE_FREQUENCY:g} Hz.",
+    )
+    # a round mount has no angle about its own axis, the first of its three
+    columns = {"offset x": 0, "offset y": 1, "offset z": 2, "angle y": 4, "angle z": 5}
+    shown = list(columns.values())
+    n = len(fit.drawn)
+    factor = np.array([1e3] * 3 + [180 / np.pi] * 2)
+    moved = fit.values[:-1].reshape(n, -1)[:, shown]
+    stiffness = 1e-3 * fit.mounts[0].stiffness[:2]
+    table = pd.DataFrame(
+        {
+            "parameter": [
+                *(f"{mount.name} {name}" for mount in fit.drawn for name in columns),
+                "axial stiffness",
+                "radial stiffness",
+            ],
+            "unit": ["mm", "mm", "mm", "°", "°"] * n + ["N/mm"] * 2,
+            "identified": [*(factor * moved).ravel(), *stiffness],
+            "standard deviation": [
+                *(factor * fit.deviations[:, shown]).ravel(),
+                *(stiffness * fit.deviations[0, 6:8]),
+            ],
+        }
+    )
+    report.table("identical_mounts", table, "Mounts as found.", shown=in_words(table))
+
+
+def _placement(report: Report, test: IdentifiedTest) -> None:
+    """Show the errors of gains, places and angles that the test revealed."""
+    table = placement_table(test)
+    size = (table["found"] / table["prior deviation"]).abs()
+    largest = table.loc[size.sort_values(ascending=False).index].head(SHOWN_ROWS)
+    report.section(
+        "What the test says of its own sensors",
+        "Errors of gain, place and angle against the position sheet, the largest in units of "
+        "their tolerance first; placement.csv has all. A posterior deviation near the prior one: "
+        "the test cannot tell.",
+        folded=True,
+    )
+    report.table(
+        "placement",
+        table,
+        "Largest errors of placement and calibration.",
+        shown=in_words(largest),
+    )

@@ -1,0 +1,709 @@
+"""Which of these fronts is better, and is the difference real?"""
+
+from __future__ import annotations
+
+import re
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.common import PERCENT, Progress
+from deboom.errors import InputError
+from deboom.explore.front import (
+    ENOUGH_SEEDS,
+    LAST_PART,
+    REAL_FROM,
+    SETS,
+    CommonBox,
+    Contestant,
+    Difference,
+    FrontVerdict,
+    attainment,
+    common_box,
+    common_judges,
+    coverage,
+    difference,
+    last_gain,
+    level_gap,
+    nondominated,
+)
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
+from deboom.explore.robust import Robust
+from deboom.explore.selection import at_nominal, variables_without_effect
+from deboom.explore.space import checked_seed
+from deboom.files.front_run import NOT_THE_CONFIGURATION, ComparedRun
+from deboom.files.run_folder import RunEntry
+from deboom.plot.style import signed
+from deboom.report import Report
+from deboom.runs.overview import refresh_overview
+from deboom.runs.progress import progress_bar
+from deboom.runs.rebuilt import (
+    check_same_platform,
+    check_same_question,
+    compared_run,
+    differences,
+    distinct_models,
+)
+from deboom.runs.runner import run_command
+
+FEWEST = 1024
+"""Draws of the common sample, at least."""
+CHUNK = 50
+"""Designs between two signs of progress."""
+QUESTION = "Which of these fronts is better, and is the difference real?"
+SHOWN_PAIRS = 15
+"""Pairs that a page shows of many."""
+STUDY = "compare"
+
+
+@dataclass(frozen=True, eq=False)
+class JudgedRun:
+    """A run's front under the common draws.
+
+    Parameters
+    ----------
+    run : ComparedRun
+        The run.
+    name : str
+        Of its configuration.
+    by_set : array, shape (n_sets, n, 2)
+        Objectives under each set of draws [unit of the objectives].
+    designs : array, shape (n, k)
+        Those that could be computed; variables without effect are at nominal [units of the space].
+    n_failed : int
+        Designs of the front that could not be computed.
+    """
+
+    run: ComparedRun
+    name: str
+    by_set: RealArray
+    designs: RealArray
+    n_failed: int
+
+    @cached_property
+    def objectives(self) -> RealArray:
+        """Mean over the sets, shape (n, 2) [unit of the objectives]."""
+        return np.asarray(self.by_set.mean(axis=0))
+
+
+@dataclass(frozen=True, eq=False)
+class Comparison:
+    """Fronts under one judge.
+
+    Parameters
+    ----------
+    judge : Robust
+        Model of one of the runs.
+    judge_name : str
+        Name of its configuration; empty where all runs have the same model.
+    fronts : tuple of JudgedRun
+        In the order of the runs.
+    n_samples, seed : int
+        Of the common draws.
+    """
+
+    judge: Robust
+    judge_name: str
+    fronts: tuple[JudgedRun, ...]
+    n_samples: int
+    seed: int
+
+    @cached_property
+    def box(self) -> CommonBox:
+        """Of all fronts."""
+        return common_box([one.objectives for one in self.fronts])
+
+    @cached_property
+    def groups(self) -> dict[str, list[JudgedRun]]:
+        """Runs by configuration."""
+        found: dict[str, list[JudgedRun]] = {}
+        for one in self.fronts:
+            found.setdefault(one.name, []).append(one)
+        return found
+
+    @cached_property
+    def hypervolumes(self) -> dict[str, RealArray]:
+        """By configuration: share of the box, shape (n_runs, n_sets) [1]."""
+        return {
+            name: np.array([[self.box.hypervolume(front) for front in one.by_set] for one in runs])
+            for name, runs in self.groups.items()
+        }
+
+    def progress(self, one: JudgedRun) -> float:
+        """Return what a search's last fifth has gained, as a share of the box; NaN: unknown.
+
+        A gain beyond the box counts as well, but no more than the whole front is worth.
+        """
+        gained = self.box.share(last_gain(one.run.front.convergence))
+        return float(np.minimum(gained, self.box.hypervolume(one.objectives)))
+
+    @cached_property
+    def contestants(self) -> dict[str, Contestant]:
+        """Configurations with all that is known of their chance."""
+        return {
+            name: Contestant(
+                name, self.hypervolumes[name], np.array([self.progress(one) for one in runs])
+            )
+            for name, runs in self.groups.items()
+        }
+
+    @cached_property
+    def pairs(self) -> dict[tuple[str, str], Difference]:
+        """Every configuration against every other, as shares of the box."""
+        pairs = {}
+        for first, second in combinations(self.contestants, 2):
+            pair = difference(self.contestants[first], self.contestants[second])
+            if pair.verdict is not FrontVerdict.real and self.covers(first, second):
+                pair = replace(pair, verdict=FrontVerdict.real)
+            pairs[first, second] = pair
+        return pairs
+
+    def covers(self, first: str, second: str) -> bool:
+        """Whether one front covers all of the other and not the reverse, whatever the draws.
+
+        Never of runs that differ in their seed only, of which one covers the other by chance.
+        """
+        if len({run.run.configuration for run in self.fronts}) == 1:
+            return False
+        both = [
+            (coverage(one, other), coverage(other, one))
+            for run in self.groups[first]
+            for rival in self.groups[second]
+            for one, other in zip(run.by_set, rival.by_set, strict=True)
+        ]
+        return all(a == 1.0 > b for a, b in both) or all(b == 1.0 > a for a, b in both)
+
+    @property
+    def best(self) -> str:
+        """Configuration with the largest mean hypervolume."""
+        return max(self.hypervolumes, key=lambda name: float(self.hypervolumes[name].mean()))
+
+    @property
+    def headline(self) -> str:
+        """Which front is best, and which cannot be told from it, in a sentence."""
+        best = self.best
+        pairs = {
+            (set(pair) - {best}).pop(): found for pair, found in self.pairs.items() if best in pair
+        }
+        verdicts = {found.verdict for found in pairs.values()}
+        if verdicts == {FrontVerdict.real}:
+            rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
+            return f"{best} is really better than {rest}."
+        alike = [name for name, found in pairs.items() if found.verdict is not FrontVerdict.real]
+        return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
+
+    def gap(self, first: str, second: str) -> float:
+        """Mean difference of the first objective at equal second one [its unit]."""
+        gaps = [
+            level_gap(one.objectives, other.objectives)
+            for one in self.groups[first]
+            for other in self.groups[second]
+        ]
+        known = [gap for gap in gaps if np.isfinite(gap)]
+        return float(np.mean(known)) if known else float("nan")
+
+    @cached_property
+    def per_line(self) -> float:
+        """Factor from sums over responses and lines to their mean; 1 for other objectives [1]."""
+        n_lines = getattr(self.judge.evaluate, "n_lines", None)
+        if self.judge.objectives != (MEAN_SUM, SIGMA_SUM) or n_lines is None:
+            return 1.0
+        return 1.0 / (int(n_lines) * len(self.judge.evaluate.response_names))
+
+
+def comparison(
+    folders: Sequence[Path], studies: Path | None, n_samples: int, seed: int, progress: Progress
+) -> list[Comparison]:
+    """Read runs, check that they can be compared, and judge their fronts by each of their models.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Two run folders or more; their order changes nothing.
+    studies : Path or None
+        Folder with the script of the run; None: deboom's own.
+    n_samples : int
+        Common draws, a power of two.
+    seed : int
+        Of the common draws, from 1.
+    progress : callable
+        See `deboom.explore.space.Progress`.
+
+    Raises
+    ------
+    InputError
+        One run only, or twice the same; fewer than 1024 draws or no power of two; runs of other
+        variables, responses or objectives; a front that cannot be computed; see also
+        `deboom.runs.rebuilt.compared_run`, `check_same_platform`, `check_same_question`.
+    """
+    if len({folder.resolve() for folder in folders}) < len(folders) or len(folders) < 2:
+        raise InputError(
+            f"{len(folders)} run folders, {len({f.resolve() for f in folders})} of them different: "
+            "give two different runs or more"
+        )
+    if n_samples < FEWEST or n_samples & (n_samples - 1):
+        raise InputError(f"{n_samples} common draws: take a power of two from {FEWEST}")
+    prepared: dict[str, object] = {}  # runs of one question share their model
+    runs = sorted(
+        (compared_run(folder, studies, prepared) for folder in folders),
+        key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
+    )
+    check_same_platform(runs)
+    check_same_question(runs)
+    names = dict(zip((run.entry.folder for run in runs), configuration_names(runs), strict=True))
+    judges = distinct_models(runs)
+    return [
+        judged(
+            runs,
+            n_samples,
+            seed,
+            progress,
+            judge=judge.model,
+            judge_name=names[judge.entry.folder] if len(judges) > 1 else "",
+        )
+        for judge in judges
+    ]
+
+
+def judged(
+    runs: Sequence[ComparedRun],
+    n_samples: int,
+    seed: int,
+    progress: Progress,
+    judge: Robust | None = None,
+    judge_name: str = "",
+) -> Comparison:
+    """Judge the fronts of runs by one model, by default that of the first run.
+
+    Raises
+    ------
+    InputError
+        A front that cannot be computed.
+    """
+    judge = judge or runs[0].model
+    judges = common_judges(judge, n_samples, seed)
+    free = variables_without_effect(judge.evaluate, judge.space)
+    total = sum(len(run.designs) for run in runs)
+    done, fronts, begin = 0, [], time.perf_counter()
+    for run, name in zip(runs, configuration_names(runs), strict=True):
+        parts = []
+        for chunk in np.split(run.designs, range(CHUNK, len(run.designs), CHUNK)):
+            parts.append(np.stack([values.objectives for values in judges.by_set(chunk)]))
+            done += len(chunk)
+            progress(done, total, f"designs judged, {time.perf_counter() - begin:.0f} s")
+        by_set = np.concatenate(parts, axis=1)
+        computed = np.isfinite(by_set).all(axis=(0, 2))
+        if not computed.any():
+            raise InputError(f"no design of {run.entry.folder} can be computed with common draws")
+        designs = at_nominal(run.designs[computed], judge.space, free)
+        fronts.append(JudgedRun(run, name, by_set[:, computed], designs, int((~computed).sum())))
+    return Comparison(judge, judge_name, tuple(fronts), n_samples, seed)
+
+
+def configuration_names(runs: Sequence[ComparedRun]) -> list[str]:
+    """Return the name of each run's configuration: the options in which they differ.
+
+    Runs that differ in nothing but the seed, all of them, are configurations of their own.
+    """
+    if len({run.configuration for run in runs}) == 1:
+        seeds = [run.seed for run in runs]
+        return [
+            f"seed {run.seed}" if seeds.count(run.seed) == 1 else run.entry.name for run in runs
+        ]
+    table = pd.DataFrame([_options(run.entry) for run in runs])
+    several = table["study"].nunique() > 1
+    within = table.groupby("study").nunique(dropna=False).max() > 1
+    differing = [*["study"] * several, *within.index[within]]
+    return [
+        ", ".join(f"{name} {value}" for name, value in row.dropna().items())
+        for _, row in table[differing].iterrows()
+    ]
+
+
+def _options(entry: RunEntry) -> dict[str, str]:
+    """Return what a run was asked, in words; `facts` know what a model took by default."""
+    words = {"study": entry.study}
+    for name, value in entry.record["arguments"].items():
+        if name not in NOT_THE_CONFIGURATION:
+            fact = f"{entry.record.get('facts', {}).get(name, '')} by default".strip()
+            words[name.replace("_", "-")] = fact if value is None else str(value)
+    return words
+
+
+NOT_COMPARABLE = "not comparable: different models"
+
+
+def compared_report(studies: Sequence[Comparison]) -> Report:
+    """Report fronts under every judge: one verdict where there is one model, else one each."""
+    if len(studies) == 1:
+        return comparison_report(studies[0])
+    report = Report("Fronts compared", QUESTION)
+    report.tile(overall(studies), "verdict over all judges")
+    report.section("The verdict", "\n\n".join(sentences(studies)))
+    report.summary |= {"verdict": overall(studies), "n_judges": len(studies)}
+    for number, study in enumerate(studies, start=1):
+        part = comparison_report(study)
+        names = {
+            name: f"judge_{number}_{name}" for name in (*part.tables, *part.pictures, *part.summary)
+        }
+        report.include(part, f"As {study.judge_name} sees it", names=names)
+    return report
+
+
+def overall(studies: Sequence[Comparison]) -> str:
+    """Return the verdict over all judges: that of one model, or of several that agree."""
+    verdicts = {(study.best, study.headline) for study in studies}
+    return NOT_COMPARABLE if len(verdicts) > 1 else studies[0].headline
+
+
+def comparison_report(study: Comparison) -> Report:
+    """Report fronts compared under one judge."""
+    (first, second), found = next(iter(study.pairs.items()))
+    verdicts = [pair.verdict for pair in study.pairs.values()]
+    gap = study.gap(first, second) * study.per_line
+    report = Report("Fronts compared", QUESTION)
+    report.explain(
+        "Pareto front",
+        "hypervolume",
+        "attainment band",
+        "within noise",
+        "tolerance",
+        "σ",
+    )
+    if len(study.pairs) == 1:
+        report.tile(found.verdict.value, f"{first} against {second}")
+    report.tile(study.best, "has the best front")
+    if len(study.pairs) == 1:
+        change = f"{signed(PERCENT * found.value, 2)} %"
+        report.tile(change, "hypervolume, first minus second")
+        if np.isfinite(found.noise):
+            report.tile(f"±{PERCENT * found.noise:.2f} %", "what chance alone may give")
+        if np.isfinite(gap):
+            level = f"{signed(gap, 3)} {unit_word(study)}".strip()
+            report.tile(level, "level at equal σ, first minus second")
+    report.summary |= {
+        "n_runs": len(study.fronts),
+        "n_configurations": len(study.groups),
+        "n_pairs": len(verdicts),
+        "n_real": verdicts.count(FrontVerdict.real),
+        "n_within_noise": verdicts.count(FrontVerdict.noise),
+        "n_not_decided": verdicts.count(FrontVerdict.open),
+        "first": first,
+        "second": second,
+        "verdict": found.verdict.value,
+        "hypervolume_difference_percent": PERCENT * found.value,
+    }
+    numbers = {
+        "noise_percent": PERCENT * found.noise,
+        "level_difference": gap,
+    }
+    report.summary |= {name: value for name, value in numbers.items() if np.isfinite(value)}
+    for name, volumes in study.hypervolumes.items():
+        key = re.sub(r"\W+", "_", name).strip("_")
+        report.summary[f"hypervolume_percent_{key}"] = PERCENT * float(volumes.mean())
+    report.facts |= {
+        "judge": study.judge_name or "the model of all runs",
+        "common_draws": study.n_samples,
+        "sets_of_draws": SETS,
+    }
+    report.inputs += [path for judged in study.fronts for path in judged.run.files]
+
+    _verdict(report, study)
+    report.section("How it was decided", _method(study))
+    _fronts(report, study)
+    differ = differences([f.run for f in study.fronts], [f.name for f in study.fronts])
+    report.section(
+        "What the runs do not have in common",
+        "Beside these items the runs are equal: the study's options, the versions of all "
+        "packages, and the hashes of the platform's files."
+        if len(differ)
+        else "Nothing.",
+    )
+    caption = "Only what differs is shown." if len(differ) else ""
+    report.table("differences", differ, caption)
+    return report
+
+
+def _verdict(report: Report, study: Comparison) -> None:
+    """Say which front is better, and show the difference beside its noise."""
+    pairs, shown = pair_table(study), _shown(study)
+    report.section("The verdict", study.headline)
+    for pair in shown:
+        report.text(verdict_sentence(study, pair))
+    rows = [(row.first, row.second) in shown for row in pairs.itertuples()]
+    if not all(rows):
+        report.text(f"All {len(pairs)} pairs are in pairs.csv.")
+    asked = {judged.run.configuration for judged in study.fronts}
+    if len(asked) == 1 and any(d.verdict is FrontVerdict.real for d in study.pairs.values()):
+        report.text(
+            "These runs differ in nothing but their seed. A real difference between them says that "
+            "the search of the worse one had come to rest elsewhere: give it more generations, or "
+            "several searches (--searches)."
+        )
+    found = [study.pairs[pair] for pair in shown]
+    value = PERCENT * np.array([difference.value for difference in found])
+    noise = PERCENT * np.nan_to_num([difference.noise for difference in found])
+    panel = plot.IntervalPanel(
+        "difference of hypervolume [% of the box]", {"": (value, value - noise, value + noise)}
+    )
+    report.figure(
+        "noise",
+        lambda: plot.interval_panels([f"{first} − {second}" for first, second in shown], [panel]),
+        "Difference of hypervolume, ± what other draws and other seeds could give as well (99 %).",
+    )
+    report.table(
+        "pairs",
+        pairs,
+        "Level at equal σ is the mean over the range of σ that both fronts have; "
+        "negative: the first is quieter. Covers: share of the other's points that "
+        "a front equals or beats.",
+        {"hypervolume, first - second [%]": 2, "noise, 99 % [%]": 2},
+        shown=pairs[rows].drop(columns=["error from draws [%]", "error from searches [%]"]),
+    )
+
+
+def _fronts(report: Report, study: Comparison) -> None:
+    """Show all fronts under the common draws."""
+    unit, (mean_label, sigma_label) = unit_label(study), objective_labels(study)
+    corner = study.box.reference_point * study.per_line
+    report.section(
+        "The fronts",
+        "All designs under the common draws. A step line encloses what a front dominates.",
+    )
+    report.figure(
+        "fronts",
+        lambda: plot.fronts(
+            {name: tuple((_median_front(study, name) * study.per_line).T) for name in study.groups},
+            {},
+            {"reference point": (float(corner[0]), float(corner[1]))},
+            mean_label=f"{mean_label} {unit}",
+            sigma_label=f"{sigma_label} {unit}",
+        ),
+        "Down and left is better. Of several runs the line is what half of them attain.",
+    )
+    table = front_table(study)
+    hidden = ["seed", *(name for name in table.columns if name.startswith("best "))]
+    if not table["failed"].any():
+        hidden.append("failed")
+    fine = ("hypervolume [%]", "last gain [%]")
+    report.table(
+        "fronts",
+        table,
+        "Every run. The hypervolume is a share of the common box; last gain is what the last "
+        "generations of the search have gained of it.",
+        dict.fromkeys(fine, 2),
+        shown=table.drop(columns=hidden),
+    )
+    points = [
+        pd.DataFrame(
+            {
+                "run": judged.run.entry.name,
+                "configuration": judged.name,
+                f"{mean_label} {unit}": judged.objectives[:, 0] * study.per_line,
+                f"{sigma_label} {unit}": judged.objectives[:, 1] * study.per_line,
+            }
+        )
+        for judged in study.fronts
+    ]
+    report.table("points", pd.concat(points, ignore_index=True))
+
+
+def pair_table(study: Comparison) -> pd.DataFrame:
+    """One row per pair of configurations: difference, noise, verdict, and what it means."""
+    rows = []
+    for (first, second), found in study.pairs.items():
+        better, other = _median_front(study, first), _median_front(study, second)
+        rows.append(
+            {
+                "first": first,
+                "second": second,
+                "verdict": found.verdict.value,
+                "hypervolume, first - second [%]": PERCENT * found.value,
+                "noise, 99 % [%]": PERCENT * found.noise,
+                "error from draws [%]": PERCENT * found.draw_error,
+                "error from searches [%]": PERCENT * found.search_error,
+                f"level at equal σ, first - second {unit_label(study)}": study.gap(first, second)
+                * study.per_line,
+                "first covers second [%]": PERCENT * coverage(better, other),
+                "second covers first [%]": PERCENT * coverage(other, better),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def front_table(study: Comparison) -> pd.DataFrame:
+    """One row per run: figures of merit of its front under the common draws."""
+    rows = []
+    for one in study.fronts:
+        front = one.objectives
+        volumes = [study.box.hypervolume(part) for part in one.by_set]
+        rows.append(
+            {
+                "run": one.run.entry.name,
+                "configuration": one.name,
+                "seed": one.run.seed,
+                "designs": len(front),
+                "failed": one.n_failed,
+                "still non-dominated [%]": PERCENT * float(np.mean(nondominated(front))),
+                "hypervolume [%]": PERCENT * float(np.mean(volumes)),
+                "last gain [%]": PERCENT * study.progress(one),
+                f"best mean {unit_label(study)}": front[:, 0].min() * study.per_line,
+                f"best σ {unit_label(study)}": front[:, 1].min() * study.per_line,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def objective_labels(study: Comparison) -> tuple[str, str]:
+    """Return what the two objectives are."""
+    if study.per_line != 1.0:
+        return "mean level over vehicles and lines", "its σ over the tolerance"
+    first, second = (objective.name for objective in study.judge.objectives)
+    return first, second
+
+
+def unit_label(study: Comparison) -> str:
+    """Return the unit of the objectives in brackets; levels differ in dB."""
+    return f"[{study.judge.evaluate.response_unit.replace('dB(A)', 'dB')}]"
+
+
+def unit_word(study: Comparison) -> str:
+    """Return the unit as it stands behind a number."""
+    unit = unit_label(study).strip("[]")
+    return "" if unit == "1" else unit
+
+
+def _median_front(study: Comparison, name: str) -> RealArray:
+    """Return what the median run of a configuration attains."""
+    runs = [one.objectives for one in study.groups[name]]
+    return np.asarray(attainment(runs, [0.5])[0.5])
+
+
+def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
+    """Say in one sentence what came out for two configurations."""
+    first, second = pair
+    found = study.pairs[pair]
+    if found.verdict is FrontVerdict.open:
+        return (
+            f"{first} against {second}: not decided, a single run that keeps no convergence.csv "
+            f"does not say how far to trust it; run {ENOUGH_SEEDS} seeds of each."
+        )
+    value, noise = PERCENT * found.value, PERCENT * found.noise
+    if found.verdict is FrontVerdict.noise:
+        return (
+            f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "
+            f"alone may give ±{noise:.2f} %)."
+        )
+    better, worse = (first, second) if found.value > 0.0 else (second, first)
+    if abs(found.value) <= found.noise:
+        return (
+            f"{better} is really better than {worse}: under all draws its front equals or beats "
+            f"every design of the other ({abs(value):.2f} % hypervolume)."
+        )
+    return (
+        f"{better} is really better than {worse}: its front dominates {abs(value):.2f} % more of "
+        f"the box; chance alone may give ±{noise:.2f} %."
+    )
+
+
+def _shown(study: Comparison) -> list[tuple[str, str]]:
+    """Return the pairs that a page shows: all, or of many those with the best configuration."""
+    pairs = list(study.pairs)
+    if len(pairs) <= SHOWN_PAIRS:
+        return pairs
+    return [pair for pair in pairs if study.best in pair][:SHOWN_PAIRS]
+
+
+def _method(study: Comparison) -> str:
+    scale, box = study.per_line, study.box
+    unit = unit_word(study)
+    ideal, nadir, corner = (
+        ", ".join(f"{value * scale:.4g} {unit}".strip() for value in point)
+        for point in (box.ideal, box.nadir, box.reference_point)
+    )
+    return (
+        f"One model judges all fronts with {study.n_samples} draws that no search "
+        f"has seen: {SETS} independent scrambled Sobol sets, seed {study.seed}.\n\n"
+        f"The best front of all runs together spans a box from its ideal ({ideal}) to its nadir "
+        f"({nadir}). The reference point of the hypervolume ({corner}) lies a tenth of the box "
+        "beyond the nadir; the hypervolume is given as the share of the box up to there.\n\n"
+        f"A difference is called real when chance gives it in less than "
+        f"{PERCENT * (1 - REAL_FROM):g} % of all cases. Chance is in the draws (spread of the "
+        f"difference over the {SETS} sets) and in the searches: with {ENOUGH_SEEDS} seeds or more "
+        "of a configuration their own spread counts; with fewer, what the last "
+        f"{PERCENT * LAST_PART:g} % of the generations have gained stands for it, since a search "
+        "that still moved by so much could as well have ended elsewhere by so much."
+    )
+
+
+def sentences(studies: Sequence[Comparison]) -> list[str]:
+    """Return the verdicts in words, for a terminal."""
+    if len(studies) == 1:
+        return [verdict_sentence(studies[0], pair) for pair in _shown(studies[0])]
+    lines = [f"{overall(studies)[0].upper()}{overall(studies)[1:].rstrip('.')}."]
+    return lines + [f"As {study.judge_name} sees it: {study.headline}" for study in studies]
+
+
+def compare_runs(
+    folders: Sequence[Path], *, out: Path, studies: Path | None, samples: int, seed: int
+) -> tuple[Path, list[str]]:
+    """Compare the fronts of runs and write ``<out>/compare/<run>/``.
+
+    Parameters
+    ----------
+    folders : sequence of Path
+        Two run folders or more.
+    out : Path
+        Folder of all results.
+    studies : Path or None
+        Folder with the script of the run; None: deboom's own.
+    samples : int
+        Common draws, a power of two from 1024.
+    seed : int
+        Of the common draws, from 1.
+
+    Returns
+    -------
+    folder : Path
+        The finished run folder.
+    verdicts : list of str
+        In words.
+
+    Raises
+    ------
+    InputError
+        See `deboom.runs.compare.comparison`; nothing is left behind.
+    """
+    checked_seed(seed)
+    shown = sorted(folder.as_posix() for folder in folders)
+    record = {
+        "study": STUDY,
+        "question": QUESTION,
+        "seed": seed,
+        "runs": shown,
+        "command": " ".join(["deboom compare", *shown]),
+        "arguments": {
+            "seed": seed,
+            "samples": samples,
+            "studies": None if studies is None else studies.as_posix(),
+        },
+    }
+    verdicts: list[str] = []
+
+    def work() -> Report:
+        with progress_bar("common draws") as bar:
+            judges = comparison(folders, studies, samples, seed, bar)
+        verdicts.extend(sentences(judges))
+        return compared_report(judges)
+
+    folder = run_command(out, record, work, relative_to=Path.cwd())
+    refresh_overview(out)
+    return folder, verdicts

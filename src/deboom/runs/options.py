@@ -1,0 +1,177 @@
+"""Options of studies: from a dataclass to the command line, and what is typed there."""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import fields, is_dataclass, replace
+from enum import Enum
+from typing import Annotated, Any, TypeVar, get_type_hints
+
+from typer import CallbackParam, Option
+
+from deboom.errors import InputError
+from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
+from deboom.explore.robust import Robust
+from deboom.explore.scatter import (
+    FreshGaussianSampler,
+    ToleranceSampler,
+    ToleranceStructure,
+    gaussian_sample,
+    sobol_sample,
+)
+from deboom.explore.space import DesignSpace, Evaluate
+
+
+def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
+    """Return an option's callback that refuses fewer, or no power of two, before any work."""
+
+    def check(option: CallbackParam, value: int) -> int:
+        typed = f"--{str(option.name).replace('_', '-')} {value}"
+        if value < least:
+            raise InputError(f"{typed}: take at least {least}")
+        if power_of_two and value & (value - 1):
+            low = 1 << value.bit_length() - 1
+            raise InputError(f"{typed} is no power of two: take {low} or {2 * low}")
+        return value
+
+    return check
+
+
+Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
+"""Option of every study."""
+
+_T = TypeVar("_T")
+
+
+def expanded(options: Any) -> dict[str, inspect.Parameter]:
+    """Return the options of a study by name, those of its groups among them.
+
+    - `options`: dataclass of defaults. A field is an option, ``Annotated[type, Option(help=...)]``,
+      or a group of options, which is a dataclass itself.
+    - raises TypeError: two options of one name, a mistake in the study.
+    """
+    hints = get_type_hints(type(options), include_extras=True)
+    parameters: dict[str, inspect.Parameter] = {}
+    for item in fields(options):
+        default = getattr(options, item.name)
+        new = {
+            item.name: inspect.Parameter(
+                item.name,
+                inspect.Parameter.KEYWORD_ONLY,
+                default=default,
+                annotation=hints[item.name],
+            )
+        }
+        if is_dataclass(default):
+            new = expanded(default)
+        doubled = parameters.keys() & new.keys()
+        if doubled:
+            raise TypeError(f"{type(options).__name__} has the option {sorted(doubled)} twice")
+        parameters |= new
+    return parameters
+
+
+def filled(options: _T, arguments: Mapping[str, Any]) -> _T:
+    """Return options with other values, by the names that `expanded` gives."""
+    changes: dict[str, Any] = {}
+    for item in fields(options):  # type: ignore[arg-type]
+        value = getattr(options, item.name)
+        if is_dataclass(value):
+            changes[item.name] = filled(value, arguments)
+        elif item.name in arguments:
+            changes[item.name] = arguments[item.name]
+    return replace(options, **changes)  # type: ignore[type-var]
+
+
+def band_of(text: str) -> tuple[float, float]:
+    """Read ``10-30`` [Hz]; InputError if it is no band that rises from above 0 Hz."""
+    try:
+        low, high = (float(part) for part in text.split("-"))
+    except ValueError:
+        raise InputError(f"--band {text}: write it as LOW-HIGH in Hz, such as 10-30") from None
+    if not (0 < low < high and math.isfinite(high)):
+        raise InputError(f"--band {text}: the band must rise from above 0 Hz")
+    return low, high
+
+
+TAIL = 0.95
+"""Share of all parts below the quantile, and above which the worst parts are [1]."""
+
+
+class Aim(Enum):
+    """First and second objective of a search."""
+
+    mean = "mean"
+    """Sums over the vehicles of mean and sigma: the thesis."""
+    quantile = "quantile"
+    """Sum of the levels that 95 % of all parts stay below, and of sigma."""
+    tail = "tail"
+    """Sum of the means of the worst 5 % of all parts, and of sigma."""
+    worst = "worst"
+    """Mean of the loudest vehicle, and largest sigma of a vehicle."""
+
+
+_OBJECTIVES: dict[Aim, tuple[Objective, Objective]] = {
+    Aim.mean: (MEAN_SUM, SIGMA_SUM),
+    Aim.quantile: (Objective(Statistic.QUANTILE, share=TAIL), SIGMA_SUM),
+    Aim.tail: (Objective(Statistic.TAIL_MEAN, share=TAIL), SIGMA_SUM),
+    Aim.worst: (Objective(Statistic.MEAN, worst=True), Objective(Statistic.SIGMA, worst=True)),
+}
+
+
+def robust_response(
+    evaluate: Evaluate,
+    space: DesignSpace,
+    sample: ToleranceSampler,
+    *,
+    aim: Aim = Aim.mean,
+    nominal_mean: bool = False,
+    control_variate: bool = False,
+    structure: ToleranceStructure | None = None,
+) -> Robust:
+    """Wrap a model with scatter as a study's options ask for; see `Robust` for the rest.
+
+    - `aim`: what the search minimises.
+    - `control_variate`: read mean and sigma with a parabola of the draws as control variate.
+    - `structure`: what the scatter of the variables has in common.
+    """
+    estimator = Estimator(degree=2 if control_variate else 0)
+    return Robust(
+        evaluate,
+        space,
+        sample,
+        nominal_mean=nominal_mean,
+        estimator=estimator,
+        objectives=_OBJECTIVES[aim],
+        structure=structure,
+    )
+
+
+class Sampler(Enum):
+    """How manufacturing scatter is drawn."""
+
+    sobol = "sobol"
+    """Scrambled Sobol points, shared by all designs."""
+    gaussian = "gaussian"
+    """Gaussian draws, shared by all designs."""
+    fresh = "fresh"
+    """Gaussian draws of its own for every design: the literal thesis."""
+
+
+_MAKERS: dict[Sampler, Callable[..., ToleranceSampler]] = {
+    Sampler.sobol: sobol_sample,
+    Sampler.gaussian: gaussian_sample,
+    Sampler.fresh: FreshGaussianSampler,
+}
+
+
+def tolerance_sample(
+    sampler: Sampler, n_variables: int, n_samples: int, *, seed: int
+) -> ToleranceSampler:
+    """Draw the manufacturing scatter of a study: `n_samples` of `n_variables`, seed from 1.
+
+    - raises InputError: seed 0, or a number of draws that the sampler refuses.
+    """
+    return _MAKERS[sampler](n_variables, n_samples, seed=seed)

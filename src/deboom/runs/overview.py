@@ -1,0 +1,182 @@
+"""What stands in a results folder: every run in a line, one run in full, and a page of all."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import sys
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from deboom.errors import InputError
+from deboom.files.disk import read_json, replace_text
+from deboom.files.run_folder import RunEntry, check_files, readable_runs
+from deboom.report.overview import RunCard, render_overview
+
+INDEX = "index.html"
+INTERACTIVE = "interactive.html"
+SUMMARY = "summary.json"
+_STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
+
+
+def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
+    """Return what an overview of a results folder says of its runs.
+
+    - `entries`: the runs.
+    - `results`: folder that links start from.
+    """
+    options_of_study: dict[str, list[dict[str, Any]]] = {}
+    for entry in entries:
+        options_of_study.setdefault(entry.study, []).append(options(entry.record))
+    cards = []
+    for entry in entries:
+        mine = options(entry.record)
+        special = {
+            name: value
+            for name, value in mine.items()
+            if name != "seed"
+            and any(other.get(name) != value for other in options_of_study[entry.study])
+        }
+        cards.append(_card(entry, results, special))
+    return cards
+
+
+def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard:
+    record = entry.record
+    match = _STARTED.match(entry.name)
+    day, hour, minute, second = match.groups() if match else (entry.name, "", "", "")
+    folder = quote(entry.folder.relative_to(results).as_posix())
+    page = entry.folder / "report.html"
+    return RunCard(
+        study=entry.study,
+        name=entry.name,
+        question=str(record.get("question", "")),
+        state=entry.state,
+        started=f"{day} {hour}:{minute}:{second}" if match else day,
+        seed=int(record.get("seed", 0)),
+        headlines=headlines(entry),
+        folder=folder,
+        report=f"{folder}/report.html" if page.is_file() else "",
+        interactive=f"{folder}/{INTERACTIVE}" if (entry.folder / INTERACTIVE).is_file() else "",
+        special=", ".join(f"{name} {value}" for name, value in special.items()),
+        call=command_of({"study": entry.study, **record}),
+    )
+
+
+def headlines(entry: RunEntry) -> dict[str, str]:
+    """Return the headline numbers of a run, label → value; none if it is not finished."""
+    kept = entry.record.get("headlines") or {}
+    return {str(label): str(value) for label, value in kept.items()}
+
+
+def options(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the options that a run was given, by the names of the command line."""
+    return {
+        name.replace("_", "-"): value
+        for name, value in record.get("arguments", {}).items()
+        if value is not None
+    }
+
+
+def command_of(record: Mapping[str, Any]) -> str:
+    """Write the command that makes a run again, with all of its options."""
+    typed = (_typed(name, value) for name, value in options(record).items())
+    command = record.get("command", f"deboom run studies/{record['study']}.py")
+    return " ".join([command, *filter(None, typed)])
+
+
+def _typed(name: str, value: Any) -> str:
+    """Write an option as it is typed: texts of a list repeat it, two numbers follow it."""
+    if isinstance(value, bool):
+        return f"--{name}" if value else f"--no-{name}"
+    words = [shlex.quote(str(item)) for item in (value if isinstance(value, list) else [value])]
+    if isinstance(value, list) and any(isinstance(item, str) for item in value):
+        return " ".join(f"--{name} {word}" for word in words)
+    return " ".join([f"--{name}", *words]) if value not in ("", []) else ""
+
+
+def refresh_overview(results: Path) -> Path | None:
+    """Write the page of all runs anew, in one step.
+
+    - `results`: folder of all results; gets ``index.html``.
+    - returns the page; None, with a line on standard error, where it cannot be written: a run that
+      has ended well must not fail for it.
+    """
+    try:
+        entries, damaged = readable_runs(results)
+        page = render_overview(run_cards(entries, results), [str(error) for error in damaged])
+        replace_text(results / INDEX, page)
+    # whatever stands in the folder beside it: a run that has ended well does not fail for a page
+    except Exception as error:
+        print(f"deboom: no overview: {error}", file=sys.stderr)
+        return None
+    return results / INDEX
+
+
+def list_lines(results: Path) -> Iterator[str]:
+    """Yield the runs of a results folder as text, by study and time, and what is damaged.
+
+    - raises InputError: there is no such folder.
+    """
+    entries, damaged = readable_runs(results)
+    study = None
+    for entry, card in zip(entries, run_cards(entries, results), strict=True):
+        if card.study != study:
+            study = card.study
+            yield f"{study}: {card.question}"
+        yield f"{card.state:10}  {study}  {entry.folder.as_posix()}"
+        numbers = "; ".join(f"{value} ({label})" for label, value in card.headlines.items())
+        about = ", ".join(filter(None, (card.started, f"seed {card.seed}", card.special)))
+        yield f"            {about}{': ' if numbers else ''}{numbers}"
+    for error in damaged:
+        yield f"damaged     {error}"
+
+
+def show_lines(entry: RunEntry) -> Iterator[str]:
+    """Yield everything that there is to say of a run, as text."""
+    record = entry.record
+    yield f"{entry.folder.as_posix()}  ({entry.state}, seed {record.get('seed')})"
+    yield str(record.get("question", ""))
+    yield from _block("Options", options(record))
+    yield from _block("Headlines", headlines(entry))
+    yield from _block(SUMMARY, {name: _number(v) for name, v in _summary(entry).items()})
+    yield from _block("Settled by the study", record.get("facts", {}))
+    environment = record.get("environment", {})
+    git = environment.get("git") or {}
+    versions = {"Python": environment.get("python"), **environment.get("packages", {})}
+    if git:
+        versions["revision"] = f"{git['revision']}{', changed' if git['dirty'] else ''}"
+    yield from _block("Versions", {name: text for name, text in versions.items() if text})
+    yield ""
+    yield _whole(entry)
+
+
+def _whole(entry: RunEntry) -> str:
+    try:
+        check_files(entry)
+    except InputError as error:
+        return str(error)
+    return "All files are as the run wrote them."
+
+
+def _block(title: str, facts: Mapping[str, Any]) -> Iterator[str]:
+    if not facts:
+        return
+    yield ""
+    yield title
+    width = max(len(name) for name in facts)
+    for name, value in facts.items():
+        yield f"  {name:{width}}  {value}"
+
+
+def _summary(entry: RunEntry) -> dict[str, Any]:
+    try:
+        return read_json(entry.folder / SUMMARY, "it names no headlines")
+    except InputError:
+        return {}
+
+
+def _number(value: Any) -> str:
+    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,33 @@
+"""What a study gets from its runner, and what other commands ask of its model."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from pathlib import Path
+
+from deboom.files.run_folder import CheckpointFolder, Run, hash_files
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """The run that a study is part of.
+
+    The runner gives it to ``run(model, options, context)``; without a runner it is None.
+
+    - `run`: its folder.
+    - `relative_to`: input files are named by their path from here.
+    """
+
+    run: Run
+    relative_to: Path
+
+    def checkpoint(self, inputs: Iterable[Path], name: str = "search") -> CheckpointFolder:
+        """Return where a search of this run is kept.
+
+        - `inputs`: every file that the search depends on.
+        - `name`: folder within the run; each search of a run has its own.
+        - raises InputError: an input file that has changed since the run began, or cannot be read.
+        """
+        hashes = hash_files(inputs, relative_to=self.relative_to)
+        return CheckpointFolder(self.run.folder / name, hashes)

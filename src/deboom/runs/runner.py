@@ -1,0 +1,538 @@
+"""Run a study: options from its dataclass, a report into a run folder, and on after a stop.
+
+A study is a file with a docstring, whose first paragraph is its question, and three names:
+
+- ``Options``: a frozen dataclass with a default for everything and a field ``seed``;
+- ``prepare(options)``: reads files and builds the model, without running anything long;
+- ``run(model, options, context)``: computes, and returns a `deboom.report.Report`.
+"""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import importlib.util
+import inspect
+import math
+import sys
+import time
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, is_dataclass
+from enum import Enum
+from pathlib import Path
+from types import ModuleType
+from typing import Annotated, Any, get_type_hints
+
+import typer
+from pydantic import TypeAdapter, ValidationError
+from threadpoolctl import threadpool_limits
+
+from deboom.common import shipped_studies
+from deboom.errors import IncompleteReport, InputError
+from deboom.files.disk import read_text
+from deboom.files.front_run import SAME_RESULT
+from deboom.files.run_folder import (
+    LOCK,
+    RECORD,
+    UNFINISHED,
+    Run,
+    RunEntry,
+    environment_record,
+    find_run,
+    finish_run,
+    hash_files,
+    held,
+    start_run,
+)
+from deboom.report import PAGE, SUMMARY, Report
+from deboom.runs.options import expanded, filled
+from deboom.runs.overview import command_of, refresh_overview
+from deboom.runs.progress import one_sentence_errors
+from deboom.runs.result import RunContext
+
+PACKAGES = (
+    "deboom",
+    "numpy",
+    "scipy",
+    "pandas",
+    "scikit-learn",
+    "pymoo",
+    "moocore",
+    "pyDOE3",
+    "SALib",
+    "numba",
+    "matplotlib",
+    "seaborn",
+)
+BLAS_THREADS = 1
+"""Threads of linear algebra in a run: sums in another order would change last bits."""
+SHORT_HASH = 12
+"""Digits of a hash in a sentence."""
+
+
+def study_files(folder: Path | None = None) -> list[Path]:
+    """List the studies of a folder; by default those of ``studies`` here, else deboom's own."""
+    if folder is None:
+        here = Path("studies")
+        folder = here if here.is_dir() else shipped_studies()
+    return sorted(path for path in folder.glob("*.py") if not path.name.startswith("_"))
+
+
+def find_study(wanted: str | Path, folder: Path | None = None) -> Path:
+    """Return the file of a study that is given as a path or by its bare name.
+
+    - `wanted`: ``studies/u06_robust_front.py`` or ``u06_robust_front``.
+    - `folder`, optional: folder where a bare name is looked up; see `study_files`.
+    - raises InputError: there is no such study; the nearest name is given.
+    """
+    path = Path(wanted)
+    if path.is_file():
+        return path
+    known = study_files(folder)
+    names = [file.stem for file in known]
+    if str(wanted) in names:
+        return known[names.index(str(wanted))]
+    near = difflib.get_close_matches(path.stem, names, n=1)
+    hint = f"; did you mean {near[0]}?" if near else ""
+    raise InputError(f"{wanted}: there is no such study; `deboom studies` lists them{hint}")
+
+
+def question_of(path: Path) -> str:
+    """Return the question a study asks: the first paragraph of its docstring.
+
+    The file is parsed, not run.
+
+    - raises InputError: the file is missing, is not Python, or has no docstring.
+    """
+    path = find_study(path)
+    try:
+        docstring = ast.get_docstring(ast.parse(read_text(path)))
+    except SyntaxError as error:
+        where = f": line {error.lineno}" if error.lineno else ""
+        raise InputError(f"{path}{where} is not Python ({error.msg})") from error
+    except (ValueError, RecursionError, MemoryError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(f"{path} is not Python ({error or 'nested too deeply'})") from None
+    if not docstring:
+        raise InputError(f"{path}: a study's docstring is its question, and this file has none")
+    return " ".join(docstring.split("\n\n")[0].split())
+
+
+@dataclass(frozen=True, eq=False)
+class Study:
+    """A study, imported.
+
+    - `path`: its file.
+    - `question`: what it asks.
+    - `module`: with ``Options``, ``prepare`` and ``run``.
+    """
+
+    path: Path
+    question: str
+    module: ModuleType
+
+    @property
+    def name(self) -> str:
+        """Name of its file and of its folder of results."""
+        return self.path.stem
+
+    @property
+    def description(self) -> str:
+        """Its whole docstring."""
+        return inspect.getdoc(self.module) or self.question
+
+    @property
+    def parameters(self) -> dict[str, inspect.Parameter]:
+        """Options of the command line by name, with their types as annotations."""
+        return expanded(self.module.Options())
+
+    def effective(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
+        """Return all options by name as the study takes them: one may decide over others.
+
+        - raises InputError: options that exclude each other.
+        """
+        options = expanded(filled(self.module.Options(), arguments))
+        return {name: option.default for name, option in options.items()}
+
+    def model(self, arguments: Mapping[str, Any]) -> Any:
+        """Build the model for these options, without a run."""
+        return self.module.prepare(filled(self.module.Options(), arguments))
+
+    def report(self, arguments: Mapping[str, Any], context: RunContext | None = None) -> Report:
+        """Run the study with these options; the others have their defaults."""
+        options = filled(self.module.Options(), arguments)
+        report = self.module.run(self.module.prepare(options), options, context)
+        if not isinstance(report, Report):
+            raise InputError(f"{self.path}: run(model, options, context) returns no Report")
+        return report
+
+
+def load_study(study: str | Path) -> Study:
+    """Import a study by its path or name.
+
+    - raises InputError: the file is missing, has no docstring, lacks ``Options``, ``prepare`` or
+      ``run``, or has options without a default or without a seed.
+    """
+    path = find_study(study)
+    question = question_of(path)
+    module = _module(path)
+    missing = [n for n in ("Options", "prepare", "run") if not hasattr(module, n)]
+    if missing:
+        raise InputError(
+            f"{path}: a study has a class Options, prepare(options) and run(model, options, "
+            f"context); there is no {missing[0]}"
+        )
+    if not is_dataclass(module.Options):
+        raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
+    try:
+        names = Study(path, question, module).parameters
+    except (TypeError, NameError) as error:
+        raise InputError(f"{path}: every option has a default and a type: {error}") from None
+    if "seed" not in names:
+        raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
+    return Study(path, question, module)
+
+
+def _module(path: Path) -> ModuleType:
+    """Import a file; deboom's own studies as modules of the package, which are imported once."""
+    shipped = path.resolve().parent == shipped_studies().resolve()
+    name = f"deboom.studies.{path.stem}" if shipped else f"deboom_study_{path.stem}"
+    if shipped and name in sys.modules:
+        return sys.modules[name]
+    spec = importlib.util.spec_from_file_location(name, path)
+    if spec is None or spec.loader is None:
+        raise InputError(f"{path}: a study is a Python file (*.py)")
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module  # dataclasses look their annotations up there
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        del sys.modules[name]
+        if shipped or isinstance(error, InputError):
+            raise
+        here = [
+            f.lineno for f in traceback.extract_tb(error.__traceback__) if f.filename == str(path)
+        ]
+        where = f" line {here[-1]}" if here else ""
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(f"{path}{where} cannot be imported ({what}): correct it") from error
+    return module
+
+
+def _recorded(value: Any) -> Any:
+    if isinstance(value, Enum):
+        return value.value
+    if isinstance(value, Path):
+        here = Path.cwd()
+        inside = value.is_absolute() and value.is_relative_to(here)
+        return (value.relative_to(here) if inside else value).as_posix()
+    if isinstance(value, list | tuple):
+        return [_recorded(item) for item in value]
+    return value
+
+
+def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
+    """Run one study and write its run folder.
+
+    - `out`: folder that gets ``<study>/<run>/``.
+    - `arguments`: options by name; the study's defaults complete them.
+    - returns the finished run folder.
+    - raises InputError: bad input, with nothing left in ``out`` unless there are evaluations to
+      keep. These, and any other failure, leave ``<run>.unfinished`` for `resume_study`.
+    - raises IncompleteReport: figures that failed; the run is finished all the same.
+    """
+    bound = inspect.Signature(list(study.parameters.values())).bind(**arguments)
+    bound.apply_defaults()
+    arguments = study.effective(bound.arguments)
+    record = _record(study, arguments)
+    run = start_run(out, study.name, seed=arguments["seed"], record=record)
+    try:
+        return _carry_out(study, run, arguments, record)
+    except (InputError, KeyboardInterrupt):
+        _discard_empty(run)
+        raise
+
+
+def resume_study(
+    study: Study, out: Path, wanted: str, given: Mapping[str, Any], *, other_code: bool = False
+) -> Path:
+    """Go on with a run that was interrupted and return its finished folder.
+
+    - `wanted`: name of the run, or its folder; `out`: folder of all results.
+    - `given`: options that must be those of the run; the run's own complete them.
+    - `other_code`: go on although the study, deboom or a package has changed; the record then names
+      what the run began with.
+    - raises InputError: no such run, or a run of another option, text, version or input file, each
+      by its name. The run stays as it is.
+    """
+    entry = find_run(out, study.name, wanted)
+    if entry.finished:
+        return entry.folder
+    arguments = arguments_of(entry, study, given)
+    record = _record(study, arguments)
+    changes = _changes_of_code(entry, record)
+    if changes and not other_code:
+        raise InputError(
+            f"run {entry.name} was started with {changes[0]}: go back to the former, start a new "
+            "run, or insist with --other-code"
+        )
+    if changes:
+        record["begun_with"] = changes
+    return _carry_out(study, entry.run(), arguments, record)
+
+
+def arguments_of(
+    entry: RunEntry, study: Study, given: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """Return the options of a run of a study.
+
+    - `entry`: the run.
+    - `study`: its study as it is today.
+    - `given`, optional: options that a user gives with ``--resume``.
+    - raises InputError: an option that is not the run's, or one that the study does not take any
+      more.
+    """
+    recorded = dict(entry.record["arguments"])
+    for name, value in (given or {}).items():
+        plain = _recorded(value)
+        if name in SAME_RESULT:
+            recorded[name] = plain
+        elif recorded.get(name) != plain:
+            option = f"--{name.replace('_', '-')}"
+            raise InputError(
+                f"run {entry.name} was started with {option} {recorded.get(name)}, not {plain}: "
+                "leave the option out or start a new run"
+            )
+    hints = {name: parameter.annotation for name, parameter in study.parameters.items()}
+    try:
+        return {
+            name: TypeAdapter(hints[name]).validate_python(value)
+            for name, value in recorded.items()
+        }
+    except (KeyError, ValidationError) as error:
+        raise InputError(
+            f"run {entry.name} has options that this study does not take ({error}): start a new run"
+        ) from None
+
+
+def _changes_of_code(entry: RunEntry, record: Mapping[str, Any]) -> list[str]:
+    """Say what a run began with that is another thing now."""
+    changes = []
+    if entry.record["study_text"] != record["study_text"]:
+        changes.append(
+            f"another text of the study {entry.study} (its text is in {entry.folder / RECORD})"
+        )
+    now = dict(_versions(record["environment"]))
+    for name, then in _versions(entry.record["environment"]):
+        if now.get(name) != then:
+            changes.append(f"{name} {then}, now it is {now.get(name)}")
+    return changes
+
+
+def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
+    yield "Python", environment["python"]
+    yield from environment["packages"].items()
+    yield "sources of deboom", environment.get("sources_sha256", "unknown")[:SHORT_HASH]
+
+
+def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
+    """Gather what is known of a run before it begins."""
+    return {
+        "study": study.name,
+        "question": study.question,
+        "seed": arguments["seed"],
+        "arguments": {name: _recorded(value) for name, value in arguments.items()},
+        "environment": environment_record(PACKAGES),
+        "study_text": study.path.read_text(encoding="utf-8"),
+    }
+
+
+def _carry_out(
+    study: Study, run: Run, arguments: Mapping[str, Any], record: Mapping[str, Any]
+) -> Path:
+    begin = time.perf_counter()
+    here = study.path.resolve().parent
+    try:
+        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
+            report = study.report(arguments, RunContext(run, relative_to=here))
+            hashes = hash_files(report.inputs, relative_to=here)
+            _save(run, report, record, hashes, begin)
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt(_kept(study, run)) from None
+    folder = finish_run(run)
+    refresh_overview(folder.parent.parent)
+    _tell_failures(report, folder)
+    return folder
+
+
+def _kept(study: Study, run: Run) -> str:
+    """Say what a run that is stopped keeps, and how it goes on."""
+    n_kept = len(list(run.folder.glob("*/evaluations/*.npz")))
+    kept = [f"{n_kept} generations"] if n_kept else []
+    if (run.folder / SUMMARY).exists():
+        kept.append("all tables")
+    if not kept:
+        return "stopped before anything was computed that could be kept"
+    name = run.folder.name.removesuffix(UNFINISHED)
+    return (
+        f"stopped: {' and '.join(kept)} are kept in {run.folder}; go on with "
+        f"`deboom run {study.path.as_posix()} --out {run.folder.parents[1]} --resume {name}`"
+    )
+
+
+def _tell_failures(report: Report, folder: Path) -> None:
+    """Say which figures are missing from a folder that is complete otherwise."""
+    for failure in report.failures:
+        typer.echo(f"deboom: {folder}: {failure}", err=True)
+    if report.failures:
+        raise IncompleteReport(folder)
+
+
+def run_command(
+    out: Path,
+    record: Mapping[str, Any],
+    work: Callable[[], Report],
+    *,
+    relative_to: Path | None = None,
+    begin: float | None = None,
+) -> Path:
+    """Carry out a command that is no study and keep its report in ``<out>/<command>/<run>/``.
+
+    - `record`: ``study`` (name of the command), ``command``, ``question``, ``seed``, ``arguments``.
+    - `relative_to`: folder that names input files; by default each file's own.
+    - `begin`: time at which the command began, from `time.perf_counter`.
+    - returns the finished run folder; a failure of `work` leaves nothing behind.
+    - raises IncompleteReport: figures that failed; the run is finished all the same.
+    """
+    begin = time.perf_counter() if begin is None else begin
+    record = {**record, "environment": environment_record(PACKAGES)}
+    run = start_run(out, record["study"], seed=record["seed"], record=record)
+    try:
+        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
+            report = work()
+            hashes: dict[str, str] = {}
+            for path in report.inputs:
+                hashes |= hash_files([path], relative_to=relative_to or path.parent)
+            _save(run, report, record, hashes, begin)
+    except BaseException:
+        _discard_empty(run)
+        raise
+    folder = finish_run(run)
+    _tell_failures(report, folder)
+    return folder
+
+
+def _save(
+    run: Run, report: Report, record: Mapping[str, Any], inputs: Mapping[str, str], begin: float
+) -> None:
+    """Save all that a report holds: results, then pictures, and last the record with all hashes.
+
+    Drawing may take long, and whoever stops it keeps the results.
+    """
+    results = report.results()
+    for name, content in results.items():
+        run.save_bytes(name, content)
+    figures = {f"figures/{stem}.png": png for stem, png in report.figures.items()}
+    for name, content in figures.items():
+        run.save_bytes(name, content)
+    used = {
+        **record,
+        "facts": report.facts,
+        "inputs_sha256": dict(inputs),
+        "wall_time_s": round(time.perf_counter() - begin, 3),
+    }
+    run.save_text(PAGE, report.html(_provenance(used)))
+    saved = [run.folder / name for name in (*results, *figures, PAGE)]
+    shown = {
+        "headlines": {label: value for value, label in report.tiles},
+        "files_sha256": hash_files(saved, relative_to=run.folder),
+    }
+    run.save_json(RECORD, {**used, **shown})
+
+
+def _discard_empty(run: Run) -> None:
+    """Remove the folder of a run that holds nothing to keep."""
+    if {path.name for path in run.folder.iterdir()} <= {RECORD, LOCK}:
+        run.discard()
+
+
+def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Gather what the page's footer says of where its numbers come from."""
+    return {
+        "command": command_of(record),
+        "seed": record["seed"],
+        "facts": record["facts"],
+        "environment": record["environment"],
+        "inputs": record["inputs_sha256"],
+        "wall_time_s": record["wall_time_s"],
+    }
+
+
+def study_command(wanted: str | Path) -> typer.Typer:
+    """Build the command of one study, by its path or name: its options are those typed."""
+    study = load_study(wanted)
+    common = inspect.signature(_common_options).parameters.values()
+    hints = get_type_hints(_common_options, include_extras=True)
+    options = [*study.parameters.values()]
+    options += [parameter.replace(annotation=hints[parameter.name]) for parameter in common]
+
+    def command(**arguments: Any) -> None:
+        names = ("context", "out", "resume", "other_code")
+        context, out, resume, other_code = (arguments.pop(name) for name in names)
+        _check_numbers(arguments)
+        given = {
+            name: value
+            for name, value in arguments.items()
+            if context.get_parameter_source(name).name != "DEFAULT"
+        }
+        # the framework ends Ctrl-C of this inner command itself, without our sentence
+        with one_sentence_errors():
+            if resume is None:
+                folder = run_study(study, out, arguments)
+            else:
+                folder = resume_study(study, out, resume, given, other_code=other_code)
+        typer.echo(folder.as_posix())
+
+    command.__signature__ = inspect.Signature(options)  # type: ignore[attr-defined]
+    command.__annotations__ = {option.name: option.annotation for option in options}
+    command.__doc__ = study.description
+    app = typer.Typer(add_completion=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+    app.command()(command)
+    return app
+
+
+def _check_numbers(arguments: Mapping[str, Any]) -> None:
+    """Refuse numbers that no option means, before any work."""
+    for name, value in arguments.items():
+        values = value if isinstance(value, tuple | list) else (value,)
+        option = f"--{name.replace('_', '-')} {value}"
+        if any(isinstance(each, float) and not math.isfinite(each) for each in values):
+            raise InputError(f"{option}: give a finite number")
+        if name == "tolerance" and not 0.0 < value < 1.0:
+            raise InputError(f"{option}: a tolerance lies between 0 and 1, both excluded")
+
+
+def _common_options(
+    *,
+    context: typer.Context,
+    out: Annotated[
+        Path, typer.Option(help="Folder that gets <study>/<run>/ with all results.")
+    ] = Path("results"),
+    resume: Annotated[
+        str | None,
+        typer.Option(
+            metavar="RUN",
+            help="Go on with an interrupted run, by its name or folder; it keeps its options.",
+        ),
+    ] = None,
+    other_code: Annotated[
+        bool,
+        typer.Option(
+            "--other-code",
+            help="Resume although deboom, the study or a package has changed since the run began.",
+        ),
+    ] = False,
+) -> None:
+    """Declare what every study's command takes beside the study's own options."""

@@ -1,0 +1,220 @@
+"""Options of a robust search, and the limits of its designs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+from typer import Option
+
+from deboom.arrays import RealArray
+from deboom.choices import SearchAlgorithm
+from deboom.explore.result import Front, SearchResult
+from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
+from deboom.explore.search import VERIFIED, Checkpoint, search, searched
+from deboom.explore.space import Requirements
+from deboom.files.run_folder import CheckpointFolder
+from deboom.report import Report
+from deboom.runs.options import at_least
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
+
+
+def report_limits(
+    report: Report,
+    limits: DesignLimits | None,
+    search: SearchResult,
+    designs: Mapping[str, RealArray],
+) -> None:
+    """Add to a report what the limits did; nothing without limits.
+
+    The report gets the tables ``limits`` and ``beyond_limits``, the key ``n_beyond_limits`` and a
+    section, and warns of a named design that misses a limit because variables without effect on the
+    noise went back to nominal. Of `designs`, (k,) each, the first one is today's.
+    """
+    if limits is None:
+        return
+    requirements, bounds = limits.requirements, limits.limits
+    for name, design in list(designs.items())[1:]:
+        excess = bounds.excess(requirements(design[np.newaxis, :]))
+        if np.any(excess > 0.0):
+            report.warn(f"The design '{name}' misses a limit: {bounds.closest(excess)}.")
+    whose = "every drawn part" if limits.every_part else "the design itself"
+    report.section(
+        "Limits",
+        f"Limits had to be kept by {whose}: {search.infeasible.sum()} "
+        f"of {search.n_evaluated} designs miss one. All designs of the front keep all.",
+    )
+    table = _limited_numbers(requirements, bounds, designs)
+    report.table("limits", table, "Limited numbers of the named designs, without scatter.")
+    report.table("beyond_limits", _beyond(search, requirements.variable_names, bounds))
+    report.summary["n_beyond_limits"] = int(search.infeasible.sum())
+    report.inputs += limits.inputs
+
+
+def _limited_numbers(
+    requirements: Requirements, limits: Limits, designs: Mapping[str, RealArray]
+) -> pd.DataFrame:
+    """One row per limited number: its value in each design, and its bounds."""
+    numbers = requirements(np.stack(list(designs.values())))
+    bounds = limits.limits
+    labels = [f"{limit.response} [{limit.unit}]" for limit in bounds]
+    table: dict[str, Sequence[object]] = {"number": labels}
+    for name, row in zip(designs, numbers, strict=True):
+        table[name] = row.tolist()
+    for side in ("at_least", "at_most"):
+        values = np.array([getattr(limit, side) for limit in bounds])
+        table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
+    return pd.DataFrame(table)
+
+
+def _beyond(search: SearchResult, variables: Sequence[str], limits: Limits) -> pd.DataFrame:
+    """One row per design that misses a limit: factors, and by how much it misses each."""
+    beyond = chosen(search.evaluated, np.flatnonzero(search.infeasible))
+    factors = {f"{name} [1]": beyond.designs[:, k] for k, name in enumerate(variables)}
+    excess = {
+        f"beyond {name} [{name.rpartition(' ')[2]}]": beyond.excess[:, k]
+        for k, name in enumerate(limits.names)
+    }
+    return pd.DataFrame({**factors, **excess})
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """Options of a study: what searches, how long, and with how many processes."""
+
+    generations: Annotated[int, Option(help="Generations of the search.", callback=at_least(1))] = (
+        100
+    )
+    population: Annotated[int, Option(help="Designs per generation.", callback=at_least(4))] = 100
+    algorithm: Annotated[
+        SearchAlgorithm, Option(help="Algorithm of pymoo that searches the front.")
+    ] = SearchAlgorithm.nsga2
+    workers: Annotated[
+        int, Option(help="Processes; any number gives the same result.", callback=at_least(1))
+    ] = 1
+    scheduler: Annotated[
+        str | None,
+        Option(
+            help="Dask cluster, tcp://host:port; it trusts whoever reaches it, so keep it in a "
+            "closed network or use tls://host:port with Dask's own TLS settings."
+        ),
+    ] = None
+
+    def searched(
+        self,
+        robust: Robust,
+        *,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        title: str = "NSGA-II",
+    ) -> SearchResult:
+        """Search with these options, as `deboom.explore.search.searched`.
+
+        - `seed`: of the first search; `title`: of the progress bar.
+        - `run`: where the searches are kept, each by itself; `inputs`: files that they depend on.
+        """
+        with progress_bar(title) as bar:
+            return searched(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                algorithm=self.algorithm,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, "search", seed),
+            )
+
+    def front(
+        self,
+        robust: Robust,
+        *,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        limits: DesignLimits | None = None,
+        verified_with: int = VERIFIED,
+        title: str = "NSGA-II",
+    ) -> Front:
+        """Search and verify the whole front with these options, as `deboom.search` unpolished."""
+        with progress_bar(title) as bar:
+            return search(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                limits=limits,
+                algorithm=self.algorithm,
+                polish=False,
+                shown=None,
+                verified_with=verified_with,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, "search", seed),
+            )
+
+
+def _checkpoint(
+    run: RunContext | None, inputs: Sequence[Path], name: str, first: int
+) -> Checkpoint | None:
+    """Return where the search of a seed is kept: a folder of the run for each."""
+    if run is None:
+        return None
+
+    def kept(seed: int) -> CheckpointFolder:
+        return run.checkpoint(inputs, name if seed == first else f"{name}_seed{seed}")
+
+    return kept
+
+
+@dataclass(frozen=True)
+class ThoroughSearchOptions(SearchOptions):
+    """Options of a study that may search with several seeds, and goes on by gradient."""
+
+    searches: Annotated[
+        int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
+    ] = 1
+    polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
+
+    def verified(
+        self,
+        robust: Robust,
+        *,
+        seed: int,
+        run: RunContext | None,
+        inputs: Sequence[Path],
+        limits: DesignLimits | None = None,
+        verified_with: int = VERIFIED,
+        name: str = "search",
+        begin: RealArray | None = None,
+    ) -> Front:
+        """Search, improve and verify a front with these options, as `deboom.search`.
+
+        - `name`: of the folder within the run, and of the progress bar.
+        - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
+        """
+        with progress_bar(name) as bar:
+            return search(
+                robust,
+                population=self.population,
+                generations=self.generations,
+                seed=seed,
+                searches=self.searches,
+                limits=limits,
+                first_population=begin,
+                algorithm=self.algorithm,
+                polish=self.polish,
+                verified_with=verified_with,
+                workers=self.workers,
+                scheduler=self.scheduler,
+                progress=bar,
+                checkpoint=_checkpoint(run, inputs, name, seed),
+            )

@@ -1,0 +1,223 @@
+"""What a mount supplier learns from a sensitivity study alone: how much hangs on each direction."""
+
+from __future__ import annotations
+
+import string
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import cached_property
+
+import pandas as pd
+
+from deboom import plot
+from deboom.choices import Language
+from deboom.common import PERCENT
+from deboom.errors import InputError
+from deboom.files.run_folder import RunEntry
+from deboom.files.tables import read_frame, workbook_bytes
+from deboom.mounts.mount import Mount
+from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis
+from deboom.report.sheet import Sheet
+from deboom.supplier.sources import page_text, platform_secrets, refuse_leaks, workbook_text
+from deboom.vehicles.platform import Platform
+
+INDICES, FRONT = "sobol.csv", "front.csv"
+FIRST, TOTAL, INTERVAL = "first order [1]", "total [1]", "total interval ± [1]"
+
+
+def is_sensitivity(entry: RunEntry) -> bool:
+    """Say whether a run has sensitivities and no front."""
+    files = entry.record.get("files_sha256", {})
+    return INDICES in files and FRONT not in files
+
+
+@dataclass(frozen=True, eq=False)
+class ImportanceSheet:
+    """Importance of the directions of one mount, in the language of a supplier.
+
+    Parameters
+    ----------
+    mount : Mount
+    indices : DataFrame
+        ``sobol.csv`` of the run: a row per vehicle and variable.
+    varied : Analysis
+        What the stiffnesses did.
+    width : float
+        Half width of their range, or of their scatter: three standard deviations [1].
+    language : Language
+    secrets : tuple of str
+        Names and paths that an anonymous sheet may not hold; empty if it is not anonymous.
+    """
+
+    mount: Mount
+    indices: pd.DataFrame
+    varied: Analysis
+    width: float
+    language: Language
+    secrets: tuple[str, ...]
+
+    def say(self, english: str, german: str) -> str:
+        """Choose the words of the sheet's language."""
+        return german if self.language is Language.de else english
+
+    @cached_property
+    def vehicles(self) -> dict[str, str]:
+        """Name of each vehicle on the sheet; letters where it is anonymous."""
+        names = list(dict.fromkeys(self.indices["vehicle"]))
+        if not self.secrets:
+            return {name: name for name in names}
+        word = self.say("vehicle", "Fahrzeug")
+        return {name: f"{word} {_letters(number)}" for number, name in enumerate(names)}
+
+    @cached_property
+    def by_vehicle(self) -> pd.DataFrame:
+        """One row per direction and vehicle: shares with interval, and dB per 10 %."""
+        say = self.say
+        rows = self.indices[self.indices["variable"].isin(self.mount.variables)]
+        return pd.DataFrame(
+            {
+                say("direction", "Richtung"): rows["variable"],
+                say("vehicle", "Fahrzeug"): rows["vehicle"].map(self.vehicles),
+                say("share, alone [%]", "Anteil, allein [%]"): PERCENT
+                * rows[FIRST].clip(lower=0.0),
+                say("share, with others [%]", "Anteil, mit anderen [%]"): PERCENT * rows[TOTAL],
+                "± 95 % [%]": PERCENT * rows[INTERVAL],
+                say("level, 10 % stiffer [dB]", "Pegel, 10 % steifer [dB]"): rows[SLOPE],
+            }
+        ).reset_index(drop=True)
+
+    @cached_property
+    def summary(self) -> pd.DataFrame:
+        """One row per direction: mean over the vehicles, and the vehicle that hears it most."""
+        labels = list(self.by_vehicle.columns)
+        direction, vehicle, total = labels[0], labels[1], labels[3]
+        grouped = self.by_vehicle.groupby(direction, sort=False)
+        table = grouped[[labels[2], total, labels[5]]].mean()
+        strongest = self.by_vehicle.loc[grouped[total].idxmax()].set_index(direction)
+        table[self.say("most in", "am meisten in")] = strongest[vehicle]
+        table[self.say("share there [%]", "Anteil dort [%]")] = strongest[total]
+        return table.reset_index()
+
+    @property
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """Sheets of the workbook."""
+        names = self.say("importance", "Bedeutung"), self.say("by vehicle", "je Fahrzeug")
+        return dict(zip(names, (self.summary, self.by_vehicle), strict=True))
+
+    def page(self, provenance: str) -> str:
+        """Write the page as HTML; `provenance` goes to its foot."""
+        say, name = self.say, self.mount.name
+        page = Sheet(
+            say(f"Mount {name}: what hangs on it", f"Lager {name}: was an ihm hängt"),
+            self.mount.description,
+            self.language.value,
+        )
+        page.section(
+            say("Importance of each direction", "Bedeutung jeder Richtung"),
+            say(
+                "Share of the variance of the booming level at the driver's ear that the dynamic "
+                "stiffness of a direction is behind: alone, and with all that it does with "
+                "others (Sobol indices, first order and total), means over the vehicles; and the "
+                "change of the mean level when it is 10 % stiffer than today. A direction with a "
+                "small share needs no precision for booming; one with a large share does. ",
+                "Anteil an der Varianz des Brummpegels am Fahrerohr, hinter dem die dynamische "
+                "Steifigkeit einer Richtung steht: allein, und mit allem, was sie zusammen mit "
+                "anderen tut (Sobol-Indizes, erster Ordnung und total), Mittel über die Fahrzeuge; "
+                "und die Änderung des mittleren Pegels, wenn sie 10 % steifer ist als heute. Eine "
+                "Richtung mit kleinem Anteil braucht für das Brummen keine Genauigkeit, eine mit "
+                "großem schon. ",
+            )
+            + self._variation(),
+        )
+        digits = dict.fromkeys(self.summary.columns[[1, 2, 5]], 1)
+        page.table(self.summary, "", digits | {self.summary.columns[3]: 2})
+        labels = list(self.by_vehicle.columns)
+        panels = []
+        for variable, rows in self.by_vehicle.groupby(labels[0], sort=False):
+            if rows[labels[3]].max() < PERCENT * NEGLIGIBLE:
+                continue
+            total, half = rows[labels[3]].to_numpy(), rows[labels[4]].to_numpy()
+            groups = {
+                say("with others, 95 %", "mit anderen, 95 %"): (total, total - half, total + half),
+                say("alone", "allein"): (rows[labels[2]].to_numpy(),) * 3,
+            }
+            panels.append(plot.IntervalPanel(say("share [%]", "Anteil [%]"), groups, str(variable)))
+        if panels:
+            page.figure(
+                plot.interval_panels(list(self.vehicles.values()), panels, columns=3),
+                say(
+                    f"Shares in every vehicle, of directions with {PERCENT * NEGLIGIBLE:g} % or "
+                    "more in one.",
+                    "Anteile in jedem Fahrzeug, von Richtungen mit mindestens "
+                    f"{page.local(PERCENT * NEGLIGIBLE)} % in einem.",
+                ),
+            )
+        digits = dict.fromkeys(labels[2:5], 1)
+        page.section(say("In every vehicle", "In jedem Fahrzeug"))
+        page.table(self.by_vehicle, "", digits | {labels[5]: 2})
+        page.foot = provenance
+        return page.html()
+
+    def _variation(self) -> str:
+        """Say what varied, and how far."""
+        width = f"{PERCENT * self.width:g} %"
+        if self.varied is Analysis.tolerance:
+            return self.say(
+                f"Each stiffness scatters as parts do, ±{width} as three standard deviations.",
+                f"Jede Steifigkeit streut wie Teile, ±{width} als drei Standardabweichungen.",
+            )
+        return self.say(
+            f"Each stiffness varies on its own, evenly within ±{width} of today's.",
+            f"Jede Steifigkeit variiert für sich, gleichverteilt in ±{width} um die heutige.",
+        )
+
+
+def importance_sheets(
+    entry: RunEntry,
+    platform: Platform,
+    *,
+    mount: str | None,
+    anonymous: bool,
+    language: Language,
+    stem: str,
+) -> dict[str, bytes]:
+    """Return page and workbook of each mount of a sensitivity run, by file name.
+
+    - `entry`: the finished run, whose files have been checked; `platform`: that it is about.
+    - `mount`: the part; None: all.
+    - raises InputError: a run without dB per 10 %; an unknown mount; a leak.
+    """
+    indices = read_frame(entry.folder / INDICES, ("vehicle", "variable", "zero"))
+    if SLOPE not in indices:
+        raise InputError(
+            f"{entry.folder / INDICES} has no column '{SLOPE}': run the study {entry.study} again"
+        )
+    mounts = {one.name: one for one in platform.mounts}
+    if mount is not None and mount not in mounts:
+        raise InputError(f"run {entry.folder} has no mount '{mount}': use {', '.join(mounts)}")
+    secrets = platform_secrets(platform, entry) if anonymous else ()
+    arguments = entry.record["arguments"]
+    varied = Analysis(arguments["analysis"])
+    width = arguments["bounds" if varied is Analysis.design else "tolerance"]
+    contents: dict[str, bytes] = {}
+    for one in mounts.values():
+        if mount not in (None, one.name):
+            continue
+        sheet = ImportanceSheet(one, indices, varied, width, language, secrets)
+        refuse_leaks(
+            secrets, {f"table {name}": table.to_csv() for name, table in sheet.tables.items()}
+        )
+        today = datetime.now(UTC).date().isoformat()
+        page = sheet.page(f"{today} · deboom, {entry.name}")
+        title = sheet.say(f"Mount {one.name}", f"Lager {one.name}")
+        workbook = workbook_bytes(sheet.tables, title)
+        refuse_leaks(secrets, {"page": page_text(page), "workbook": workbook_text(workbook)})
+        name = f"{stem}_{one.name}" + "_anonymous" * anonymous
+        contents |= {f"{name}.html": page.encode(), f"{name}.xlsx": workbook}
+    return contents
+
+
+def _letters(number: int) -> str:
+    """Name the n-th of many: A to Z, then AA."""
+    more, last = divmod(number, len(string.ascii_uppercase))
+    return (_letters(more - 1) if more else "") + string.ascii_uppercase[last]

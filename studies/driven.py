@@ -21,7 +21,7 @@ from scipy.stats import t
 from typer import Argument, Option
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import Pick
+from deboom.choices import Pick, pick_or_file
 from deboom.errors import InputError
 from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
@@ -47,7 +47,10 @@ class Options:
 
     run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
     folder: Annotated[Path, Argument(help="Measured pressures: today*.csv and new*.csv.")] = Path()
-    design: Annotated[Pick, Option(help="Design that was built.")] = Pick.best_mean
+    design: Annotated[
+        str,
+        Option(metavar="PICK|FILE", help=f"Design that was built: {', '.join(Pick)}; or a file."),
+    ] = Pick.best_mean.value
     studies: StudiesFolder = None
     seed: Annotated[int, Option(help="Seed of the draws, from 1.")] = 1
 
@@ -62,7 +65,11 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Build the run's model again, and read what was measured."""
-    study = supplier_study(options.run, options.studies, options.design)
+    try:
+        pick = pick_or_file(options.design)
+    except ValueError as error:
+        raise InputError(f"--design {error}") from error
+    study = supplier_study(options.run, options.studies, pick)
     return Model(study, {state: levels_of_drives(study, options.folder, state) for state in STATES})
 
 

@@ -7,25 +7,13 @@ from typing import Annotated, Any
 
 import typer
 
-from deboom.choices import FolderKind, FunctionFiles, Language, Pick
-
-
-def _design(text: str) -> Pick | Path:
-    """Return a pick by its name, or the file of a saved design."""
-    if text in set(Pick):
-        return Pick(text)
-    if Path(text).is_file():
-        return Path(text)
-    raise typer.BadParameter(
-        f"'{text}' is neither a pick ({', '.join(Pick)}) nor a file with a saved design"
-    )
-
+from deboom.choices import FolderKind, FunctionFiles, Language, Pick, pick_or_file
 
 # Any: a pick or a path, which the parser tells apart
 DESIGN = Annotated[
     Any,
     typer.Option(
-        parser=_design,
+        parser=pick_or_file,
         metavar="PICK|FILE",
         help=f"Design of the front: {', '.join(Pick)}; or one that the interactive page saved.",
     ),

@@ -18,7 +18,7 @@ from deboom.explore.front import verification_response
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import DesignSpace
-from deboom.files.doe_table import read_designs
+from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import (
     RECORD,
@@ -119,7 +119,7 @@ class ComparedRun:
     def picked(self, pick: Pick | Path) -> RealArray:
         """Return a design of the front by name, as the search found it, (k,) [units of the space].
 
-        Of a file of designs, see `deboom.files.doe_table.read_designs`, the first one counts.
+        Of a file of designs, see `deboom.files.doe_table.read_plan`, the first one counts.
 
         Raises
         ------
@@ -127,7 +127,7 @@ class ComparedRun:
             The front has no design of this name; a file that cannot be read.
         """
         if isinstance(pick, Path):
-            return np.asarray(read_designs(pick, self.model.space)[0])
+            return np.asarray(read_plan(pick, self.model.space)[0])
         if pick not in self.front.picks:
             raise InputError(
                 f"{self.entry.folder / FRONT} names no design '{pick}': none is better than "

@@ -17,7 +17,7 @@ from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
 from deboom.explore.search import VERIFIED, Checkpoint, search, searched
 from deboom.explore.space import Requirements
-from deboom.files.doe_table import read_designs
+from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.report import Report
 from deboom.runs.options import at_least
@@ -222,7 +222,7 @@ class ThoroughSearchOptions(SearchOptions):
           [units of the space].
         """
         if self.begin is not None:
-            own = read_designs(self.begin, robust.space)
+            own = read_plan(self.begin, robust.space)
             begin = own if begin is None else np.unique(np.vstack([begin, own]), axis=0)
             inputs = (*inputs, self.begin)
         with progress_bar(name) as bar:

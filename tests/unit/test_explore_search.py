@@ -410,7 +410,7 @@ def test_a_front_that_fails_when_verified_keeps_its_evaluations(monkeypatch):
     def fail(rows, judge):
         raise InputError("none of the designs could be computed with the verification sample")
 
-    monkeypatch.setattr(door, "verified", fail)
+    monkeypatch.setattr(search_module, "verified", fail)
     with pytest.raises(InputError, match="16 evaluated designs are kept") as error:
-        door.search(ROBUST, population=8, generations=2, shown=None, polish=False)
+        search_module.search(ROBUST, population=8, generations=2, shown=None, polish=False)
     assert len(error.value.search.evaluated) == 16

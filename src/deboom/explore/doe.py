@@ -9,13 +9,13 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-import moocore
 import numpy as np
 import pandas as pd
 from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.explore.front import nondominated
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
@@ -326,7 +326,7 @@ class Experiment(Tabled):
             raise InputError("no design has responses: there is no front")
         columns = [names.index(name) for name in wanted]
         rows = np.flatnonzero(~self.doe.failed)
-        best = np.asarray(moocore.is_nondominated(self.doe.responses[rows][:, columns]))
+        best = nondominated(self.doe.responses[rows][:, columns])
         return pd.DataFrame(self.table.iloc[rows[best]])
 
 

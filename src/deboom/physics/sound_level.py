@@ -112,6 +112,49 @@ def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> Rea
     return np.moveaxis(np.moveaxis(level, axis, -1) + weighting, -1, axis)
 
 
+# ISO 226:2003, table 1: threshold of hearing of pure tones, unweighted
+_HEARD_FROM = {
+    **{20.0: 78.5, 25.0: 68.7, 31.5: 59.5, 40.0: 51.1, 50.0: 44.0, 63.0: 37.5, 80.0: 31.5},
+    **{100.0: 26.5, 125.0: 22.1, 160.0: 17.9, 200.0: 14.4, 250.0: 11.4, 315.0: 8.6, 400.0: 6.2},
+    **{500.0: 4.4, 630.0: 3.0, 800.0: 2.2, 1000.0: 2.4},
+}
+
+
+def hearing_threshold(frequency: npt.ArrayLike) -> RealArray:
+    """Return the level from which a tone is heard in silence by half of young listeners [dB(A)].
+
+    Parameters
+    ----------
+    frequency : array_like, any shape
+        From 20 to 1000 Hz [Hz]; below 20 Hz the threshold of 20 Hz counts, unweighted.
+
+    Raises
+    ------
+    InputError
+        A frequency above 1000 Hz, or without a weighting.
+
+    Notes
+    -----
+    ISO 226:2003, table 1, between its frequencies linear over their logarithm, and the A-weighting
+    of `a_weighting`. What lies below adds nothing to what anybody hears: a mean over lines that
+    counts it follows notches.
+
+    Examples
+    --------
+    >>> hearing_threshold([25.0, 100.0]).round(1)
+    array([24. ,  7.4])
+    """
+    values = np.asarray(frequency, dtype=float)
+    if np.any(values > max(_HEARD_FROM)):
+        raise InputError(
+            f"the threshold of hearing is known here up to {max(_HEARD_FROM):g} Hz, not at "
+            f"{values.max():g} Hz"
+        )
+    lines, levels = np.array(list(_HEARD_FROM.items())).T
+    weighting = a_weighting(values)
+    return np.asarray(np.interp(np.log(values), np.log(lines), levels) + weighting)
+
+
 def splv(level: npt.ArrayLike, axis: int = 0) -> RealArray:
     """Return the sum of the levels over the lines of the band, ``SPLV = Σ_p SPL(f_p)`` [dB(A)].
 

@@ -110,6 +110,10 @@ GLOSSARY: Mapping[str, str] = {
         "A difference that other draws and other seeds could have given as well. A real "
         "difference is larger than chance explains at 99 %."
     ),
+    "not decided": (
+        "Two fronts of fewer than three seeds each differ by less than their searches may still "
+        "miss: three seeds of each would decide."
+    ),
     "sensitivity index": (
         "The share of an output's variance that a variable is behind, between 0 and 1, when all "
         "variables vary at the same time within stated ranges (Sobol index). First order: what "

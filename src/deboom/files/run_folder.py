@@ -38,6 +38,8 @@ from deboom.tabled import json_text
 if TYPE_CHECKING:
     from deboom.files.front_table import FrontTable
 
+LATEST = "latest"
+"""Name that stands for the last finished run of a study."""
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
 
@@ -365,7 +367,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Parameters
     ----------
     folder : str or Path
-        Folder of a run, a file in it, or the name of a run.
+        Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
+        run that began last and has finished.
 
     Returns
     -------
@@ -376,7 +379,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Raises
     ------
     InputError
-        The folder holds no run, its record is damaged, or two studies have a run of this name.
+        The folder holds no run, its record is damaged, two studies have a run of this name, or no
+        run has finished yet where the latest is wanted.
 
     Examples
     --------
@@ -386,7 +390,7 @@ def read_run(folder: str | Path) -> RunEntry:
     ...
     deboom.errors.InputError: nowhere is no run folder: ...
     """
-    folder = Path(folder)
+    folder = latest_run(Path(folder))
     bare = len(folder.parts) == 1 and not folder.exists()
     named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
     if len(named) > 1:
@@ -397,6 +401,29 @@ def read_run(folder: str | Path) -> RunEntry:
         if (place / RECORD).is_file():
             return RunEntry(place, _read(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def latest_run(folder: Path) -> Path:
+    """Return the folder itself, or what ``<folder of a study>/latest`` stands for.
+
+    The study's folder may also be named as it is in ``results`` here.
+
+    - raises InputError: no run of the study has finished.
+    """
+    if folder.name != LATEST or folder.exists():
+        return folder
+    homes = (folder.parent, Path("results") / folder.parent)
+    finished = [
+        record.parent
+        for home in homes
+        for record in home.glob(f"*/{RECORD}")
+        if not record.parent.name.endswith(UNFINISHED)
+    ]
+    if not finished:
+        raise InputError(
+            f"{folder}: no run has finished in {folder.parent}; `deboom list` shows all"
+        )
+    return max(finished, key=lambda run: run.name)
 
 
 def check_files(entry: RunEntry, names: Iterable[str] | None = None) -> None:

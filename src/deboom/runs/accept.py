@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
@@ -100,7 +101,9 @@ def accept_into_run(
         progress(2, 3, "tables and figures")
         files = data.input_files if data is not None else ()
         report = delivery_report(delivery, (path, parts_path, *files))
-        report.attach("supplier.html", supplier_verdict(delivery, language).html().encode())
+        judged_on = datetime.now(UTC).date().isoformat()
+        page = supplier_verdict(delivery, language, judged_on)
+        report.attach("supplier.html", page.html().encode())
         return report
 
     run = run_command(out, record, work, relative_to=None, begin=begin)

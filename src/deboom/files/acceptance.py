@@ -497,7 +497,7 @@ class SupplierSpecification(StrictModel):
     def fill_in(self) -> tuple[str, ...]:
         """Keys of the columns of the table that a supplier fills in."""
         number = ("part_number",) if self.version > 1 else ()
-        return (*number, "part", "batch", "direction", *STATE, *STIFFNESS, "loss_angle")
+        return ("part", "batch", "direction", *number, *STATE, *STIFFNESS, "loss_angle")
 
     def said(self, key: str) -> str:
         """Return a word in the language of the sheet."""

@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_SIZE = 1.55  # in
-_ARROW, _NAME = 1.0, 1.32  # lengths over that of the longest arrow
-_CORE, _RUBBER, _HEIGHT = 0.16, 0.38, 0.24  # radii and half height of the bush
+_WIDTH, _HEIGHT = 2.2, 1.4  # in
+_ARROW, _NAME = 0.9, 1.2  # lengths
+_CORE, _RUBBER, _HALF_LENGTH = 0.16, 0.38, 0.24  # radii and half height of the bush
 _ACROSS = np.array([[-0.62, 0.8, 0.0], [-0.42, -0.28, 0.95]])  # of x, y and z on the paper
 _HALF, _START = 0.3, 0.3
 _POINTS = 60
@@ -35,12 +35,12 @@ def axes_sketch(axes: Mapping[str, npt.ArrayLike], along: npt.ArrayLike | None =
     arrows = finite("axes_sketch", dict(axes))
     if any(not np.any(arrow) for arrow in arrows.values()):
         raise InputError("figure axes_sketch: an axis has no length")
-    with styled_figure(_SIZE, _SIZE) as figure:
+    with styled_figure(_WIDTH, _HEIGHT) as figure:
         plain = figure.add_subplot()
         plain.set_axis_off()
         plain.set_aspect("equal")
-        plain.set_xlim(-1.75, 1.75)
-        plain.set_ylim(-1.45, 1.65)
+        plain.set_xlim(-1.7, 1.7)
+        plain.set_ylim(-0.9, 1.4)
         if along is None:
             _block(plain)
         else:
@@ -54,7 +54,7 @@ def axes_sketch(axes: Mapping[str, npt.ArrayLike], along: npt.ArrayLike | None =
             plain.annotate(
                 label,
                 tuple(name),
-                ha="center",
+                ha=("right", "center", "left")[1 + int(np.sign(np.round(name[0], 1)))],
                 va="center",
                 fontsize=7.5,
                 path_effects=halo(1.5),
@@ -76,12 +76,12 @@ def _bush(axes: Axes, along: RealArray) -> None:
     across = _unit(np.cross(along, helper))
     turn = np.linspace(0.0, 2.0 * np.pi, _POINTS)[:, np.newaxis]
     ring = np.cos(turn) * across + np.sin(turn) * np.cross(along, across)
-    for place in np.linspace(-_HEIGHT, _HEIGHT, 12):  # a solid, ring on ring
+    for place in np.linspace(-_HALF_LENGTH, _HALF_LENGTH, 12):  # a solid, ring on ring
         axes.fill(*_paper(_RUBBER * ring + place * along), color=TRACK, lw=0.0)
-    for place in (-_HEIGHT, _HEIGHT):
+    for place in (-_HALF_LENGTH, _HALF_LENGTH):
         axes.plot(*_paper(_RUBBER * ring + place * along), color=MUTED, lw=0.8)
-    axes.fill(*_paper(_CORE * ring + _HEIGHT * along), color="white", lw=0.0)
-    axes.plot(*_paper(_CORE * ring + _HEIGHT * along), color=MUTED, lw=0.8)
+    axes.fill(*_paper(_CORE * ring + _HALF_LENGTH * along), color="white", lw=0.0)
+    axes.plot(*_paper(_CORE * ring + _HALF_LENGTH * along), color=MUTED, lw=0.8)
 
 
 def _paper(points: RealArray) -> RealArray:

@@ -14,6 +14,7 @@ from deboom.choices import Pick
 from deboom.common import N_PER_MM, PERCENT
 from deboom.compressor.cabin_index import CabinIndex, MountStatics
 from deboom.errors import InputError
+from deboom.explore.front import verification_response
 from deboom.explore.robust import sigma_shares
 from deboom.explore.sensitivity import (
     SensitivityInputs,
@@ -156,7 +157,9 @@ class CompressorParts:
     @cached_property
     def shares(self) -> dict[str, float]:
         """Share of each stiffness, batch and pieces, in the scatter of the wanted design [1]."""
-        shares = sigma_shares(self.run.model, self.wanted).of_sum
+        draws = self.run.entry.record["facts"]["verification_draws"]
+        checked = verification_response(self.run.model, draws, seed=self.run.seed)
+        shares = sigma_shares(checked, self.wanted).of_sum
         return {
             name: float(shares[self.scattering(column)].sum())
             for name, column in self.columns.items()
@@ -380,6 +383,10 @@ class CompressorSheet(PartSheet):
         items = {
             say("lines", "Linien"): f"{low:g}–{high:g} Hz",
             say("pressures", "Drücke"): ", ".join(f"{n}; {weight:.2g}" for n, weight in cases),
+            say("places x, y, z [mm]", "Orte x, y, z [mm]"): "; ".join(
+                f"{mount.name} " + ", ".join(f"{1e3 * place:.1f}" for place in mount.position)
+                for mount in index.mounts
+            ),
             say("cars", "Fahrzeuge"): str(len(cars)) if self.secrets else ", ".join(cars),
         }
         if not self.secrets:

@@ -251,6 +251,12 @@ class Demand:
                 f"the sheet of {sheet.mount} has no must: make it with --box, from a limit that is "
                 "to be kept"
             )
+        made_with = "" if box is None else str(box_document(box)["sha256"])
+        if box is not None and sheet.box_sha256 != made_with:
+            raise InputError(
+                f"the sheet of {sheet.mount} was made with the box {sheet.box_sha256[:12]}, not "
+                f"with {made_with[:12]}: give the box that the sheet was made with"
+            )
         variables = []
         for asked in sheet.musts.values():
             assert asked.lower is not None

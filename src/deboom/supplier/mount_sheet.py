@@ -269,21 +269,24 @@ class MountSheet(PartSheet):
         demands = {d.name: d for d in self.specification.directions}
         mine = table[table["direction"].isin(demands)]
         for number, lines in mine.groupby("part number", sort=False):
+            stated, outside = [], []
             factors = lines["stiffness factor [1]"].astype(float)
             for name, factor in zip(lines["direction"], factors, strict=True):
-                band = self.bands[name]
+                band, today = self.bands[name], demands[name].today_n_per_mm
                 if band is None:
                     continue
-                rows.append(
-                    {
-                        "part_number": number,
-                        "vehicles": self._vehicles(str(lines["vehicles"].iloc[0])),
-                        "direction": name,
-                        "ratio": PERCENT * factor,
-                        "stiffness": factor * nan_if_none(demands[name].today_n_per_mm),
-                        "inside": self.word("yes" if band[0] <= factor <= band[1] else "no"),
-                    }
-                )
+                in_mm = "" if today is None else f", {factor * today:.0f} N/mm"
+                stated.append(f"{name} {self.percent(factor)}{in_mm}")
+                outside += [] if band[0] <= factor <= band[1] else [name]
+            inside = f"{self.word('no')}: {', '.join(outside)}" if outside else self.word("yes")
+            rows.append(
+                {
+                    "part_number": number,
+                    "vehicles": self._vehicles(str(lines["vehicles"].iloc[0])),
+                    "stated": "; ".join(stated),
+                    "inside": inside,
+                }
+            )
         return pd.DataFrame(rows)
 
     def _vehicles(self, names: str) -> str:

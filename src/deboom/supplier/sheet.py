@@ -314,7 +314,7 @@ class PartSheet(ABC):
             rows.append(
                 {
                     **self._compared(demand),
-                    "set_by_limit": self.word(ends) if ends else "–",
+                    "set_by_limit": self.word(ends) if ends else None,
                     "saving": facts.saving if demand.duty == "free" else NAN,
                     "today": nan_if_none(demand.today_n_per_mm),
                     "today_half_width": PERCENT * facts.today_half_width,

@@ -28,7 +28,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
-from deboom.common import AXES, N_PER_MM, PERCENT, Progress
+from deboom.common import AXES, N_PER_MM, PERCENT, Progress, listed
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import FoundBox, largest_box, tolerance_box
@@ -41,15 +41,16 @@ from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box
 from deboom.files.platform import platform_sha256
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import supplier_study
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
@@ -59,7 +60,7 @@ from deboom.vehicles.platform import MountSource, Runs
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
 SHOWN_PARTS = 4096
-"""Parts of the box whose levels are drawn, and of each of its faces."""
+"""Parts of the box whose levels are drawn, and of each of its ends."""
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 LAW = "uniform in the box"
@@ -120,64 +121,70 @@ def prepare(options: Options) -> Model:
     return Model(runs, index, space, limited_response(options.quantity, index, band))
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Find the Pareto point and the box about it, verify and report."""
     with progress_bar("Box") as bar:
         point = pareto_point(model, options, bar)
         study = box_study(model, point, question(model, options), options, bar)
     certainty = share_measured_again(study)
     origin = limit_origin(options.limit_below_today)
-    check, asked = study.found.verified, study.question
-    what = "parts, in all vehicles," if asked.together else "parts and vehicles"
+    check, of_study = study.solution.verified, study.question
+    what = "parts, in all vehicles," if of_study.together else "parts and vehicles"
 
     report = Report(
         "Acceptance box of the mounts",
         "Within which stiffnesses may parts be delivered, each direction independent of all "
-        f"others, so that {_percent(asked.share, 1)} of {what} keep {origin}?",
+        f"others, so that {_percent(of_study.share, 1)} of {what} keep {origin}?",
     )
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "Pareto front")
     limited = study.effective & ~study.on_bounds.all(axis=0)
     tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
     for k in tight[: min(TILES, limited.sum())]:
         ends, today = (study.box.lower[k], study.box.upper[k]), study.reference_stiffness[k]
-        asked_for = f"{ends[0]:.2f} to {ends[1]:.2f} of today's"
-        if study.identified[k]:
-            asked_for = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends) + " N/mm"
-        stated = f"today {today * N_PER_MM:.0f}; " if study.identified[k] else ""
-        report.tile(asked_for, f"{study.variables[k]}; {stated}the limit sets an end")
+        stiffness = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends)
+        stated = f"{stiffness} N/mm; " if study.identified[k] else ""
+        report.tile(
+            f"{ends[0]:.2f} to {ends[1]:.2f}",
+            f"{study.variables[k]}, of today's; {stated}the limit sets an end",
+        )
     report.tile(_percent(check.share, 1), f"of {what} keep {origin}")
     report.tile(
         _percent(float(study.missed.max()), 1),
         f"of the parts miss the limit in {study.binding}, which binds",
     )
-    if not asked.together and study.missed.max() > 1.0 - asked.share:
+    _answer(report, study, certainty, options, what, run_name(context, "solution_box"))
+    if not of_study.together and study.missed.max() > 1.0 - of_study.share:
         report.warn(
             f"The share is one over all vehicles: {study.binding} alone misses its limit with "
             f"{_percent(float(study.missed.max()), 1)} of the parts. --worst-vehicle asks every "
             "part to keep the limit in all vehicles."
         )
-    if not study.found.confirmed:
+    if not study.solution.confirmed:
         report.warn(
             f"The verification does not confirm the stated share: {_percent(check.bound, 2)} with "
-            f"confidence against {_percent(asked.share, 2)}."
+            f"confidence against {_percent(of_study.share, 2)}."
         )
     designs = np.stack([model.space.nominal, point])
     report.warn(*motion_report(study.index, designs).warnings)
     report.summary |= {
-        "share_stated": asked.share,
+        "share_stated": of_study.share,
         "share_verified": check.share,
         "share_bound": check.bound,
         "width_ratio_pm15": study.width_over_plain,
         "share_pm15": verified_share(
-            asked, study.plain, seed=study.seed, n_parts=check.n_parts, confidence=check.confidence
+            of_study,
+            study.plain,
+            seed=study.seed,
+            n_parts=check.n_parts,
+            confidence=check.confidence,
         ).share,
         "n_axes": int(study.effective.sum()),
         "n_ends_on_bounds": int(study.on_bounds.sum()),
-        "limit_db_first_vehicle": float(asked.limit[0]),
-        "limit_could_be_lowered_db": study.found.room,
+        "limit_db_first_vehicle": float(of_study.limit[0]),
+        "limit_could_be_lowered_db": study.solution.room,
         "binding_vehicle": study.binding,
         "n_parts_verified": check.n_parts,
-        "seconds": round(study.found.seconds, 3),
+        "seconds": round(study.solution.seconds, 3),
         "share_measured_from": float(certainty.lower),
         "share_measured_to": float(certainty.upper),
     }
@@ -252,20 +259,20 @@ class BoxStudy:
     - `index`: the model.
     - `space`: designs and their tolerance.
     - `point` (k,): the Pareto point [1].
-    - `found`: the largest box, verified.
+    - `solution`: the largest box, verified.
     """
 
     runs: Runs
     index: BoomingModel
     space: DesignSpace
     point: RealArray
-    found: FoundBox
+    solution: FoundBox
     seed: int
 
     @property
     def question(self) -> BoxQuestion:
         """What was asked."""
-        return self.found.question
+        return self.solution.question
 
     @property
     def response(self) -> MeanLevel | PeakLevel:
@@ -277,7 +284,7 @@ class BoxStudy:
     @property
     def box(self) -> Box:
         """The largest box."""
-        return self.found.box
+        return self.solution.box
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -340,7 +347,7 @@ class BoxStudy:
     @property
     def missed(self) -> RealArray:
         """Share of the verified parts that miss the limit of each vehicle, shape (n_vehicle,)."""
-        return np.asarray(1.0 - self.found.verified.by_response)
+        return np.asarray(1.0 - self.solution.verified.by_response)
 
     @property
     def on_bounds(self) -> npt.NDArray[np.bool_]:
@@ -404,8 +411,8 @@ def box_study(
             "acceptance box needs exactly the stiffness factors of the mounts"
         )
     seed, workers = options.seed, options.workers
-    found = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
-    return BoxStudy(model.runs, model.index, model.space, point, found, seed)
+    solution = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
+    return BoxStudy(model.runs, model.index, model.space, point, solution, seed)
 
 
 def share_measured_again(study: BoxStudy) -> Interval:
@@ -431,15 +438,94 @@ def share_measured_again(study: BoxStudy) -> Interval:
         share(replace(study.response, model=drawn))
         for drawn in uncertain.draws(DRAWS, seed=study.seed)
     ]
-    found = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
+    interval = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
     return replace(
-        found, lower=np.clip(found.lower, 0.0, 1.0), upper=np.clip(found.upper, 0.0, 1.0)
+        interval, lower=np.clip(interval.lower, 0.0, 1.0), upper=np.clip(interval.upper, 0.0, 1.0)
+    )
+
+
+def _answer(
+    report: Report, study: BoxStudy, certainty: Interval, options: Options, what: str, run: str
+) -> None:
+    """Fill the first screen: intervals, vehicles, how sure the share is, and what comes next."""
+    check, box, asked = study.solution.verified, study.box, study.question
+    origin = limit_origin(options.limit_below_today)
+    needed = ~study.on_bounds & study.effective
+    ends = [
+        f"{name} "
+        + " ".join(
+            f"{word} {end:.2f}"
+            for word, end, of_limit in (
+                ("from", box.lower[k], needed[0, k]),
+                ("up to", box.upper[k], needed[1, k]),
+            )
+            if of_limit
+        )
+        for k, name in enumerate(study.variables)
+        if needed[:, k].any()
+    ]
+    free = int(study.effective.sum()) - len(ends)
+    deliver = f"Deliver {listed(tuple(ends))} of today's" if ends else "No direction needs an end"
+    report.answer(
+        f"{deliver}; {free} other directions are free within what was searched: "
+        f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
+        f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
+        f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
+        f"confidence over parts; with all measurements drawn again "
+        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
+        f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
+    )
+    reference = study.reference_stiffness * N_PER_MM
+    words = np.select(
+        [needed.all(axis=0), needed[0], needed[1]], ["both ends", "from", "to"], "free"
+    )
+    rows = np.flatnonzero(study.effective)
+    table = pd.DataFrame(
+        {
+            "direction": [study.variables[k] for k in rows],
+            "from [1]": box.lower[rows],
+            "to [1]": box.upper[rows],
+            "from [N/mm]": (box.lower * reference)[rows],
+            "to [N/mm]": (box.upper * reference)[rows],
+            "today [N/mm]": reference[rows],
+            "the limit sets": words[rows],
+        }
+    )
+    report.panel(
+        "Intervals, each direction independent of all others",
+        Table(
+            table,
+            "",
+            dict.fromkeys(("from [1]", "to [1]"), 2)
+            | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
+        ),
+        f"From and to: shares of today's stiffness. N/mm are the {study.condition}.",
+        wide=True,
+    )
+    today = study.response(study.space.nominal[np.newaxis])[0]
+    levels = study.shown_excess + asked.limit
+    each = pd.DataFrame(
+        {
+            "vehicle": list(study.vehicles),
+            "limit [dB(A)]": asked.limit,
+            "today [dB(A)]": today,
+            "in the box [dB(A)]": levels.mean(axis=0),
+            "P95 [dB(A)]": np.quantile(levels, 0.95, axis=0),
+            "parts that miss [%]": PERCENT * study.missed,
+        }
+    )
+    report.panel("Each vehicle", Table(each, ""), f"{study.response.quantity}.")
+    report.panel(
+        "What to do next",
+        Step(f"deboom accept {run} PARTS", "hold a delivery against it"),
+        Step(f"deboom report FRONT --supplier --box {run}", "sheets with these intervals"),
+        Step("deboom run solution_box --below-today 1", "ask each vehicle to be quieter"),
     )
 
 
 def _box(report: Report, study: BoxStudy, origin: str) -> None:
     """Show the interval of every direction."""
-    asked, found, limit = study.question, study.found, study.question.limit
+    question, solution, limit = study.question, study.solution, study.question.limit
     low, high = study.band
     limits = " to ".join(dict.fromkeys(f"{end:.2f}" for end in (limit.min(), limit.max())))
     report.section(
@@ -448,10 +534,10 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         f"{low:g} to {high:g} Hz. A part is accepted "
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "
-        f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "
-        f"{study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} ends lie "
-        "on the bounds that were searched: there the limit asks for nothing. In the geometric mean "
-        f"the intervals are {study.width_over_plain:.1f} times as wide as those of "
+        f"{len(solution.start_log_volumes)} starts in {solution.seconds:.1f} s; stiffness in N/mm "
+        f"is the {study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} "
+        "ends lie on the bounds that were searched: there the limit asks for nothing. In the "
+        f"geometric mean the intervals are {study.width_over_plain:.1f} times as wide as those of "
         f"±{PERCENT * study.tolerance:g} % about the Pareto point.\n\n"
         "The last two columns say what the ends are worth: of parts exactly at that end, so many "
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
@@ -464,7 +550,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             study.variables,
             plot.Intervals("acceptance box", box.lower, box.upper),
             plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
-            plot.Intervals("bounds", asked.lower, asked.upper),
+            plot.Intervals("bounds", question.lower, question.upper),
             study.point,
             study.reference_stiffness * N_PER_MM,
             [not effective for effective in study.effective],
@@ -492,7 +578,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             "today [N/mm]": reference,
             "one tolerance from [1]": plain.lower,
             "one tolerance to [1]": plain.upper,
-            "weight [1]": asked.weight,
+            "weight [1]": question.weight,
             "lower end: parts that keep the limit [%]": PERCENT * study.faces[0],
             "upper end: parts that keep the limit [%]": PERCENT * study.faces[1],
         }
@@ -508,7 +594,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
 
 def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> None:
     """Show the levels of the parts inside the box, and how surely their share is known."""
-    check, asked = study.found.verified, study.question
+    check, question = study.solution.verified, study.question
     report.section(
         "Levels inside the box",
         f"{check.n_parts} parts, {LAW}, that the search has not seen: "
@@ -520,7 +606,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         f"{_percent(float(certainty.upper), 0)}, with 90 % confidence: the level of a car is "
         "known to half a decibel only.",
     )
-    levels = study.shown_excess + asked.limit
+    levels = study.shown_excess + question.limit
     today = study.response(study.space.nominal[np.newaxis])[0]
     report.figure(
         "levels",
@@ -533,7 +619,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
                         "parts of the box, median, 5 to 95 %": tuple(
                             np.quantile(levels, [0.5, 0.05, 0.95], axis=0)
                         ),
-                        "limit": (asked.limit,) * 3,
+                        "limit": (question.limit,) * 3,
                         "today": (today,) * 3,
                     },
                 )
@@ -543,7 +629,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     )
     table = {
         "vehicle": list(study.vehicles),
-        "limit [dB(A)]": asked.limit,
+        "limit [dB(A)]": question.limit,
         "today [dB(A)]": today,
         "Pareto point [dB(A)]": study.response(study.point[np.newaxis])[0],
         "in the box, mean [dB(A)]": levels.mean(axis=0),
@@ -555,7 +641,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
 
 def acceptance_box(study: BoxStudy, certainty: Interval, options: Options) -> AcceptanceBox:
     """Return the box as the file that deliveries are held against."""
-    platform, check = study.runs.platform, study.found.verified
+    platform, check = study.runs.platform, study.solution.verified
     reference = np.where(study.identified, study.reference_stiffness, np.nan)
     # nobody can measure a direction that is not identified, and where the limit sets no end of its
     # interval, nobody needs to

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from deboom.choices import FolderKind, FunctionFiles, Language, Pick
+from deboom.choices import FolderKind, FunctionFiles, Language, Pick, pick_or_file
 
+# Any: a pick or a path, which the parser tells apart
+DESIGN = Annotated[
+    Any,
+    typer.Option(
+        parser=pick_or_file,
+        metavar="PICK|FILE",
+        help=f"Design of the front: {', '.join(Pick)}; or one that the interactive page saved.",
+    ),
+]
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
@@ -44,36 +53,17 @@ def show(
         typer.echo(line)
 
 
-def compare(
-    runs: Annotated[list[Path], typer.Argument(help="Folders of front studies, two or more.")],
-    seed: Annotated[int, typer.Option(help="Seed of the common draws, from 1.")] = 1,
-    samples: Annotated[int, typer.Option(help="Common draws; a power of two from 1024.")] = 2048,
-    studies: STUDIES = None,
-    out: Annotated[Path, typer.Option(help="Folder that gets compare/<run>/.")] = Path("results"),
-) -> None:
-    """Compare the fronts of runs: is one really better, or is it noise?
-
-    All fronts are judged with the same draws by the model of the runs; runs of different models get
-    a verdict from each. Runs that differ in their seed only show how far chance goes; three seeds
-    or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
-    run folders with edited files.
-    """
-    from deboom.runs.compare import compare_runs
-
-    folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
-    for verdict in verdicts:
-        typer.echo(verdict)
-    typer.echo(folder.as_posix())
-
-
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
     interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
     beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(help="Of the interactive page; repeatable.")
+    ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
@@ -92,9 +82,11 @@ def report(
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
     Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
-    --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
-    stiffness and hear their run-up; --beside lays another front over it. The model is built again
-    from the run's options; edited files are refused.
+    --interactive: one offline page with the model in it. Sliders change every stiffness, the page
+    computes the levels of all vehicles with their scatter and improves a design within limits;
+    below, designs of a front or an experiment are brushed, pinned and heard. --beside lays another
+    front over it, --vehicle names the vehicles of a page that would be too large. The model is
+    built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -103,6 +95,8 @@ def report(
             f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
             "that a mount supplier reads, --interactive for the one to explore the front"
         )
+    if vehicle and not interactive:
+        raise InputError("--vehicle belongs to --interactive: sheets are for all vehicles")
     if interactive:
         if anonymous or (not supplier and any((mount, box, tolerances, sharing, since))):
             raise InputError(
@@ -111,7 +105,9 @@ def report(
             )
         from deboom.runs.interactive_page import write_interactive_page
 
-        page = write_interactive_page(run, studies=studies, out=out, beside=beside)
+        page = write_interactive_page(
+            run, studies=studies, out=out, beside=beside, vehicles=vehicle or ()
+        )
         typer.echo(page.as_posix())
     if not supplier:
         return
@@ -139,7 +135,7 @@ def report(
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,
@@ -158,70 +154,29 @@ def listen(
         typer.echo(path.as_posix())
 
 
-def driven(
-    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],
-    design: Annotated[Pick, typer.Option(help="Design that was built.")] = Pick.best_mean,
-    studies: STUDIES = None,
-    out: Annotated[Path, typer.Option(help="Folder that gets driven/<run>/.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="Seed of the draws, from 1.")] = 1,
+def serve(
+    results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of this computer; 0 takes a free one.")
+    ] = 0,
 ) -> None:
-    """Hold a driven prototype against its prediction, per vehicle and booming peak.
+    """Look at results in the browser while searches run: fronts grow, runs stand side by side.
 
-    FOLDER has one table per drive (csv, xlsx, mat), today*.csv with today's parts and new*.csv with
-    the new ones: frequency [Hz], and <vehicle> real [Pa], <vehicle> imag [Pa], the order's complex
-    peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
-    sure the measured change is.
+    The page shows what the other commands write, and changes nothing. It answers this computer
+    only, at the address that is printed; that address holds a secret, so do not pass it on.
+    Ctrl+C ends it.
+
+    Needs `pip install 'deboom[serve]'`. Try: deboom serve --port 8050
     """
-    from deboom.runs.driven import driven_into_run
+    try:
+        from deboom.runs.serve import serve_results
+    except ModuleNotFoundError as error:
+        from deboom.errors import InputError
 
-    path = driven_into_run(run, folder, pick=design, out=out, studies=studies, seed=seed)
-    typer.echo(path.as_posix())
+        raise InputError(f"deboom serve needs {error.name}: pip install 'deboom[serve]'") from error
 
-
-def accept(
-    box: Annotated[Path, typer.Argument(help="Run of solution_box, its box, or a sheet as sent.")],
-    parts: Annotated[Path, typer.Argument(help="Measured parts, or the sheet filled in.")],
-    out: Annotated[Path, typer.Option(help="Folder that gets accept/<run>/.")] = Path("results"),
-    platform: Annotated[
-        Path | None, typer.Option(help="Platform of the box: predicts levels.")
-    ] = None,
-    uncertainty: Annotated[
-        float | None,
-        typer.Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
-    ] = None,
-    over_today: Annotated[bool, typer.Option(help="Columns are ratios to today's part.")] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the predicted cars, from 1.")] = 1,
-) -> None:
-    """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
-
-    PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in: parts
-    are held against the musts at the states of the sheet, which must be those of the box. Or it is
-    a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
-    the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
-    where the box does not limit that axis. With --over-today the columns are ratios to today's
-    part, both measured at one state on one machine. Parts nearer to an end of their interval than
-    --uncertainty are undecided. With --platform, the folder that the box was found for, the levels
-    of the cars that get these parts are predicted.
-
-    What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
-    axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
-    tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
-    summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
-    n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
-    (share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
-    line of the output is the run folder.
-
-    deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
-    """
-    from deboom.runs.accept import accept_into_run
-    from deboom.runs.progress import progress_bar
-
-    with progress_bar("accept") as progress:
-        run = accept_into_run(
-            *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
-        )
-    typer.echo(run.as_posix())
+    for address in serve_results(results, port=port):
+        typer.echo(address)
 
 
 def new(
@@ -271,11 +226,13 @@ def check(
         Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
     ],
 ) -> None:
-    """List everything missing or wrong in a folder of measurements, or what it holds.
+    """List what is missing or wrong in a folder of measurements, or what it holds.
 
-    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Each
-    fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
-    as mounts, vehicles, lines and runs; exit code 0.
+    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Its
+    keys are looked at first, then tables, then files of functions, then the physics: all faults of
+    the first of these that has one are listed, and what was not looked at is named. Each fault
+    names its file, the item and the remedy; exit code 2. Without a fault: what was read, such as
+    mounts, vehicles, lines and runs; exit code 0.
     """
     from deboom.files.check import check_folder
 

@@ -1,4 +1,4 @@
-"""A run that is killed goes on, by the same door, and ends with the same files."""
+"""A run that is killed goes on, by the same command, and ends with the same files."""
 
 import json
 import os
@@ -111,6 +111,8 @@ def test_a_finished_run_prints_its_folder(study, tmp_path):
     for wanted in (finished, finished.name, f"{finished.name}.unfinished"):
         done = call("run", STUDY, "--out", tmp_path, "--resume", wanted)
         assert done.stdout.strip() == finished.as_posix()
+    longer = ("run", STUDY, "--out", tmp_path, "--resume", finished.name, "--generations", "99")
+    assert "was started with --generations" in call(*longer, code=2).stderr
     assert sorted(tmp_path.rglob("*")) == before
 
 
@@ -401,7 +403,6 @@ def test_nobody_at_the_address(monkeypatch):
 
 
 def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "WORKER_S", 2.0)
     file = tmp_path / "scheduler.json"
     program = (sys.executable, "-m")
     where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
@@ -418,7 +419,10 @@ def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monk
         of_worker = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
         worker = [*program, "distributed.cli.dask_worker", *of_worker]
         started.append(subprocess.Popen(worker, **quiet))
+        with distributed.Client(address) as client:
+            client.wait_for_workers(1, timeout=120)
         with monkeypatch.context() as patch:
+            patch.setattr(workers, "WORKER_S", 2.0)
             patch.setattr(searches, "nsga2", stopped(5, scheduler.kill))
             with pytest.raises(InputError, match="scheduler of the cluster does not answer"):
                 run_study(study, tmp_path / "results", {**BUDGET, "scheduler": address})

@@ -12,6 +12,7 @@ from scipy.stats import chi2
 
 from deboom.arrays import ComplexArray, RealArray, checked, derivatives
 from deboom.compressor.identify import Identification
+from deboom.compressor.model import HyperbolicAmplitude, MountsOverStroke, mount_strokes
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
@@ -121,7 +122,7 @@ class MountShares:
 
 
 def mount_shares(
-    found: Identification,
+    identification: Identification,
     drawn: tuple[CompressorMount, ...],
     *,
     position: float = DRAWN_PLACE,
@@ -144,11 +145,11 @@ def mount_shares(
         raise InputError("a compressor on fewer than two mounts has nothing to share")
     per_mount = np.repeat([position, DRAWN_ANGLE, DRAWN_STIFFNESS], 3)
     any_mounts = np.diag([*np.tile(per_mount, len(drawn)), DRAWN_SCALE])
-    one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)))
+    one_part = _agreeing(identification, _round(drawn), _of_a_kind(any_mounts, len(drawn)))
     if identical or one_part.probability >= SMALLEST_PROBABILITY:
         return replace(one_part, identical=True)
     probability = one_part.probability
-    return replace(_agreeing(found, drawn, any_mounts), identical_probability=probability)
+    return replace(_agreeing(identification, drawn, any_mounts), identical_probability=probability)
 
 
 def _moved_mounts(
@@ -168,18 +169,20 @@ def _moved_mounts(
 
 
 def _agreeing(
-    found: Identification,
+    identification: Identification,
     drawn: tuple[CompressorMount, ...],
     numbers: RealArray,
 ) -> MountShares:
     """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
-    known = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
-    variance, directions = np.linalg.eigh(known)
-    # an exact test has directions without any error: a valley too narrow to walk along
+    stiffness_covariance = identification.calibrated.parameter_covariance[
+        STIFFNESS_NUMBERS, STIFFNESS_NUMBERS
+    ]
+    variance, directions = np.linalg.eigh(stiffness_covariance)
+    # an exact test has directions without any error: a valley too narrow for a search
     whiten = directions.T / np.sqrt(np.maximum(variance, EXACT * variance[-1]))[:, np.newaxis]
-    basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
+    basis = MinimalParameters(identification.length).stiffness_basis.reshape(N_STIFFNESS, -1)
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
-    wanted = found.calibrated.values[STIFFNESS_NUMBERS]
+    wanted = identification.calibrated.values[STIFFNESS_NUMBERS]
 
     position, rotation, stiffness = (
         np.array([getattr(mount, name) for mount in drawn])
@@ -263,18 +266,12 @@ class SofteningMounts:
     stiffness: RealArray
 
     def strokes(self, frequency: RealArray, motion: ComplexArray) -> RealArray:
-        """Compute the largest distance of each mount from rest over a turn.
+        """Compute the `mount_strokes` of a motion.
 
         `frequency` (n_frequency,): lines [Hz]; `motion` (n_frequency, 6): acceleration of the
         virtual point [m/s², rad/s²]. Returns (n_frequency, n) [m].
-
-        ``|Re(x e^{jφ})|² = (xᴴx + Re(e^{2jφ} xᵀx))/2`` is largest at ``(xᴴx + |xᵀx|)/2``: an
-        unbalance drives ellipses, whose root of the sum of squares is up to √2 times as large.
         """
-        displacement = motion / (2 * np.pi * frequency[:, np.newaxis]) ** 2
-        moved = (displacement @ forward_matrices(self.positions).T).reshape(len(motion), -1, 3)
-        squares = np.sum(np.abs(moved) ** 2, axis=2) + np.abs(np.sum(moved**2, axis=2))
-        return np.asarray(np.sqrt(squares / 2))
+        return mount_strokes(self.positions, motion / (2 * np.pi * frequency[:, np.newaxis]) ** 2)
 
     def matrices(
         self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
@@ -337,13 +334,23 @@ class HyperbolicMounts(SofteningMounts):
         numbers = np.asarray(values, dtype=float)[::2]
         return np.asarray(np.tensordot(numbers, self._over(stroke), axes=1), dtype=complex)
 
+    def over_stroke(self, values: RealArray) -> MountsOverStroke:
+        """Return the mounts that the unknowns, (4,) [1], stand for."""
+        real_limit, imaginary_limit, real_drop, imaginary_drop = np.asarray(values).tolist()
+        return MountsOverStroke(
+            self.positions,
+            self.stiffness,
+            HyperbolicAmplitude(1 + real_limit, real_drop, self.scale),
+            HyperbolicAmplitude(1 + imaginary_limit, imaginary_drop, self.scale),
+        )
+
     def _over(self, stroke: npt.ArrayLike) -> RealArray:
         """One, and what is left of a softening at a stroke."""
         left = 1 / (1 + np.asarray(stroke, dtype=float) / self.scale)
         return np.stack([np.ones_like(left), left])
 
 
-def softening_mounts(found: Identification) -> SofteningMounts | None:
+def softening_mounts(identification: Identification) -> SofteningMounts | None:
     """Divide the stiffness that a hammer test found among the mounts of its drawing.
 
     Returns None without a drawing of at least two mounts: nothing says then what is where.
@@ -351,14 +358,14 @@ def softening_mounts(found: Identification) -> SofteningMounts | None:
     Mounts of `mount_shares`, which add up to K_VP within its uncertainty only; ``C K_i Cᵀ`` with
     ``C = L_VP L⁻¹`` of both Cholesky factors makes them add up.
     """
-    drawing = found.test.drawing
+    drawing = identification.test.drawing
     if drawing is None or len(drawing.mounts) < 2:
         return None
-    mounts = mount_shares(found, drawing.mounts).mounts
+    mounts = mount_shares(identification, drawing.mounts).mounts
     positions = np.array([mount.position for mount in mounts])
     rows = forward_matrices(positions).reshape(len(mounts), 3, 6)
     parts = np.swapaxes(rows, 1, 2) @ stiffness_of_mounts(mounts) @ rows
-    whole = np.linalg.cholesky(found.calibrated.model.stiffness)
+    whole = np.linalg.cholesky(identification.calibrated.model.stiffness)
     fitting = whole @ np.linalg.inv(np.linalg.cholesky(parts.sum(axis=0)))
     return SofteningMounts(positions, fitting @ parts @ fitting.T)
 

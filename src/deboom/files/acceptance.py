@@ -353,8 +353,8 @@ class Programme(StrictModel):
 
     def mount(self, name: str) -> ProgrammeMount:
         """Return what is known of a mount, perhaps nothing but its name."""
-        known = {mount.name: mount for mount in self.mounts}
-        return known.get(name, ProgrammeMount(name=name))
+        mount_by_name = {mount.name: mount for mount in self.mounts}
+        return mount_by_name.get(name, ProgrammeMount(name=name))
 
 
 def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
@@ -526,13 +526,13 @@ def read_specification(path: Path) -> SupplierSpecification:
         raise InputError(f"{path} holds no specification: {remedy}") from None
     if not isinstance(raw, dict) or raw.get("format") != SHEET_FORMAT:
         raise InputError(f"{path} holds no specification: {remedy}")
-    found = checked_document(path, raw, SupplierSpecification)
-    if found.checksum != cells.get(_CHECKSUM):
+    specification = checked_document(path, raw, SupplierSpecification)
+    if specification.checksum != cells.get(_CHECKSUM):
         raise InputError(
             f"{path}: its specification has been edited, its checksum is another one: {remedy}; "
             "an agreed change is a new revision"
         )
-    return found
+    return specification
 
 
 PLAIN = ("part", "batch", "mount")

@@ -1,4 +1,4 @@
-"""Functions of a file by DoF (UFF) or by name (CSV, xlsx and MATLAB's mat)."""
+"""Functions of a file by DoF (UFF, Nastran's punch) or by name (CSV, xlsx, MATLAB's mat)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,7 @@ from deboom.files.disk import (
     read_bytes,
     refuse_announced,
 )
+from deboom.files.nastran_punch import read_punch
 from deboom.files.schema import noting, telling
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
@@ -40,7 +41,7 @@ from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
 TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
-"""Files of functions that are tables; any other is read as UFF."""
+"""Files of functions that are tables; in any other, functions stand by node and direction."""
 
 
 IN_SI = "in SI units, whatever the channel table says"
@@ -151,8 +152,8 @@ class FunctionMatrix:
     - `path`: file of the functions.
     - `item`: item that it holds, for messages; may be ``""``.
     - `function_types`: UFF function types that are accepted.
-    - `functions`: functions to choose from; by default those of the UFF file.
-    - raises InputError: no UFF file; functions of different axes, or over time without type 1.
+    - `functions`: functions to choose from; by default those of the file.
+    - raises InputError: no such file; functions of different axes, or over time without type 1.
     - warns DataWarning: a line at 0 Hz, where sensors measure nothing, was left out.
     """
 
@@ -166,7 +167,7 @@ class FunctionMatrix:
         self.path = path
         self.item = item
         self.function_types = function_types
-        self.functions = read_uff(path) if functions is None else tuple(functions)
+        self.functions = read_nodal(path) if functions is None else tuple(functions)
         self.axis: RealArray = self.functions[0].abscissa if self.functions else np.zeros(0)
         for function in self.functions:
             if TIME_SIGNAL not in function_types and function.abscissa_quantity != "frequency":
@@ -188,8 +189,8 @@ class FunctionMatrix:
                 )
         if TIME_SIGNAL not in function_types and starts_at_0_hz(self.axis, self.error("")):
             self.functions = tuple(
-                replace(one, abscissa=one.abscissa[1:], values=one.values[1:])
-                for one in self.functions
+                replace(loaded, abscissa=loaded.abscissa[1:], values=loaded.values[1:])
+                for loaded in self.functions
             )
             self.axis = self.functions[0].abscissa
 
@@ -217,7 +218,7 @@ class FunctionMatrix:
           unit or microphone, beyond what a car has, or real instead of complex or vice versa.
         """
         values = np.zeros((self.axis.size, len(responses), len(references)), dtype=np.complex128)
-        with telling(None) as tell:
+        with telling() as tell:
             for row, response in enumerate(responses):
                 for column, reference in enumerate(references):
                     with noting(tell):
@@ -256,10 +257,10 @@ class FunctionMatrix:
                 raise self.error(f"{function.dof}: '{matches[0][0]}' is no rate: correct it")
             stated.setdefault(rate, function.dof)
         if len(stated) > 1:
-            (first, one), (second, other), *_ = stated.items()
+            (first, first_file), (second, other), *_ = stated.items()
             raise self.error(
-                f"{one} states an added decay rate of {first:g} 1/s and {other} {second:g} 1/s: "
-                "measure all with one exponential window"
+                f"{first_file} states an added decay rate of {first:g} 1/s and {other} {second:g} "
+                "1/s: measure all with one exponential window"
             )
         return next(iter(stated), 0.0)
 
@@ -285,9 +286,9 @@ class FunctionMatrix:
                 f"'{response.entity}': microphones must not be mixed, measure this one again"
             )
         if function.function_type not in self.function_types:
-            known = " or ".join(map(str, self.function_types))
+            kinds = " or ".join(map(str, self.function_types))
             raise self.error(
-                f"{what} has UFF function type {function.function_type}: export it as {known}"
+                f"{what} has UFF function type {function.function_type}: export it as {kinds}"
             )
         if np.iscomplexobj(function.values) != is_complex:
             remedy = (
@@ -309,13 +310,13 @@ class FunctionMatrix:
         - raises InputError: a response, or a reference where any is given, at an unknown node or
           direction.
         """
-        with telling(None) as tell:
+        with telling() as tell:
             for what, dofs in (("response", responses), ("reference", references)):
-                known = {(dof.node, direction) for dof in dofs for direction in dof.directions}
+                listed = {(dof.node, direction) for dof in dofs for direction in dof.directions}
                 parts = (f"{what}_node", f"{what}_direction")
                 places = dict.fromkeys(attrgetter(*parts)(each) for each in self.functions)
-                for node, direction in [each for each in places if dofs and each not in known]:
-                    here = ", ".join(along for at, along in sorted(known) if at == node)
+                for node, direction in [each for each in places if dofs and each not in listed]:
+                    here = ", ".join(along for at, along in sorted(listed) if at == node)
                     remedy = "add it there, or export without it"
                     if here:
                         remedy = f"they have it along {here}: correct the wrong one"
@@ -373,8 +374,8 @@ class FunctionMatrix:
             dof += f", reference node {reference.node} {reference.direction}"
         if matches:
             raise self.error(f"{what} ({dof}) is in it {len(matches)} times: keep one")
-        near = [one for one in here if one.reference_node == reference.node]
-        others = list(dict.fromkeys(one.dof for one in near or here or self.functions))
+        near = [candidate for candidate in here if candidate.reference_node == reference.node]
+        others = list(dict.fromkeys(candidate.dof for candidate in near or here or self.functions))
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""
         there_are = f"; there are {'; '.join(others[:3])}{more}" if others else ""
         raise self.error(
@@ -483,11 +484,11 @@ class FunctionTable:
         - raises InputError: it is not there, or at fault.
         """
         if name not in self.functions:
-            known = ", ".join(map(repr, list(self.functions)[:3])) or "none"
+            names = ", ".join(map(repr, list(self.functions)[:3])) or "none"
             more = f" and {len(self.functions) - 3} more" if len(self.functions) > 3 else ""
             raise InputError(
                 f"the file has no function '{name}': add it, with real and imaginary part; there "
-                f"are {known}{more}"
+                f"are {names}{more}"
             )
         label, values = self.functions[name]()
         unit = parse_unit(label)
@@ -500,8 +501,38 @@ class FunctionTable:
         return unit, values * unit.factor
 
 
+def _refuse_op2(path: Path) -> NoReturn:
+    raise InputError(
+        f"{path} is Nastran's OP2, which is not read: pyNastran needs a numpy below 2; ask for "
+        "punch as well, DISPLACEMENT(PUNCH,REAL) = ..., or export UFF data set 58"
+    )
+
+
+_NODAL: Mapping[str, Callable[[Path], tuple[UffFunction, ...]]] = {
+    ".pch": read_punch,
+    ".op2": _refuse_op2,
+}
+"""Endings of files with functions by node that are not UFF, and their readers."""
+
+
+def read_nodal(path: Path) -> tuple[UffFunction, ...]:
+    """Read functions by node and direction, in SI: Nastran's punch by its ending, else UFF.
+
+    - raises InputError: as `read_uff` or `deboom.files.nastran_punch.read_punch`.
+    """
+    return _NODAL.get(path.suffix.lower(), read_uff)(path)
+
+
+def files_of_functions(path: Path) -> tuple[Path, ...]:
+    """Return a file of functions, and the table beside it that says what it means, if it has one.
+
+    - `path`: of the functions.
+    """
+    return (path, path.with_suffix(".csv")) if path.suffix.lower() in _NODAL else (path,)
+
+
 def is_table(path: Path) -> bool:
-    """Tell by its ending whether a file of functions is a table; otherwise it is UFF."""
+    """Tell by its ending whether functions of a file have names, instead of nodes as in UFF."""
     return path.suffix.lower() in TABLE_ENDINGS
 
 
@@ -519,9 +550,9 @@ def read_function_table(path: Path) -> FunctionTable:
     wrong = [*np.flatnonzero(~np.isfinite(lines)), *(np.flatnonzero(np.diff(lines) <= 0) + 1)]
     if lines.size < 2 or wrong:
         k = int(wrong[0]) if wrong else 0
-        found = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
+        fault = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
         raise InputError(
-            f"{path}: frequency needs two lines or more that increase: {found}; export it again"
+            f"{path}: frequency needs two lines or more that increase: {fault}; export it again"
         )
     if starts_at_0_hz(lines, path):
         functions = {name: partial(_without_first, read) for name, read in table.functions.items()}

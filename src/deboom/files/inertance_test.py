@@ -14,6 +14,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
+from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
     GainTolerance,
@@ -28,7 +29,9 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
+    noting,
     refuse_all,
+    telling,
     values_of,
 )
 from deboom.files.tables import read_table
@@ -52,12 +55,12 @@ _Placed = TypeVar("_Placed", PlacedSensor, PlacedImpact)
 
 
 def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
-    """Read a position sheet of accelerometers or impacts.
+    """Read a position sheet of accelerometers or impacts, of deboom or of pyFBS.
 
     - raises InputError: as `read_table`, or positions that no machine on mounts has: their unit is
       wrong by a factor of a thousand.
     """
-    rows = read_table(path, kind)
+    rows = read_pyfbs_sheet(path, kind) if has_pyfbs_sheets(path, kind) else read_table(path, kind)
     points = np.array([row.position for row in rows])
     span = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
     if len(points) > 1 and not SMALLEST_SPAN <= span <= LARGEST_SPAN:
@@ -117,7 +120,7 @@ def read_inertances(path: Path, places: Places) -> Frf:
     - raises InputError: an FRF that is missing, doubled, at an unknown node, of other lines, real,
       or of another unit than acceleration over force.
     """
-    matrix = _of_type(path, FRF)
+    matrix = functions_of_type(path, FRF)
     matrix.check_known(places.responses, places.references)
     dofs = (places.responses, places.references)
     return matrix.frf(*dofs, "acceleration", "m/s^2/N", ACCELERATION_PER_FORCE)
@@ -127,7 +130,7 @@ def read_coherences(
     path: Path, responses: Sequence[Dof], references: Sequence[Dof]
 ) -> tuple[RealArray, RealArray]:
     """Read lines (f,) [Hz] and ordinary coherences (f, n_response, n_reference), 0 to 1 [1]."""
-    matrix = _of_type(path, COHERENCE)
+    matrix = functions_of_type(path, COHERENCE)
     values = matrix.values(responses, references, ordinate="", unit="", is_complex=False).real
     values = np.abs(values)  # a channel against its axis turns the sign, which a coherence has not
     raw = [function.values for function in matrix.functions]
@@ -136,7 +139,7 @@ def read_coherences(
     return matrix.axis, np.minimum(values, 1.0)
 
 
-def _of_type(path: Path, kind: int) -> FunctionMatrix:
+def functions_of_type(path: Path, kind: int) -> FunctionMatrix:
     """Functions of one type."""
     functions = [function for function in read_uff(path) if function.function_type == kind]
     if not functions:
@@ -263,7 +266,12 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     path = folder / INERTANCE_TEST_FILE
     file = load_toml(path, InertanceTestFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    places = Places(read_placed(tables[0], PlacedSensor), read_placed(tables[1], PlacedImpact))
+    with telling() as tell:
+        with noting(tell):
+            sensor_rows = read_placed(tables[0], PlacedSensor)
+        with noting(tell):
+            impact_rows = read_placed(tables[1], PlacedImpact)
+    places = Places(sensor_rows, impact_rows)
     with naming(" and ".join(dict.fromkeys(map(str, tables)))):
         sensors = tuple(map(sensor_of, places.sensors))
         impacts = tuple(map(impact_of, places.impacts))

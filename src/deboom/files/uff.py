@@ -1,4 +1,4 @@
-"""The door to Universal File Format (UFF): the only module that imports pyuff, behind a guard."""
+"""Reader and writer of Universal File Format (UFF): the only module that imports pyuff."""
 
 from __future__ import annotations
 
@@ -377,8 +377,8 @@ def _announced(where: str, content: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def _si_of(quantity: str, direction: str) -> str:
-    known = _SI.get(quantity)
-    return known["r" in direction.removeprefix("scalar")][0] if known else ""
+    units = _SI.get(quantity)
+    return units["r" in direction.removeprefix("scalar")][0] if units else ""
 
 
 def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, str]:
@@ -427,10 +427,10 @@ def _unit(
 ) -> Unit:
     """Take the unit of one axis from its label and data set 164, which must say the same."""
     label = _unless_none(label)
-    known = _SI.get(quantity)
-    si, length, force = known["r" in direction.removeprefix("scalar")] if known else ("", 0, 0)
+    units = _SI.get(quantity)
+    si, length, force = units["r" in direction.removeprefix("scalar")] if units else ("", 0, 0)
     from_set = None
-    if known and scale is not None:
+    if units and scale is not None:
         from_set = Unit(si, si, 1.0 / (scale[0] ** length * scale[1] ** force))
     if not label:
         if from_set is None:
@@ -444,7 +444,7 @@ def _unit(
         unit = parse_unit(label, si)
     except InputError:
         return Unit(label, label, 1.0)
-    if known and unit.si != si:
+    if units and unit.si != si:
         raise InputError(f"{where}: {quantity} is labelled {label!r}, which is no unit of it")
     if from_set is not None and abs(unit.factor / from_set.factor - 1.0) > 1e-6:
         raise InputError(
@@ -536,10 +536,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     path = Path(path)
     file = _opened(path)
     kinds = [int(kind) for kind in file.get_set_types()]
-    scales = {_unit_scale(path, i, file) for i, kind in enumerate(kinds) if kind == 164}
-    if len(scales) > 1:
-        raise InputError(f"{path}: its data sets 164 state different units; export it in one")
-    scale = scales.pop() if scales else None
+    scale = _scale(path, file, kinds)
     functions: list[UffFunction] = []
     for index, kind in enumerate(kinds):
         if kind == 58:
@@ -550,9 +547,43 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
                 object.__setattr__(function, "abscissa", functions[-1].abscissa)  # read-only
             functions.append(function)
     if not functions:
-        there = ", ".join(str(kind) for kind in kinds)
-        raise InputError(f"{path} holds no function (data set 58), only sets {there}")
+        sets = ", ".join(str(kind) for kind in kinds)
+        raise InputError(f"{path} holds no function (data set 58), only sets {sets}")
     return tuple(functions)
+
+
+def read_sets(
+    path: Path, kinds: Sequence[int]
+) -> tuple[tuple[Mapping[str, Any], ...], tuple[float, float] | None]:
+    """Read data sets of other kinds than functions, as pyuff gives them.
+
+    - `path`: UFF file.
+    - `kinds`: numbers of the data sets, such as 15.
+    - returns `sets`: in the order of the file; `scale`: length and force of data set 164 per SI,
+      None where the file has none.
+    - raises InputError: the file is missing, empty, not UFF, truncated or damaged.
+    """
+    file = _opened(path)
+    there = [int(kind) for kind in file.get_set_types()]
+    sets = [_content(path, index, file) for index, kind in enumerate(there) if kind in kinds]
+    return tuple(sets), _scale(path, file, there)
+
+
+def write_sets(path: Path, sets: Sequence[Mapping[str, Any]]) -> None:
+    """Write data set 164 (SI), then others as pyuff takes them; complete or not at all.
+
+    - raises InputError: the file cannot be written.
+    """
+    with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+        scratch = Path(folder) / "set.uff"
+        replace_bytes(path, b"".join(_block(scratch, dict(each)) for each in (_SI_SET, *sets)))
+
+
+def _scale(path: Path, file: Any, kinds: Sequence[int]) -> tuple[float, float] | None:
+    scales = {_unit_scale(path, index, file) for index, kind in enumerate(kinds) if kind == 164}
+    if len(scales) > 1:
+        raise InputError(f"{path}: its data sets 164 state different units; export it in one")
+    return scales.pop() if scales else None
 
 
 def _block(scratch: Path, content: dict[str, Any]) -> bytes:

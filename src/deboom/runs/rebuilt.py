@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from deboom.choices import Pick
 from deboom.common import shipped_studies
@@ -58,8 +56,8 @@ def prepared_again(
                 "bring the file back as it was or run the study again"
             )
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
-    asked = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
-    key = json.dumps([study.path.read_text(encoding="utf-8"), asked, _inputs(entry)])
+    recorded = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
+    key = json.dumps([study.path.read_text(encoding="utf-8"), recorded, _inputs(entry)])
     models = {} if prepared is None else prepared
     if key not in models:
         models[key] = study.model(arguments)
@@ -213,11 +211,11 @@ def check_same_question(runs: Sequence[ComparedRun]) -> None:
 
 def distinct_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
     """Return one run per model: the first of those whose models give the same figures."""
-    found: list[ComparedRun] = []
+    distinct: list[ComparedRun] = []
     for run in runs:
-        if not any(_same_model(run, other) for other in found):
-            found.append(run)
-    return found
+        if not any(_same_model(run, other) for other in distinct):
+            distinct.append(run)
+    return distinct
 
 
 def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
@@ -225,44 +223,8 @@ def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
         return False
     rows = np.unique([0, len(run.designs) - 1])
     model = replace(other.model, sample=run.model.sample)
-    mine, theirs = (one(run.designs[rows]).objectives for one in (run.model, model))
+    mine, theirs = (evaluate(run.designs[rows]).objectives for evaluate in (run.model, model))
     return bool(np.allclose(mine, theirs, rtol=REPRODUCED))
-
-
-def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
-    """Return what the runs do not have in common, one row per item and a column per name.
-
-    - `names`: of the configuration of each run; runs of one name share a column.
-    """
-    facts = [dict(_facts(run)) for run in runs]
-    rows = []
-    for item in dict.fromkeys(name for one in facts for name in one):
-        values = [str(one.get(item, "–")) for one in facts]
-        if len(set(values)) > 1:
-            cells: dict[str, list[str]] = {}
-            for name, value in zip(names, values, strict=True):
-                kept = cells.setdefault(name, [])
-                if value not in kept:
-                    kept.append(value)
-            rows.append({"what differs": item, **{n: ", ".join(v) for n, v in cells.items()}})
-    return pd.DataFrame(rows, columns=["what differs", *dict.fromkeys(names)])
-
-
-def _facts(run: ComparedRun) -> Mapping[str, Any]:
-    record = run.entry.record
-    environment = record["environment"]
-    git = environment.get("git") or {}
-    revision = git.get("revision")
-    return {
-        "study": run.entry.study,
-        **{name.replace("_", "-"): value for name, value in record["arguments"].items()},
-        **{name.replace("_", " "): value for name, value in record.get("facts", {}).items()},
-        "Python": environment["python"],
-        **environment["packages"],
-        "revision": f"{revision[:10]}{', changed' if git['dirty'] else ''}" if revision else None,
-        "script as it is today": "no" if run.text_changed else "yes",
-        "input files": len(record["inputs_sha256"]),
-    }
 
 
 def _objectives(run: ComparedRun) -> tuple[str, ...]:
@@ -281,7 +243,7 @@ def _inputs(entry: RunEntry) -> dict[str, str]:
     return named
 
 
-def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierStudy:
+def supplier_study(folder: Path, studies: Path | None, pick: Pick | Path) -> SupplierStudy:
     """Read the run of a front study and build its model again.
 
     Parameters
@@ -290,8 +252,8 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
         Of the finished run.
     studies : Path or None
         Folder with the script of the run; None: deboom's own.
-    pick : Pick
-        The design that is wanted.
+    pick : Pick or Path
+        The design that is wanted, or a file that holds it.
 
     Raises
     ------
@@ -301,7 +263,7 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
     return supplier_study_of(compared_run(folder, studies), pick)
 
 
-def supplier_study_of(run: ComparedRun, pick: Pick) -> SupplierStudy:
+def supplier_study_of(run: ComparedRun, pick: Pick | Path) -> SupplierStudy:
     """Return what a supplier needs of a run whose model is built again; see `supplier_study`."""
     prepared, model = run.prepared, run.model.evaluate
     if not isinstance(model, BoomingModel) or not isinstance(prepared, PlatformModel):

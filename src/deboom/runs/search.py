@@ -17,11 +17,13 @@ from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
 from deboom.explore.search import VERIFIED, Checkpoint, search, searched
 from deboom.explore.space import Requirements
+from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.report import Report
 from deboom.runs.options import at_least
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
+from deboom.vehicles.fleet_front import FleetFront
 
 
 def report_limits(
@@ -62,12 +64,12 @@ def _limited_numbers(
     """One row per limited number: its value in each design, and its bounds."""
     numbers = requirements(np.stack(list(designs.values())))
     bounds = limits.limits
-    labels = [f"{one.response} [{one.unit}]" for one in bounds]
+    labels = [f"{limit.response} [{limit.unit}]" for limit in bounds]
     table: dict[str, Sequence[object]] = {"number": labels}
     for name, row in zip(designs, numbers, strict=True):
         table[name] = row.tolist()
     for side in ("at_least", "at_most"):
-        values = np.array([getattr(one, side) for one in bounds])
+        values = np.array([getattr(limit, side) for limit in bounds])
         table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
     return pd.DataFrame(table)
 
@@ -143,9 +145,12 @@ class SearchOptions:
         verified_with: int = VERIFIED,
         title: str = "NSGA-II",
     ) -> Front:
-        """Search and verify the whole front with these options, as `deboom.search` unpolished."""
+        """Search and verify the whole front with these options, as `deboom.search` unpolished.
+
+        Picks that make no vehicle louder make no booming peak louder either.
+        """
         with progress_bar(title) as bar:
-            return search(
+            front = search(
                 robust,
                 population=self.population,
                 generations=self.generations,
@@ -160,6 +165,14 @@ class SearchOptions:
                 progress=bar,
                 checkpoint=_checkpoint(run, inputs, "search", seed),
             )
+        return _keeping_peaks(front)
+
+
+def _keeping_peaks(front: Front) -> Front:
+    """Return the front with picks that keep booming peaks, where its model has levels."""
+    if hasattr(front.model, "levels") and callable(front.model.levels):
+        return FleetFront.keeping_peaks(front).front
+    return front
 
 
 def _checkpoint(
@@ -183,6 +196,10 @@ class ThoroughSearchOptions(SearchOptions):
         int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
     ] = 1
     polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
+    begin: Annotated[
+        Path | None,
+        Option(help="Designs to begin with: saved by the interactive page, or a table of them."),
+    ] = None
 
     def verified(
         self,
@@ -198,11 +215,18 @@ class ThoroughSearchOptions(SearchOptions):
     ) -> Front:
         """Search, improve and verify a front with these options, as `deboom.search`.
 
+        Picks that make no vehicle louder make no booming peak louder either.
+
         - `name`: of the folder within the run, and of the progress bar.
-        - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
+        - `begin` (n, k): designs to begin with, beside those of the option and a Latin hypercube
+          [units of the space].
         """
+        if self.begin is not None:
+            own = read_plan(self.begin, robust.space)
+            begin = own if begin is None else np.unique(np.vstack([begin, own]), axis=0)
+            inputs = (*inputs, self.begin)
         with progress_bar(name) as bar:
-            return search(
+            front = search(
                 robust,
                 population=self.population,
                 generations=self.generations,
@@ -218,3 +242,4 @@ class ThoroughSearchOptions(SearchOptions):
                 progress=bar,
                 checkpoint=_checkpoint(run, inputs, name, seed),
             )
+        return _keeping_peaks(front)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -23,7 +24,7 @@ from deboom.explore.sensitivity import (
     sobol_designs,
 )
 from deboom.files.acceptance import Programme, SheetDirection, SupplierSpecification
-from deboom.files.front_run import ComparedRun
+from deboom.files.front_run import ComparedRun, design_name
 from deboom.plot.style import mount_of
 from deboom.supplier.numbers import IMPORTANCE, TENTH
 from deboom.supplier.sheet import NAN, DirectionFacts, PartSheet, SheetCurves, rounded
@@ -41,8 +42,8 @@ class CompressorParts:
     ----------
     run : ComparedRun
         Finished, checked, with its model built again.
-    pick : Pick
-        The design that is wanted.
+    pick : Pick or Path
+        The design that is wanted, or a file that holds it.
     index : CabinIndex
         Levels of all cars.
     statics : MountStatics
@@ -55,7 +56,7 @@ class CompressorParts:
     """
 
     run: ComparedRun
-    pick: Pick
+    pick: Pick | Path
     index: CabinIndex
     statics: MountStatics
     reference_line: float
@@ -391,7 +392,7 @@ class CompressorSheet(PartSheet):
         }
         if not self.secrets:
             items[say("run", "Lauf")] = parts.run.entry.name
-            items[say("design", "Entwurf")] = parts.pick.value
+            items[say("design", "Entwurf")] = design_name(parts.pick)
         return items
 
     @property

@@ -17,7 +17,7 @@ from deboom.files.acceptance import (
     SupplierSpecification,
     box_document,
 )
-from deboom.files.front_run import Direction, SupplierStudy
+from deboom.files.front_run import Direction, SupplierStudy, design_name
 from deboom.mounts.mount import Mount
 from deboom.pages.motion import factor_name
 from deboom.plot.style import INK, MUTED, mount_colours
@@ -322,7 +322,7 @@ class MountSheet(PartSheet):
             items[say("acceptance box", "Abnahmebox")] = self.specification.box_sha256
         if not self.secrets:
             items[say("run", "Lauf")] = study.run.entry.name
-            items[say("design", "Entwurf")] = study.pick.value
+            items[say("design", "Entwurf")] = design_name(study.pick)
         items[say("vehicles", "Fahrzeuge")] = (
             str(len(study.vehicles)) if self.secrets else ", ".join(study.vehicles)
         )

@@ -266,14 +266,15 @@ def documents(content: PartSheet, foot: str) -> tuple[str, bytes]:
 
 
 def provenance(
-    entry: RunEntry, content: PartSheet, files: SheetFiles, pick: Pick = Pick.best_mean
+    entry: RunEntry, content: PartSheet, files: SheetFiles, pick: Pick | Path = Pick.best_mean
 ) -> str:
     """Return day, run and command for the foot of a page; an anonymous one names neither."""
     text = f" · {content.issued} · deboom"
     if content.secrets:
         return text
     given = "".join(f" --{k} {_from_here(v)}" for k, v in vars(files).items() if v is not None)
-    design = "" if pick is Pick.best_mean else f" --design {pick.value}"
+    wanted = _from_here(pick) if isinstance(pick, Path) else pick.value
+    design = "" if pick is Pick.best_mean else f" --design {wanted}"
     words = f"--supplier --mount {content.part} --language {content.language.value}"
     return f"{text}, {entry.name} · deboom report {_from_here(entry.folder)} {words}{design}{given}"
 

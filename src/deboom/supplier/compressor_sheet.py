@@ -30,6 +30,8 @@ from deboom.supplier.numbers import IMPORTANCE, TENTH
 from deboom.supplier.sheet import NAN, DirectionFacts, PartSheet, SheetCurves, rounded
 from deboom.supplier.sources import secrets_of_run
 
+ALIKE = "mounts"
+"""Name of the part where all mounts have one part number."""
 STEP = 1e-3
 """Relative step of the derivative of a level by a stiffness [1]."""
 
@@ -196,9 +198,10 @@ class CompressorSheet(PartSheet):
     @property
     def title(self) -> str:
         """Head of the page."""
+        german = "Kompressorlager" if self.part == ALIKE else f"Kompressorlager {self.part}"
         return self.say(
             f"Compressor {self.part}: dynamic stiffness for a quiet cabin",
-            f"Kompressorlager {self.part}: dynamische Steifigkeit für einen leisen Innenraum",
+            f"{german}: dynamische Steifigkeit für leise Fahrzeuge",
         )
 
     @property

@@ -22,6 +22,7 @@ from deboom.plot.levels import LineMap, line_maps, vector_sum
 from deboom.plot.maps import PointMap, places, point_maps
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
+from deboom.plot.sketches import axes_sketch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +36,7 @@ __all__ = [
     "Intervals",
     "LineMap",
     "PointMap",
+    "axes_sketch",
     "box_intervals",
     "clustered_matrix",
     "curve_matrix",

@@ -495,7 +495,9 @@ def _answer(
             dict.fromkeys(("from [1]", "to [1]"), 2)
             | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
         ),
-        f"From and to: shares of today's stiffness. N/mm are the {study.condition}.",
+        "From and to: shares of today's stiffness. N/mm are the mean |K| of a piece in operation, "
+        f"{study.runs.cases[0][0].title}, {study.index.frequency[0]:g}–"
+        f"{study.index.frequency[-1]:g} Hz.",
         wide=True,
     )
     today = study.response(study.space.nominal[np.newaxis])[0]

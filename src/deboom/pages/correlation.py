@@ -452,6 +452,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
     _family_tile(report, study)
     others: tuple[str, ...] = ()
     if len(study.names) > 2:
+        held = "has" if apart else "is least alike,"
         apart = apart or study.least_alike()
         others = tuple(name for name in study.names if name != apart)
         alike = float(designs.among(others).min())
@@ -462,8 +463,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         _answer(
             report,
             study,
-            f"{apart} is least alike (r = {mean:.2f} with the others, which have {alike:.2f} or "
-            "more)",
+            f"{apart} {held} r = {mean:.2f} with the others, which have {alike:.2f} or more",
         )
         report.summary["apart"] = apart
         for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):

@@ -32,7 +32,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 size: $(READY)
-	$(BIN)/python benchmarks/house_size.py
+	$(BIN)/python benchmarks/size.py
 
 bench: $(READY)
 	$(BIN)/python benchmarks/run.py
@@ -46,12 +46,12 @@ wheel: $(READY)
 
 validate: export OPENBLAS_NUM_THREADS := 1
 validate: $(READY)
-	$(BIN)/python benchmarks/validate.py $(ROOM)
+	$(BIN)/python benchmarks/validate.py $(PACKAGE)
 
-mutants: ROOM ?= physics
+mutants: PACKAGE ?= physics
 mutants: export OPENBLAS_NUM_THREADS := 1
 mutants: $(READY)
-	$(BIN)/python benchmarks/mutants.py $(ROOM)
+	$(BIN)/python benchmarks/mutants.py $(PACKAGE)
 
 pictures: $(READY)
 	$(BIN)/python benchmarks/pictures.py
@@ -81,14 +81,14 @@ $(VENV)/.python: FORCE
 		$(PYTHON) -m venv $(VENV) && $(PYTHON) -c "$(PYTHON_IS)" > $@; }
 
 $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
-	$(INSTALL) -e ".[fast]"
+	$(INSTALL) -e .
 	@touch $@
 
 $(READY): $(STUDY)
-	$(INSTALL) -e ".[fast,cluster,modal,postgres,mdf,tdms,hdf5,dev]"
+	$(INSTALL) -e ".[cluster,modal,postgres,mdf,tdms,hdf5,serve,dev]"
 	@touch $@
 
 # What the documentation site needs more than the tests.
 $(SITE): $(READY)
-	$(INSTALL) -e ".[fast,modal,docs]"
+	$(INSTALL) -e ".[modal,docs]"
 	@touch $@

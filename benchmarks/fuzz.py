@@ -53,7 +53,7 @@ VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9
 
 
 DATA = Path(__file__).parents[1] / "studies" / "data"
-sys.path += [str(Path(__file__).parents[1] / "tests" / room) for room in ("", "unit", "studies")]
+sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "unit", "studies")]
 """Valid files of some kinds come from the tests."""
 
 

@@ -1,4 +1,4 @@
-"""Plant single faults in rooms and see which the tests let through: ``make mutants ROOM=physics``.
+"""Plant single faults and see which the tests let through: ``make mutants PACKAGE=physics``.
 
 A fault changes one sign, operator, comparison, constant or function. A sample is drawn by a seed.
 Which test reaches which line is measured once and kept in ``build/mutants``. Each mutant stands in
@@ -207,7 +207,7 @@ class Reach:
             self.setups[file] = max(phases.get("setup", 0.0), self.setups[file])
 
     def tests(self, mutant: Mutant) -> list[str]:
-        """Return the tests of a line, those of a file together; its room's and quick ones first."""
+        """Return the tests of a line, those of a file together; those of its package first."""
         contexts = self._contexts(mutant.path, mutant.line)
         seen = {c.partition("|")[0] for c in contexts if not c.endswith("|setup")}
         # what a fixture reaches is seen by all tests of its file
@@ -218,8 +218,8 @@ class Reach:
             fixtures |= {DECLARED, *(path.relative_to(ROOT).as_posix() for path, _ in named)}
         seen |= {t for t in self.times if t.split("::")[0] in fixtures}
         chosen: list[str] = []
-        room = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
-        order = sorted(seen & self.times.keys(), key=lambda t: (room not in t, self._cost(t)))
+        package = f"test_{mutant.path.relative_to(SOURCES).parts[0]}"
+        order = sorted(seen & self.times.keys(), key=lambda t: (package not in t, self._cost(t)))
         for pinned, most in ((False, TESTS_S), (True, PINS_S)):  # pins are the sharpest, and last
             spent = 0.0
             for test in order:
@@ -317,9 +317,9 @@ def caught(cases: Sequence[tuple[Mutant, list[str], float]]) -> list[bool]:
 
 
 def report(
-    room: str, cases: Sequence[tuple[Mutant, list[str], float]], verdicts: list[bool]
+    package: str, cases: Sequence[tuple[Mutant, list[str], float]], verdicts: list[bool]
 ) -> None:
-    """Print the survivors and the score of a room."""
+    """Print the survivors and the score of a package."""
     tried = [(m, len(t), v) for (m, t, _), v in zip(cases, verdicts, strict=True)]
     for mutant, number, verdict in tried:
         if not verdict:
@@ -331,29 +331,30 @@ def report(
         if group:
             share = binomtest(sum(group), len(group)).proportion_ci(0.95, method="wilson")
             print(
-                f"{room}: {sum(group)} of {len(group)} {what} caught, {np.mean(group):.0%} "
+                f"{package}: {sum(group)} of {len(group)} {what} caught, {np.mean(group):.0%} "
                 f"(95 %: {share.low:.0%} to {share.high:.0%})"
             )
 
 
 def main() -> None:
-    """Draw mutants of rooms, try them, and print the survivors and the scores."""
+    """Draw mutants of packages, try them, and print the survivors and the scores."""
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("rooms", nargs="+", help="Folders of the sources, or begins of modules.")
-    parser.add_argument("--number", type=int, default=160, help="Mutants that are drawn of a room.")
+    parser.add_argument("packages", nargs="+", help="Folders of the sources, or begins of modules.")
+    parser.add_argument("--number", type=int, default=160, help="Mutants drawn of a package.")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="", help="Mutants whose place and change hold this text.")
     given = parser.parse_args()
     reach = Reach()
     for path in SOURCES.rglob("[!_]*.py"):  # forked processes have imported the libraries
         importlib.import_module(".".join(path.relative_to(SOURCES.parent).with_suffix("").parts))
-    for room in given.rooms:
-        paths = [*sorted((SOURCES / room).rglob("*.py")), *sorted(SOURCES.glob(f"{room}*.py"))]
+    for package in given.packages:
+        inside = sorted((SOURCES / package).rglob("*.py"))
+        paths = [*inside, *sorted(SOURCES.glob(f"{package}*.py"))]
         every = [m for path in paths for m in mutants_of(path)]
         drawn = random.Random(given.seed).sample(every, min(given.number, len(every)))
         drawn = [m for m in drawn if given.only in f"{m.path}:{m.line}: {m.change}"]
         cases = [(m, tests := reach.tests(m), reach.patience(tests)) for m in drawn]
-        report(room, cases, caught(cases))
+        report(package, cases, caught(cases))
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Predicted changes against those of the flexible cars of drawn benches, with and without bodies.
 
 Run it with the seeds of fleets: ``python benchmarks/predicted_change.py 4001 4020``. Each draws a
-powertrain, a fleet and its measurements, walks to a good design by the model's gradient, and drives
+powertrain, a fleet and its measurements, goes to a good design by the model's gradient, and drives
 today's and the new parts in every car of the group, solved with the body's modes by the bench. It
 prints a table: seed, car, whether receptances were there, predicted and true change, and the
 standard deviation over repeated measurements [dB].
@@ -38,7 +38,7 @@ DRAWS, STEPS, PATHS = 16, 25, 10
 
 
 def better(model: BoomingModel) -> RealArray:
-    """Walk along the signs of the gradient of the group's mean level, within 20 %."""
+    """Step along the signs of the gradient of the group's mean level, within 20 %."""
     design = np.ones(len(model.variable_names))
     for step in range(STEPS):
         slope = model.gradient(design[np.newaxis])[0].mean(axis=0)

@@ -1,7 +1,7 @@
 """Measure claims again and write docs/validation.md: ``make validate``, or some of its sections.
 
 ``python benchmarks/validate.py mounts robust`` measures the section ``robust`` and all that rest
-on the room ``mounts``; ``--mark`` measures nothing and marks what was measured on older sources.
+on the package ``mounts``; ``--mark`` measures nothing and marks what was measured on older sources.
 ``DRAWS=4`` takes four times as many draws. Every section is written as soon as it is measured.
 """
 
@@ -177,7 +177,7 @@ def _wanted(asked: list[str]) -> Iterator[str]:
 def main() -> int:
     """Measure the wanted sections and write each into the page."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("wanted", nargs="*", help="sections or rooms; all if none is named")
+    parser.add_argument("wanted", nargs="*", help="sections or packages; all if none is named")
     parser.add_argument("--mark", action="store_true", help="only mark what is older")
     asked = parser.parse_args()
     page = PAGE.read_text(encoding="utf-8")

@@ -146,13 +146,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     one_set = float(shared.price(shared.by_count[0]).max())
     change = float((shared.fewest.levels - shared.today).mean())
 
-    asked = f"{options.allowed:g} dB above what mounts of its own would give it"
+    limits_in_words = f"{options.allowed:g} dB above what mounts of its own would give it"
     if options.limits is not None:
-        asked = f"the limits of {options.limits.name}"
+        limits_in_words = f"the limits of {options.limits.name}"
     report = Report(
         "Mounts that vehicles can share",
         f"How few mount part numbers serve {len(vehicles)} vehicles, if {options.share:.0%} "
-        f"of the cars of each are to keep {asked}?",
+        f"of the cars of each are to keep {limits_in_words}?",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
     n_set = len(problem.part_names)
@@ -215,7 +215,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"average and {float(price.max()):.1f} dB in {worst}, the worst.",
         f"Against today's mounts the mean level changes by {signed(change, 1)} dB; "
         f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
-        f"{asked}. One set for all would cost the worst vehicle {one_set:.1f} dB.",
+        f"{limits_in_words}. One set for all would cost the worst vehicle {one_set:.1f} dB.",
         abbreviations(model.runs.platform.mounts),
     )
     each = parts.assign(
@@ -261,9 +261,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"the worst of them {one_set:.2f} dB per line; every further part number buys some "
         "of it back. Counts that buy nothing are left out.",
     )
-    counts = np.array([found.sharing.total for found in shared.by_count], dtype=float)
+    counts = np.array([by_total.sharing.total for by_total in shared.by_count], dtype=float)
     prices = [
-        price if found.sharing.total == total else shared.price(found) for found in shared.by_count
+        price if by_total.sharing.total == total else shared.price(by_total)
+        for by_total in shared.by_count
     ]
     marks = {}
     if shared.by_group is not None:
@@ -293,7 +294,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     table = {
         "vehicle": vehicles,
         "today [dB(A)]": shared.today,
-        "own mounts [dB(A)]": shared.own.levels,
+        "own mounts [dB(A)]": shared.optima.levels,
         "shared mounts [dB(A)]": shared.fewest.levels,
         "limit as drawn [dB(A)]": problem.limits,
         "margin for scatter [dB]": shared.margin,
@@ -318,7 +319,7 @@ class _Shared:
     """Own optima and sharings by count; margin and share of cars kept of each vehicle, (v,)."""
 
     problem: SharingProblem
-    own: OwnOptima
+    optima: OwnOptima
     fewest: SharedDesign
     by_count: Sequence[SharedDesign]
     lower_bound: int
@@ -330,7 +331,7 @@ class _Shared:
 
     def price(self, design: SharedDesign) -> RealArray:
         """Return what sharing costs each vehicle against mounts of its own, shape (v,) [dB]."""
-        return np.asarray(design.levels - self.own.levels)
+        return np.asarray(design.levels - self.optima.levels)
 
 
 def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
@@ -345,44 +346,44 @@ def _shared(model: Model, options: Options, progress: Progress) -> _Shared:
     )
     progress(0, 3, "mounts of its own for each vehicle")
     drawn = ScatteredLevel(model.index, space.nominal, space.relative_sigma)
-    own = own_optima(drawn, searched, starts=options.starts, seed=seed)
+    optima = own_optima(drawn, searched, starts=options.starts, seed=seed)
     draws = sobol_sample(space.n_variables, DRAWS, seed=seed).values
-    made = _as_made(level, space, own.designs, draws)
+    made = _as_made(level, space, optima.designs, draws)
     limits = np.quantile(made, options.share, axis=1) + options.allowed
     if model.limits is not None:
         limits = model.limits
         _refuse_missed(options, model.vehicles, limits, np.quantile(made, options.share, axis=1))
     # draws are finite: ask for more than the share, as far as mounts of its own still keep it
-    asked = options.share + SURE * np.sqrt(options.share * (1.0 - options.share) / DRAWS)
-    room = limits - own.levels
-    margin = np.minimum(np.quantile(made, min(asked, 1.0), axis=1) - own.levels, room)
+    share_searched = options.share + SURE * np.sqrt(options.share * (1.0 - options.share) / DRAWS)
+    room = limits - optima.levels
+    margin = np.minimum(np.quantile(made, min(share_searched, 1.0), axis=1) - optima.levels, room)
     problem = SharingProblem(drawn, searched, model.parts, limits - margin, model.together)
     groups = _group_sets(model.runs, problem)
     guesses = [] if groups is None else [groups]
     for _ in range(ROUNDS):
-        found = fewest_part_numbers(
-            problem, own, guesses, lambda _done, _all, text: progress(1, 3, text)
+        sharing = fewest_part_numbers(
+            problem, optima, guesses, lambda _done, _all, text: progress(1, 3, text)
         )
-        made = _as_made(level, space, found.fewest.designs, draws)
-        needed = np.quantile(made, min(asked, 1.0), axis=1) - found.fewest.levels
+        made = _as_made(level, space, sharing.fewest.designs, draws)
+        needed = np.quantile(made, min(share_searched, 1.0), axis=1) - sharing.fewest.levels
         wider = np.clip(needed, margin, room)
-        if np.all(found.fewest.levels + wider <= limits):
+        if np.all(sharing.fewest.levels + wider <= limits):
             break
         margin = wider
         problem = replace(problem, limits=limits - margin)
     progress(2, 3, "verification")
-    by_group = None if groups is None else separate_sets(problem, own, groups)
+    by_group = None if groups is None else separate_sets(problem, optima, groups)
     check = sobol_sample(space.n_variables, DRAWS, seed=seed, purpose="verification sample").values
-    made = _as_made(level, space, found.fewest.designs, check)
+    made = _as_made(level, space, sharing.fewest.designs, check)
     kept = np.mean(made <= limits[:, np.newaxis], axis=1)
     today = np.asarray(responses(problem.evaluate, problem.space.nominal[np.newaxis])[0])
     progress(3, 3, "done")
     return _Shared(
         problem,
-        own,
-        found.fewest,
-        found.by_count,
-        found.lower_bound,
+        optima,
+        sharing.fewest,
+        sharing.by_count,
+        sharing.lower_bound,
         by_group,
         margin,
         kept,
@@ -417,15 +418,18 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
     problem = shared.problem
     chosen = shared.fewest.sharing.total
     named = [
-        (str(found.sharing.total), shared.fewest if found.sharing.total == chosen else found)
-        for found in shared.by_count
+        (
+            str(shared_design.sharing.total),
+            shared.fewest if shared_design.sharing.total == chosen else shared_design,
+        )
+        for shared_design in shared.by_count
     ]
     if shared.by_group is not None:
         named.append((f"{shared.by_group.sharing.total}, one set per group", shared.by_group))
     rows: list[dict[str, object]] = []
-    for name, found in named:
-        price = shared.price(found)
-        counts = zip(problem.part_names, found.sharing.counts, strict=True)
+    for name, shared_design in named:
+        price = shared.price(shared_design)
+        counts = zip(problem.part_names, shared_design.sharing.counts, strict=True)
         rows.append(
             {
                 "part numbers": name,
@@ -433,7 +437,7 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
                 "worst price [dB]": float(price.max()),
                 "dearest for": problem.vehicles[int(np.argmax(price))],
                 "mean price [dB]": float(price.mean()),
-                "worst excess [dB]": found.worst,
+                "worst excess [dB]": shared_design.worst,
             }
         )
     rows.append(
@@ -443,7 +447,7 @@ def _counts(shared: _Shared, n_own: int) -> pd.DataFrame:
             "worst price [dB]": 0.0,
             "mean price [dB]": 0.0,
             "dearest for": "",
-            "worst excess [dB]": float((shared.own.levels - problem.limits).max()),
+            "worst excess [dB]": float((shared.optima.levels - problem.limits).max()),
         }
     )
     return pd.DataFrame(rows)

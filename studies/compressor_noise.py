@@ -193,13 +193,15 @@ def error_summary(
         ("_with_hoses", STANDARD, HOSE_BAND, None, False),
         ("_by_mounts", STANDARD, HOSE_BAND, None, True),
     ):
-        found = np.abs(
+        deviations = np.abs(
             peak_deviations(errors, hoses, only=only, without=without, by_mounts=by_mounts)
         )
-        if found.size:
-            summary[f"spl_peak_deviation_db{suffix}"] = float(found.max())
-            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(found))
-    summary["n_peaks_without_partner"] = sum(len(one.peaks.only_reference) for one in errors)
+        if deviations.size:
+            summary[f"spl_peak_deviation_db{suffix}"] = float(deviations.max())
+            summary[f"spl_peak_deviation_db{suffix}_median"] = float(np.median(deviations))
+    summary["n_peaks_without_partner"] = sum(
+        len(comparison.peaks.only_reference) for comparison in errors
+    )
     for name, by_mounts in (("with_hoses", False), ("by_mounts", True)):
         lines = [
             np.abs((error.lines_by_mounts if by_mounts else error.lines)[high])
@@ -422,7 +424,9 @@ def _lowest_pressure(noise: CarNoise) -> list[SweepNoise]:
 
 def _mounts(report: Report, running: RunningInCar) -> None:
     """Show single mounts, as far as they are known."""
-    reference = getattr(running.found.calibrated.parametrisation, "reference_frequency", 20.0)
+    reference = getattr(
+        running.identification.calibrated.parametrisation, "reference_frequency", 20.0
+    )
     report.section(
         "Single mounts",
         "Places come from the sheet of the car, directions and stiffness from the drawing, their "
@@ -458,7 +462,7 @@ def mount_table(running: RunningInCar) -> pd.DataFrame:
         scale = np.repeat([1e3, 180 / np.pi, 1e-3], 3)
         # deviations of a stiffness are relative
         relative = np.concatenate([np.ones(6), mount.stiffness])
-        found, wanted = (
+        identified, wanted = (
             scale * np.concatenate([of.position, of.rotation, of.stiffness])
             for of in (mount, drawn)
         )
@@ -467,7 +471,7 @@ def mount_table(running: RunningInCar) -> pd.DataFrame:
             "number": names,
             "unit": np.repeat(["mm", "°", "N/mm"], 3),
             "drawn": wanted,
-            "found": found,
+            "found": identified,
             "deviation": scale * relative * after,
             "deviation before": scale * relative * prior,
         }
@@ -477,8 +481,8 @@ def mount_table(running: RunningInCar) -> pd.DataFrame:
 
 def stiffness_table(running: RunningInCar) -> pd.DataFrame:
     """Write the dynamic stiffness of single mounts along their axes, line by line."""
-    lines = running.found.inertance.frequency
-    factor = running.found.calibrated.model.gain.at(lines)
+    lines = running.identification.inertance.frequency
+    factor = running.identification.calibrated.model.gain.at(lines)
     factor = factor * (1 + running.source.state.significant(lines))
     frames = []
     for mount in running.shares.mounts:

@@ -164,8 +164,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     level, change = repeated.mean_level, repeated.mean_change
     sources, following = _source_table(repeated, design), _next_table(repeated, design)
     nearest, gain = _best_next(following, HERE)
-    asked = SERIES if f"{SERIES}, ± [dB]" in following else HERE
-    nearest_of_series, gain_of_series = _best_next(following, asked)
+    scope = SERIES if f"{SERIES}, ± [dB]" in following else HERE
+    nearest_of_series, gain_of_series = _best_next(following, scope)
 
     report = Report(
         "How surely we know what the mounts bring",
@@ -188,7 +188,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
     report.tile(f"{100 * repeated.quieter[place]:.0f} %", f"{design} is quieter than today's")
-    half, series = float(change.half_width[place]), _half_width(following, asked)
+    half, series = float(change.half_width[place]), _half_width(following, scope)
     enough = half < NOTICEABLE
     if enough:
         report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
@@ -204,7 +204,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{half:.2f} dB in these vehicles (90 %); {next_one}.",
         f"For any vehicle and load case of the group: ± {series:.1f} dB; next measure: "
         f"{nearest_of_series}, {gain_of_series:.0f} % narrower."
-        if asked == SERIES
+        if scope == SERIES
         else "",
         f"Errors of measurement alone; what the model leaves out stands on the page of the front. "
         f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
@@ -226,9 +226,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.panel(
         "What to measure next",
         Table(
-            following[["measurement", f"{asked}, ± [dB]"]].head(MOST_NEXT),
+            following[["measurement", f"{scope}, ± [dB]"]].head(MOST_NEXT),
             "",
-            {f"{asked}, ± [dB]": 2},
+            {f"{scope}, ± [dB]": 2},
         ),
     )
     report.panel(
@@ -418,7 +418,9 @@ def _measure_again(model: Model, designs: Mapping[str, RealArray], options: Opti
                 levels.append(index(rows) / index.n_lines)
             alone[name] = np.stack(levels)
         progress(total, total, "done")
-    fields = {name: np.stack([getattr(one, name) for one in every]) for name in vars(every[0])}
+    fields = {
+        name: np.stack([getattr(sample, name) for sample in every]) for name in vars(every[0])
+    }
     measured = _drawn(model, uncertain.index, rows)
     return Repeated(model, designs, measured, Drawn(**fields), alone)
 
@@ -555,9 +557,9 @@ def _questions(repeated: Repeated, design: str) -> Questions:
 
 def _candidates(repeated: Repeated) -> list[NextMeasurement]:
     """Return measurements that may come next, as far as they touch a source of the study."""
-    known = {*repeated.model.uncertain.data.names, VEHICLES}
+    names = {*repeated.model.uncertain.data.names, VEHICLES}
     if len(repeated.model.every_case.load_case_names) > 1:
-        known.add(LOAD_CASES)  # what differs between load cases is known from several alone
+        names.add(LOAD_CASES)  # what differs between load cases is known from several alone
     n, m = len(repeated.vehicles), len(repeated.index.load_case_names)
     one_more, one_case = n / (n + 1), m / (m + 1)
     twice = dict.fromkeys(TRANSFER, TWICE)
@@ -566,7 +568,7 @@ def _candidates(repeated: Repeated) -> list[NextMeasurement]:
         NextMeasurement("one more vehicle", more_vehicles, {VEHICLES: 1.0}),
         *(
             [NextMeasurement("one more load case", {LOAD_CASES: one_case, NOISE: one_case}, {})]
-            if LOAD_CASES in known
+            if LOAD_CASES in names
             else []
         ),
         NextMeasurement("transfer functions, another method and day", twice, {}),
@@ -579,7 +581,7 @@ def _candidates(repeated: Repeated) -> list[NextMeasurement]:
         NextMeasurement("accelerometers placed twice as well", {MOTION: HALVED}, {}),
         NextMeasurement("run repeated, sensors set up anew", {MOTION: TWICE, NOISE: TWICE}, {}),
     ]
-    return [measurement for measurement in every if known & set(measurement.remaining)]
+    return [measurement for measurement in every if names & set(measurement.remaining)]
 
 
 def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
@@ -587,11 +589,11 @@ def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
 
     Those that narrow the first question most come first; of equals, the next question decides.
     """
-    asked = _questions(repeated, design)
+    questions = _questions(repeated, design)
     rows: list[dict[str, object]] = []
     for measurement in (None, *_candidates(repeated)):
         row: dict[str, object] = {"measurement": measurement.name if measurement else AS_IT_IS}
-        for name, parts in asked.items():
+        for name, parts in questions.items():
             now = half_width(parts)
             after = now if measurement is None else _after(parts, measurement)
             # fewer effective degrees of freedom may outweigh a gain in what hardly counts
@@ -599,16 +601,16 @@ def _next_table(repeated: Repeated, design: str) -> pd.DataFrame:
             row |= {f"{name}, ± [dB]": after, f"{name}: narrower by [%]": PERCENT * gain}
         rows.append(row)
     table = pd.DataFrame(rows)
-    gains = [f"{name}: narrower by [%]" for name in asked]
+    gains = [f"{name}: narrower by [%]" for name in questions]
     rest = table.iloc[1:].sort_values(gains, ascending=False, kind="stable")
     return pd.concat([table.iloc[:1], rest], ignore_index=True)
 
 
 def _after(parts: tuple[VariancePart, ...], measurement: NextMeasurement) -> float:
     """Return the half width expected after one more measurement [dB]."""
-    asked = {part.name for part in parts}
-    remaining = {n: share for n, share in measurement.remaining.items() if n in asked}
-    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in asked}
+    names = {part.name for part in parts}
+    remaining = {n: share for n, share in measurement.remaining.items() if n in names}
+    more = {n: f for n, f in measurement.more_degrees_of_freedom.items() if n in names}
     return half_width_after(parts, NextMeasurement(measurement.name, remaining, more))
 
 

@@ -146,7 +146,10 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
                 engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
         if options.second is not None:
             engine = given_engine(
-                *(options.second, options.campaign, options.library, options.library_campaign),
+                options.second,
+                options.campaign,
+                options.library,
+                options.library_campaign,
                 options.mount_set,
                 over_force,
                 progress,
@@ -166,7 +169,7 @@ def run(how: CharacteriseOptions, options: Options, context: RunContext | None =
 
 def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ...] = ()) -> Report:
     """Report on a bench."""
-    result, known = first.result, first.truth is not None
+    result, has_truth = first.result, first.truth is not None
     numbers = direction_numbers(first)
     report = Report(
         "Mounts from raw sensors",
@@ -181,16 +184,19 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
         "believe a direction.",
         "The errors against the truth are those of the virtual test bench, whose noise and "
         "alignment errors are stated, not those of a particular laboratory."
-        if known
+        if has_truth
         else "",
         *result.alarms,
     )
     report.summary |= _summary(first, numbers)
     uncertainty = uncertainty_table(numbers)
     maps = usable_maps(first)
-    stiffness = {name: N_PER_MM * np.median(np.abs(one.stiffness)) for name, one in maps.items()}
+    stiffness = {
+        name: N_PER_MM * np.median(np.abs(operating_map.stiffness))
+        for name, operating_map in maps.items()
+    }
     uncertainty.insert(2, "median |K| [N/mm]", uncertainty["direction"].map(stiffness))
-    truth = truth_table(numbers) if known else None
+    truth = truth_table(numbers) if has_truth else None
     _headlines(report, uncertainty, truth)
     _asked(report, first)
     _accuracy(report, numbers, uncertainty, truth)
@@ -206,7 +212,7 @@ def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ..
     labels = {n: n if n == "direction" else f"{n} [1]" for n in map(str, numbers)}
     report.table("directions", numbers.rename(columns=labels))
 
-    few = {name: _thinned(one) for name, one in maps.items()}
+    few = {name: _thinned(operating_map) for name, operating_map in maps.items()}
     report.section(
         "Characteristic curves",
         "The dynamic stiffness over the static force, as suppliers specify it, measured and by the "

@@ -60,7 +60,7 @@ from deboom.vehicles.platform import MountSource, Runs
 POPULATION, GENERATIONS, SEARCH_DRAWS = 80, 60, 64
 """Of the quick search for a Pareto point."""
 SHOWN_PARTS = 4096
-"""Parts of the box whose levels are drawn, and of each of its faces."""
+"""Parts of the box whose levels are drawn, and of each of its ends."""
 DRAWS, PARTS = 60, 2048
 """Measurements that are drawn again, and parts that each of them judges."""
 LAW = "uniform in the box"
@@ -128,13 +128,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         study = box_study(model, point, question(model, options), options, bar)
     certainty = share_measured_again(study)
     origin = limit_origin(options.limit_below_today)
-    check, asked = study.found.verified, study.question
-    what = "parts, in all vehicles," if asked.together else "parts and vehicles"
+    check, of_study = study.solution.verified, study.question
+    what = "parts, in all vehicles," if of_study.together else "parts and vehicles"
 
     report = Report(
         "Acceptance box of the mounts",
         "Within which stiffnesses may parts be delivered, each direction independent of all "
-        f"others, so that {_percent(asked.share, 1)} of {what} keep {origin}?",
+        f"others, so that {_percent(of_study.share, 1)} of {what} keep {origin}?",
     )
     report.explain("SPL", "stiffness factor", "dynamic stiffness", "tolerance", "Pareto front")
     limited = study.effective & ~study.on_bounds.all(axis=0)
@@ -153,34 +153,38 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"of the parts miss the limit in {study.binding}, which binds",
     )
     _answer(report, study, certainty, options, what, run_name(context, "solution_box"))
-    if not asked.together and study.missed.max() > 1.0 - asked.share:
+    if not of_study.together and study.missed.max() > 1.0 - of_study.share:
         report.warn(
             f"The share is one over all vehicles: {study.binding} alone misses its limit with "
             f"{_percent(float(study.missed.max()), 1)} of the parts. --worst-vehicle asks every "
             "part to keep the limit in all vehicles."
         )
-    if not study.found.confirmed:
+    if not study.solution.confirmed:
         report.warn(
             f"The verification does not confirm the stated share: {_percent(check.bound, 2)} with "
-            f"confidence against {_percent(asked.share, 2)}."
+            f"confidence against {_percent(of_study.share, 2)}."
         )
     designs = np.stack([model.space.nominal, point])
     report.warn(*motion_report(study.index, designs).warnings)
     report.summary |= {
-        "share_stated": asked.share,
+        "share_stated": of_study.share,
         "share_verified": check.share,
         "share_bound": check.bound,
         "width_ratio_pm15": study.width_over_plain,
         "share_pm15": verified_share(
-            asked, study.plain, seed=study.seed, n_parts=check.n_parts, confidence=check.confidence
+            of_study,
+            study.plain,
+            seed=study.seed,
+            n_parts=check.n_parts,
+            confidence=check.confidence,
         ).share,
         "n_axes": int(study.effective.sum()),
         "n_ends_on_bounds": int(study.on_bounds.sum()),
-        "limit_db_first_vehicle": float(asked.limit[0]),
-        "limit_could_be_lowered_db": study.found.room,
+        "limit_db_first_vehicle": float(of_study.limit[0]),
+        "limit_could_be_lowered_db": study.solution.room,
         "binding_vehicle": study.binding,
         "n_parts_verified": check.n_parts,
-        "seconds": round(study.found.seconds, 3),
+        "seconds": round(study.solution.seconds, 3),
         "share_measured_from": float(certainty.lower),
         "share_measured_to": float(certainty.upper),
     }
@@ -255,20 +259,20 @@ class BoxStudy:
     - `index`: the model.
     - `space`: designs and their tolerance.
     - `point` (k,): the Pareto point [1].
-    - `found`: the largest box, verified.
+    - `solution`: the largest box, verified.
     """
 
     runs: Runs
     index: BoomingModel
     space: DesignSpace
     point: RealArray
-    found: FoundBox
+    solution: FoundBox
     seed: int
 
     @property
     def question(self) -> BoxQuestion:
         """What was asked."""
-        return self.found.question
+        return self.solution.question
 
     @property
     def response(self) -> MeanLevel | PeakLevel:
@@ -280,7 +284,7 @@ class BoxStudy:
     @property
     def box(self) -> Box:
         """The largest box."""
-        return self.found.box
+        return self.solution.box
 
     @property
     def vehicles(self) -> tuple[str, ...]:
@@ -343,7 +347,7 @@ class BoxStudy:
     @property
     def missed(self) -> RealArray:
         """Share of the verified parts that miss the limit of each vehicle, shape (n_vehicle,)."""
-        return np.asarray(1.0 - self.found.verified.by_response)
+        return np.asarray(1.0 - self.solution.verified.by_response)
 
     @property
     def on_bounds(self) -> npt.NDArray[np.bool_]:
@@ -407,8 +411,8 @@ def box_study(
             "acceptance box needs exactly the stiffness factors of the mounts"
         )
     seed, workers = options.seed, options.workers
-    found = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
-    return BoxStudy(model.runs, model.index, model.space, point, found, seed)
+    solution = largest_box(question, seed=seed, points=[point], workers=workers, progress=progress)
+    return BoxStudy(model.runs, model.index, model.space, point, solution, seed)
 
 
 def share_measured_again(study: BoxStudy) -> Interval:
@@ -434,9 +438,9 @@ def share_measured_again(study: BoxStudy) -> Interval:
         share(replace(study.response, model=drawn))
         for drawn in uncertain.draws(DRAWS, seed=study.seed)
     ]
-    found = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
+    interval = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
     return replace(
-        found, lower=np.clip(found.lower, 0.0, 1.0), upper=np.clip(found.upper, 0.0, 1.0)
+        interval, lower=np.clip(interval.lower, 0.0, 1.0), upper=np.clip(interval.upper, 0.0, 1.0)
     )
 
 
@@ -444,7 +448,7 @@ def _answer(
     report: Report, study: BoxStudy, certainty: Interval, options: Options, what: str, run: str
 ) -> None:
     """Fill the first screen: intervals, vehicles, how sure the share is, and what comes next."""
-    check, box, asked = study.found.verified, study.box, study.question
+    check, box, limit = study.solution.verified, study.box, study.question.limit
     origin = limit_origin(options.limit_below_today)
     needed = ~study.on_bounds & study.effective
     ends = [
@@ -501,11 +505,11 @@ def _answer(
         wide=True,
     )
     today = study.response(study.space.nominal[np.newaxis])[0]
-    levels = study.shown_excess + asked.limit
+    levels = study.shown_excess + limit
     each = pd.DataFrame(
         {
             "vehicle": list(study.vehicles),
-            "limit [dB(A)]": asked.limit,
+            "limit [dB(A)]": limit,
             "today [dB(A)]": today,
             "in the box [dB(A)]": levels.mean(axis=0),
             "P95 [dB(A)]": np.quantile(levels, 0.95, axis=0),
@@ -523,7 +527,7 @@ def _answer(
 
 def _box(report: Report, study: BoxStudy, origin: str) -> None:
     """Show the interval of every direction."""
-    asked, found, limit = study.question, study.found, study.question.limit
+    question, solution, limit = study.question, study.solution, study.question.limit
     low, high = study.band
     limits = " to ".join(dict.fromkeys(f"{end:.2f}" for end in (limit.min(), limit.max())))
     report.section(
@@ -532,10 +536,10 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
         f"{low:g} to {high:g} Hz. A part is accepted "
         "if every direction lies in its interval, whatever the others are. The largest box, by the "
         "sum of weight times logarithm of width, was found from "
-        f"{len(found.start_log_volumes)} starts in {found.seconds:.1f} s; stiffness in N/mm is the "
-        f"{study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} ends lie "
-        "on the bounds that were searched: there the limit asks for nothing. In the geometric mean "
-        f"the intervals are {study.width_over_plain:.1f} times as wide as those of "
+        f"{len(solution.start_log_volumes)} starts in {solution.seconds:.1f} s; stiffness in N/mm "
+        f"is the {study.condition}. {study.on_bounds.sum()} of the {2 * study.effective.sum()} "
+        "ends lie on the bounds that were searched: there the limit asks for nothing. In the "
+        f"geometric mean the intervals are {study.width_over_plain:.1f} times as wide as those of "
         f"±{PERCENT * study.tolerance:g} % about the Pareto point.\n\n"
         "The last two columns say what the ends are worth: of parts exactly at that end, so many "
         "keep the limit. At the optimum all ends that are not bounds cost the same share per "
@@ -548,7 +552,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             study.variables,
             plot.Intervals("acceptance box", box.lower, box.upper),
             plot.Intervals(f"±{PERCENT * study.tolerance:g} %", plain.lower, plain.upper),
-            plot.Intervals("bounds", asked.lower, asked.upper),
+            plot.Intervals("bounds", question.lower, question.upper),
             study.point,
             study.reference_stiffness * N_PER_MM,
             [not effective for effective in study.effective],
@@ -576,7 +580,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
             "today [N/mm]": reference,
             "one tolerance from [1]": plain.lower,
             "one tolerance to [1]": plain.upper,
-            "weight [1]": asked.weight,
+            "weight [1]": question.weight,
             "lower end: parts that keep the limit [%]": PERCENT * study.faces[0],
             "upper end: parts that keep the limit [%]": PERCENT * study.faces[1],
         }
@@ -592,7 +596,7 @@ def _box(report: Report, study: BoxStudy, origin: str) -> None:
 
 def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> None:
     """Show the levels of the parts inside the box, and how surely their share is known."""
-    check, asked = study.found.verified, study.question
+    check, question = study.solution.verified, study.question
     report.section(
         "Levels inside the box",
         f"{check.n_parts} parts, {LAW}, that the search has not seen: "
@@ -604,7 +608,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
         f"{_percent(float(certainty.upper), 0)}, with 90 % confidence: the level of a car is "
         "known to half a decibel only.",
     )
-    levels = study.shown_excess + asked.limit
+    levels = study.shown_excess + question.limit
     today = study.response(study.space.nominal[np.newaxis])[0]
     report.figure(
         "levels",
@@ -617,7 +621,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
                         "parts of the box, median, 5 to 95 %": tuple(
                             np.quantile(levels, [0.5, 0.05, 0.95], axis=0)
                         ),
-                        "limit": (asked.limit,) * 3,
+                        "limit": (question.limit,) * 3,
                         "today": (today,) * 3,
                     },
                 )
@@ -627,7 +631,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
     )
     table = {
         "vehicle": list(study.vehicles),
-        "limit [dB(A)]": asked.limit,
+        "limit [dB(A)]": question.limit,
         "today [dB(A)]": today,
         "Pareto point [dB(A)]": study.response(study.point[np.newaxis])[0],
         "in the box, mean [dB(A)]": levels.mean(axis=0),
@@ -639,7 +643,7 @@ def _levels(report: Report, study: BoxStudy, certainty: Interval, what: str) -> 
 
 def acceptance_box(study: BoxStudy, certainty: Interval, options: Options) -> AcceptanceBox:
     """Return the box as the file that deliveries are held against."""
-    platform, check = study.runs.platform, study.found.verified
+    platform, check = study.runs.platform, study.solution.verified
     reference = np.where(study.identified, study.reference_stiffness, np.nan)
     # nobody can measure a direction that is not identified, and where the limit sets no end of its
     # interval, nobody needs to

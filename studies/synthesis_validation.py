@@ -129,7 +129,11 @@ def run(model: DrivenVehicles, options: Options, context: RunContext | None = No
         "design that nobody built?",
     )
     report.explain(
-        *("booming noise", "SPL", "booming peak", "dynamic stiffness", "noise transfer function")
+        "booming noise",
+        "SPL",
+        "booming peak",
+        "dynamic stiffness",
+        "noise transfer function",
     )
     report.inputs += model.input_files
     _report_all(report, validate(model, Listening(options.ear, options.band)))
@@ -160,7 +164,9 @@ def _report_all(report: Report, result: Validation) -> None:
     )
     report.figure(
         "surface_forces",
-        lambda: _pairs(result, [one.comparisons[BY_SURFACES] for one in result.shown], FORCES),
+        lambda: _pairs(
+            result, [synthesis.comparisons[BY_SURFACES] for synthesis in result.shown], FORCES
+        ),
         "SPL from measured bench forces and from the surfaces' forces (thesis, figure 38).",
     )
     if result.design is not None:
@@ -228,7 +234,7 @@ def _facts(report: Report, result: Validation) -> None:
 def _against_the_thesis(report: Report, result: Validation, judged: pd.DataFrame) -> None:
     """Show every figure beside thesis and target."""
     low, high = result.listening.band
-    sets = list(dict.fromkeys(one.driven.mount_set for one in result.syntheses))
+    sets = list(dict.fromkeys(synthesis.driven.mount_set for synthesis in result.syntheses))
     n_vehicles = len(result.vehicles)
     report.section(
         "Every figure beside the thesis",
@@ -261,7 +267,9 @@ def _road(report: Report, result: Validation, comparisons: pd.DataFrame) -> None
     )
     report.figure(
         "measured_synthesised",
-        lambda: _pairs(result, [one.comparisons[ON_ROAD] for one in result.shown], SOUNDS),
+        lambda: _pairs(
+            result, [synthesis.comparisons[ON_ROAD] for synthesis in result.shown], SOUNDS
+        ),
         "Measured and synthesised SPL of every vehicle; dots are paired booming peaks (thesis, "
         "figure 36).",
     )
@@ -307,7 +315,8 @@ def _design(report: Report, result: Validation, design: VirtualDesign) -> None:
             CurvePanel(
                 name,
                 lines.frequency,
-                {measured: reference} | {label: one.levels[1] for label, one in ways.items()},
+                {measured: reference}
+                | {label: comparison.levels[1] for label, comparison in ways.items()},
                 note=f"peaks within {worst:.2f} dB" if np.isfinite(worst) else "no paired peak",
             )
         )
@@ -341,7 +350,9 @@ def _functions(report: Report, result: Validation) -> None:
     report.figure(
         "hammer_reciprocal",
         lambda: _pairs(
-            result, [one.comparisons[BY_HAMMER] for one in result.shown], (RECIPROCAL, HAMMER)
+            result,
+            [synthesis.comparisons[BY_HAMMER] for synthesis in result.shown],
+            (RECIPROCAL, HAMMER),
         ),
         "SPL with the same bench forces and functions of either method (thesis, figure 41).",
     )
@@ -485,8 +496,8 @@ def _mode_criteria(result: Validation) -> list[dict[str, Any]]:
     if modes is None:
         return []
     judged = [
-        criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{asked:g}")
-        for n, (asked, value) in enumerate(zip(BODY_MODES, modes.frequency, strict=False), 1)
+        criterion(f"mode {n}, natural frequency [Hz]", float(value), f"{wanted:g}")
+        for n, (wanted, value) in enumerate(zip(BODY_MODES, modes.frequency, strict=False), 1)
     ]
     if truth is None or result.true_shapes is None:
         return judged
@@ -514,14 +525,18 @@ def _pairs(
 ) -> Drawing:
     """Every vehicle once: two curves with their paired peaks."""
     panels = []
-    for one, pair in zip(result.shown, pairs, strict=True):
+    for synthesis, pair in zip(result.shown, pairs, strict=True):
         peaks = [[both[side] for both in pair.peaks.pairs] for side in (0, 1)]
         panels.append(
             CurvePanel(
-                one.driven.title,
+                synthesis.driven.title,
                 pair.frequency,
                 dict(zip(labels, pair.levels, strict=True)),
-                {n: _points(own) for n, own in zip(labels, peaks, strict=True) if own},
+                {
+                    n: _points(of_curve)
+                    for n, of_curve in zip(labels, peaks, strict=True)
+                    if of_curve
+                },
                 note=f"peaks within {pair.peak_deviation:.2f} dB" if peaks[0] else "no paired peak",
             )
         )
@@ -538,7 +553,7 @@ def _pairs(
 
 def _points(peaks: list[BoomingPeak]) -> tuple[RealArray, RealArray]:
     """Return frequencies and levels of peaks."""
-    return np.array([one.frequency for one in peaks]), np.array([one.level for one in peaks])
+    return np.array([peak.frequency for peak in peaks]), np.array([peak.level for peak in peaks])
 
 
 def _contributions(first: Synthesis, band: Band) -> Drawing:

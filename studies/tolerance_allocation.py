@@ -153,8 +153,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     uniform_of_effective = task.reached(held.uniform)
     sets = {"today's": today, "cheapest": cheapest, "uniform": uniform}
     verified = {
-        name: task.verified(found.tolerance, "allocation verification")
-        for name, found in sets.items()
+        name: task.verified(allocated.tolerance, "allocation verification")
+        for name, allocated in sets.items()
     }
     by_sigma = limits is None
     new = verified["cheapest"]
@@ -163,13 +163,15 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     if by_sigma:
         goal = options.sigma or today.sigma_sum * task.per_line
         which = "" if options.sigma else ", today's"
-        asked = f"the mean level scatters by no more than {goal:.3f} dB (σ{which})"
+        goal_in_words = f"the mean level scatters by no more than {goal:.3f} dB (σ{which})"
     else:
-        asked = f"{PERCENT * options.share:g} % of parts × vehicles stay within their limits"
+        goal_in_words = (
+            f"{PERCENT * options.share:g} % of parts × vehicles stay within their limits"
+        )
     report = Report(
         "Cheapest tolerances of a design",
-        f"How wide may each direction of the mounts scatter, so that {asked} in {vehicles}, at the "
-        f"least cost? The design is {options.design_name} of its front.",
+        f"How wide may each direction of the mounts scatter, so that {goal_in_words} in "
+        f"{vehicles}, at the least cost? The design is {options.design_name} of its front.",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance", "σ", "Pareto front")
     ratio = cheapest.total_cost / uniform.total_cost
@@ -338,8 +340,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     verification = pd.DataFrame(
         {
             "tolerances": list(sets),
-            "cost [1]": [found.total_cost for found in sets.values()],
-            chosen: [found.sigma_sum * task.per_line for found in sets.values()],
+            "cost [1]": [allocated.total_cost for allocated in sets.values()],
+            chosen: [allocated.sigma_sum * task.per_line for allocated in sets.values()],
             check: [row.sigma for row in verified.values()],
         }
     )

@@ -58,7 +58,7 @@ def _carried_out(seed: int, *, identical: bool = False) -> dict[str, Any]:
         folder = write_electric_car(Path(scratch) / name, seed, name, fleet, plan=plan)
         running, noise = noise_of_car(folder, NoisePlan(), lambda _: None, seed=seed)
         covered, forces = _against_truth(folder / "truth", noise)
-        raw = unbalance(running.car.operation, running.found, running.source.options)
+        raw = unbalance(running.car.operation, running.identification, running.source.options)
     return {
         **_deviations(sweep_errors(noise)),
         "covered": covered,

@@ -58,7 +58,7 @@ def fleet_claims() -> list[Claim]:
     point = STUDY.pareto_point(model, options, lambda *_: None)
     question = STUDY.question(model, options)
     study = STUDY.box_study(model, point, question, options, lambda *_: None)
-    found, check = study.found, study.found.verified
+    found, check = study.solution, study.solution.verified
     where = "U06, none louder than today"
     return [
         at_most(f"{where}: seconds to the verified box", 60, found.seconds, 1),

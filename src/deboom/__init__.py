@@ -1,7 +1,7 @@
 """deboom takes the booming noise (15-140 Hz) out of vehicles.
 
 `import deboom` offers the names that ``__init__.pyi`` lists; each is loaded when it is first used.
-Everything else is found in the rooms: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
+Everything else stands in the packages: `deboom.physics`, `measurement`, `mounts`, `vehicles`,
 `compressor`, `explore`, `files`, `plot`, `report`, `pages`, `supplier`, `runs` and, for a virtual
 laboratory with known truth, `bench`.
 """

@@ -21,6 +21,7 @@ from deboom.cli_results import (
     listen,
     new,
     report,
+    serve,
     show,
 )
 
@@ -59,6 +60,7 @@ app.command()(show)
 app.command()(compare)
 app.command()(report)
 app.command()(listen)
+app.command()(serve)
 app.command()(driven)
 app.command()(identify)
 app.command()(unbalance)

@@ -285,8 +285,8 @@ def list_mounts(library: Where) -> None:
     from deboom.mounts.library import open_library
 
     with open_library(library) as opened:
-        found = opened.identities()
-    typer.echo(pd.DataFrame(found).to_string(index=False) if found else "no mount")
+        identities = opened.identities()
+    typer.echo(pd.DataFrame(identities).to_string(index=False) if identities else "no mount")
 
 
 @library_app.command()
@@ -345,13 +345,13 @@ def export(
         kind = file.suffix.lower()
         if kind not in (".xlsx", ".json"):
             raise InputError(f"{file}: name a file that ends with .xlsx or .json")
-        found = opened.identities(
+        identities = opened.identities(
             campaign=campaign, mount=mount, variant=variant, part_number=part_number, serial=serial
         )
-        if not found:
+        if not identities:
             raise InputError(f"{opened.name}: no mount fits; `deboom library list` shows them all")
-        mounts = [opened.load(identity) for identity in found]
-        names = {identity.campaign for identity in found}
+        mounts = [opened.load(identity) for identity in identities]
+        names = {identity.campaign for identity in identities}
         campaigns = [record for record in opened.campaigns() if record.name in names]
         write = write_library_xlsx if kind == ".xlsx" else write_library_json
         write(file, campaigns, mounts)
@@ -386,7 +386,7 @@ def characterise(
         )
     for result in results:
         typer.echo(described(result))
-    typer.echo(f"{sum(len(one.mounts) for one in results)} mounts kept in {library}")
+    typer.echo(f"{sum(len(of_set.mounts) for of_set in results)} mounts kept in {library}")
 
 
 def _described(value: CharacterisedMount) -> str:

@@ -1,4 +1,4 @@
-"""Comparing run folders, listing and showing them: through the same doors as a user."""
+"""Comparing run folders, listing and showing them: through the same command as a user."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""The study of a compressor's mounts on a tiny budget, through the same door as a user."""
+"""The study of a compressor's mounts on a tiny budget, through the same command as a user."""
 
 import json
 from functools import cache
@@ -16,15 +16,15 @@ from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold, run_aloud
 
 STUDY = load_study("compressor_robust_front")
-ROOM = STUDY.module
+MODULE = STUDY.module
 TINY = {"population": 8, "samples": 8, "checks": 32, "n": 16, "line_step": 20.0}
-TINY |= {"hoses": ROOM.Hoses.identified}
+TINY |= {"hoses": MODULE.Hoses.identified}
 
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory):
     """Two runs of one question; cars are measured and identified once, not six times."""
-    results, mounted, models = tmp_path_factory.mktemp("results"), ROOM.mounted_fleet, []
+    results, mounted, models = tmp_path_factory.mktemp("results"), MODULE.mounted_fleet, []
 
     def identified_once(*arguments, **options):
         if not models:
@@ -32,8 +32,8 @@ def runs(tmp_path_factory):
         return models[0]
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(ROOM, "virtual_fleet", cache(ROOM.virtual_fleet))
-        patch.setattr(ROOM, "mounted_fleet", identified_once)
+        patch.setattr(MODULE, "virtual_fleet", cache(MODULE.virtual_fleet))
+        patch.setattr(MODULE, "mounted_fleet", identified_once)
         yield [run_aloud(STUDY, results, {**TINY, "generations": n}) for n in (2, 8)]
 
 
@@ -68,9 +68,9 @@ MOUNTS = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for
 
 
 def test_own_parts_scatter_on_their_own():
-    options = ROOM.Options(parts=ROOM.Parts.own, reach=0.3, tolerance=0.1, place_tolerance=2.0)
+    options = MODULE.Options(parts=MODULE.Parts.own, reach=0.3, tolerance=0.1, place_tolerance=2.0)
     variables = mount_variables(MOUNTS, identical=False, pieces=False, places=True)
-    space = ROOM.design_space(variables, options)
+    space = MODULE.design_space(variables, options)
     np.testing.assert_allclose(space.tolerance, [0.1] * 4 + [0.02] * 6)
     np.testing.assert_allclose(space.upper - space.lower, [0.6] * 4 + [0.0] * 6)
     assert options.lines.size == 61
@@ -78,7 +78,7 @@ def test_own_parts_scatter_on_their_own():
 
 def test_a_batch_and_its_pieces_scatter_as_one_part():
     variables = mount_variables(MOUNTS, identical=True, pieces=True, places=False)
-    variance = ROOM.design_space(variables, ROOM.Options(batch=0.2)).tolerance ** 2
+    variance = MODULE.design_space(variables, MODULE.Options(batch=0.2)).tolerance ** 2
     np.testing.assert_allclose(variance[:2], 0.2 * 0.15**2)
     np.testing.assert_allclose(variance[2:], 0.8 * 0.15**2)
 
@@ -92,16 +92,16 @@ def test_a_batch_and_its_pieces_scatter_as_one_part():
 )
 def test_questions_without_sense_are_refused(wrong):
     with pytest.raises(InputError):
-        ROOM.Options(**wrong)
+        MODULE.Options(**wrong)
 
 
 def test_pressures_as_they_are_typed():
-    typed = ROOM.Options(pressure=["7.5=2", "13.50"])
+    typed = MODULE.Options(pressure=["7.5=2", "13.50"])
     assert typed.weights == {"7.5 bar": 2.0, "13.5 bar": 1.0}
-    assert ROOM.Options().weights == {}
+    assert MODULE.Options().weights == {}
     for wrong in (["high"], ["7.5=0"], ["7.5", "7.50"], ["7.5=x"]):
         with pytest.raises(InputError, match="BAR=WEIGHT"):
-            _ = ROOM.Options(pressure=wrong).weights
+            _ = MODULE.Options(pressure=wrong).weights
 
 
 def test_a_folder_that_is_no_car_is_refused(tmp_path):

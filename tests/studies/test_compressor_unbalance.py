@@ -1,4 +1,4 @@
-"""The study of running compressors with one of them, through the same door as a user."""
+"""The study of running compressors with one of them, through the same command as a user."""
 
 import json
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The correlation studies at a tiny budget, through the same door as a user."""
+"""The correlation studies at a tiny budget, through the same command as a user."""
 
 import json
 

@@ -1,4 +1,4 @@
-"""The characterisation study at a tiny budget, through the same door as a user."""
+"""The characterisation study at a tiny budget, through the same command as a user."""
 
 import shutil
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""A second engine in the study of mounts at a tiny budget, through the same door as a user."""
+"""A second engine in the study of mounts at a tiny budget, through the same command as a user."""
 
 from dataclasses import replace
 

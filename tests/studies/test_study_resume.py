@@ -1,4 +1,4 @@
-"""A run that is killed goes on, by the same door, and ends with the same files."""
+"""A run that is killed goes on, by the same command, and ends with the same files."""
 
 import json
 import os
@@ -401,7 +401,6 @@ def test_nobody_at_the_address(monkeypatch):
 
 
 def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monkeypatch):
-    monkeypatch.setattr(workers, "WORKER_S", 2.0)
     file = tmp_path / "scheduler.json"
     program = (sys.executable, "-m")
     where = ("--port", "0", "--host", "127.0.0.1", "--no-dashboard", "--scheduler-file", str(file))
@@ -418,7 +417,10 @@ def test_a_killed_scheduler_leaves_a_run_that_resume_takes(study, tmp_path, monk
         of_worker = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
         worker = [*program, "distributed.cli.dask_worker", *of_worker]
         started.append(subprocess.Popen(worker, **quiet))
+        with distributed.Client(address) as client:
+            client.wait_for_workers(1, timeout=120)
         with monkeypatch.context() as patch:
+            patch.setattr(workers, "WORKER_S", 2.0)
             patch.setattr(searches, "nsga2", stopped(5, scheduler.kill))
             with pytest.raises(InputError, match="scheduler of the cluster does not answer"):
                 run_study(study, tmp_path / "results", {**BUDGET, "scheduler": address})

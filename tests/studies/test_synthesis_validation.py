@@ -1,4 +1,4 @@
-"""The validation of a synthesis at a tiny budget, through the same door as a user."""
+"""The validation of a synthesis at a tiny budget, through the same command as a user."""
 
 import json
 import shutil

@@ -1,4 +1,4 @@
-"""The platform study at a tiny budget, through the same door as a user."""
+"""The platform study at a tiny budget, through the same command as a user."""
 
 import json
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""The front study at a tiny budget, through the same door as a user."""
+"""The front study at a tiny budget, through the same command as a user."""
 
 import json
 import shutil
@@ -9,7 +9,7 @@ import pandas as pd
 import pytest
 
 from deboom.errors import InputError
-from deboom.explore import search as door
+from deboom.explore import search as search_module
 from deboom.explore import selection
 from deboom.files.platform import read_platform
 from deboom.files.run_folder import read_run
@@ -37,7 +37,7 @@ def _four_designs(robust, **_):
 def test_a_front_shows_what_it_showed(tmp_path, described_pictures, monkeypatch):
     # descents to almost equal designs would order a front by the processor's rounding
     monkeypatch.setattr(selection._Goal, "descend", lambda _goal, _name, start: start)
-    monkeypatch.setattr(door, "converged_front", _four_designs)
+    monkeypatch.setattr(search_module, "converged_front", _four_designs)
     options = {**BUDGET, "population": 12, "polish": True}
     hold(run_aloud(load_study(STUDY), tmp_path, options), "u06_robust_front")
 

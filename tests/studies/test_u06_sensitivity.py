@@ -1,4 +1,4 @@
-"""The sensitivity study at a tiny budget, through the same door as a user."""
+"""The sensitivity study at a tiny budget, through the same command as a user."""
 
 import json
 from dataclasses import replace
@@ -8,7 +8,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.files.platform import read_platform
-from deboom.pages import sensitivity as room
+from deboom.pages import sensitivity as analysis
 from deboom.pages.sensitivity import Analysis, sensitivity_report
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import BoomingModel, Motion, booming_model
@@ -80,8 +80,10 @@ def test_one_mount_one_vehicle_and_few_lines_are_enough(monkeypatch):
     (paths,) = booming_model(fleet, data.mounts, cases, (20.0, 20.5)).cases
     few = replace(paths, values=paths.values[..., :3], variable_names=paths.variable_names[:3])
     index = BoomingModel((few,), (1.0,))
-    plan = room.SensitivityPlan(Analysis.design, 0.1, 0.1, 0.1, n_base=32, n_resamples=10, seed=2)
-    found = room.sensitivity(small, index, plan)
+    plan = analysis.SensitivityPlan(
+        Analysis.design, 0.1, 0.1, 0.1, n_base=32, n_resamples=10, seed=2
+    )
+    found = analysis.sensitivity(small, index, plan)
     assert found.by_mount is None
     assert [*found.beside] == ["tolerance ±10 % (3 σ)"]
     report = sensitivity_report(found)

@@ -23,7 +23,7 @@ def functions(page):
 
 
 def exists(name):
-    """Whether a name is found in a module of that name in some room, attribute by attribute."""
+    """Whether a name is found in a module of that name in some package, attribute by attribute."""
     module, *attributes = name.split(".")
     for path in (ROOT / "src" / "deboom").glob(f"*/{module}.py"):
         found = importlib.import_module(f"deboom.{path.parent.name}.{module}")
@@ -69,21 +69,22 @@ def test_proofs_of_the_compressors_equations_are_on_its_page():
     assert defined - set(re.findall(r"`(test_\w+)`", PAGES["compressor-physics"])) == set()
 
 
-def test_every_public_function_of_the_physics_room_has_its_place():
+def test_every_public_function_of_the_package_physics_has_its_place():
     """Functions without an equation of their own are allowed by name, so that none is forgotten."""
     without_equation = {
+        "sound_level.full_scale",
         "sound_level.unweighted_level",
         "frf.CrossSpectra",
         "frf.FrfForm",
         "frf.SpectrumScaling",
     }
     for module in ("sound_level", "transfer_path", "frf", "substructuring"):
-        room = importlib.import_module(f"deboom.physics.{module}")
+        module_of_table = importlib.import_module(f"deboom.physics.{module}")
         public = {
             f"{module}.{name}"
-            for name, value in vars(room).items()
+            for name, value in vars(module_of_table).items()
             if callable(value)
-            and getattr(value, "__module__", "") == room.__name__
+            and getattr(value, "__module__", "") == module_of_table.__name__
             and not name.startswith("_")
         }
         assert public - set(functions("physics")) <= without_equation

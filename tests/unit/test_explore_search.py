@@ -1,4 +1,4 @@
-"""Searches: NSGA-II behind the door to pymoo, resume, limits, and whole-number variables."""
+"""Searches: NSGA-II through pymoo, resume, limits, and whole-number variables."""
 
 import doctest
 import itertools
@@ -13,7 +13,7 @@ from pymoo.algorithms.moo.nsga2 import NSGA2
 from pymoo.optimize import minimize
 
 from deboom.errors import InputError
-from deboom.explore import search as door
+from deboom.explore import search as search_module
 from deboom.explore.front import hypervolume, nondominated, pareto_front
 from deboom.explore.robust import Limit, LimitedResponse, Limits, Robust, RobustEvaluation
 from deboom.explore.scatter import sobol_sample
@@ -108,7 +108,7 @@ def same(one, other):
 
 
 def test_the_example_in_the_docstring_holds():
-    results = doctest.testmod(door)
+    results = doctest.testmod(search_module)
     assert (results.attempted > 0, results.failed) == (True, 0)
 
 
@@ -399,7 +399,7 @@ def test_the_front_of_options_alone_is_that_of_all_sets():
 def test_every_pair_of_parents_exchanges_its_own_options():
     parents = np.ones((2, 400, 5))
     parents[0, :, :3] = 0.0
-    crossover = door._algorithm(MIXED, 20, None, "nsga2")[0].mating.crossover
+    crossover = search_module._algorithm(MIXED, 20, None, "nsga2")[0].mating.crossover
     random = np.random.default_rng(1)
     children = crossover._do(RobustProblem(MIXED), parents, random_state=random)[:, :, :3]
     assert np.all(children.sum(axis=0) == 1.0)

@@ -1,4 +1,4 @@
-"""The door to SALib: what is refused, and what is left as it was."""
+"""SALib's methods: what is refused, and what is left as it was."""
 
 import warnings
 

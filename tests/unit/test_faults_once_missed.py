@@ -1,4 +1,4 @@
-"""Single faults that the tests of their room once let through: one exact number each."""
+"""Single faults that the tests of their package once let through: one exact number each."""
 
 from types import SimpleNamespace
 

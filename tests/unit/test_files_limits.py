@@ -1,4 +1,4 @@
-"""Limits of a component and of a platform: SI inside, strict keys at the door."""
+"""Limits of a component and of a platform: SI inside, strict keys in the reader."""
 
 from pathlib import Path
 

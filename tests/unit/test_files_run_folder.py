@@ -176,7 +176,7 @@ def test_the_revision_is_of_the_checkout_that_tracks_the_package(tmp_path, monke
             check=True,
         )
 
-    module = tmp_path / "package" / "room" / "module.py"
+    module = tmp_path / "package" / "layer" / "module.py"
     module.parent.mkdir(parents=True)
     module.write_text("x = 1\n")
     monkeypatch.setattr(run_folder, "__file__", str(module))

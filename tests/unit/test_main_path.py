@@ -1,4 +1,4 @@
-"""The two pages that lead through the code, from a platform's folder to a page: walked."""
+"""The two pages that lead through the code, from a platform's folder to a page: followed."""
 
 import dataclasses
 import inspect
@@ -43,7 +43,7 @@ def hints_of(thing):
     return [hints[name] for name in names if not name.startswith("_")]
 
 
-def walked():
+def types_on_the_path():
     """All types that a reader meets, by name."""
     waiting, found = list(ROOTS), {}
     while waiting:
@@ -56,7 +56,8 @@ def walked():
 
 
 def test_the_types_on_the_way_from_a_folder_to_a_page_are_those_listed():
-    met = {name: kind.__module__ for name, kind in walked().items() if not issubclass(kind, Enum)}
+    types = types_on_the_path()
+    met = {name: kind.__module__ for name, kind in types.items() if not issubclass(kind, Enum)}
     assert met == LISTED
 
 

@@ -50,7 +50,7 @@ def body_of(car, *, with_hoses=False):
 
 
 def drawings(hoses):
-    """Hoses of the bench in the compressor room's own form."""
+    """Hoses of the bench in the form of the package `compressor`."""
     return tuple(
         HoseDrawing(hose.name, hose.position, hose.direction, *vars(hose.beam).values())
         for hose in hoses

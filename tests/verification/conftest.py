@@ -1,4 +1,4 @@
-"""Virtual folders that several rooms look at, written once in a session."""
+"""Virtual folders that tests of several packages read, written once in a session."""
 
 import pytest
 

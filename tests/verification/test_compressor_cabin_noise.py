@@ -82,7 +82,7 @@ def test_without_the_hoses_much_is_missing(sweeps):
 def test_the_state_of_the_mounts_shows_in_spite_of_the_moving_body(running_1):
     assert running_1.source.state.changed
     lines = np.arange(20.0, 51.0)
-    gain = running_1.found.calibrated.model.gain.at(lines)
+    gain = running_1.identification.calibrated.model.gain.at(lines)
     true = (0.9 * gain.real + 1.1j * gain.imag) / gain - 1
     change = running_1.source.state.significant(lines)
     assert change == pytest.approx(true, abs=5e-3)
@@ -110,12 +110,12 @@ def test_draws_of_the_mounts_scatter_as_their_covariance_says(running_1):
         replace(m, stiffness=m.stiffness * factor)
         for m, factor in zip(placed, (1.3, 1.0, 0.8), strict=True)
     )
-    shares = mount_shares(running_1.found, uneven, position=1e-5)
+    shares = mount_shares(running_1.identification, uneven, position=1e-5)
     assert not shares.identical
     assert shares.alarms
     assert "contradict" in shares.alarms[0]
     assert "refutes identical round mounts" in shares.statement
-    alike = mount_shares(running_1.found, uneven, position=1e-5, identical=True)
+    alike = mount_shares(running_1.identification, uneven, position=1e-5, identical=True)
     stiffness = np.array([mount.stiffness for mount in alike.mounts])
     assert alike.identical
     assert np.ptp(stiffness, axis=0).max() < 1e-9 * stiffness.max()
@@ -150,9 +150,11 @@ def test_what_cannot_be_answered_is_refused(running_1):
         ({"hoses": others}, "no noise transfer functions at the body's end of other"),
     ):
         with pytest.raises(InputError, match=words):
-            running_in_car(replace(car, operation=replace(operation, **bad)), running_1.found)
+            running_in_car(
+                replace(car, operation=replace(operation, **bad)), running_1.identification
+            )
     with pytest.raises(InputError, match="fewer than two mounts"):
-        mount_shares(running_1.found, running_1.shares.drawn[:1])
+        mount_shares(running_1.identification, running_1.shares.drawn[:1])
     with pytest.raises(InputError, match="has no line between 200 and 300 Hz"):
         cabin_noise(running_1, band=(200.0, 300.0))
     with pytest.raises(InputError, match="no body-side acceleration 'mount 1 x': record it"):

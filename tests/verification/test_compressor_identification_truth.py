@@ -179,9 +179,9 @@ def test_nine_of_the_44_numbers_stay_hidden(found, thesis):
     assert "mount 1 rotation x is not visible" in alone
     assert thesis.seen.participation[thesis.seen.names.index("mount 1 rotation x")] > 0.9
     body = [name.startswith(("I", "centre", "mass")) for name in thesis.seen.names]
-    assert thesis.known.ratio[body].max() < 0.15
-    assert thesis.known.ratio[thesis.seen.names.index("mount 2 rotation x")] > 0.9
-    assert np.all(thesis.known.ratio <= 1)
+    assert thesis.knowledge.ratio[body].max() < 0.15
+    assert thesis.knowledge.ratio[thesis.seen.names.index("mount 2 rotation x")] > 0.9
+    assert np.all(thesis.knowledge.ratio <= 1)
 
 
 def test_start_and_bounds_are_the_corrected_ones(found):

@@ -1,4 +1,4 @@
-"""The documented faults of pyuff 2.5.8, each shown closed by the door in front of it.
+"""The documented faults of pyuff 2.5.8, each shown closed by the reader in front of it.
 
 The files are judged here with a reader of their own, so that a fault cannot hide in the shared
 code: set starts and ends counted in the bytes, headers cut by their columns.

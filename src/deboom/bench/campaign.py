@@ -203,7 +203,7 @@ def draw_campaign_sensors(
 
     nominal = np.array([place.position for place in accelerometer_places(bench)])
     angles = _known_angles(len(nominal), chain.tilt, for_accelerometers)
-    known = Rotation.from_matrix(rotation_matrix(np.deg2rad(angles)))
+    stated_orientations = Rotation.from_matrix(rotation_matrix(np.deg2rad(angles)))
     turned = Rotation.from_rotvec(for_accelerometers.normal(0, chain.angle, nominal.shape))
     placed = nominal + for_accelerometers.normal(0, chain.position, nominal.shape)
     sensitivity = sensitivity_matrices(
@@ -231,7 +231,7 @@ def draw_campaign_sensors(
         accelerometer_angles=angles,
         cell_angles=cell_angles,
         true_positions=placed,
-        true_orientations=(known * turned).as_matrix(),
+        true_orientations=(stated_orientations * turned).as_matrix(),
         sensitivity=sensitivity,
         cells=cells,
         side_cells=side_gains @ turns[n_cell:],

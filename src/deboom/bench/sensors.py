@@ -129,9 +129,9 @@ def draw_instrumentation(
     quarter_turns = np.pi / 2 * generator.integers(4, size=n_sensor)
     upright = Rotation.from_rotvec(np.outer(quarter_turns, [0.0, 0.0, 1.0]))
     tilted = Rotation.from_rotvec(generator.normal(0, budget.tilt, (n_sensor, 3)))
-    known = upright * tilted
+    stated = upright * tilted
     placed = nominal + generator.normal(0, budget.position, nominal.shape)
-    true = known * Rotation.from_rotvec(generator.normal(0, budget.angle, (n_sensor, 3)))
+    true = stated * Rotation.from_rotvec(generator.normal(0, budget.angle, (n_sensor, 3)))
     sensitivity = sensitivity_matrices(budget.gain, budget.cross_axis, n_sensor, generator)
     felt = forward_matrices(placed, true.as_matrix()).reshape(n_sensor, 3, 6)
 
@@ -145,7 +145,7 @@ def draw_instrumentation(
         cell_transfer=cells,
         side_acceleration_gain=1 + generator.normal(0, budget.gain, sides),
         side_cell_gain=1 + generator.normal(0, budget.shaker_gain, sides),
-        sensor_forward=forward_matrices(nominal, known.as_matrix()),
+        sensor_forward=forward_matrices(nominal, stated.as_matrix()),
         point_forward=forward_matrices(bench.positions),
         # column a = what the cell answers to a push along a, per newton that the shaker states
         force_transfer=cells @ pushes.swapaxes(1, 2) / shaker_gain[:, None, :],

@@ -225,55 +225,59 @@ class ComponentLimits:
     stiffness: tuple[StiffnessLimit, ...] = ()
 
 
-def component_verdicts(found: Unbalance, limits: ComponentLimits) -> tuple[ComponentVerdict, ...]:
+def component_verdicts(
+    unbalance: Unbalance, limits: ComponentLimits
+) -> tuple[ComponentVerdict, ...]:
     """Judge every limit of a compressor.
 
-    - `found`: its chosen route's fit over all sweeps gives the unbalances, its hammer test the
+    - `unbalance`: its chosen route's fit over all sweeps gives the unbalances, its hammer test the
       stiffness, that of the mounts as struck.
     - `limits`: what must be kept.
     - returns: verdicts in the order of the file: static, dynamic, then each stiffness.
     """
     verdicts = [
-        judge(unbalance_characteristic(found, name), bounds, limits.risk)
+        judge(unbalance_characteristic(unbalance, name), bounds, limits.risk)
         for name, bounds in ((STATIC, limits.static_unbalance), (DYNAMIC, limits.dynamic_unbalance))
         if bounds is not None
     ]
     verdicts += [
-        judge(stiffness_characteristic(found.identification, limit), limit.bounds, limits.risk)
+        judge(stiffness_characteristic(unbalance.identification, limit), limit.bounds, limits.risk)
         for limit in limits.stiffness
     ]
     return tuple(verdicts)
 
 
-def stiffness_characteristic(found: Identification, limit: StiffnessLimit) -> Characteristic:
+def stiffness_characteristic(
+    identification: Identification, limit: StiffnessLimit
+) -> Characteristic:
     """Read the dynamic stiffness of one direction off an identified compressor.
 
     Returns ``|v(f) K_dd|`` and its deviation from the whole covariance [N/m, N m/rad]; doubted
     where the model has an alarm, or the band reaches beyond those of the fit.
     """
     place, lines = DOFS.index(limit.direction), limit.lines
-    known = found.calibrated
+    calibration = identification.calibrated
 
     def size(model: CompressorModel) -> RealArray:
         return np.asarray(np.abs(model.gain.at(lines)) * model.stiffness[place, place])
 
-    covariance = propagated(known, size)
+    covariance = propagated(calibration, size)
     return Characteristic(
         limit.name,
-        size(known.model),
+        size(calibration.model),
         np.sqrt(np.diag(covariance)),
         lines,
-        doubt=_stiffness_doubt(found, limit),
+        doubt=_stiffness_doubt(identification, limit),
     )
 
 
-def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
+def unbalance_characteristic(unbalance: Unbalance, name: str) -> Characteristic:
     """Read an unbalance off the global fit of the chosen route.
 
     Returns its size, with the deviation of the worst direction [kg m, kg m²]; doubted where hoses
     were on or visible, the sweeps are not explained, or the route rests on a refuted model.
     """
-    sources = found.chosen.sources
+    sources = unbalance.chosen.sources
     place = 0 if name == STATIC else 1
     estimate = sources.static if name == STATIC else sources.dynamic
     rows = slice(2 * place, 2 * place + 2)
@@ -284,15 +288,15 @@ def unbalance_characteristic(found: Unbalance, name: str) -> Characteristic:
         np.array([deviation]),
         np.zeros(1),
         is_radius=True,
-        doubt=_unbalance_doubt(found),
+        doubt=_unbalance_doubt(unbalance),
     )
 
 
-def _stiffness_doubt(found: Identification, limit: StiffnessLimit) -> str:
+def _stiffness_doubt(identification: Identification, limit: StiffnessLimit) -> str:
     """Say why the identified stiffness proves nothing; empty where it does."""
-    if found.alarms:
-        return f"the identified model is not to be trusted: {found.alarms[0]}"
-    bands = found.options.bands
+    if identification.alarms:
+        return f"the identified model is not to be trusted: {identification.alarms[0]}"
+    bands = identification.options.bands
     low, high = min(low for low, _ in bands), max(high for _, high in bands)
     if limit.band[0] < low or limit.band[1] > high:
         return (
@@ -302,23 +306,23 @@ def _stiffness_doubt(found: Identification, limit: StiffnessLimit) -> str:
     return ""
 
 
-def _unbalance_doubt(found: Unbalance) -> str:
+def _unbalance_doubt(unbalance: Unbalance) -> str:
     """Say why the fit over all sweeps proves nothing; it allows for mounts that changed."""
-    result = found.chosen
-    if any(sweep.hoses is HoseState.STANDARD for sweep in found.used):
+    result = unbalance.chosen
+    if any(sweep.hoses is HoseState.STANDARD for sweep in unbalance.used):
         return (
             "the sweeps were run with the hoses of the vehicle, which push back; run with long "
             "soft hoses and masses"
         )
-    if found.hose_alarms:
-        return found.hose_alarms[0]
+    if unbalance.hose_alarms:
+        return unbalance.hose_alarms[0]
     chi = result.sources.remaining_chi
     if chi > ALARM or not result.fit.converged:
         return (
             f"no rotor, gas and mounts explain the sweeps, residuals are {chi:.2f} times the "
             "noise; look for hoses, loose sensors and a compressor that bends, and run again"
         )
-    if found.identification.alarms and result.route.needs_model:
+    if unbalance.identification.alarms and result.route.needs_model:
         return (
             f"route {result.route.letter} rests on a model that the hammer test refutes; choose "
             "route d, which needs no model of mounts and foundation"

@@ -67,9 +67,9 @@ def body_receptance(
     """
     lines = np.asarray(frequency, dtype=float)
     chosen = [(name, N_FORCE) for name in mounts] + [(name, N_WRENCH) for name in hoses]
-    known = {name.rpartition(" ")[0] for name in accelerance.inputs}
+    points = {name.rpartition(" ")[0] for name in accelerance.inputs}
     for name, _ in chosen:
-        if name not in known:
+        if name not in points:
             raise InputError(
                 f"there are no accelerances of the body at '{name}': strike it there as well"
             )
@@ -130,7 +130,7 @@ def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
 
 def on_rigid_foundation(
     test: OperatingTest,
-    found: Identification,
+    identification: Identification,
     mounts: Sequence[CompressorMount],
     change: StiffnessCurve | None = None,
     hoses: tuple[HoseDrawing, ...] = (),
@@ -153,21 +153,21 @@ def on_rigid_foundation(
     for sweep in test.sweeps:
         lines, holder = sweep.frequency, holder_displacement(sweep, mounts)
         changed = np.zeros(lines.size, dtype=complex) if change is None else change(lines)
-        factor = found.calibrated.model.gain.at(lines) * (1 + changed)
+        factor = identification.calibrated.model.gain.at(lines) * (1 + changed)
         # the gyroscopic moment has no part in a motion this small
-        mass, _ = running_mass(found, lines, change=changed)
+        mass, _ = running_mass(identification, lines, change=changed)
         load = mount_forces(mounts, factor, holder) @ _rows(mounts)
         if accelerance is not None and hoses and sweep.hoses is HoseState.STANDARD:
             matrices = hose_matrices(hoses, lines)
             places = [mount.name for mount in mounts], [hose.name for hose in hoses]
             receptance = body_receptance(accelerance, lines, *places)
-            displacement = displacement_at_virtual_point(sweep, found)
+            displacement = displacement_at_virtual_point(sweep, identification)
             _, ends = loads_by_measured_holders(
                 mounts, factor, displacement, holder, hoses, lines, receptance
             )
             load = load + applied(np.swapaxes(matrices.transfer, -1, -2), ends)
             mass = mass - matrices.point / (2 * np.pi * lines[:, np.newaxis, np.newaxis]) ** 2
-        seen = _solved(mass, load) @ found.calibrated.response_matrix.T
+        seen = _solved(mass, load) @ identification.calibrated.response_matrix.T
         measured = sweep.acceleration
         sweeps.append(replace(sweep, acceleration=replace(measured, values=measured.values - seen)))
     return replace(test, sweeps=tuple(sweeps))
@@ -190,7 +190,9 @@ def holder_displacement(sweep: OperatingSweep, mounts: Sequence[CompressorMount]
     return np.asarray(-sweep.holder.select(names).values / square)
 
 
-def displacement_at_virtual_point(sweep: OperatingSweep, found: Identification) -> ComplexArray:
+def displacement_at_virtual_point(
+    sweep: OperatingSweep, identification: Identification
+) -> ComplexArray:
     """Return the motion of the compressor by its calibrated sensors, (n_frequency, 6) [m, rad]."""
-    acceleration, _ = motion_at_virtual_point(sweep, found)
+    acceleration, _ = motion_at_virtual_point(sweep, identification)
     return np.asarray(-acceleration / (2 * np.pi * sweep.frequency[:, np.newaxis]) ** 2)

@@ -62,7 +62,7 @@ class RunningInCar:
     """
 
     car: ElectricCar
-    found: Identification
+    identification: Identification
     shares: MountShares
     accelerance: Frf
     source: Unbalance
@@ -77,7 +77,7 @@ class RunningInCar:
 
 def running_in_car(
     car: ElectricCar,
-    found: Identification,
+    identification: Identification,
     *,
     with_hoses: bool = True,
     step: Step | None = None,
@@ -88,7 +88,7 @@ def running_in_car(
     ----------
     car : ElectricCar
         Noise transfer functions, accelerances of the body and sweeps in the car.
-    found : Identification
+    identification : Identification
         Identification of the hammer test on its compressor.
     with_hoses : bool
         Whether standard hoses are identified; without, their paths are left out.
@@ -112,31 +112,33 @@ def running_in_car(
     """
     say = step or (lambda _: None)
     standard = bool(car.operation.with_hoses(HoseState.STANDARD))
-    known = _struck_hoses(car) if with_hoses and standard else ()
+    hoses_in_car = _struck_hoses(car) if with_hoses and standard else ()
     say("single mounts")
     # places are as good as the smaller of drawing and tape measure
     position = min(DRAWN_PLACE, car.tolerances.sensor_position or DRAWN_PLACE)
-    shares = mount_shares(found, _placed_mounts(car), position=position)
+    shares = mount_shares(identification, _placed_mounts(car), position=position)
     accelerance = wrench_accelerance(car)
     say("state of the mounts in operation")
     options = UnbalanceOptions(routes=(UPDATED,), chosen=UPDATED)
-    source = unbalance(on_rigid_foundation(car.operation, found, shares.mounts), found, options)
+    source = unbalance(
+        on_rigid_foundation(car.operation, identification, shares.mounts), identification, options
+    )
     change = source.state.significant
     if source.state.changed:
         # what the body does through them is known better now
-        test = on_rigid_foundation(car.operation, found, shares.mounts, change)
-        source = unbalance(test, found, options)
+        test = on_rigid_foundation(car.operation, identification, shares.mounts, change)
+        source = unbalance(test, identification, options)
         change = source.state.significant
     hoses: HoseIdentification | None = None
-    if known:
+    if hoses_in_car:
         for number in range(HOSE_PASSES):
             say(f"hoses, pass {number + 1} of {HOSE_PASSES}")
             still = on_rigid_foundation(
-                car.operation, found, shares.mounts, change, known, accelerance
+                car.operation, identification, shares.mounts, change, hoses_in_car, accelerance
             )
-            hoses = identify_hoses(still, found, source.sense.sense)
-            known = hoses.hoses
-    return RunningInCar(car, found, shares, accelerance, source, hoses)
+            hoses = identify_hoses(still, identification, source.sense.sense)
+            hoses_in_car = hoses.hoses
+    return RunningInCar(car, identification, shares, accelerance, source, hoses)
 
 
 def _placed_mounts(car: ElectricCar) -> tuple[CompressorMount, ...]:
@@ -339,13 +341,13 @@ def _sweep_noise(
     """Synthesise one sweep."""
     part = _Listening(running, sweep, band)
     lines, mounts = part.lines, running.shares.mounts
-    factor = running.found.calibrated.model.gain.at(lines)
+    factor = running.identification.calibrated.model.gain.at(lines)
     factor = factor * (1 + running.source.state.significant(lines))
-    displacement = displacement_at_virtual_point(sweep, running.found)[part.inside]
+    displacement = displacement_at_virtual_point(sweep, running.identification)[part.inside]
     functions = transfer.at(lines).transfer.select(inputs=part.paths).values[:, 0]
 
     loads = part.loads(mounts, factor, displacement, part.hoses)
-    assert sweep.sound is not None  # the door of a car has asked for it
+    assert sweep.sound is not None  # the reader of a car insists on it
     return SweepNoise(
         sweep=sweep.name,
         hoses=sweep.hoses,
@@ -424,7 +426,7 @@ def noise_bands(
 
 def _draws(running: RunningInCar, count: int, seed: int) -> list[_Draw]:
     """Compressors, mounts, hoses and states of the mounts that agree with the measurements."""
-    calibrated = running.found.calibrated
+    calibrated = running.identification.calibrated
     n = calibrated.values.size
     variance, directions = np.linalg.eigh(calibrated.covariance)
     spread = directions * np.sqrt(np.maximum(variance, 0.0))

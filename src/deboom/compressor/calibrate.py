@@ -54,7 +54,7 @@ class Placement:
 
     def deviations(self, tolerances: PlacementTolerances) -> RealArray:
         """State how well each unknown is known before, 1 σ, shape (9 n + 1 + 4 m,)."""
-        known = [
+        tolerance_of_kind = [
             (3 * len(self.sensors), tolerances.sensor_gain),
             (3 * len(self.sensors), tolerances.sensor_position),
             (3 * len(self.sensors), tolerances.sensor_angle),
@@ -62,7 +62,7 @@ class Placement:
             (2 * len(self.impacts), tolerances.impact_position),
             (2 * len(self.impacts), tolerances.impact_angle),
         ]
-        return np.concatenate([np.full(*each) for each in known])
+        return np.concatenate([np.full(*each) for each in tolerance_of_kind])
 
     def response_matrix(self, errors: RealArray) -> RealArray:
         """Compute motion of the virtual point → channels, (..., n_error) → (..., 3 n, 6)."""
@@ -264,7 +264,7 @@ def _inverse(normal: RealArray) -> RealArray:
 
 
 def with_misfit(
-    found: SelfCalibration, raw: RawInertance, test: InertanceTest, prior: Prior | None = None
+    calibration: SelfCalibration, raw: RawInertance, test: InertanceTest, prior: Prior | None = None
 ) -> SelfCalibration:
     """Let the covariance grow by what residuals that are no noise may have moved.
 
@@ -279,8 +279,8 @@ def with_misfit(
     deviation tells of it: on the bench's receiver K is 7 % low at 10 Hz and 15 % at 30 Hz. In one
     such test it lay 14 deviations from the mounts' own, while mass and centre lay within one.
     """
-    problem = _Problem(found.parametrisation, raw, test, prior)
-    unknowns = np.concatenate([found.values, found.errors])
+    problem = _Problem(calibration.parametrisation, raw, test, prior)
+    unknowns = np.concatenate([calibration.values, calibration.errors])
     slopes = problem.slopes(unknowns)
     bands = np.array_split(slopes.sum(axis=(2, 3)), MISFIT_BANDS, axis=1)
     by_sensor = slopes.reshape(*slopes.shape[:2], -1, 3, slopes.shape[3]).sum(axis=(1, 3, 4))
@@ -293,7 +293,7 @@ def with_misfit(
         gradient[:, np.newaxis],
     ]
     moves = _inverse(normal) @ np.concatenate(groups, axis=1)
-    return replace(found, covariance=found.covariance + moves @ moves.T)
+    return replace(calibration, covariance=calibration.covariance + moves @ moves.T)
 
 
 def evaluated_together(
@@ -439,10 +439,14 @@ class HoldOut:
     relative_error: float
 
 
-def hold_out_lines(found: SelfCalibration, raw: RawInertance) -> HoldOut:
+def hold_out_lines(calibration: SelfCalibration, raw: RawInertance) -> HoldOut:
     """Predict lines of the same sensors and impacts that were not fitted."""
     measured, lines = raw.frf, raw.frf.frequency
-    predicted = found.response_matrix @ found.model.inertance(lines) @ found.excitation_matrix.T
+    predicted = (
+        calibration.response_matrix
+        @ calibration.model.inertance(lines)
+        @ calibration.excitation_matrix.T
+    )
     deviation = predicted - measured.values
     return HoldOut(
         f"{lines.size} lines from {lines[0]:g} to {lines[-1]:g} Hz",

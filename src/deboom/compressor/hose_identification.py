@@ -72,7 +72,7 @@ class HoseIdentification(Tabled):
     hoses: tuple[HoseDrawing, ...]
     numbers: RealArray
     covariance: RealArray
-    known: Knowledge
+    knowledge: Knowledge
     reduced_chi: tuple[tuple[str, float], ...]
     converged: bool
 
@@ -109,10 +109,10 @@ class HoseIdentification(Tabled):
             for name, chi in self.reduced_chi
             if chi > ALARM
         ]
-        stretch = np.abs(self.numbers.reshape(-1)) / self.known.prior
+        stretch = np.abs(self.numbers.reshape(-1)) / self.knowledge.prior
         far = [
             name
-            for name, size in zip(self.known.names, stretch, strict=True)
+            for name, size in zip(self.knowledge.names, stretch, strict=True)
             if size > LARGEST_STRETCH
         ]
         if far:
@@ -125,7 +125,7 @@ class HoseIdentification(Tabled):
     def statements(self) -> tuple[str, ...]:
         """What must be said with the numbers."""
         said = [DEMONSTRATOR]
-        weak = self.known.prior_dominated
+        weak = self.knowledge.prior_dominated
         if weak:
             said.append(f"Mostly from the drawing, hardly from the measurement: {', '.join(weak)}.")
         said.append(separation_statement(self.hoses))
@@ -141,7 +141,7 @@ class HoseIdentification(Tabled):
 
 def identify_hoses(
     test: OperatingTest,
-    found: Identification,
+    identification: Identification,
     sense: RotationSense = RotationSense.POSITIVE,
 ) -> HoseIdentification:
     """Identify the standard hoses of an operating test from all that shows them.
@@ -150,7 +150,7 @@ def identify_hoses(
     ----------
     test : OperatingTest
         Hoses as drawn, and hammer tests, sweeps or both with and without them.
-    found : Identification
+    identification : Identification
         Identification of the hammer test without hoses.
     sense : RotationSense
         Sense of the rotor in the sweeps.
@@ -185,19 +185,21 @@ def identify_hoses(
     struck = test.hammer_with_hoses
     if struck is not None:
         both = (test.hammer, struck)
-        evidence.append(HammerEvidence(*both, found, band=BAND, largest_lines=LARGEST_LINES))
+        evidence.append(
+            HammerEvidence(*both, identification, band=BAND, largest_lines=LARGEST_LINES)
+        )
     swept = test.with_hoses(HoseState.STANDARD) and test.with_hoses(HoseState.SOFT)
     if swept or struck is None:
         evidence += [
-            SweepEvidence(pair, found, test.rotor_inertia, sense)
-            for pair in sweep_pairs(test, found, SWEEP_BAND)
+            SweepEvidence(pair, identification, test.rotor_inertia, sense)
+            for pair in sweep_pairs(test, identification, SWEEP_BAND)
         ]
     zero = np.zeros((len(test.hoses), len(NUMBERS)))
-    best = _fit(test.hoses, evidence, found, zero)
+    best = _fit(test.hoses, evidence, identification, zero)
     if best.worst_chi > ALARM:
         # one resonance may have been taken for another: look from stiffer and from softer hoses
         for signs in itertools.product((-1.0, 1.0), repeat=len(test.hoses)):
-            other = _fit(test.hoses, evidence, found, np.outer(signs, OTHER_START))
+            other = _fit(test.hoses, evidence, identification, np.outer(signs, OTHER_START))
             best = min(best, other, key=lambda fit: fit.worst_chi)
     return best
 
@@ -205,7 +207,7 @@ def identify_hoses(
 def _fit(
     drawn: tuple[HoseDrawing, ...],
     evidence: Sequence[HoseEvidence],
-    found: Identification,
+    identification: Identification,
     start: RealArray,
 ) -> HoseIdentification:
     """Most probable hoses, searched from the numbers `start`, shape (n, 11)."""
@@ -233,9 +235,11 @@ def _fit(
         }
         parts = [
             part.residuals(
-                hose_matrices(hoses, part.frequency).point, slopes[part.frequency.tobytes()], own
+                hose_matrices(hoses, part.frequency).point,
+                slopes[part.frequency.tobytes()],
+                nuisance,
             )
-            for part, own in zip(evidence, nuisances, strict=True)
+            for part, nuisance in zip(evidence, nuisances, strict=True)
         ]
         rows = [np.ascontiguousarray(by_unknown).view(float).T for _, by_unknown in parts]
         by_hoses = np.concatenate([row[:, :n] for row in rows])
@@ -257,16 +261,16 @@ def _fit(
     values, jacobian = measured(result.x)
     numbers, nuisances = split(result.x)
     hoses = _changed(drawn, numbers)
-    by_error = _by_identification(evidence, nuisances, hoses, found)
+    by_error = _by_identification(evidence, nuisances, hoses, identification)
     posterior = np.linalg.inv((jacobian * deviations).T @ (jacobian * deviations))
     posterior *= np.outer(deviations, deviations)
     moved = posterior[:n] @ jacobian[: by_error.shape[0]].T @ by_error
-    covariance = posterior[:n, :n] + moved @ found.calibrated.covariance @ moved.T
+    covariance = posterior[:n, :n] + moved @ identification.calibrated.covariance @ moved.T
     names = tuple(f"{hose.name} {number}" for hose in drawn for number in NUMBERS)
     each = np.split(values, np.cumsum([12 * part.frequency.size for part in evidence]))
     reduced_chi = [
-        (part.name, float(np.sqrt(np.mean(own**2))))
-        for part, own in zip(evidence, each, strict=False)
+        (part.name, float(np.sqrt(np.mean(nuisance**2))))
+        for part, nuisance in zip(evidence, each, strict=False)
     ]
     return HoseIdentification(
         tuple(drawn),
@@ -288,10 +292,10 @@ def _by_identification(
     evidence: Sequence[HoseEvidence],
     nuisances: Sequence[RealArray],
     hoses: tuple[HoseDrawing, ...],
-    found: Identification,
+    identification: Identification,
 ) -> RealArray:
     """Differentiate all real residuals by compressor and placement, shape (n, n_unknown)."""
-    calibrated = found.calibrated
+    calibrated = identification.calibrated
     placement, errors = calibrated.placement, calibrated.errors
     n, n_errors = calibrated.values.size, errors.size
     by_response = placement.response_derivatives(errors)
@@ -301,10 +305,10 @@ def _by_identification(
     excitation = np.zeros((n + n_errors, *by_excitation.shape[1:]))
     response[n:split], excitation[split:] = by_response, by_excitation
     rows = []
-    for part, own in zip(evidence, nuisances, strict=True):
+    for part, nuisance in zip(evidence, nuisances, strict=True):
         mass = np.zeros((n + n_errors, part.frequency.size, 6, 6), dtype=complex)
         mass[:n] = calibrated.parametrisation.sensitivities(calibrated.values, part.frequency)
         stiffness = hose_matrices(hoses, part.frequency).point
-        change = part.by_identification(stiffness, own, mass, response, excitation)
+        change = part.by_identification(stiffness, nuisance, mass, response, excitation)
         rows.append(np.ascontiguousarray(change).view(float).T)
     return np.concatenate(rows)

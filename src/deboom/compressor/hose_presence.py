@@ -95,7 +95,7 @@ class HoseReaction:
 
 def hose_reactions(
     test: OperatingTest,
-    found: Identification,
+    identification: Identification,
     *,
     change: Callable[[RealArray], ComplexArray] | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
@@ -103,22 +103,22 @@ def hose_reactions(
     """Find the reaction of the hoses at each pressure that was run with and without them.
 
     - `test`: sweeps of the running compressor.
-    - `found`: model from its hammer test without hoses.
+    - `identification`: model from its hammer test without hoses.
     - `change`, optional: lines (n_frequency,) [Hz] → δ of the mounts' stiffness in operation,
       complex [1]; none by default.
     - `sense`: sense of the rotor.
     - raises InputError: no pressure with standard and soft hoses.
     """
     reactions = []
-    for pair in sweep_pairs(test, found):
+    for pair in sweep_pairs(test, identification):
         mass, _ = running_mass(
-            found,
+            identification,
             pair.frequency,
             change=0.0 if change is None else change(pair.frequency),
             rotor_inertia=test.rotor_inertia,
             sense=sense,
         )
-        reactions.append(hose_reaction(pair, mass, found.length))
+        reactions.append(hose_reaction(pair, mass, identification.length))
     return tuple(reactions)
 
 
@@ -205,7 +205,7 @@ class HosePresence:
 def hoses_in_sweep(
     sweep: OperatingSweep,
     hoses: Sequence[HoseDrawing],
-    found: Identification,
+    identification: Identification,
     *,
     rotor_inertia: float | None = None,
     sense: RotationSense = RotationSense.POSITIVE,
@@ -220,14 +220,14 @@ def hoses_in_sweep(
     the share s of the hoses and s times their deviations from the drawing, linear in all of them
     and repeated where these end.
     """
-    motion, covariance = motion_at_virtual_point(sweep, found)
+    motion, covariance = motion_at_virtual_point(sweep, identification)
     kept = _sought(sweep.frequency)
     if np.count_nonzero(kept) < SMALLEST_LINES:
         return None
     lines, motion, covariance = sweep.frequency[kept], motion[kept], covariance[kept]
-    mass, mounts = running_mass(found, lines, rotor_inertia=rotor_inertia, sense=sense)
+    mass, mounts = running_mass(identification, lines, rotor_inertia=rotor_inertia, sense=sense)
     load = applied(mass, motion)
-    weight = np.repeat([1.0, 1 / found.length], 3)
+    weight = np.repeat([1.0, 1 / identification.length], 3)
     adjoint = np.swapaxes(mass.conj(), -1, -2)
     model = (MODEL_ERROR * np.linalg.norm(load * weight, axis=1)) ** 2 / 6
     noise = mass @ covariance @ adjoint
@@ -303,7 +303,7 @@ def _presence(
     where: str,
     target: ComplexArray,
     columns: ComplexArray,
-    known: RealArray,
+    prior_deviations: RealArray,
     by_stiffness: Callable[[ComplexArray], ComplexArray],
     hoses: Sequence[HoseDrawing],
     lines: RealArray,
@@ -311,23 +311,23 @@ def _presence(
     """Fit a share of the hoses beside all else that the target may be.
 
     The target (...) has white noise of unit deviation in both parts. The real columns (k, ...) need
-    no hose, with prior deviations `known` (k,); `by_stiffness` makes columns (p, ...) of ``K_h/ω²``
-    (p, n_frequency, 6, 6).
+    no hose, with prior deviations `prior_deviations` (k,); `by_stiffness` makes columns (p, ...) of
+    ``K_h/ω²`` (p, n_frequency, 6, 6).
     """
     squared = ((2 * np.pi * lines) ** 2)[:, np.newaxis, np.newaxis]
-    explained = np.vstack([_real(columns).T, np.diag(1 / known)])
+    explained = np.vstack([_real(columns).T, np.diag(1 / prior_deviations)])
     directions, _ = np.linalg.qr(explained / np.linalg.norm(explained, axis=0))
 
     def beside(rows: RealArray) -> RealArray:
         """Leave what nothing else explains of rows, shape (p, n); at its priors they are zero."""
-        longer = np.hstack([rows, np.zeros((len(rows), known.size))])
+        longer = np.hstack([rows, np.zeros((len(rows), prior_deviations.size))])
         return np.asarray(longer - (longer @ directions) @ directions.T)
 
     def columns_of(stiffness: ComplexArray) -> RealArray:
         return beside(_real(by_stiffness(np.asarray(stiffness / squared, dtype=complex))))
 
     (left,) = beside(_real(target[np.newaxis]))
-    size = left.size - known.size
+    size = left.size - prior_deviations.size
     numbers = np.zeros((len(hoses), DRAWN.size))
     squares = float(left @ left)
     best = squares

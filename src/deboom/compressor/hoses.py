@@ -212,7 +212,7 @@ HIT_SCATTER = 5e-4
 
 
 def running_mass(
-    found: Identification,
+    identification: Identification,
     frequency: npt.ArrayLike,
     *,
     change: npt.ArrayLike = 0.0,
@@ -228,7 +228,7 @@ def running_mass(
     mounts, ``(1 + δ) v K/ω²``, both (n_frequency, 6, 6) [kg, kg m, kg m²].
     """
     lines = np.asarray(frequency, dtype=float)
-    model = found.calibrated.model
+    model = identification.calibrated.model
     factor = (1 + np.asarray(change)) * np.ones(lines.size)
     mounts = factor[:, np.newaxis, np.newaxis] * model.mount_part(lines)
     mass = model.mass_matrix - mounts + gyroscopic_mass(rotor_inertia, sense)
@@ -256,7 +256,7 @@ class SweepPair:
 
 
 def sweep_pairs(
-    test: OperatingTest, found: Identification, band: tuple[float, float] = (17.0, 150.0)
+    test: OperatingTest, identification: Identification, band: tuple[float, float] = (17.0, 150.0)
 ) -> tuple[SweepPair, ...]:
     """Find for each sweep with standard hoses the one with soft hoses that goes with it.
 
@@ -277,8 +277,8 @@ def sweep_pairs(
         if not partners:
             continue
         soft, (first, second) = max(partners, key=lambda partner: partner[1][0].size)
-        motion, covariance = motion_at_virtual_point(soft, found)
-        other, other_covariance = motion_at_virtual_point(standard, found)
+        motion, covariance = motion_at_virtual_point(soft, identification)
+        other, other_covariance = motion_at_virtual_point(standard, identification)
         pairs.append(
             SweepPair(
                 soft.name,
@@ -288,7 +288,7 @@ def sweep_pairs(
                 motion[first],
                 other[second],
                 covariance[first] + other_covariance[second],
-                _calibrated_inverse(found),
+                _calibrated_inverse(identification),
             )
         )
     if not pairs:
@@ -301,7 +301,7 @@ def sweep_pairs(
 
 
 def motion_at_virtual_point(
-    sweep: OperatingSweep, found: Identification
+    sweep: OperatingSweep, identification: Identification
 ) -> tuple[ComplexArray, RealArray]:
     """Project the channels of a sweep on the calibrated virtual point.
 
@@ -309,19 +309,19 @@ def motion_at_virtual_point(
     of the real as of the imaginary part. InputError: channels of other sensors than those of the
     hammer test.
     """
-    if sweep.acceleration.channels != found.test.frf.outputs:
+    if sweep.acceleration.channels != identification.test.frf.outputs:
         raise InputError(
-            f"sweep {sweep.name} has other accelerometers than {found.test.name}: the "
+            f"sweep {sweep.name} has other accelerometers than {identification.test.name}: the "
             "sensors must stay where they were struck"
         )
-    inverse = _calibrated_inverse(found)
+    inverse = _calibrated_inverse(identification)
     covariance = (inverse * sweep.deviation[:, np.newaxis] ** 2) @ inverse.T
     return np.asarray(sweep.acceleration.values @ inverse.T), np.asarray(covariance)
 
 
-def _calibrated_inverse(found: Identification) -> RealArray:
+def _calibrated_inverse(identification: Identification) -> RealArray:
     """Channels → motion of the virtual point, as the hammer test calibrated them [1, 1/m]."""
-    return np.asarray(np.linalg.pinv(found.calibrated.response_matrix))
+    return np.asarray(np.linalg.pinv(identification.calibrated.response_matrix))
 
 
 def _common_lines(
@@ -360,17 +360,17 @@ class HammerEvidence:
         self,
         without: InertanceTest,
         with_hoses: InertanceTest,
-        found: Identification,
+        identification: Identification,
         *,
         band: tuple[float, float],
         largest_lines: int,
     ) -> None:
-        struck = found.test.frf
+        struck = identification.test.frf
         for test in (without, with_hoses):
             if test.frf.outputs != struck.outputs or test.frf.inputs != struck.inputs:
                 raise InputError(
-                    f"{test.name} has other sensors or impacts than {found.test.name}: keep the "
-                    "sensors, strike the same points"
+                    f"{test.name} has other sensors or impacts than {identification.test.name}: "
+                    "keep the sensors, strike the same points"
                 )
         lines = without.frf.frequency
         if not np.array_equal(lines, with_hoses.frf.frequency):
@@ -381,7 +381,7 @@ class HammerEvidence:
         kept = thinned((lines >= band[0]) & (lines <= band[1]), largest_lines)
         if not kept.any():
             raise InputError(f"{without.name} has no line between {band[0]:g} and {band[1]:g} Hz")
-        calibrated = found.calibrated
+        calibrated = identification.calibrated
         self.frequency = lines[kept]
         self.apparent_mass = calibrated.model.apparent_mass(self.frequency)
         self.channels, self.response = np.linalg.qr(calibrated.response_matrix)
@@ -471,14 +471,14 @@ class SweepEvidence:
     def __init__(
         self,
         pair: SweepPair,
-        found: Identification,
+        identification: Identification,
         rotor_inertia: float | None,
         sense: RotationSense = RotationSense.POSITIVE,
     ) -> None:
         self.name = f"sweeps {pair.standard_name} and {pair.soft_name}"
         self.pair, self.frequency = pair, pair.frequency
         self.apparent_mass, self.mounts = running_mass(
-            found, pair.frequency, rotor_inertia=rotor_inertia, sense=sense
+            identification, pair.frequency, rotor_inertia=rotor_inertia, sense=sense
         )
         self.whitening = np.linalg.inv(np.linalg.cholesky(pair.covariance))
         mounts = FactorOverFrequency()

@@ -187,12 +187,12 @@ def quantities(model: CompressorModel) -> Quantities:
     return Quantities(names, units, np.array(numbers, dtype=float))
 
 
-def quantity_deviations(found: SelfCalibration) -> RealArray:
+def quantity_deviations(calibration: SelfCalibration) -> RealArray:
     """Propagate the posterior to the standard deviations of `quantities`, shape (n,)."""
-    return np.sqrt(np.diag(propagated(found, lambda model: quantities(model).values)))
+    return np.sqrt(np.diag(propagated(calibration, lambda model: quantities(model).values)))
 
 
-def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexArray:
+def gain_deviation(calibration: SelfCalibration, frequency: npt.ArrayLike) -> ComplexArray:
     """Propagate the posterior to the gain.
 
     `frequency` (n_frequency,): lines [Hz]. Returns (n_frequency,) standard deviation of the real
@@ -205,20 +205,22 @@ def gain_deviation(found: SelfCalibration, frequency: npt.ArrayLike) -> ComplexA
         values = model.gain.at(lines) / model.gain.real.at(REFERENCE_FREQUENCY)
         return np.concatenate([values.real, values.imag])
 
-    real, imaginary = np.split(np.sqrt(np.diag(propagated(found, gain))), 2)
+    real, imaginary = np.split(np.sqrt(np.diag(propagated(calibration, gain))), 2)
     return np.asarray(real + 1j * imaginary)
 
 
-def propagated(found: SelfCalibration, of: Callable[[CompressorModel], RealArray]) -> RealArray:
+def propagated(
+    calibration: SelfCalibration, of: Callable[[CompressorModel], RealArray]
+) -> RealArray:
     """Propagate the posterior of the parameters to any function of the model, to first order.
 
     Returns (n, n) covariance of the function.
     """
 
     def function(rows: RealArray) -> RealArray:
-        return np.stack([of(found.parametrisation.model(row)) for row in rows])
+        return np.stack([of(calibration.parametrisation.model(row)) for row in rows])
 
-    covariance = found.parameter_covariance
+    covariance = calibration.parameter_covariance
     unit = np.sqrt(np.diag(covariance))
-    slopes = derivatives(function, found.values, _STEP * unit) * unit[:, np.newaxis]
+    slopes = derivatives(function, calibration.values, _STEP * unit) * unit[:, np.newaxis]
     return np.asarray(slopes.T @ (covariance / np.outer(unit, unit)) @ slopes)

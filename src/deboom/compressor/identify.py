@@ -118,8 +118,8 @@ class Identification(Tabled):
     it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
     `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
     (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
-    of the sheet; `known`: posterior against prior; `held_out`: lines not fitted between the ends of
-    all bands; `hoses`: search for the drawn hoses, None where none are drawn.
+    of the sheet; `knowledge`: posterior against prior; `held_out`: lines not fitted between the
+    ends of all bands; `hoses`: search for the drawn hoses, None where none are drawn.
     """
 
     test: InertanceTest
@@ -134,7 +134,7 @@ class Identification(Tabled):
     start: RealArray
     point: PointFit
     calibrated: SelfCalibration
-    known: Knowledge
+    knowledge: Knowledge
     modes: ModalTable
     rigid: RigidLimit
     held_out: tuple[HoldOut, ...]
@@ -313,7 +313,7 @@ def refuse_implausible(test: InertanceTest) -> None:
     _start(test, inertance, fitted)
 
 
-def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalibration:
+def calibration_of(identification: Identification, above: float = MASS_LINE) -> SelfCalibration:
     """Choose the calibration of sensors and impacts that can be trusted.
 
     `above`: first line of the mass line [Hz]. Returns that of the identification; where its model
@@ -323,24 +323,26 @@ def calibration_of(found: Identification, above: float = MASS_LINE) -> SelfCalib
     A subframe's resonance that the model does not know is otherwise explained by sensors out of
     place, and that error goes into every load.
     """
-    if _worst_chi(found.calibrated, found.held_out) <= ALARM:
-        return found.calibrated
-    lines = found.raw.frf.frequency >= above
+    if _worst_chi(identification.calibrated, identification.held_out) <= ALARM:
+        return identification.calibrated
+    lines = identification.raw.frf.frequency >= above
     if np.count_nonzero(lines) < SMALLEST_LINES:
         raise InputError(
-            f"{found.test.name}: mounts on rigid ground do not explain the hammer test, and only "
-            f"{np.count_nonzero(lines)} of its lines lie above {above:g} Hz, where they hardly "
-            "matter: measure up to 150 Hz"
+            f"{identification.test.name}: mounts on rigid ground do not explain the hammer test, "
+            f"and only {np.count_nonzero(lines)} of its lines lie above {above:g} Hz, where they "
+            "hardly matter: measure up to 150 Hz"
         )
     free = N_MASS + N_STIFFNESS
-    start = found.point.values
+    start = identification.point.values
     stiffness = np.maximum(np.abs(start[N_MASS:free]), 1.0) * STIFFNESS_DEVIATION
     prior = Prior(
         np.concatenate([start[:free], START_GAIN]),
         np.concatenate([np.full(N_MASS, np.inf), stiffness, GAIN_DEVIATION]),
     )
-    raw = found.raw.select(thinned(lines, LARGEST_LINES))
-    return self_calibrate(found.calibrated.parametrisation, raw, found.test, start, prior)
+    raw = identification.raw.select(thinned(lines, LARGEST_LINES))
+    return self_calibrate(
+        identification.calibrated.parametrisation, raw, identification.test, start, prior
+    )
 
 
 def _worst_chi(calibrated: SelfCalibration, held_out: Sequence[HoldOut]) -> float:
@@ -365,12 +367,12 @@ def _start(
     return parametrisation, parametrisation.values_of(model)
 
 
-def misplaced(found: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
+def misplaced(calibration: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
     """Name what lies over 5 σ off the sheet, such as ``A3 position y (-56 σ)``, worst first."""
-    scores: RealArray = found.errors / found.placement.deviations(tolerances)
+    scores: RealArray = calibration.errors / calibration.placement.deviations(tolerances)
     worst = np.argsort(-np.abs(scores))
     return tuple(
-        f"{found.placement.names[n]} ({scores[n]:+.0f} σ)"
+        f"{calibration.placement.names[n]} ({scores[n]:+.0f} σ)"
         for n in worst
         if abs(scores[n]) > MISPLACED
     )
@@ -433,7 +435,7 @@ def frac(
     return mac(np.asarray(measured)[lines], np.asarray(identified)[lines])
 
 
-def modal_likeness(found: Identification) -> RealArray:
+def modal_likeness(identification: Identification) -> RealArray:
     """Compare measured (rows) and identified (columns) mode shapes at the accelerometers by MAC.
 
     Returns (6, 6) MAC [1]. At the channels, translations and rotations have one unit. InputError: a
@@ -442,8 +444,8 @@ def modal_likeness(found: Identification) -> RealArray:
     The measured modes are those of the linear start from the inertance as the position sheet has
     it; only the gain, whose shape a linear estimate cannot give, is the identified one.
     """
-    direct = np.concatenate([found.start[:-5], found.point.values[-5:]])
-    measured_modes = modal_table(found.point.parametrisation.model(direct))
-    measured = found.response.forward @ measured_modes.shapes
-    identified = found.response.forward @ found.modes.shapes
+    direct = np.concatenate([identification.start[:-5], identification.point.values[-5:]])
+    measured_modes = modal_table(identification.point.parametrisation.model(direct))
+    measured = identification.response.forward @ measured_modes.shapes
+    identified = identification.response.forward @ identification.modes.shapes
     return mac(measured[:, :, np.newaxis], identified[:, np.newaxis, :])

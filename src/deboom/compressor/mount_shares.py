@@ -121,7 +121,7 @@ class MountShares:
 
 
 def mount_shares(
-    found: Identification,
+    identification: Identification,
     drawn: tuple[CompressorMount, ...],
     *,
     position: float = DRAWN_PLACE,
@@ -144,11 +144,11 @@ def mount_shares(
         raise InputError("a compressor on fewer than two mounts has nothing to share")
     per_mount = np.repeat([position, DRAWN_ANGLE, DRAWN_STIFFNESS], 3)
     any_mounts = np.diag([*np.tile(per_mount, len(drawn)), DRAWN_SCALE])
-    one_part = _agreeing(found, _round(drawn), _of_a_kind(any_mounts, len(drawn)))
+    one_part = _agreeing(identification, _round(drawn), _of_a_kind(any_mounts, len(drawn)))
     if identical or one_part.probability >= SMALLEST_PROBABILITY:
         return replace(one_part, identical=True)
     probability = one_part.probability
-    return replace(_agreeing(found, drawn, any_mounts), identical_probability=probability)
+    return replace(_agreeing(identification, drawn, any_mounts), identical_probability=probability)
 
 
 def _moved_mounts(
@@ -168,18 +168,20 @@ def _moved_mounts(
 
 
 def _agreeing(
-    found: Identification,
+    identification: Identification,
     drawn: tuple[CompressorMount, ...],
     numbers: RealArray,
 ) -> MountShares:
     """Fit mounts ``numbers @ z`` away from the drawing, z standard normal beforehand."""
-    known = found.calibrated.parameter_covariance[STIFFNESS_NUMBERS, STIFFNESS_NUMBERS]
-    variance, directions = np.linalg.eigh(known)
-    # an exact test has directions without any error: a valley too narrow to walk along
+    stiffness_covariance = identification.calibrated.parameter_covariance[
+        STIFFNESS_NUMBERS, STIFFNESS_NUMBERS
+    ]
+    variance, directions = np.linalg.eigh(stiffness_covariance)
+    # an exact test has directions without any error: a valley too narrow for a search
     whiten = directions.T / np.sqrt(np.maximum(variance, EXACT * variance[-1]))[:, np.newaxis]
-    basis = MinimalParameters(found.length).stiffness_basis.reshape(N_STIFFNESS, -1)
+    basis = MinimalParameters(identification.length).stiffness_basis.reshape(N_STIFFNESS, -1)
     to_numbers = np.asarray(np.linalg.pinv(basis), dtype=float)
-    wanted = found.calibrated.values[STIFFNESS_NUMBERS]
+    wanted = identification.calibrated.values[STIFFNESS_NUMBERS]
 
     position, rotation, stiffness = (
         np.array([getattr(mount, name) for mount in drawn])
@@ -343,7 +345,7 @@ class HyperbolicMounts(SofteningMounts):
         return np.stack([np.ones_like(left), left])
 
 
-def softening_mounts(found: Identification) -> SofteningMounts | None:
+def softening_mounts(identification: Identification) -> SofteningMounts | None:
     """Divide the stiffness that a hammer test found among the mounts of its drawing.
 
     Returns None without a drawing of at least two mounts: nothing says then what is where.
@@ -351,14 +353,14 @@ def softening_mounts(found: Identification) -> SofteningMounts | None:
     Mounts of `mount_shares`, which add up to K_VP within its uncertainty only; ``C K_i Cᵀ`` with
     ``C = L_VP L⁻¹`` of both Cholesky factors makes them add up.
     """
-    drawing = found.test.drawing
+    drawing = identification.test.drawing
     if drawing is None or len(drawing.mounts) < 2:
         return None
-    mounts = mount_shares(found, drawing.mounts).mounts
+    mounts = mount_shares(identification, drawing.mounts).mounts
     positions = np.array([mount.position for mount in mounts])
     rows = forward_matrices(positions).reshape(len(mounts), 3, 6)
     parts = np.swapaxes(rows, 1, 2) @ stiffness_of_mounts(mounts) @ rows
-    whole = np.linalg.cholesky(found.calibrated.model.stiffness)
+    whole = np.linalg.cholesky(identification.calibrated.model.stiffness)
     fitting = whole @ np.linalg.inv(np.linalg.cholesky(parts.sum(axis=0)))
     return SofteningMounts(positions, fitting @ parts @ fitting.T)
 

@@ -209,7 +209,9 @@ class Route:
     update: StiffnessChange | None = None
 
 
-def _by_sheet(found: Identification, calibration: SelfCalibration, lines: RealArray) -> RouteModel:
+def _by_sheet(
+    identification: Identification, calibration: SelfCalibration, lines: RealArray
+) -> RouteModel:
     """Take the measured apparent mass, everything as the position sheet has it (thesis, 4.4.1).
 
     Errors of the accelerometers cancel, since test and sweep share them; those of the hammer and
@@ -217,12 +219,12 @@ def _by_sheet(found: Identification, calibration: SelfCalibration, lines: RealAr
     """
     placement = calibration.placement
     zero = np.zeros(len(placement.names))
-    tolerances = placement.deviations(found.test.tolerances)
-    return _measured(found, lines, placement, zero, np.diag(tolerances**2))
+    tolerances = placement.deviations(identification.test.tolerances)
+    return _measured(identification, lines, placement, zero, np.diag(tolerances**2))
 
 
 def _point_model(
-    found: Identification, calibration: SelfCalibration, lines: RealArray
+    identification: Identification, calibration: SelfCalibration, lines: RealArray
 ) -> RouteModel:
     """Take the model of the fit at the virtual point, everything as the position sheet has it.
 
@@ -232,19 +234,19 @@ def _point_model(
     placement = calibration.placement
     zero = np.zeros(len(placement.names))
     inverse = _pseudo_inverse(placement.response_matrix(zero))
-    mass = found.point.model.apparent_mass(lines)
+    mass = identification.point.model.apparent_mass(lines)
     seen = inverse @ placement.response_derivatives(zero)
-    scale = placement.deviations(found.test.tolerances)[:, np.newaxis, np.newaxis]
+    scale = placement.deviations(identification.test.tolerances)[:, np.newaxis, np.newaxis]
     of_load, of_motion = np.zeros((2, scale.size, 6, 6))
     of_motion[: len(seen)], of_load[len(seen) :] = -seen, _by_impact(placement, zero)
     frame = FrameErrors(scale * of_load, scale * of_motion)
     by_error = frame.load[:, np.newaxis] @ mass + mass @ frame.motion[:, np.newaxis]
-    mounts = found.point.model.mount_part(lines)
+    mounts = identification.point.model.mount_part(lines)
     return RouteModel(lines, inverse, mass, np.asarray(by_error), mounts, frame, None)
 
 
 def _calibrated_model(
-    found: Identification,
+    identification: Identification,
     calibration: SelfCalibration,  # noqa: ARG001  the model goes with its own sensors
     lines: RealArray,
 ) -> RouteModel:
@@ -253,7 +255,7 @@ def _calibrated_model(
     What their errors do to a change of the mounts is that of the impacts' errors which go with
     them: all three explain one hammer test.
     """
-    calibrated = found.calibrated
+    calibrated = identification.calibrated
     inverse = _pseudo_inverse(calibrated.response_matrix)
     mass = calibrated.model.apparent_mass(lines)
     seen = inverse @ calibrated.placement.response_derivatives(calibrated.errors)
@@ -270,7 +272,7 @@ def _calibrated_model(
 
 
 def _calibrated_measurement(
-    found: Identification, calibration: SelfCalibration, lines: RealArray
+    identification: Identification, calibration: SelfCalibration, lines: RealArray
 ) -> RouteModel:
     """Take the measured apparent mass by self-calibrated sensors and impacts: the default.
 
@@ -279,18 +281,18 @@ def _calibrated_measurement(
     """
     n = calibration.values.size
     covariance = calibration.covariance[n:, n:]
-    return _measured(found, lines, calibration.placement, calibration.errors, covariance)
+    return _measured(identification, lines, calibration.placement, calibration.errors, covariance)
 
 
 def _measured(
-    found: Identification,
+    identification: Identification,
     lines: RealArray,
     placement: Placement,
     errors: RealArray,
     covariance: RealArray,
 ) -> RouteModel:
     """Measured apparent mass by the placement with these errors, known to this covariance."""
-    raw = found.raw
+    raw = identification.raw
     inverse = _pseudo_inverse(placement.response_matrix(errors))
     of_impacts = _pseudo_inverse(placement.excitation_matrix(errors))
     hammer_lines = raw.frf.frequency
@@ -321,7 +323,7 @@ def _measured(
     frame = FrameErrors(load, np.zeros_like(load))
     by_error = np.asarray(load[:, np.newaxis] @ mass_at_lines)
     # the mounts as sensors and impacts of this placement see them
-    calibrated = found.calibrated
+    calibrated = identification.calibrated
     seen, struck = inverse @ calibrated.response_matrix, of_impacts @ calibrated.excitation_matrix
     mounts = np.linalg.inv(struck).T @ calibrated.model.mount_part(lines) @ np.linalg.inv(seen)
     return RouteModel(lines, inverse, mass_at_lines, by_error, mounts, frame, noise)

@@ -210,8 +210,8 @@ class _SourceProblem:
         self.pressure, which = np.unique([load.pressure for load in loads], return_inverse=True)
         self.n_source = N_ROTOR + 2 * N_GAS * self.pressure.size
         self.n_change = change.deviations.size
-        known = [1 / change.deviations**2, np.ones(model.by_error.shape[0])]
-        self.prior = np.concatenate([np.zeros(self.n_source), *known])
+        prior_weights = [1 / change.deviations**2, np.ones(model.by_error.shape[0])]
+        self.prior = np.concatenate([np.zeros(self.n_source), *prior_weights])
         self.groups = []
         for members, picks in _shared_lines(self.loads, inside):
             parts = tuple(self.loads[m].select(p) for m, p in zip(members, picks, strict=True))

@@ -150,7 +150,7 @@ def case_name(pressure: float) -> str:
     return f"{pressure / PASCAL_PER_BAR:g} bar"
 
 
-def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
+def source_loads(sources: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexArray]:
     """Compute the load of rotor and gas at any speed, pressure by pressure.
 
     `frequency` (n_frequency,): frequency of the rotation [Hz]. Returns, by name such as
@@ -159,14 +159,14 @@ def source_loads(found: Sources, frequency: npt.ArrayLike) -> dict[str, ComplexA
     Thesis, eq. 36 and 38: unbalances grow with ω² and are the same at every pressure, gas forces do
     neither.
     """
-    rotor = rotor_columns(frequency, found.sense) @ np.array(
-        [found.static.value, found.dynamic.value]
+    rotor = rotor_columns(frequency, sources.sense) @ np.array(
+        [sources.static.value, sources.dynamic.value]
     )
-    columns = gas_columns(found.sense)
+    columns = gas_columns(sources.sense)
     return {
         case_name(gas.pressure): rotor
         + columns @ np.array([gas.axial.value, gas.moment.value, gas.rotating.value])
-        for gas in found.gas
+        for gas in sources.gas
     }
 
 
@@ -309,8 +309,8 @@ class LoadUncertainty:
         cross = _quadratic(placement, covariance[places.stop :], mounts)
         of_placement = np.sum(placement**2, axis=0)
         total = np.sqrt(np.maximum(variance + of_placement + of_mounts + 2 * cross, variance))
-        known = along * np.einsum("fa,fa->f", weights, self.known)
-        offset = known.real
+        offset_along = along * np.einsum("fa,fa->f", weights, self.known)
+        offset = offset_along.real
         amplitude, half = np.abs(value), self.quantile * total
         return Band(
             value,
@@ -318,8 +318,8 @@ class LoadUncertainty:
             amplitude + half + np.maximum(-offset, 0),
             self.quantile * np.sqrt(variance),
             self.quantile * np.sqrt(of_placement),
-            self.quantile * np.sqrt(of_mounts) + np.abs(known),
-            half + np.abs(known),
+            self.quantile * np.sqrt(of_mounts) + np.abs(offset_along),
+            half + np.abs(offset_along),
         )
 
 
@@ -372,10 +372,10 @@ def unexplained_lines(whitened: ComplexArray) -> BoolArray:
     `NEIGHBOURS` lines has a χ above 1.5.
     """
     squares = np.mean(np.abs(whitened) ** 2, axis=1) / 2
-    known = np.isfinite(squares)
+    valid = np.isfinite(squares)
     kernel = np.ones(min(NEIGHBOURS, squares.size))
-    summed = np.convolve(np.where(known, squares, 0.0), kernel, mode="same")
-    count = np.convolve(known.astype(float), kernel, mode="same")
+    summed = np.convolve(np.where(valid, squares, 0.0), kernel, mode="same")
+    count = np.convolve(valid.astype(float), kernel, mode="same")
     mean = np.divide(summed, count, out=np.zeros_like(summed), where=count > 0)
     return np.asarray(mean > ALARM**2)
 

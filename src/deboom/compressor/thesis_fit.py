@@ -54,7 +54,7 @@ class ThesisFit:
     fit: PointFit
     seconds: float
     seen: Identifiability
-    known: Knowledge
+    knowledge: Knowledge
 
 
 def thesis_start(drawing: Drawing) -> tuple[ThesisParameters, RealArray]:
@@ -86,10 +86,10 @@ def thesis_bounds(drawing: Drawing, start: RealArray) -> Bounds:
     return Bounds(start - width, start + width)
 
 
-def fit_thesis_parameters(found: Identification, drawing: Drawing) -> ThesisFit:
+def fit_thesis_parameters(identification: Identification, drawing: Drawing) -> ThesisFit:
     """Fit the thesis's numbers to inertance and apparent mass, and judge each of them.
 
-    - `found`: inertance at the virtual point, as the position sheet has it, and the lines.
+    - `identification`: inertance at the virtual point, as the position sheet has it, and the lines.
     - `drawing`: start and middle of the bounds.
 
     What is known of each number after the test is not taken from this fit, whose weights are no
@@ -100,7 +100,9 @@ def fit_thesis_parameters(found: Identification, drawing: Drawing) -> ThesisFit:
     parametrisation, start = thesis_start(drawing)
     bounds = thesis_bounds(drawing, start)
     objective = inertance_and_apparent_mass(
-        found.inertance.frequency[found.fitted], found.inertance.values[found.fitted], found.length
+        identification.inertance.frequency[identification.fitted],
+        identification.inertance.values[identification.fitted],
+        identification.length,
     )
     begin = time.perf_counter()
     fit = fit_at_virtual_point(parametrisation, objective, start, bounds)
@@ -112,20 +114,20 @@ def fit_thesis_parameters(found: Identification, drawing: Drawing) -> ThesisFit:
         fit,
         seconds,
         identifiability(parametrisation.names, fit.jacobian, width),
-        knowledge(parametrisation.names, _posterior(found, fit, width), width),
+        knowledge(parametrisation.names, _posterior(identification, fit, width), width),
     )
 
 
-def _posterior(found: Identification, fit: PointFit, prior: RealArray) -> RealArray:
+def _posterior(identification: Identification, fit: PointFit, prior: RealArray) -> RealArray:
     """Covariance of the thesis's numbers, shape (n_parameters, n_parameters)."""
-    lines = found.inertance.frequency[found.fitted]
+    lines = identification.inertance.frequency[identification.fitted]
     by_thesis = fit.parametrisation.sensitivities(fit.values, lines)
-    minimal = MinimalParameters(found.length)
+    minimal = MinimalParameters(identification.length)
     # at the same compressor, where one set of changes lies wholly within the other
     by_minimal = minimal.sensitivities(minimal.values_of(fit.model), lines)
-    unit = np.sqrt(np.diag(found.calibrated.parameter_covariance))
+    unit = np.sqrt(np.diag(identification.calibrated.parameter_covariance))
     columns = real_columns(by_minimal) * unit
     change = np.linalg.lstsq(columns, real_columns(by_thesis) * prior, rcond=None)[0]
-    scaled = found.calibrated.parameter_covariance / np.outer(unit, unit)
+    scaled = identification.calibrated.parameter_covariance / np.outer(unit, unit)
     information = change.T @ np.linalg.solve(scaled, change) + np.eye(prior.size)
     return np.asarray(np.linalg.inv(information) * np.outer(prior, prior))

@@ -308,7 +308,7 @@ def unbalance(
             laws = _softening_laws(identification, options.softening)
             if laws:
                 tried = [(solve(law), law) for law in laws]
-                softened, by_stroke = min(tried, key=lambda one: one[0].schwarz)
+                softened, by_stroke = min(tried, key=lambda law_fit: law_fit[0].schwarz)
                 if softened.converged and softened.schwarz < factor.schwarz:
                     fit = softened
                     notices.append(_softening_notice(route, by_stroke, softened, factor, loads))
@@ -531,24 +531,24 @@ def hose_alarms(sweeps: Sequence[OperatingSweep], bands: Sequence[ResidualBand])
 
 
 def load_alarms(
-    sweeps: Sequence[OperatingSweep], found: Sources, mismatch: float, state: MountState
+    sweeps: Sequence[OperatingSweep], sources: Sources, mismatch: float, state: MountState
 ) -> tuple[str, ...]:
     """Report what rotor, gas and mounts as struck do not explain, in words.
 
     `mismatch`: change of the mounts that no common factor describes, 1 σ per direction [1].
     """
-    hoses = hose_alarms(sweeps, found.residual_bands)
+    hoses = hose_alarms(sweeps, sources.residual_bands)
     if hoses:
         return hoses
     alarms = [state.statement] if state.changed else []
-    if found.remaining_chi > ALARM:
+    if sources.remaining_chi > ALARM:
         alarms.append(
-            f"The loads differ from rotor, gas and mounts by {found.remaining_chi:.1f} times their "
-            f"noise (alarm at {ALARM:g})."
+            f"The loads differ from rotor, gas and mounts by {sources.remaining_chi:.1f} times "
+            f"their noise (alarm at {ALARM:g})."
         )
-    elif found.reduced_chi > ALARM:
+    elif sources.reduced_chi > ALARM:
         alarms.append(
-            f"One factor for all mounts misses the loads by {found.reduced_chi:.1f} times their "
+            f"One factor for all mounts misses the loads by {sources.reduced_chi:.1f} times their "
             f"noise (alarm at {ALARM:g}): the mounts have changed by some {mismatch:.1%} per "
             "direction besides, as they do where they soften with their own motion. The numbers "
             "of all speeds together allow for it."

@@ -54,13 +54,13 @@ class Commonality:
 
 def fewest_part_numbers(
     problem: SharingProblem,
-    own: OwnOptima,
+    optima: OwnOptima,
     guesses: Sequence[Sharing] = (),
     step: Progress | None = None,
 ) -> Commonality:
     """Find the fewest distinct part numbers with which every vehicle keeps its limit.
 
-    - `problem`, `own`: fleet with limits, and the result of `own_optima` for it.
+    - `problem`, `optima`: fleet with limits, and the result of `own_optima` for it.
     - `guesses`: sharings that are tried as well, such as one set per group.
     - `step`, optional: called after each step.
     - raises InputError: a limit that a vehicle misses even with parts of its own; vehicles that
@@ -76,7 +76,7 @@ def fewest_part_numbers(
     search may miss a sharing, and the bound is too high where every start missed one.
     """
     say = step or (lambda *_: None)
-    _refuse_unreachable(problem, own)
+    _refuse_unreachable(problem, optima)
     if len(problem.part_names) > _MOST_PARTS:
         raise InputError(
             f"{len(problem.part_names)} parts: this search goes through subsets of at most "
@@ -84,29 +84,29 @@ def fewest_part_numbers(
         )
     least = Sharing(problem.part_names, problem.vehicles, np.zeros_like(problem.units))
     most = sum(len(np.unique(unit)) for unit in problem.units)
-    library = _library(problem, own)
-    known = _Known(problem)
-    begin = _starts(problem, own)
+    library = _library(problem, optima)
+    evaluated = _Known(problem)
+    begin = _starts(problem, optima)
     for guess in [least, *guesses]:
         if problem.allowed(guess):
-            known.work_out(guess, begin)
+            evaluated.work_out(guess, begin)
     reached = most
     for count in range(least.total, most + 1):
         say(count - least.total, most, f"choice of {count} part numbers")
         chosen = _choose_numbers(problem, library, count)
-        known.work_out(chosen[0], [chosen[1]])
-        if known.worst(count) <= 0.0:
+        evaluated.work_out(chosen[0], [chosen[1]])
+        if evaluated.worst(count) <= 0.0:
             reached = min(reached, count)
         if count >= reached + _BESIDE or chosen[0].total < count:
             break
-    largest = max(design.sharing.total for design in known.designs.values())
+    largest = max(design.sharing.total for design in evaluated.designs.values())
     for count in range(largest, least.total, -1):
         say(most - count, most, f"merging to {count - 1} part numbers")
-        for design in known.of_count(count)[:_WIDTH]:
+        for design in evaluated.of_count(count)[:_WIDTH]:
             for sharing, starts in _merged(problem, design):
-                known.work_out(sharing, starts)
+                evaluated.work_out(sharing, starts)
     say(most, most, "lower bound")
-    by_count = known.best()
+    by_count = evaluated.best()
     if by_count[-1].worst > 0.0:
         raise InputError(
             f"with {most} part numbers, all that is allowed, the limits are missed by "
@@ -120,41 +120,41 @@ def fewest_part_numbers(
     )
 
 
-def separate_sets(problem: SharingProblem, own: OwnOptima, sharing: Sharing) -> SharedDesign:
+def separate_sets(problem: SharingProblem, optima: OwnOptima, sharing: Sharing) -> SharedDesign:
     """Find values for a sharing in which no set of vehicles has a number of another set.
 
     In each set the worst vehicle is as good as was found. One search per set, with room for all
     others: in a search of all, values of a set without the worst vehicle stay where they began.
     """
     place = np.unique(sharing.numbers, axis=1, return_inverse=True)[1].ravel()
-    designs = own.designs.copy()
+    designs = optima.designs.copy()
     for number in range(int(place.max()) + 1):
         inside = place == number
         alone = replace(problem, limits=problem.limits + np.where(inside, 0.0, _ROOM))
-        best = shared_design(alone, sharing, _starts(alone, own))
+        best = shared_design(alone, sharing, _starts(alone, optima))
         designs[inside] = best.designs[inside]
-    levels = problem.own(designs)
+    levels = problem.response_of_each(designs)
     return SharedDesign(sharing, designs, levels, levels - problem.limits)
 
 
-def _refuse_unreachable(problem: SharingProblem, own: OwnOptima) -> None:
-    missed = own.levels - problem.limits
+def _refuse_unreachable(problem: SharingProblem, optima: OwnOptima) -> None:
+    missed = optima.levels - problem.limits
     binding = int(np.argmax(missed))
     if missed[binding] > 0.0:
         unit = problem.evaluate.response_unit
         raise InputError(
             f"{problem.vehicles[binding]} cannot keep its limit of {problem.limits[binding]:.4g} "
-            f"{unit}: with parts of its own it reaches {own.levels[binding]:.4g} {unit}, "
+            f"{unit}: with parts of its own it reaches {optima.levels[binding]:.4g} {unit}, "
             f"{missed[binding]:.3g} too much; {int((missed > 0).sum())} of {missed.size} vehicles "
             "miss theirs: raise the limit or widen the bounds"
         )
 
 
-def _starts(problem: SharingProblem, own: OwnOptima) -> list[RealArray]:
+def _starts(problem: SharingProblem, optima: OwnOptima) -> list[RealArray]:
     """Every vehicle its own optimum; all vehicles one of the candidates that suit the worst."""
-    worst = (problem.evaluate(own.candidates) - problem.limits).max(axis=1)
-    alike = own.candidates[np.argsort(worst, kind="stable")[:_STARTS]]
-    return [own.designs, *np.repeat(alike[:, np.newaxis], len(problem.vehicles), axis=1)]
+    worst = (problem.evaluate(optima.candidates) - problem.limits).max(axis=1)
+    alike = optima.candidates[np.argsort(worst, kind="stable")[:_STARTS]]
+    return [optima.designs, *np.repeat(alike[:, np.newaxis], len(problem.vehicles), axis=1)]
 
 
 class _Known:
@@ -167,8 +167,8 @@ class _Known:
     def work_out(self, sharing: Sharing, starts: Sequence[RealArray]) -> None:
         """Find values for a sharing by gradients."""
         design = shared_design(self.problem, sharing, starts)
-        known = self.designs.get(sharing.key)
-        if known is None or design.worst < known.worst:
+        best = self.designs.get(sharing.key)
+        if best is None or design.worst < best.worst:
             self.designs[sharing.key] = design
 
     def worst(self, count: int) -> float:
@@ -228,15 +228,15 @@ def _bound(problem: SharingProblem, least: Sharing, starts: Sequence[RealArray])
     return best
 
 
-def _library(problem: SharingProblem, own: OwnOptima) -> _Library:
+def _library(problem: SharingProblem, optima: OwnOptima) -> _Library:
     """Values of each part that differ in what vehicles hear, most different ones first."""
-    designs = np.concatenate([own.designs, own.candidates])
+    designs = np.concatenate([optima.designs, optima.candidates])
     library = []
     for columns in problem.columns:
         values = designs[:, list(columns)]
-        placed = np.repeat(own.designs[np.newaxis], len(values), axis=0)
+        placed = np.repeat(optima.designs[np.newaxis], len(values), axis=0)
         placed[:, :, list(columns)] = values[:, np.newaxis]
-        levels = problem.own(placed)
+        levels = problem.response_of_each(placed)
         kept = [0]
         while len(kept) < min(_LARGEST, len(values)):
             apart = np.abs(levels[:, np.newaxis] - levels[kept]).max(axis=2).min(axis=1)

@@ -1,4 +1,4 @@
-"""Pareto fronts: made, verified with fresh draws, and compared; the door to moocore.
+"""Pareto fronts: made, verified with fresh draws, and compared; the only module with moocore.
 
 All objectives are to be minimised. Fronts to compare are plain arrays of shape (n, m), finite.
 """

@@ -365,19 +365,19 @@ def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, ta
     span = question.upper - question.lower
     scale = np.where(question.free, np.maximum(box.width, _NARROWEST * span), 1.0)
     size = len(span)
-    known: dict[bytes, tuple[float, RealArray]] = {}
+    excess_of_box: dict[bytes, tuple[float, RealArray]] = {}
 
     def ends_of(place: RealArray) -> RealArray:
         return np.asarray(box.lower + place.reshape(2, size) * scale)
 
     def missed(place: RealArray) -> tuple[float, RealArray]:
         key = place.tobytes()
-        if key not in known:
-            known.clear()
+        if key not in excess_of_box:
+            excess_of_box.clear()
             share, gradient = smooth_share(question, ends_of(place), unit, spread)
             lost = max(1.0 - share, 1e-12)
-            known[key] = (float(np.log(lost)), -(gradient * scale).ravel() / lost)
-        return known[key]
+            excess_of_box[key] = (float(np.log(lost)), -(gradient * scale).ravel() / lost)
+        return excess_of_box[key]
 
     weight = np.where(question.free, question.weight, 0.0)
     weight = weight / weight.sum()
@@ -413,8 +413,8 @@ def _stage(question: BoxQuestion, box: Box, unit: RealArray, softness: float, ta
 def _typical_spread(question: BoxQuestion, box: Box, unit: RealArray) -> float:
     """Root mean square over the responses of their standard deviation over the parts of a box."""
     excess = question.excess(box.at(unit))
-    known = excess[np.isfinite(excess).all(axis=1)]
-    spread = float(np.sqrt(known.var(axis=0).mean())) if len(known) > 1 else 0.0
+    valid = excess[np.isfinite(excess).all(axis=1)]
+    spread = float(np.sqrt(valid.var(axis=0).mean())) if len(valid) > 1 else 0.0
     return spread if spread > 0.0 else 1.0
 
 

@@ -1,4 +1,4 @@
-"""The one search, and the door to pymoo: any of its algorithms, resume, descents, verification."""
+"""The search, and the only module with pymoo: any algorithm, resume, descents, verification."""
 
 from __future__ import annotations
 

@@ -84,13 +84,15 @@ def pick(
         tight = quieter & (values.sigma_sum[rows] <= today.sigma_sum[0])
         kept |= {Pick.none_louder: (quieter, (0, 1)), Pick.sigma_kept: (tight, (0, 1))}
     kept[Pick.best_sigma] = (every, (1, 0))
-    found: ByPick[int] = ByPick()
+    row_of_pick: ByPick[int] = ByPick()
     for name, (among, (first, then)) in kept.items():
         if among.any():
             left = rows[among]
             objectives = values.objectives[left]
-            found[name] = int(left[np.lexsort((objectives[:, then], objectives[:, first]))[0]])
-    return found
+            row_of_pick[name] = int(
+                left[np.lexsort((objectives[:, then], objectives[:, first]))[0]]
+            )
+    return row_of_pick
 
 
 NONE_WORSE, NEAREST = "none-worse", "nearest-to-ideal"
@@ -117,16 +119,16 @@ def pick_of_any(
     box = np.ptp(objectives, axis=0)
     scaled = (objectives - objectives.min(axis=0)) / np.where(box > 0.0, box, 1.0)
     distance = np.linalg.norm(scaled, axis=1)
-    found: ByPick[int] = ByPick()
+    picks: ByPick[int] = ByPick()
     for column, name in enumerate(names):
         best = np.lexsort((distance, objectives[:, column]))[0]
-        found[f"best-{name}"] = int(rows[best])
+        picks[f"best-{name}"] = int(rows[best])
     if today is not None:
         kept = np.flatnonzero(np.all(objectives <= today.objectives[0], axis=1))
         if kept.size:
-            found[NONE_WORSE] = int(rows[kept[distance[kept].argmin()]])
-    found[NEAREST] = int(rows[distance.argmin()])
-    return found
+            picks[NONE_WORSE] = int(rows[kept[distance[kept].argmin()]])
+    picks[NEAREST] = int(rows[distance.argmin()])
+    return picks
 
 
 def variables_without_effect(evaluate: Evaluate, space: DesignSpace) -> tuple[str, ...]:
@@ -230,13 +232,13 @@ def improved(robust: Robust, evaluated: RobustValues, today: RobustValues) -> Ro
     constraints keep a distance of `KEPT_BY` of σ, which the draws of a verification may take.
     """
     goal = _Goal(robust, today)
-    found = [evaluated, today]
+    evaluations = [evaluated, today]
     for name in Pick:
-        known = joined(found)
-        start = known.designs[pick(known, today).get(name, len(evaluated))]
-        found.append(robust(goal.descend(name, start)[np.newaxis]))
-    known = joined(found)
-    return chosen(known, sorted(set(pick(known, today).values())))
+        all_designs = joined(evaluations)
+        start = all_designs.designs[pick(all_designs, today).get(name, len(evaluated))]
+        evaluations.append(robust(goal.descend(name, start)[np.newaxis]))
+    all_designs = joined(evaluations)
+    return chosen(all_designs, sorted(set(pick(all_designs, today).values())))
 
 
 class _Goal:

@@ -1,4 +1,4 @@
-"""Sensitivity analyses: Sobol indices and elementary effects; the only door to SALib.
+"""Sensitivity analyses: Sobol indices and elementary effects; the only module with SALib.
 
 SALib 1.6 gives zeros when one response is not finite, reads seed 0 as "no seed", changes the global
 random state, the format of warnings and the problem it is given, and takes a single group for none.

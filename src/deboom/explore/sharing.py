@@ -135,7 +135,7 @@ class SharingProblem:
         needed = np.take_along_axis(sharing.numbers, self.units, axis=1)
         return np.array_equal(sharing.numbers, needed)
 
-    def own(self, designs: RealArray) -> RealArray:
+    def response_of_each(self, designs: RealArray) -> RealArray:
         """Return the response of each vehicle to its own design, (…, v, k) → (…, v)."""
         # vehicles that share all parts have one design: evaluate it once
         flat = designs.reshape(-1, designs.shape[-1])
@@ -144,7 +144,7 @@ class SharingProblem:
         n_vehicles = len(self.vehicles)
         return np.asarray(np.einsum("...vv->...v", values.reshape(*designs.shape[:-1], n_vehicles)))
 
-    def own_gradient(self, designs: RealArray) -> RealArray:
+    def gradient_of_each(self, designs: RealArray) -> RealArray:
         """Return the derivative of each vehicle's response by its own design, (v, k) → (v, k)."""
         different, place = np.unique(designs, axis=0, return_inverse=True)
         gradient = self.evaluate.gradient(different)
@@ -267,13 +267,15 @@ def quietest_within_limits(problem: SharingProblem, start: SharedDesign) -> Shar
 
     def total(values: RealArray) -> tuple[float, RealArray]:
         designs = numbering.designs(values)
-        return float(problem.own(designs).sum()), numbering.fold(problem.own_gradient(designs))
+        return float(problem.response_of_each(designs).sum()), numbering.fold(
+            problem.gradient_of_each(designs)
+        )
 
     def room(values: RealArray) -> RealArray:
-        return np.asarray(problem.limits - problem.own(numbering.designs(values)))
+        return np.asarray(problem.limits - problem.response_of_each(numbering.designs(values)))
 
     def room_gradient(values: RealArray) -> RealArray:
-        return -numbering.rows(problem.own_gradient(numbering.designs(values)))
+        return -numbering.rows(problem.gradient_of_each(numbering.designs(values)))
 
     end = minimize(
         total,
@@ -339,13 +341,13 @@ def _descend(
     """Part values, (n,), where a descent of the worst excess ends."""
 
     def excess(values: RealArray) -> RealArray:
-        return np.asarray(problem.own(numbering.designs(values)) - problem.limits)
+        return np.asarray(problem.response_of_each(numbering.designs(values)) - problem.limits)
 
     def room(point: RealArray) -> RealArray:
         return np.asarray(point[-1] - excess(point[:-1]))
 
     def room_gradient(point: RealArray) -> RealArray:
-        rows = numbering.rows(problem.own_gradient(numbering.designs(point[:-1])))
+        rows = numbering.rows(problem.gradient_of_each(numbering.designs(point[:-1])))
         return np.hstack([-rows, np.ones((len(rows), 1))])
 
     last = np.append(np.zeros(start.size), 1.0)
@@ -366,5 +368,5 @@ def _descend(
 
 
 def _finished(problem: SharingProblem, sharing: Sharing, designs: RealArray) -> SharedDesign:
-    levels = problem.own(designs)
+    levels = problem.response_of_each(designs)
     return SharedDesign(sharing, designs, levels, levels - problem.limits)

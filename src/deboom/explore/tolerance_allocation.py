@@ -300,15 +300,15 @@ class Allocator:
         """
         start = self.uniform(target)
         scale = start.total_cost or 1.0
-        known: dict[bytes, tuple[float, RealArray]] = {}
+        excess_of_tolerances: dict[bytes, tuple[float, RealArray]] = {}
 
         def excess(place: RealArray) -> tuple[float, RealArray]:
             key = place.tobytes()
-            if key not in known:
-                known.clear()
+            if key not in excess_of_tolerances:
+                excess_of_tolerances.clear()
                 value, slope = target.excess(self.at(self._within(np.exp(place))).scattered)
-                known[key] = value, slope[self._columns]
-            return known[key]
+                excess_of_tolerances[key] = value, slope[self._columns]
+            return excess_of_tolerances[key]
 
         def cost(place: RealArray) -> tuple[float, RealArray]:
             tolerance = self._within(np.exp(place))

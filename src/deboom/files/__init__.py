@@ -1,1 +1,1 @@
-"""The only door to disk. Depends on: measurement, mounts."""
+"""The only package that reads and writes files. Depends on: measurement, mounts."""

@@ -355,8 +355,8 @@ class Programme(StrictModel):
 
     def mount(self, name: str) -> ProgrammeMount:
         """Return what is known of a mount, perhaps nothing but its name."""
-        known = {mount.name: mount for mount in self.mounts}
-        return known.get(name, ProgrammeMount(name=name))
+        mount_by_name = {mount.name: mount for mount in self.mounts}
+        return mount_by_name.get(name, ProgrammeMount(name=name))
 
 
 def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
@@ -500,13 +500,13 @@ def read_specification(path: Path) -> SupplierSpecification:
         raise InputError(f"{path} holds no specification: {remedy}") from None
     if not isinstance(raw, dict) or raw.get("format") != SHEET_FORMAT:
         raise InputError(f"{path} holds no specification: {remedy}")
-    found = checked_document(path, raw, SupplierSpecification)
-    if found.checksum != cells.get(_CHECKSUM):
+    specification = checked_document(path, raw, SupplierSpecification)
+    if specification.checksum != cells.get(_CHECKSUM):
         raise InputError(
             f"{path}: its specification has been edited, its checksum is another one: {remedy}; "
             "an agreed change is a new revision"
         )
-    return found
+    return specification
 
 
 PLAIN = ("part", "batch", "mount")
@@ -621,7 +621,7 @@ def read_measured_sheet(
     names = FILL_IN[specification.language]
     units = dict(zip(names[3:], ("N", "m", "Hz", "rad"), strict=True))
     units |= dict.fromkeys(STIFFNESS, "N/m")
-    found: dict[tuple[str, str], dict[str, float]] = {}
+    measured: dict[tuple[str, str], dict[str, float]] = {}
     today, musts = dict[str, list[float]](), specification.musts
     for row in read_rows(path, names[:3], units, MEASURED[specification.language]):
         part, batch, direction = (row.cells[name] for name in names[:3])
@@ -637,15 +637,15 @@ def read_measured_sheet(
         if part == TODAY[specification.language]:
             today.setdefault(axis, []).append(value)
             continue
-        axes = found.setdefault((part, batch or "–"), {})
+        axes = measured.setdefault((part, batch or "–"), {})
         if axis in axes:
             raise row.error(f"part '{part}': {direction} stands there twice: keep one row")
         axes[axis] = value
-    if not found:
+    if not measured:
         raise InputError(f"{path} holds no measured part: one row per part and direction")
     for axis, must in musts.items():
-        known = must.today_n_per_mm
-        if known is None and axis not in today:
+        nominal = must.today_n_per_mm
+        if nominal is None and axis not in today:
             raise InputError(
                 f"{path}: {must.name} is only known as a ratio to today's part: measure that one "
                 "on the same machine and add its row, with "
@@ -654,23 +654,23 @@ def read_measured_sheet(
         reference = 1.0
         if axis in today:
             reference = sum(today[axis]) / len(today[axis])
-            reference /= 1.0 if known is None else 1e3 * known
-        for (part, _), axes in found.items():
+            reference /= 1.0 if nominal is None else 1e3 * nominal
+        for (part, _), axes in measured.items():
             if axis not in axes:
                 raise InputError(f"{path}: part '{part}': {must.name} was not measured: measure it")
             axes[axis] /= reference
     return tuple(
         DeliveredPart(part, batch, specification.mount, axes)
-        for (part, batch), axes in found.items()
+        for (part, batch), axes in measured.items()
     )
 
 
 def _check_state(row: Row, names: tuple[str, ...], part: str, must: SheetDirection) -> None:
     """Refuse a row that was measured at another state than the sheet's."""
-    asked = (must.preload_n, must.amplitude_mm, must.frequency_hz)
+    state = (must.preload_n, must.amplitude_mm, must.frequency_hz)
     units = (("N", 1.0), ("mm", 1e3), ("Hz", 1.0))
-    known = zip(STATE_TOLERANCE.items(), names[3:6], asked, units, strict=True)
-    for (what, tolerance), column, wanted, (unit, size) in known:
+    columns = zip(STATE_TOLERANCE.items(), names[3:6], state, units, strict=True)
+    for (what, tolerance), column, wanted, (unit, size) in columns:
         if wanted is None:
             continue
         measured = size * row.number(column)

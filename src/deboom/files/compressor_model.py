@@ -18,7 +18,9 @@ FORMAT = "deboom identified compressor"
 VERSION = 1
 
 
-def compressor_document(found: Identification, inputs_sha256: Mapping[str, str]) -> dict[str, Any]:
+def compressor_document(
+    identification: Identification, inputs_sha256: Mapping[str, str]
+) -> dict[str, Any]:
     """Put a compressor into words and numbers that JSON knows; units stand in the keys.
 
     The compressor with the covariance of its parameters (placement errors integrated out), and what
@@ -27,31 +29,31 @@ def compressor_document(found: Identification, inputs_sha256: Mapping[str, str])
 
     - `inputs_sha256`: name of each file of the hammer test → its hash.
     """
-    calibrated = found.calibrated
+    calibrated = identification.calibrated
     model, n = calibrated.model, calibrated.values.size
     return {
         "format": FORMAT,
         "version": VERSION,
-        "name": found.test.name,
+        "name": identification.test.name,
         "mass_kg": model.mass,
         "centre_of_gravity_m": model.centre.tolist(),
         "inertia_about_centre_kg_m2": model.inertia.tolist(),
         "stiffness_at_virtual_point": model.stiffness.tolist(),
         "stiffness_units": "N/m, N/rad, N m/rad; static, times the gain it is dynamic",
         "gain": dict(zip(GAIN_PARAMETERS, model.gain.values.tolist(), strict=True)),
-        "characteristic_length_m": found.length,
-        "reference_frequency_hz": MinimalParameters(found.length).reference_frequency,
+        "characteristic_length_m": identification.length,
+        "reference_frequency_hz": MinimalParameters(identification.length).reference_frequency,
         "parameters": {
             "names": list(calibrated.parametrisation.names),
             "values": calibrated.values.tolist(),
             "covariance": calibrated.parameter_covariance.tolist(),
         },
         "response": {
-            "channels": list(found.test.frf.outputs),
+            "channels": list(identification.test.frf.outputs),
             "matrix": calibrated.response_matrix.tolist(),
         },
         "excitation": {
-            "impacts": list(found.test.frf.inputs),
+            "impacts": list(identification.test.frf.inputs),
             "matrix": calibrated.excitation_matrix.tolist(),
         },
         "placement": {
@@ -60,8 +62,8 @@ def compressor_document(found: Identification, inputs_sha256: Mapping[str, str])
             "deviations": np.sqrt(np.diag(calibrated.covariance)[n:]).tolist(),
         },
         "reduced_chi": calibrated.reduced_chi,
-        "bands_hz": [list(band) for band in found.options.bands],
-        "alarms": list(found.alarms),
+        "bands_hz": [list(band) for band in identification.options.bands],
+        "alarms": list(identification.alarms),
         "inputs_sha256": dict(inputs_sha256),
     }
 

@@ -1,4 +1,4 @@
-"""The door to disk: files are read whole within limits, and appear complete or not at all."""
+"""Reading and writing: files are read whole within limits, and appear complete or not at all."""
 
 from __future__ import annotations
 

@@ -27,8 +27,8 @@ def read_designs(path: Path, space: DesignSpace) -> RealArray:
       its unit, an entry is no number or outside its bounds: names line and column.
     """
     units = {name: _unit(unit) for name, unit in zip(space.names, space.units, strict=True)}
-    known = {name: unit.si for name, unit in units.items() if unit.si}
-    rows = read_rows(path, [name for name in units if name not in known], known)
+    si_units = {name: unit.si for name, unit in units.items() if unit.si}
+    rows = read_rows(path, [name for name in units if name not in si_units], si_units)
     designs = np.empty((len(rows), space.n_variables))
     for column, (name, unit) in enumerate(units.items()):
         lower, upper = float(space.lower[column]), float(space.upper[column])

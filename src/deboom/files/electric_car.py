@@ -30,7 +30,9 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
+    noting,
     refuse_all,
+    telling,
     values_of,
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
@@ -108,11 +110,14 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     path = folder / ELECTRIC_CAR_FILE
     file = load_toml(path, ElectricCarFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
-    impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
-    asked = [name for point in file.points for name in point.sensors]
+    with telling() as tell:
+        with noting(tell):
+            sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
+        with noting(tell):
+            impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
+    measured = [name for point in file.points for name in point.sensors]
     struck = [name for point in file.points for name in point.impacts]
-    _check_named(path, tables[0], "sensor", list(sensors), asked)
+    _check_named(path, tables[0], "sensor", list(sensors), measured)
     _check_named(path, tables[1], "impact", list(impacts), struck)
     beside = [
         *(
@@ -127,7 +132,9 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
         ),
     ]
     refuse_all(far_from_its_point({p.name: p.position_m for p in file.points}, beside))
-    placed = Places(tuple(map(sensors.__getitem__, asked)), tuple(map(impacts.__getitem__, struck)))
+    placed = Places(
+        tuple(map(sensors.__getitem__, measured)), tuple(map(impacts.__getitem__, struck))
+    )
     files = [folder / file.pressure, folder / file.accelerance]
     pressure, coherence = _pressure(files[0], file, placed.references)
     accelerance = read_inertances(files[1], placed)
@@ -159,18 +166,18 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
 
 
 def _check_named(
-    path: Path, table: Path, what: str, known: Sequence[str], named: Sequence[str]
+    path: Path, table: Path, what: str, available: Sequence[str], named: Sequence[str]
 ) -> None:
     refuse_all(
         f"{path}: [[points]]: {what} '{name}' is not in {table.name}: add it there, or correct the "
         "name"
         for name in named
-        if name not in known
+        if name not in available
     )
     refuse_all(
         f"{table}: {what} '{name}' belongs to no point of {path.name}: name it there, or take it "
         "out of the sheet"
-        for name in known
+        for name in available
         if name not in named
     )
 

@@ -188,8 +188,8 @@ class FunctionMatrix:
                 )
         if TIME_SIGNAL not in function_types and starts_at_0_hz(self.axis, self.error("")):
             self.functions = tuple(
-                replace(one, abscissa=one.abscissa[1:], values=one.values[1:])
-                for one in self.functions
+                replace(loaded, abscissa=loaded.abscissa[1:], values=loaded.values[1:])
+                for loaded in self.functions
             )
             self.axis = self.functions[0].abscissa
 
@@ -217,7 +217,7 @@ class FunctionMatrix:
           unit or microphone, beyond what a car has, or real instead of complex or vice versa.
         """
         values = np.zeros((self.axis.size, len(responses), len(references)), dtype=np.complex128)
-        with telling(None) as tell:
+        with telling() as tell:
             for row, response in enumerate(responses):
                 for column, reference in enumerate(references):
                     with noting(tell):
@@ -256,10 +256,10 @@ class FunctionMatrix:
                 raise self.error(f"{function.dof}: '{matches[0][0]}' is no rate: correct it")
             stated.setdefault(rate, function.dof)
         if len(stated) > 1:
-            (first, one), (second, other), *_ = stated.items()
+            (first, first_file), (second, other), *_ = stated.items()
             raise self.error(
-                f"{one} states an added decay rate of {first:g} 1/s and {other} {second:g} 1/s: "
-                "measure all with one exponential window"
+                f"{first_file} states an added decay rate of {first:g} 1/s and {other} {second:g} "
+                "1/s: measure all with one exponential window"
             )
         return next(iter(stated), 0.0)
 
@@ -285,9 +285,9 @@ class FunctionMatrix:
                 f"'{response.entity}': microphones must not be mixed, measure this one again"
             )
         if function.function_type not in self.function_types:
-            known = " or ".join(map(str, self.function_types))
+            kinds = " or ".join(map(str, self.function_types))
             raise self.error(
-                f"{what} has UFF function type {function.function_type}: export it as {known}"
+                f"{what} has UFF function type {function.function_type}: export it as {kinds}"
             )
         if np.iscomplexobj(function.values) != is_complex:
             remedy = (
@@ -309,13 +309,13 @@ class FunctionMatrix:
         - raises InputError: a response, or a reference where any is given, at an unknown node or
           direction.
         """
-        with telling(None) as tell:
+        with telling() as tell:
             for what, dofs in (("response", responses), ("reference", references)):
-                known = {(dof.node, direction) for dof in dofs for direction in dof.directions}
+                listed = {(dof.node, direction) for dof in dofs for direction in dof.directions}
                 parts = (f"{what}_node", f"{what}_direction")
                 places = dict.fromkeys(attrgetter(*parts)(each) for each in self.functions)
-                for node, direction in [each for each in places if dofs and each not in known]:
-                    here = ", ".join(along for at, along in sorted(known) if at == node)
+                for node, direction in [each for each in places if dofs and each not in listed]:
+                    here = ", ".join(along for at, along in sorted(listed) if at == node)
                     remedy = "add it there, or export without it"
                     if here:
                         remedy = f"they have it along {here}: correct the wrong one"
@@ -373,8 +373,8 @@ class FunctionMatrix:
             dof += f", reference node {reference.node} {reference.direction}"
         if matches:
             raise self.error(f"{what} ({dof}) is in it {len(matches)} times: keep one")
-        near = [one for one in here if one.reference_node == reference.node]
-        others = list(dict.fromkeys(one.dof for one in near or here or self.functions))
+        near = [candidate for candidate in here if candidate.reference_node == reference.node]
+        others = list(dict.fromkeys(candidate.dof for candidate in near or here or self.functions))
         more = f" and {len(others) - 3} more" if len(others) > 3 else ""
         there_are = f"; there are {'; '.join(others[:3])}{more}" if others else ""
         raise self.error(
@@ -483,11 +483,11 @@ class FunctionTable:
         - raises InputError: it is not there, or at fault.
         """
         if name not in self.functions:
-            known = ", ".join(map(repr, list(self.functions)[:3])) or "none"
+            names = ", ".join(map(repr, list(self.functions)[:3])) or "none"
             more = f" and {len(self.functions) - 3} more" if len(self.functions) > 3 else ""
             raise InputError(
                 f"the file has no function '{name}': add it, with real and imaginary part; there "
-                f"are {known}{more}"
+                f"are {names}{more}"
             )
         label, values = self.functions[name]()
         unit = parse_unit(label)
@@ -519,9 +519,9 @@ def read_function_table(path: Path) -> FunctionTable:
     wrong = [*np.flatnonzero(~np.isfinite(lines)), *(np.flatnonzero(np.diff(lines) <= 0) + 1)]
     if lines.size < 2 or wrong:
         k = int(wrong[0]) if wrong else 0
-        found = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
+        fault = f"line {k + 1} is {lines[k]:g} Hz" if lines.size else "there is none"
         raise InputError(
-            f"{path}: frequency needs two lines or more that increase: {found}; export it again"
+            f"{path}: frequency needs two lines or more that increase: {fault}; export it again"
         )
     if starts_at_0_hz(lines, path):
         functions = {name: partial(_without_first, read) for name, read in table.functions.items()}

@@ -69,4 +69,4 @@ def library_parts(path: Path) -> Sequence[CharacterisedMount]:
     if path.suffix.lower() == ".json":
         return read_library_json(path)[1]
     with open_library(path) as library:
-        return [library.load(one) for one in library.identities()]
+        return [library.load(identity) for identity in library.identities()]

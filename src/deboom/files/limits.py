@@ -315,7 +315,7 @@ def mount_limits(
         pairs = _quantities(content, runs, factor)
     except InputError as error:
         raise InputError(f"{path}: {error}") from None
-    requirements = MountRequirements(robust.space.names, tuple(one for one, _ in pairs))
+    requirements = MountRequirements(robust.space.names, tuple(quantity for quantity, _ in pairs))
     limits = Limits(tuple(limit for _, bounds in pairs for limit in bounds))
     nominal = requirements(robust.space.nominal[np.newaxis, :])[0]
     for name, number in zip(requirements.response_names, nominal, strict=True):
@@ -331,31 +331,37 @@ def _quantities(
 ) -> list[tuple[Quantity, tuple[Limit, ...]]]:
     """Return what is limited with its limits, one per column."""
     carriers = [mount for mount in runs.platform.mounts if mount.carries_powertrain]
-    found: list[tuple[Quantity, tuple[Limit, ...]]] = []
+    quantities: list[tuple[Quantity, tuple[Limit, ...]]] = []
     if content.sag or content.travel:
         model = static_curves(runs)
         for sag in content.sag:
             quantity = WeightSag(model, stated_powertrain(runs), (sag.mount,))
-            found.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
+            quantities.append((quantity, _limits(quantity, at_most=sag.at_most_mm)))
         for travel in content.travel:
             moved = TorqueTravel(model, travel.wheel_torque_nm, (travel.direction,), factor)
-            found.append((moved, _limits(moved, travel.at_least_mm, travel.at_most_mm)))
+            quantities.append((moved, _limits(moved, travel.at_least_mm, travel.at_most_mm)))
     case = runs.cases[0][0]
     if content.natural_frequency:
         every = natural_frequencies(runs)
         for window in content.natural_frequency:
             modes = replace(every, modes=(window.mode,))
-            found.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
+            quantities.append((modes, _limits(modes, window.at_least_hz, window.at_most_hz)))
     if content.stiffness:
         names = [name for mount in runs.platform.mounts for name in mount.variables]
         magnitude = dict(zip(names, runs.stiffness(case, runs.band).tolist(), strict=True))
         for entry in content.stiffness:
             variables = [entry.variable]
             if entry.variable in AXES:
-                variables = [f"{one.name} {entry.variable}" for one in carriers for _ in one.pieces]
+                variables = [
+                    f"{carrier.name} {entry.variable}"
+                    for carrier in carriers
+                    for _ in carrier.pieces
+                ]
             stiff = OperatingStiffness(magnitude, {entry.variable: variables})
-            found.append((stiff, _limits(stiff, entry.at_least_n_per_mm, entry.at_most_n_per_mm)))
-    return found
+            quantities.append(
+                (stiff, _limits(stiff, entry.at_least_n_per_mm, entry.at_most_n_per_mm))
+            )
+    return quantities
 
 
 def _limits(

@@ -16,17 +16,17 @@ import re
 import secrets
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from filelock import FileLock, Timeout
 from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
@@ -252,48 +252,36 @@ def _git_state(file: Path) -> dict[str, Any] | None:
 
 LOCK = ".lock"
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _take(file: BinaryIO) -> None:
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-else:
-    import fcntl
-
-    def _take(file: BinaryIO) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
     """Hold a run folder; when the work is done the lock's file goes as well.
 
+    The lock belongs to the process: of one that was killed the file stays, and holds nothing.
+
     - raises InputError: Another process holds it.
     """
     path = folder / LOCK
-    with path.open("ab") as file:
-        try:
-            _take(file)
-        except OSError:
-            raise InputError(
-                f"{folder} is being worked on by another process: wait for it or end it"
-            ) from None
+    try:
+        hold = FileLock(path, blocking=False).acquire()
+    except Timeout:
+        raise InputError(
+            f"{folder} is being worked on by another process: wait for it or end it"
+        ) from None
+    with hold:
         yield
     path.unlink(missing_ok=True)
 
 
 def is_held(folder: Path) -> bool:
     """Return whether a process works in a run folder now."""
-    try:
-        file = (folder / LOCK).open("rb+")
-    except FileNotFoundError:
+    if not (folder / LOCK).exists():
         return False
-    with file:
-        try:
-            _take(file)
-        except OSError:
-            return True
-    return False
+    try:
+        with FileLock(folder / LOCK, blocking=False):
+            return False
+    except Timeout:
+        return True
 
 
 @dataclass(frozen=True, eq=False)

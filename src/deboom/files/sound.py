@@ -9,12 +9,10 @@ from scipy.io import wavfile
 from scipy.signal.windows import tukey
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.physics.sound_level import run_up_sound
+from deboom.physics.sound_level import full_scale, run_up_sound
 
 FADE_S = 0.05
 """Fading in and out, against clicks at both ends [s]."""
-HEADROOM = 1.25
-"""Full scale over the largest pressure of all files [1]."""
 
 
 def run_up_files(
@@ -52,8 +50,8 @@ def run_up_files(
     """
     sounds = run_up_sound(np.asarray(pressure).T, frequency, seconds, rate)
     fade = tukey(len(sounds), 2 * FADE_S / seconds)
-    full_scale = HEADROOM * float(np.abs(sounds).max())
-    return [_wav(fade * sound / (full_scale or 1.0), rate) for sound in sounds.T], full_scale
+    scale = full_scale(sounds)
+    return [_wav(fade * sound / (scale or 1.0), rate) for sound in sounds.T], scale
 
 
 def _wav(signal: RealArray, rate: int) -> bytes:

@@ -72,19 +72,21 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
             "one of these"
         )
     loaded = defaultdict[str, list[_Loaded]](list)
-    there: list[str] = []
+    channels: list[str] = []
     with _readable(path, kind):
         for name, load in _READERS[kind](path):
-            there.append(name)
+            channels.append(name)
             if name in names:
                 loaded[name].append(load())
     if not loaded:
-        more = f" and {len(there) - 5} more" if len(there) > 5 else ""
-        holds = f"it holds {', '.join(map(repr, there[:5]))}{more}" if there else "it holds none"
+        more = f" and {len(channels) - 5} more" if len(channels) > 5 else ""
+        holds = (
+            f"it holds {', '.join(map(repr, channels[:5]))}{more}" if channels else "it holds none"
+        )
         raise InputError(
             f"{path}: none of its channels is in the channel table; {holds}: name them alike"
         )
-    with telling(None) as tell:
+    with telling() as tell:
         signals = {}
         for name in names:
             with noting(tell):
@@ -158,7 +160,7 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
-    with telling(None) as tell:
+    with telling() as tell:
         for row, pair in zip(channels, names, strict=True):
             with noting(tell):
                 name = next((name for name in pair if name in signals), "")
@@ -347,8 +349,16 @@ def _tdms(path: Path) -> _Channels:
 
 _SCALE_TYPE = re.compile(r"NI_Scale\[(\d+)\]_Scale_Type")
 _SCALES = (
-    *("Polynomial", "Linear", "RTD", "Strain", "Table", "Thermistor", "Thermocouple"),
-    *("Add", "Subtract", "AdvancedAPI"),
+    "Polynomial",
+    "Linear",
+    "RTD",
+    "Strain",
+    "Table",
+    "Thermistor",
+    "Thermocouple",
+    "Add",
+    "Subtract",
+    "AdvancedAPI",
 )
 """Types of scales that npTDMS applies; of any other it returns the raw numbers without a word."""
 

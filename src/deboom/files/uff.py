@@ -1,4 +1,4 @@
-"""The door to Universal File Format (UFF): the only module that imports pyuff, behind a guard."""
+"""Reader and writer of Universal File Format (UFF): the only module that imports pyuff."""
 
 from __future__ import annotations
 
@@ -377,8 +377,8 @@ def _announced(where: str, content: Mapping[str, Any]) -> tuple[Any, Any]:
 
 
 def _si_of(quantity: str, direction: str) -> str:
-    known = _SI.get(quantity)
-    return known["r" in direction.removeprefix("scalar")][0] if known else ""
+    units = _SI.get(quantity)
+    return units["r" in direction.removeprefix("scalar")][0] if units else ""
 
 
 def _parted(above: str, below: str, si_above: str, si_below: str) -> tuple[str, str]:
@@ -427,10 +427,10 @@ def _unit(
 ) -> Unit:
     """Take the unit of one axis from its label and data set 164, which must say the same."""
     label = _unless_none(label)
-    known = _SI.get(quantity)
-    si, length, force = known["r" in direction.removeprefix("scalar")] if known else ("", 0, 0)
+    units = _SI.get(quantity)
+    si, length, force = units["r" in direction.removeprefix("scalar")] if units else ("", 0, 0)
     from_set = None
-    if known and scale is not None:
+    if units and scale is not None:
         from_set = Unit(si, si, 1.0 / (scale[0] ** length * scale[1] ** force))
     if not label:
         if from_set is None:
@@ -444,7 +444,7 @@ def _unit(
         unit = parse_unit(label, si)
     except InputError:
         return Unit(label, label, 1.0)
-    if known and unit.si != si:
+    if units and unit.si != si:
         raise InputError(f"{where}: {quantity} is labelled {label!r}, which is no unit of it")
     if from_set is not None and abs(unit.factor / from_set.factor - 1.0) > 1e-6:
         raise InputError(
@@ -550,8 +550,8 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
                 object.__setattr__(function, "abscissa", functions[-1].abscissa)  # read-only
             functions.append(function)
     if not functions:
-        there = ", ".join(str(kind) for kind in kinds)
-        raise InputError(f"{path} holds no function (data set 58), only sets {there}")
+        sets = ", ".join(str(kind) for kind in kinds)
+        raise InputError(f"{path} holds no function (data set 58), only sets {sets}")
     return tuple(functions)
 
 

@@ -114,13 +114,15 @@ class BodyModes:
         if mount_points_only:
             at_points = {n for place in self.places if not place.is_panel for n in place.directions}
             columns = [k for k, name in enumerate(outputs) if name in at_points]
-        known = np.asarray(truth)
-        if known.ndim != 2 or known.shape[1] != len(outputs):
+        true_shapes = np.asarray(truth)
+        if true_shapes.ndim != 2 or true_shapes.shape[1] != len(outputs):
             raise InputError(
-                f"true shapes of shape {known.shape}: one row per mode, one column for each of the "
-                f"{len(outputs)} outputs"
+                f"true shapes of shape {true_shapes.shape}: one row per mode, one column for each "
+                f"of the {len(outputs)} outputs"
             )
-        return modal.mac_matrix(self.model.shapes[: self.n_modes][:, columns], known[:, columns])
+        return modal.mac_matrix(
+            self.model.shapes[: self.n_modes][:, columns], true_shapes[:, columns]
+        )
 
 
 def body_modes(
@@ -146,13 +148,14 @@ def body_modes(
     chart = modal.poles_over_orders(measured, FrfForm.RECEPTANCE, band)
     clusters = modal.pole_clusters(chart)
     if len(clusters) < n_modes:
-        known = ", ".join(f"{cluster.frequency:.1f}" for cluster in clusters)
+        frequencies = ", ".join(f"{cluster.frequency:.1f}" for cluster in clusters)
         raise InputError(
             f"vehicle {vehicle.name}: {len(clusters)} modes from {band[0]:g} to {band[1]:g} Hz "
-            f"({known} Hz), {n_modes} asked for: widen the band or ask for fewer"
+            f"({frequencies} Hz), {n_modes} asked for: widen the band or ask for fewer"
         )
-    auxiliary = modal.auxiliary_clusters(chart)
-    model = modal.modal_model(measured, FrfForm.RECEPTANCE, band, clusters, auxiliary)
+    form, auxiliary = FrfForm.RECEPTANCE, modal.auxiliary_clusters(chart)
+    clusters, auxiliary = modal.refined_poles(measured, form, band, clusters, auxiliary)
+    model = modal.modal_model(measured, form, band, clusters, auxiliary)
     panels = None
     if vehicle.panels is not None:
         panels = modal.panel_contributions(model, vehicle.panels, vehicle.ears[0])

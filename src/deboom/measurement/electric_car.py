@@ -161,13 +161,13 @@ class ElectricCar:
         """Return points by their names, all of them for None; an unknown one raises InputError."""
         if names is None:
             return self.points
-        known = {point.name: point for point in self.points}
+        point_by_name = {point.name: point for point in self.points}
         if not names:
             raise self._error("no point to refer functions to: name at least one")
-        missing = [name for name in names if name not in known]
+        missing = [name for name in names if name not in point_by_name]
         if missing:
-            raise self._error(f"no point '{', '.join(missing)}', there are {list(known)}")
-        return tuple(known[name] for name in names)
+            raise self._error(f"no point '{', '.join(missing)}', there are {list(point_by_name)}")
+        return tuple(point_by_name[name] for name in names)
 
 
 def refuse_contradictions_of_car(car: ElectricCar) -> None:

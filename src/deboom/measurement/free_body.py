@@ -170,9 +170,9 @@ def _mass_lines(lines: RealArray, values: ComplexArray, hung: bool) -> tuple[Rea
         square = (2 * np.pi * lines[:n] / lines[n - 1]) ** 2
         columns = [np.ones(n), square, square**2, *([1 / square] if hung else [])]
         basis, data = np.column_stack(columns), values[:n].real.reshape(n, 36)
-        found, *_ = np.linalg.lstsq(basis, data, rcond=None)
-        variance = np.sum((data - basis @ found) ** 2, axis=0) / (n - len(columns))
-        fits.append((found[0], variance * np.linalg.inv(basis.T @ basis)[0, 0]))
+        coefficients, *_ = np.linalg.lstsq(basis, data, rcond=None)
+        variance = np.sum((data - basis @ coefficients) ** 2, axis=0) / (n - len(columns))
+        fits.append((coefficients[0], variance * np.linalg.inv(basis.T @ basis)[0, 0]))
     (inner, _), (constant, variance) = fits
     deviation = np.sqrt(variance + (constant - inner) ** 2)
     return constant.reshape(6, 6), deviation.reshape(6, 6)

@@ -152,13 +152,13 @@ def _cut(
     """Lower the rate and cut to where the shaft is known; times, values and rate."""
     values, rate = lower_rate(record.values, record.rate, highest)
     times = record.start + np.arange(len(values)) / rate
-    known = (times >= shaft.begin) & (times <= shaft.end)
-    if np.count_nonzero(known) < 2:
+    inside = (times >= shaft.begin) & (times <= shaft.end)
+    if np.count_nonzero(inside) < 2:
         raise InputError(
             f"the record, {times[0]:.3f} to {times[-1]:.3f} s, and the tacho, {shaft.begin:.3f} to "
             f"{shaft.end:.3f} s, do not overlap"
         )
-    return times[known], values[known], rate
+    return times[inside], values[inside], rate
 
 
 def _refuse_lines_outside(

@@ -418,11 +418,11 @@ def _seams(steps: RealArray, odd: BoolArray) -> tuple[float, RealArray, float]:
     phase = 2 * np.pi * orders * edges[:, np.newaxis]
     ripple = np.diff(np.hstack([np.cos(phase), np.sin(phase)]), axis=0)
     basis = np.column_stack([np.ones(steps.size), ripple, np.eye(steps.size)[:, odd]])
-    found, *_ = np.linalg.lstsq(basis, steps, rcond=None)
+    coefficients, *_ = np.linalg.lstsq(basis, steps, rcond=None)
     excess = np.zeros(steps.size)
-    excess[odd] = found[1 + 2 * orders.size :]
-    rest = (steps - basis @ found)[~odd]
-    return float(found[0]), excess, float(np.sqrt(np.mean(rest**2)) / found[0])
+    excess[odd] = coefficients[1 + 2 * orders.size :]
+    rest = (steps - basis @ coefficients)[~odd]
+    return float(coefficients[0]), excess, float(np.sqrt(np.mean(rest**2)) / coefficients[0])
 
 
 def _correction(pitch: float, excess: RealArray) -> RealArray:

@@ -163,8 +163,14 @@ class Characterisation(Tabled):
             for axis in AXES
             if f"{mount.name} {axis}" in self.directions
         ]
-        known = mount.description, mount.pieces, mount.positions, mount.transfer_axes
-        part = Mount(mount.name, *known, rotations=mount.rotations)
+        part = Mount(
+            name=mount.name,
+            description=mount.description,
+            pieces=mount.pieces,
+            positions=mount.positions,
+            transfer_axes=mount.transfer_axes,
+            rotations=mount.rotations,
+        )
         identity = MountIdentity(self.campaign.name, mount.name, self.mount_set)
         return CharacterisedMount(identity, part, tuple(directions), quality)
 
@@ -287,19 +293,19 @@ def characterise(
 
     runs = training_runs(campaign, mount_set, options)
     step(0)
-    known = tuple(measuring_chains(campaign, options) if chains is None else chains)
+    mount_chains = tuple(measuring_chains(campaign, options) if chains is None else chains)
     step(1)
     with threadpool_limits(1):  # its matrices are too small to share
-        bodies = [chain.alignment.body for chain in known]
+        bodies = [chain.alignment.body for chain in mount_chains]
         records = [body_record(body, runs, campaign.tolerances) for body in bodies]
-        maps = operating_maps(known, records)
+        maps = operating_maps(mount_chains, records)
         for measured in maps.values():
             measured.preload(Preload.STATIC_FORCE)  # a mount is kept over it: asked for before work
         step(2)
         directions = {name: _direction(measured, options) for name, measured in maps.items()}
         step(3)
         budgets = error_budget(
-            known,
+            mount_chains,
             records,
             {name: d.surface for name, d in directions.items() if d.surface is not None},
             options.preload,
@@ -311,7 +317,7 @@ def characterise(
         directions[name] = replace(directions[name], budget=budget)
     step(4)
     judged = cross_stiffness_of_maps(maps, campaign.tolerances)
-    return Characterisation(campaign, mount_set, runs, known, directions, options, judged)
+    return Characterisation(campaign, mount_set, runs, mount_chains, directions, options, judged)
 
 
 def cross_stiffness_of_campaign(campaign: Campaign) -> tuple[CrossStiffness, ...]:
@@ -330,7 +336,7 @@ def cross_stiffness_of_campaign(campaign: Campaign) -> tuple[CrossStiffness, ...
             records = [body_record(body, runs, campaign.tolerances) for body in bodies]
             maps = operating_maps(chains, [record.mean_over_repeats() for record in records])
             of_set = cross_stiffness_of_maps(maps, campaign.tolerances)
-            judged += [replace(one, mount=f"{one.mount} of {name}") for one in of_set]
+            judged += [replace(cross, mount=f"{cross.mount} of {name}") for cross in of_set]
     return tuple(judged)
 
 

@@ -163,8 +163,12 @@ class MountIdentity:
             _check_text(name, getattr(self, name), needed)
 
     def __str__(self) -> str:
-        known = {"part number": self.part_number, "supplier": self.supplier, "serial": self.serial}
-        details = "".join(f", {name} {value}" for name, value in known.items() if value)
+        entries = {
+            "part number": self.part_number,
+            "supplier": self.supplier,
+            "serial": self.serial,
+        }
+        details = "".join(f", {name} {value}" for name, value in entries.items() if value)
         return f"{self.mount} {self.variant} of campaign {self.campaign}{details}"
 
 
@@ -201,8 +205,8 @@ class CharacterisedMount:
         """
         direction = self.find(axis)
         if direction is None:
-            known = ", ".join(direction.axis for direction in self.directions)
-            raise InputError(f"{self.identity}: it has no direction {axis!r}, use {known}")
+            axes = ", ".join(direction.axis for direction in self.directions)
+            raise InputError(f"{self.identity}: it has no direction {axis!r}, use {axes}")
         return direction
 
     def find(self, axis: str) -> CharacterisedDirection | None:

@@ -88,7 +88,7 @@ class CrossStiffness:
         """Alarm in a sentence."""
         axis = int(np.argmax(self.excess))
         turn = float(np.linalg.norm(Rotation.from_euler("xyz", self.angles).as_rotvec()))
-        found = (
+        evidence = (
             f"mount {self.mount}: the displacement along {AXES[axis]} leaves "
             f"{100 * self.alone[axis]:.2g} % of the force along it unexplained, all three together "
             f"{100 * self.together[axis]:.2g} %"
@@ -96,13 +96,13 @@ class CrossStiffness:
         if turn > LEAST_ANGLE and self.turned < LARGEST_REST:
             angles = ", ".join(f"{np.rad2deg(angle):.0f}" for angle in self.angles)
             return (
-                f"{found}: it stands at an angle that is not stated; {np.rad2deg(turn):.0f} deg "
+                f"{evidence}: it stands at an angle that is not stated; {np.rad2deg(turn):.0f} deg "
                 f"would do (rx, ry, rz = {angles} deg from how it is stated to stand): check it, "
                 "and state the angles in the mount table"
             )
         return (
-            f"{found}, and no angle explains it: check its axes and signs, or take it for a mount "
-            "with cross stiffness, which factors along axes do not describe"
+            f"{evidence}, and no angle explains it: check its axes and signs, or take it for a "
+            "mount with cross stiffness, which factors along axes do not describe"
         )
 
 

@@ -123,8 +123,8 @@ def error_budget(
     for name, surface in surfaces.items():
         pieces = [chain for chain in drawn if name in chain.columns]
         enlargement = max(
-            known.enlargement
-            for known, chain in zip(chains, drawn, strict=True)
+            chain_today.enlargement
+            for chain_today, chain in zip(chains, drawn, strict=True)
             if name in chain.columns
         )
         stiffness = np.vstack([chain.stiffness(name, generator) for chain in pieces])

@@ -140,8 +140,8 @@ class MountLibrary:
                 f"{self.name}: {len(matching)} mounts fit, say which one by its campaign, variant, "
                 f"part number or serial: {_listed(matching)}"
             )
-        known = _listed(self.identities()) or "is none at all"
-        raise InputError(f"{self.name}: no such mount; there {known}")
+        identities = _listed(self.identities()) or "is none at all"
+        raise InputError(f"{self.name}: no such mount; there {identities}")
 
     def load(self, identity: MountIdentity) -> CharacterisedMount:
         """Return a mount exactly as it was added.

@@ -124,13 +124,13 @@ def entry(value: DataclassInstance, *left_out: str) -> dict[str, Any]:
     return {key: _stored(content) for key, content in _labelled(value, *names).items()}
 
 
-def _built(kind: type[D], entry: Mapping[str, Any], **known: Any) -> D:
+def _built(kind: type[D], entry: Mapping[str, Any], **given: Any) -> D:
     """Build a dataclass of its entry and of what is known otherwise."""
-    keys = {f.name: _KEYS.get(f.name, f.name) for f in fields(kind) if f.name not in known}
+    keys = {f.name: _KEYS.get(f.name, f.name) for f in fields(kind) if f.name not in given}
     unknown = [key for key in entry if key not in keys.values()]
     if unknown:
         raise TypeError(f"{kind.__name__} has no entry {unknown}")
-    return kind(**{name: _value(entry[key]) for name, key in keys.items()}, **known)
+    return kind(**{name: _value(entry[key]) for name, key in keys.items()}, **given)
 
 
 def _direction(direction: CharacterisedDirection) -> dict[str, Any]:

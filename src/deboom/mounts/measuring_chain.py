@@ -164,8 +164,15 @@ def instrumented_bodies(campaign: Campaign) -> tuple[InstrumentedBody, ...]:
         sensors = tuple(s for s in accelerometers if s.mount in campaign.powertrain_mounts)
         off = _channels_of(sensors, campaign.switched_off)
         motion = virtual_point(sensor_geometry(sensors, switched_off=off))
-        known = motion.channels, motion.forward, tuple(on_powertrain), motion
-        bodies.insert(0, InstrumentedBody(POWERTRAIN, sensors, *known))
+        powertrain = InstrumentedBody(
+            name=POWERTRAIN,
+            accelerometers=sensors,
+            channels=motion.channels,
+            forward=motion.forward,
+            points=tuple(on_powertrain),
+            virtual_point=motion,
+        )
+        bodies.insert(0, powertrain)
     return tuple(bodies)
 
 
@@ -539,10 +546,11 @@ def _channels(run: OperatingRun, spectrum: Spectrum, names: tuple[str, ...]) -> 
 
 def _static_force(run: OperatingRun, points: Sequence[MountPoint]) -> RealArray:
     """Take the static force along the axes of the mounts, nan where it was not measured."""
-    known = dict(zip(run.static_force_names, run.static_force.T, strict=True))
+    force_by_name = dict(zip(run.static_force_names, run.static_force.T, strict=True))
     unknown = np.full(run.frequency.size, np.nan)
     in_vehicle = (
-        np.stack([known.get(f"{point.name} {axis}", unknown) for axis in AXES]) for point in points
+        np.stack([force_by_name.get(f"{point.name} {axis}", unknown) for axis in AXES])
+        for point in points
     )
     forces = zip(points, in_vehicle, strict=True)
     along = np.vstack([point.along_mount(force) for point, force in forces])
@@ -550,12 +558,14 @@ def _static_force(run: OperatingRun, points: Sequence[MountPoint]) -> RealArray:
 
 
 def _noise(
-    values: ComplexArray, sensor: IntArray, own: float, norm: float, floor: float
+    values: ComplexArray, sensor: IntArray, channel_share: float, norm: float, floor: float
 ) -> RealArray:
     """Noise of channels by their own amplitude, the norm of their sensor, and at rest."""
     squared = np.abs(values) ** 2
     same_sensor = (sensor[:, np.newaxis] == sensor).astype(float)
-    return np.asarray(np.sqrt(own**2 * squared + norm**2 * squared @ same_sensor + floor**2))
+    return np.asarray(
+        np.sqrt(channel_share**2 * squared + norm**2 * squared @ same_sensor + floor**2)
+    )
 
 
 def _refuse_dead_channels(

@@ -283,11 +283,11 @@ def library_scatter(
         for axis in AXES:
             name = f"{mount} {axis}"
             along = [part.find(axis) for part in of_mount]
-            known = [d for d in along if d is not None and d.quality.identified]
-            if len(known) < len(along):
+            identified = [d for d in along if d is not None and d.quality.identified]
+            if len(identified) < len(along):
                 directions.append(direction_scatter(name, np.empty(0), prior=prior))
                 continue
-            value, uncertainty = _log_stiffness(name, known, of_part)
+            value, uncertainty = _log_stiffness(name, identified, of_part)
             columns.append(value)
             scatter = direction_scatter(name, value, uncertainty, batches, prior, has_common=True)
             directions.append(scatter)

@@ -102,8 +102,8 @@ def as_mounted(
 
     def standing(part: CharacterisedMount) -> CharacterisedMount:
         mount = part.mount
-        there = rotations.get((mount.name, mount.pieces), mount.rotations)
-        return replace(part, mount=replace(mount, rotations=there))
+        rotations_of_mount = rotations.get((mount.name, mount.pieces), mount.rotations)
+        return replace(part, mount=replace(mount, rotations=rotations_of_mount))
 
     return tuple(map(standing, parts))
 
@@ -127,10 +127,10 @@ def _directions_of_channels(
             )
     missing = [name for name in load_case.force.channels if name not in by_channel]
     if missing:
-        known = ", ".join(mount.mount.name for mount in mounts) or "none at all"
+        names = ", ".join(mount.mount.name for mount in mounts) or "none at all"
         raise InputError(
             f"load case {load_case.name}: no characterised mount has the channels {missing}, the "
-            f"mounts are {known}: characterise the others too, or take the measured spectra"
+            f"mounts are {names}: characterise the others too, or take the measured spectra"
         )
     return by_channel
 

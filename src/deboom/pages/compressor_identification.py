@@ -113,13 +113,15 @@ def read_compressor_truth(folder: Path) -> CompressorTruth:
     return CompressorTruth(path, model, mounts)
 
 
-def errors_of(found: Identification, truth: CompressorTruth) -> IdentificationErrors:
+def errors_of(identification: Identification, truth: CompressorTruth) -> IdentificationErrors:
     """Compare the result of an identification with the truth."""
-    model, true = found.calibrated.model, truth.model
-    parametrisation = MinimalParameters(found.length)
-    deviation = np.sqrt(np.diag(found.calibrated.parameter_covariance))
-    unit = np.repeat([1.0, 1 / found.length], 3)
-    stiffness, true_stiffness = (_stated(one) * np.outer(unit, unit) for one in (model, true))
+    model, true = identification.calibrated.model, truth.model
+    parametrisation = MinimalParameters(identification.length)
+    deviation = np.sqrt(np.diag(identification.calibrated.parameter_covariance))
+    unit = np.repeat([1.0, 1 / identification.length], 3)
+    stiffness, true_stiffness = (
+        _stated(compressor) * np.outer(unit, unit) for compressor in (model, true)
+    )
     gain = _gain(model, RUBBER_LINES) / _gain(true, RUBBER_LINES) - 1
     moments = np.diag(model.inertia) / np.diag(true.inertia) - 1
     return IdentificationErrors(
@@ -129,7 +131,7 @@ def errors_of(found: Identification, truth: CompressorTruth) -> IdentificationEr
         float(np.linalg.norm(stiffness - true_stiffness) / np.linalg.norm(true_stiffness)),
         float(np.abs(gain[0]).max()),
         float(np.abs(gain[1]).max()),
-        (found.calibrated.values - parametrisation.values_of(true)) / deviation,
+        (identification.calibrated.values - parametrisation.values_of(true)) / deviation,
     )
 
 
@@ -167,7 +169,7 @@ class IdentifiedTest:
     - `inputs_sha256`: hashes of the hammer test's files; empty where they do not stay.
     """
 
-    found: Identification
+    identification: Identification
     thesis: ThesisFit | None
     identical: MountShares | None
     truth: CompressorTruth | None
@@ -178,7 +180,7 @@ class IdentifiedTest:
     def input_files(self) -> tuple[Path, ...]:
         """Every file that was read, the truth included."""
         truth = () if self.truth is None else (self.truth.path,)
-        return (*self.found.test.input_files, *truth)
+        return (*self.identification.test.input_files, *truth)
 
 
 def read_test(
@@ -220,16 +222,16 @@ def identified_test(
     hashes = {} if relative_to is None else hash_files(test.input_files, relative_to)
     with threadpool_limits(1):  # its matrices are too small to share
         begin = time.perf_counter()
-        found = identify(test, options, step)
+        identification = identify(test, options, step)
         seconds = time.perf_counter() - begin
         thesis, identical = None, None
         if beside.thesis and test.drawing is not None:
             step("the thesis's 44 numbers")
-            thesis = fit_thesis_parameters(found, test.drawing)
+            thesis = fit_thesis_parameters(identification, test.drawing)
         if beside.identical_mounts and test.drawing is not None:
             step("identical mounts")
-            identical = mount_shares(found, test.drawing.mounts, identical=True)
-    return IdentifiedTest(found, thesis, identical, truth, seconds, hashes)
+            identical = mount_shares(identification, test.drawing.mounts, identical=True)
+    return IdentifiedTest(identification, thesis, identical, truth, seconds, hashes)
 
 
 def identified_virtual(
@@ -249,26 +251,29 @@ def identified_virtual(
 
 def condition_at_100_hz(test: IdentifiedTest) -> float:
     """Condition number of the inertance near 100 Hz, rotations times the radius of gyration [1]."""
-    nearest = int(np.argmin(np.abs(test.found.inertance.frequency - 100.0)))
-    return float(condition_numbers(test.found, test.found.length)[nearest])
+    nearest = int(np.argmin(np.abs(test.identification.inertance.frequency - 100.0)))
+    return float(condition_numbers(test.identification, test.identification.length)[nearest])
 
 
-def condition_numbers(found: Identification, length: float) -> RealArray:
+def condition_numbers(identification: Identification, length: float) -> RealArray:
     """Condition number of the measured inertance, rotations times a length, shape (f,) [1].
 
     - `length`: that counts as one radian [m]; 1 for SI units.
     """
     unit = np.repeat([1.0, length], 3)
-    return np.asarray(np.linalg.cond(found.inertance.values * np.outer(unit, unit)))
+    return np.asarray(np.linalg.cond(identification.inertance.values * np.outer(unit, unit)))
 
 
-def calibrated_inertance(found: Identification) -> ComplexArray:
+def calibrated_inertance(identification: Identification) -> ComplexArray:
     """Measured inertance at the virtual point by self-calibrated sensors and impacts, (f, 6, 6)."""
     response, excitation = (
         np.linalg.pinv(matrix)
-        for matrix in (found.calibrated.response_matrix, found.calibrated.excitation_matrix)
+        for matrix in (
+            identification.calibrated.response_matrix,
+            identification.calibrated.excitation_matrix,
+        )
     )
-    return np.asarray(response @ found.raw.frf.values @ excitation.T)
+    return np.asarray(response @ identification.raw.frf.values @ excitation.T)
 
 
 def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFrame:
@@ -287,8 +292,8 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
         "fitted": factor * thesis.fit.values,
         "at its bound": ["yes" if name in held else "" for name in parametrisation.names],
         "share in the null space [1]": thesis.seen.participation,
-        "posterior deviation": factor * thesis.known.posterior,
-        "posterior over prior [1]": thesis.known.ratio,
+        "posterior deviation": factor * thesis.knowledge.posterior,
+        "posterior over prior [1]": thesis.knowledge.ratio,
         "verdict": verdicts(thesis),
     }
     if test.truth is not None:
@@ -301,7 +306,7 @@ def identifiability_table(test: IdentifiedTest, thesis: ThesisFit) -> pd.DataFra
 def verdicts(thesis: ThesisFit) -> list[str]:
     """Say of each of the thesis's numbers whether the test knows it."""
     words = []
-    for share, ratio in zip(thesis.seen.participation, thesis.known.ratio, strict=True):
+    for share, ratio in zip(thesis.seen.participation, thesis.knowledge.ratio, strict=True):
         if share >= ALONE:
             words.append("invisible")
         elif ratio > PRIOR_DOMINATED:
@@ -315,16 +320,16 @@ def verdicts(thesis: ThesisFit) -> list[str]:
 
 def placement_table(test: IdentifiedTest) -> pd.DataFrame:
     """List errors of gain, place and angle of sensors and impacts, with what was known before."""
-    known = test.found.calibrated
-    prior = known.placement.deviations(test.found.test.tolerances)
-    posterior = np.sqrt(np.diag(known.covariance)[known.values.size :])
-    units = [_placement_unit(name) for name in known.placement.names]
+    calibration = test.identification.calibrated
+    prior = calibration.placement.deviations(test.identification.test.tolerances)
+    posterior = np.sqrt(np.diag(calibration.covariance)[calibration.values.size :])
+    units = [_placement_unit(name) for name in calibration.placement.names]
     factor = np.array([scale for _, scale in units])
     return pd.DataFrame(
         {
-            "error of": known.placement.names,
+            "error of": calibration.placement.names,
             "unit": [unit for unit, _ in units],
-            "found": factor * known.errors,
+            "found": factor * calibration.errors,
             "posterior deviation": factor * posterior,
             "prior deviation": factor * prior,
             "posterior over prior [1]": posterior / prior,

@@ -33,7 +33,7 @@ def free_report(
         excitation=virtual_point(impact_geometry(test.impacts)),
     )
     lines, weighed = inertance.frequency, test.weighed_mass
-    found = free_body(
+    free = free_body(
         lines,
         inertance.values,
         band=band,
@@ -44,19 +44,19 @@ def free_report(
     report = Report(
         f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
     )
-    report.tile(f"{found.body.mass:.3f} ± {found.deviation[0]:.2g} kg", "mass, 1 σ")
-    low, high = found.band
+    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
+    low, high = free.band
     report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
     if weighed is None:
         report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
     report.summary |= {
-        "mass_kg": found.body.mass,
-        "mass_deviation_kg": float(found.deviation[0]),
-        "misfit": found.misfit,
+        "mass_kg": free.body.mass,
+        "mass_deviation_kg": float(free.deviation[0]),
+        "misfit": free.misfit,
         "n_alarms": 0,
     }
     report.inputs += test.input_files
-    table = found.table
+    table = free.table
     if truth is not None:
         report.inputs.append(truth.path)
         true = truth.model
@@ -69,11 +69,11 @@ def free_report(
         "in the axes and from the origin of the position sheet, inertia about it.",
     )
     report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
-    rigid = np.linalg.inv(mass_matrix(found.body.mass, found.body.inertia, found.body.centre))
+    rigid = np.linalg.inv(mass_matrix(free.body.mass, free.body.inertia, free.body.centre))
     curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
     report.figure(
         "inertance",
-        lambda: inertance_figure(lines, curves, (found.band,)),
+        lambda: inertance_figure(lines, curves, (free.band,)),
         "Inertance at the virtual point, and that of the identified body.",
     )
     return report

@@ -71,7 +71,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 
     - `inputs`: files that were read.
     """
-    found, model = first.found, first.found.calibrated.model
+    found, model = first.identification, first.identification.calibrated.model
     report = Report(
         f"Identified compressor: {found.test.name}",
         "Which mass, centre of gravity, inertia, mount stiffness and rubber explain the hammer "
@@ -127,7 +127,7 @@ def identification_report(first: IdentifiedTest, inputs: Sequence[Path] = ()) ->
 
 def _asked(report: Report, first: IdentifiedTest) -> None:
     """Say what was asked, and with which data."""
-    found, test = first.found, first.found.test
+    found, test = first.identification, first.identification.test
     bands = " and ".join(f"{low:g}–{high:g} Hz" for low, high in found.options.bands)
     weighed = "It was not weighed."
     if test.weighed_mass is not None:
@@ -151,7 +151,11 @@ def _asked(report: Report, first: IdentifiedTest) -> None:
 
 def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
     """Say whether the test is sound."""
-    found, lines, length = test.found, test.found.inertance.frequency, test.found.length
+    found, lines, length = (
+        test.identification,
+        test.identification.inertance.frequency,
+        test.identification.length,
+    )
     report.section(
         "Is the test sound?",
         f"{found.rigid.statement}\n\nThe condition number of the inertance near 100 Hz is "
@@ -166,7 +170,7 @@ def _sound(report: Report, test: IdentifiedTest, condition: float) -> None:
         lambda: inertance_figure(
             lines,
             {SHEET: sheet, MODEL: found.calibrated.model.inertance(lines)},
-            test.found.options.bands,
+            test.identification.options.bands,
         ),
         "Inertance at the virtual point (thesis, figure 53): response in rows, "
         "excitation in columns. Where the dashed curve leaves the measured one far below the "
@@ -202,7 +206,7 @@ def inertance_figure(
 
 def _identified(report: Report, test: IdentifiedTest) -> None:
     """Show the identified numbers, the gain and the modes."""
-    found = test.found
+    found = test.identification
     truth = " The truth of the virtual compressor is for comparison only." if test.truth else ""
     report.section(
         "The identified compressor",
@@ -254,7 +258,7 @@ def _identified(report: Report, test: IdentifiedTest) -> None:
 
 def _gain_figure(test: IdentifiedTest) -> Figure:
     """Draw both parts of the gain, 1 at the reference, with their 95 % interval and the truth."""
-    found = test.found
+    found = test.identification
     lines = found.inertance.frequency
     gain = found.calibrated.model.gain
     scale = gain.real.at(REFERENCE_FREQUENCY)
@@ -274,7 +278,11 @@ def _gain_figure(test: IdentifiedTest) -> Figure:
         ranges = {"95 % interval": (low, high)}
         panels.append(plot.CurvePanel(title, lines, curves, y_label="gain [1]", ranges=ranges))
     return plot.curve_panels(
-        panels, columns=2, dashed=("truth",), fitted=test.found.options.bands, log_frequency=True
+        panels,
+        columns=2,
+        dashed=("truth",),
+        fitted=test.identification.options.bands,
+        log_frequency=True,
     )
 
 
@@ -293,7 +301,7 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
         "rounded down. Modes by their shapes at the accelerometers, in 10–30 Hz; above them, the "
         "FRFs entry by entry.",
     )
-    checks = test.found.held_out
+    checks = test.identification.held_out
     table = {
         "held out": [check.what for check in checks],
         "reduced χ [1]": [check.reduced_chi for check in checks],
@@ -304,7 +312,7 @@ def _compared(report: Report, test: IdentifiedTest) -> None:
 
 def _likeness(test: IdentifiedTest) -> Figure:
     """Draw figure 55 of the thesis."""
-    found, lines = test.found, test.found.inertance.frequency
+    found, lines = test.identification, test.identification.inertance.frequency
     model = found.calibrated.model.inertance(lines)
     maps = []
     try:
@@ -315,7 +323,7 @@ def _likeness(test: IdentifiedTest) -> Figure:
         )
     except InputError:  # the linear estimate has no modes: nothing to compare
         pass
-    for low, high in test.found.options.bands:
+    for low, high in test.identification.options.bands:
         alike = frac(found.inertance.values, model, lines, (low, high))
         title = f"FRAC, inertance, {low:g}–{high:g} Hz"
         maps.append(plot.HeatMap(title, MOTIONS, MOTIONS, alike, "", "excitation"))
@@ -324,7 +332,7 @@ def _likeness(test: IdentifiedTest) -> Figure:
 
 def _apparent_mass(report: Report, test: IdentifiedTest) -> None:
     """Draw figures 56 to 59, 66 and 67 of the thesis, and write what they show."""
-    found, lines = test.found, test.found.inertance.frequency
+    found, lines = test.identification, test.identification.inertance.frequency
     model = found.calibrated.model
     report.section(
         "Apparent mass, entry by entry",
@@ -464,8 +472,8 @@ def apparent_mass_table(lines: RealArray, mass: Mapping[str, ComplexArray]) -> p
 
 def _limits(report: Report, test: IdentifiedTest) -> None:
     """Say which parameters are seen, which are not, and which come from what was known before."""
-    found, thesis = test.found, test.thesis
-    dominated = found.known.prior_dominated
+    found, thesis = test.identification, test.thesis
+    dominated = found.knowledge.prior_dominated
     names = f"Of them {', '.join(dominated)} come" if dominated else "None of them comes"
     report.section(
         "What this test can and cannot say",
@@ -495,7 +503,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "virtual point and the gain instead; or, where all mounts are one round part, enforce "
             "that (--identical-mounts)."
         )
-        drawn = np.count_nonzero(np.asarray(thesis.known.ratio) > PRIOR_DOMINATED)
+        drawn = np.count_nonzero(np.asarray(thesis.knowledge.ratio) > PRIOR_DOMINATED)
         report.text(
             f"Of {drawn} of the {len(seen.names)} numbers the drawing says more than the test; "
             "identifiability.csv has them all."
@@ -508,7 +516,7 @@ def _limits(report: Report, test: IdentifiedTest) -> None:
             "Changes that leave every FRF as it is.",
         )
         identifiability = identifiability_table(test, thesis)
-    pairs = found.known.strong_correlations
+    pairs = found.knowledge.strong_correlations
     correlations = pd.DataFrame(pairs, columns=["parameter", "and", "correlation [1]"])
     report.table("correlations", correlations)
     if thesis is not None:

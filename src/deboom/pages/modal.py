@@ -47,7 +47,10 @@ def append_modes(report: Report, modes: BodyModes, truth: RealArray | None, vehi
         shares = 100 * panels.shares[: modes.n_modes]
         label = f"share of the pressure at the {panels.ear} [%]"
         brought = HeatMap(
-            *(label, tuple(titles), tuple(panels.panels), shares),
+            title=label,
+            rows=tuple(titles),
+            columns=tuple(panels.panels),
+            values=shares,
             limits=(-100.0, 100.0),
             decimals=0,
         )

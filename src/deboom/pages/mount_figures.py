@@ -123,15 +123,14 @@ def check_lines(bench: CharacterisedBench) -> pd.DataFrame:
         half_real, half_imag = widths[0] * np.abs(modelled.real), widths[1] * np.abs(modelled.imag)
         # a force is turned against its stiffness by the phase of the motion
         along, across = np.abs(lines.displacement.real), np.abs(lines.displacement.imag)
+        force_halves = (
+            np.hypot(half_real * along, half_imag * across),
+            np.hypot(half_real * across, half_imag * along),
+        )
+        predicted = modelled * lines.displacement
         for letter, scale, unit, seen, model, halves in (
             ("K", N_PER_MM, "N/mm", lines.stiffness, modelled, (half_real, half_imag)),
-            (
-                *("F", 1.0, "N", lines.force, modelled * lines.displacement),
-                (
-                    np.hypot(half_real * along, half_imag * across),
-                    np.hypot(half_real * across, half_imag * along),
-                ),
-            ),
+            ("F", 1.0, "N", lines.force, predicted, force_halves),
         ):
             for part, of, half in zip(("Re", "Im"), (np.real, np.imag), halves, strict=True):
                 columns |= {

@@ -590,8 +590,8 @@ def phase_error(coherence: npt.ArrayLike, n_averages: float, n_inputs: int = 1) 
     most π/√3, the value of a phase that can be anything.
     """
     error = magnitude_error(coherence, n_averages, n_inputs)
-    known = np.arcsin(np.minimum(error, 1.0))
-    return np.asarray(np.where(error < 1.0, known, np.pi / np.sqrt(3.0)))
+    arcsine = np.arcsin(np.minimum(error, 1.0))
+    return np.asarray(np.where(error < 1.0, arcsine, np.pi / np.sqrt(3.0)))
 
 
 def coherence_bias(coherence: npt.ArrayLike, n_averages: float) -> RealArray:

@@ -14,6 +14,12 @@ from deboom.errors import InputError
 
 REFERENCE_PRESSURE = 2e-5
 """Reference of sound pressure levels, rms [Pa]."""
+RUN_UP_SECONDS = 10.0
+"""Time of a run-up from the first to the last frequency, unless another one is asked for [s]."""
+RUN_UP_RATE = 44100
+"""Samples of a run-up per second [Hz]."""
+HEADROOM = 1.25
+"""Full scale of run-ups over the largest pressure in them [1]."""
 
 # IEC 61672-1, annex E: the poles of the A-weighting [Hz], to the digits that its defining
 # relations give (the standard prints 20.60, 107.7, 737.9 and 12194).
@@ -255,3 +261,11 @@ def run_up_sound(
     amplitude = make_interp_spline(lines, values, k=1, axis=0)(lines[0] + slope * time)
     turn = np.exp(1j * phase).reshape(-1, *(1,) * (values.ndim - 1))
     return np.asarray((amplitude * turn).real)
+
+
+def full_scale(sounds: npt.ArrayLike) -> float:
+    """Return the full scale of run-ups that shall be compared by ear [Pa].
+
+    - `sounds`: sound pressures of all of them [Pa].
+    """
+    return HEADROOM * float(np.abs(np.asarray(sounds)).max())

@@ -1,4 +1,4 @@
-"""Pictures: functions of plain arrays that draw in one style. The only door to matplotlib.
+"""Pictures: functions of plain arrays that draw in one style. The only package with matplotlib.
 
 A picture of one panel takes ``ax`` and returns its Axes, a grid its Figure; `mode_shapes` returns
 PNG bytes. `deboom.report` makes files of all and closes them. matplotlib is imported inside the

@@ -63,10 +63,8 @@ def factor_rows(
         for place, row in enumerate(rows):
             if no_requirement[place]:
                 middle = 0.5 * (lower[place] + upper[place])
-                face: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
-                words = bars.text(
-                    middle, row, "no requirement", ha="center", va="center", bbox=face
-                )
+                box: dict[str, Any] = {"facecolor": TRACK, "edgecolor": "none", "pad": 0.4}
+                words = bars.text(middle, row, "no requirement", ha="center", va="center", bbox=box)
                 words.set(color=MUTED, fontstyle="italic")
             for end, text in zip(_PLACES, texts[place], strict=True):
                 colour = MUTED if text in ("–", "not measured") else INK
@@ -133,14 +131,17 @@ def stiffness_bars(
     chosen, low, high = checked["factor"], checked["lower"], checked["upper"]
     texts = [
         (
-            _stiffness(known) if np.isfinite(known) else "not measured",
-            "–" if free or not np.isfinite(known) else _stiffness(known * value),
+            _stiffness(stiffness) if np.isfinite(stiffness) else "not measured",
+            "–" if free or not np.isfinite(stiffness) else _stiffness(stiffness * value),
             "–" if free else f"{signed(100.0 * (value - 1.0), 0)} %",
         )
-        for known, value, free in zip(nominal, chosen, no_requirement, strict=True)
+        for stiffness, value, free in zip(nominal, chosen, no_requirement, strict=True)
     ]
     with factor_rows(
-        *(variables, low, high, no_requirement),
+        variables,
+        low,
+        high,
+        no_requirement,
         texts=texts,
         headings=("nominal", "chosen", "change"),
         title=stiffness_label,
@@ -209,13 +210,19 @@ def box_intervals(
     edges = [data[f"{box.label} {end}"] for end in ("lower", "upper")]
     texts = [
         (
-            f"{known:.0f}" if np.isfinite(known) else "not measured",
-            *(f"{known * f:.0f}" if np.isfinite(known) and not free else "–" for f in (low, high)),
+            f"{nominal:.0f}" if np.isfinite(nominal) else "not measured",
+            *(
+                f"{nominal * factor:.0f}" if np.isfinite(nominal) and not free else "–"
+                for factor in (low, high)
+            ),
         )
-        for known, low, high, free in zip(today, *edges, no_requirement, strict=True)
+        for nominal, low, high, free in zip(today, *edges, no_requirement, strict=True)
     ]
     with factor_rows(
-        *(variables, data[f"{bounds.label} lower"], data[f"{bounds.label} upper"], no_requirement),
+        variables,
+        data[f"{bounds.label} lower"],
+        data[f"{bounds.label} upper"],
+        no_requirement,
         texts=texts,
         headings=("today", "from", "to"),
         title="dynamic stiffness [N/mm]",

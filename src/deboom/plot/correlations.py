@@ -271,7 +271,9 @@ def _coefficient(axes: Axes, value: float, low: float, high: float) -> None:
     )
     ends = f"{coefficient(low, 3)} – {coefficient(high, 3)}"
     axes.text(
-        *(0.5, 0.34, ends),
+        0.5,
+        0.34,
+        ends,
         transform=axes.transAxes,
         ha="center",
         va="center",

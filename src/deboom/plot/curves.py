@@ -420,7 +420,9 @@ def _curves(
     axes.plot(frequency, before, color=MUTED, lw=1.1, ls=(0, (4, 1.6)), label="baseline")
     axes.plot(frequency, after, color=colour, linewidth=1.5, label="optimised")
     axes.fill_between(
-        *(frequency, before, after),
+        frequency,
+        before,
+        after,
         where=quieter,
         color=colour,
         alpha=0.22,
@@ -464,13 +466,15 @@ def _peaks(
         ("v", _ABOVE, "white", MUTED, "baseline"),
         ("^", -_ABOVE, colour, colour, "optimised"),
     )
-    for curve, found, (shape, above, face, edge, name) in zip(curves, peaks, looks, strict=True):
+    for curve, frequencies, (shape, above, fill, edge, name) in zip(
+        curves, peaks, looks, strict=True
+    ):
         axes.plot(
-            found,
-            np.interp(found, frequency, curve) + above,
+            frequencies,
+            np.interp(frequencies, frequency, curve) + above,
             shape,
             markersize=5,
-            markerfacecolor=face,
+            markerfacecolor=fill,
             markeredgecolor=edge,
             linestyle="none",
             label=f"booming peak [Hz], {name}",

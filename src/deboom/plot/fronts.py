@@ -236,7 +236,8 @@ def parallel_coordinates(
             axes.plot(places, shares[0][row], color=colour.to_rgba(rows[row]), alpha=0.5, lw=0.8)
         for number, (name, (share,)) in enumerate(zip(marks, shares[1:], strict=True)):
             axes.plot(
-                *(places, share),
+                places,
+                share,
                 color=INK if number else MUTED,
                 linewidth=1.5,
                 marker=_PICK_MARKERS[number % len(_PICK_MARKERS)],

@@ -168,34 +168,34 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
     """
     import seaborn as sns
 
-    tallest = max((len(one.rows) / len(one.columns) for one in maps), default=1.0)
+    tallest = max((len(heat_map.rows) / len(heat_map.columns) for heat_map in maps), default=1.0)
     height = 0.25 + FULL_WIDTH / columns * min(tallest, 1.0)
     with panel_grid("heat_maps", len(maps), columns, 0.0, height) as (figure, grid):
-        for axes, one in zip(grid, maps, strict=True):
-            values = finite("heat_maps", {one.title: one.values})[one.title]
-            if values.shape != (len(one.rows), len(one.columns)):
-                raise InputError(f"figure heat_maps: {one.title} has shape {values.shape}")
+        for axes, heat_map in zip(grid, maps, strict=True):
+            values = finite("heat_maps", {heat_map.title: heat_map.values})[heat_map.title]
+            if values.shape != (len(heat_map.rows), len(heat_map.columns)):
+                raise InputError(f"figure heat_maps: {heat_map.title} has shape {values.shape}")
             sns.heatmap(
                 values,
                 ax=axes,
-                cmap="PuOr_r" if one.limits[0] < 0 else "Blues",
-                vmin=one.limits[0],
-                vmax=one.limits[1],
-                annot=cell_numbers(values, one.decimals, one.limits[1])
-                if one.texts is None
-                else one.texts,
+                cmap="PuOr_r" if heat_map.limits[0] < 0 else "Blues",
+                vmin=heat_map.limits[0],
+                vmax=heat_map.limits[1],
+                annot=cell_numbers(values, heat_map.decimals, heat_map.limits[1])
+                if heat_map.texts is None
+                else heat_map.texts,
                 fmt="",
                 annot_kws={"fontsize": 6.3},
-                xticklabels=list(one.columns),
-                yticklabels=list(one.rows),
+                xticklabels=list(heat_map.columns),
+                yticklabels=list(heat_map.rows),
                 square=True,
                 cbar=False,
             )
             axes.grid(visible=False)
             axes.tick_params(length=0, labelsize=7.0)
             axes.tick_params(axis="y", rotation=0)
-            axes.set(xlabel=one.column_title, ylabel=one.row_title)
-            axes.set_title(one.title, loc="left", fontweight="bold", fontsize=8.5)
+            axes.set(xlabel=heat_map.column_title, ylabel=heat_map.row_title)
+            axes.set_title(heat_map.title, loc="left", fontweight="bold", fontsize=8.5)
         return figure
 
 

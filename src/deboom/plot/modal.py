@@ -181,9 +181,9 @@ class _Drawing:
     """Checked arrays of a body, and how it is drawn in a view."""
 
     def __init__(self, body: BodyMotion) -> None:
-        known = finite("mode_shapes", {"positions": body.positions, "normals": body.normals})
+        body_arrays = finite("mode_shapes", {"positions": body.positions, "normals": body.normals})
         self.labels = tuple(body.labels)
-        self.positions, self.normals = known["positions"], known["normals"]
+        self.positions, self.normals = body_arrays["positions"], body_arrays["normals"]
         motion = np.asarray(body.motion, dtype=complex)
         expected = (len(body.titles), len(self.labels), 3)
         if motion.shape != expected or self.positions.shape != expected[1:]:

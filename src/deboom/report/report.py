@@ -396,11 +396,11 @@ class Report:
         contents = dict(_table_file(stem, frame) for stem, frame in self.tables.items())
         contents |= {f"{s}.json": json_text(c).encode() for s, c in self.documents.items()}
         contents |= self.attachments
-        known = {
+        summary = {
             key: None if isinstance(value, float | np.floating) and not isfinite(value) else value
             for key, value in self.summary.items()
         }
-        contents[SUMMARY] = json_text(known).encode()
+        contents[SUMMARY] = json_text(summary).encode()
         return contents
 
     def write(self, folder: Path) -> Path:
@@ -452,7 +452,7 @@ class Report:
 
 
 def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: Any) -> str:
-    """Render a template of this room; texts are escaped, a name without a value is an error."""
+    """Render a template of this package; texts are escaped, a name without a value is an error."""
     from jinja2 import Environment, StrictUndefined
 
     environment = Environment(

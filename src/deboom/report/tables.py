@@ -72,9 +72,9 @@ def text_columns(frame: pd.DataFrame, decimals: Mapping[str, int]) -> tuple[Colu
 def _column(label: str, values: Sequence[object], decimals: int | None) -> Column:
     name, unit = split_label(label)
     shown = "" if unit == "1" else unit
-    known = [value for value in values if value is not None]
-    numbers = [value for value in known if _is_number(value)]
-    if not numbers or len(numbers) < len(known):
+    present = [value for value in values if value is not None]
+    numbers = [value for value in present if _is_number(value)]
+    if not numbers or len(numbers) < len(present):
         return Column(name, shown, False, tuple(_word(value) for value in values))
     if decimals is None:
         decimals = _default_decimals(numbers, unit)

@@ -89,7 +89,7 @@ def characterise_into_library(
 
             results.append(characterise(campaign, name, options, step, chains))
         record = results[0].record(hash_files(campaign.input_files, relative_to=folder))
-        opened.add([record], [m for one in results for m in one.mounts], replace=overwrite)
+        opened.add([record], [m for of_set in results for m in of_set.mounts], replace=overwrite)
     return tuple(results)
 
 
@@ -97,22 +97,24 @@ def described(result: Characterisation) -> str:
     """Say in a few lines how far each direction of a mount set may be believed."""
     lines = [f"mount set {result.mount_set}, {len(result.runs)} runs"]
     lines += [f"  ALARM: {alarm}" for alarm in result.alarms]
-    for name, one in result.directions.items():
-        if one.budget is None:
-            lines.append(f"  {name:8} not identified: {one.complaint or 'no error budget'}")
+    for name, direction in result.directions.items():
+        if direction.budget is None:
+            lines.append(f"  {name:8} not identified: {direction.complaint or 'no error budget'}")
             continue
-        word = "identified" if one.budget.identified else "not identified"
-        width = 100 * one.budget.half_width_95
+        word = "identified" if direction.budget.identified else "not identified"
+        width = 100 * direction.budget.half_width_95
         lines.append(f"  {name:8} ± {width:.1f} % of |K| (95 %), {word}")
     return "\n".join(lines)
 
 
 def _refuse_known(opened: MountLibrary, campaign: str, wanted: Sequence[str]) -> None:
-    known = [one for one in opened.identities(campaign=campaign) if one.variant in wanted]
-    if known:
+    present = [
+        identity for identity in opened.identities(campaign=campaign) if identity.variant in wanted
+    ]
+    if present:
         raise InputError(
-            f"{opened.name}: {replace(known[0], supplier='')} and {len(known) - 1} more are there "
-            "already: exchange them with --replace, or choose other mount sets"
+            f"{opened.name}: {replace(present[0], supplier='')} and {len(present) - 1} more are "
+            "there already: exchange them with --replace, or choose other mount sets"
         )
 
 
@@ -147,7 +149,9 @@ def write_platform_library(
 
 def without_map(mount: CharacterisedMount) -> CharacterisedMount:
     """Return a mount without its single measured points."""
-    directions = tuple(replace(one, map_points=MapPoints.none()) for one in mount.directions)
+    directions = tuple(
+        replace(direction, map_points=MapPoints.none()) for direction in mount.directions
+    )
     return replace(mount, directions=directions)
 
 
@@ -181,9 +185,9 @@ def track_untracked(folder: Path, say: Callable[[str], None]) -> None:
     - raises InputError: as `orders_into_campaign`; runs that were tracked before stay.
     """
     file = load_toml(Path(folder) / CAMPAIGN_FILE, CampaignFile)
-    there = [(run.mount_set, run.name) for run in file.runs]
+    listed = [(run.mount_set, run.name) for run in file.runs]
     for entry in file.time_runs:
-        if (entry.mount_set, entry.name) not in there:
+        if (entry.mount_set, entry.name) not in listed:
             tracked, path = orders_into_campaign(folder, entry.name)
             for line in described_orders(entry.name, tracked, path):
                 say(line)

@@ -72,7 +72,7 @@ def identify_into_run(
         step = counted(progress, STEPS + 2, 1)
         identified = identified_test(test, truth, options, beside, step, folder)
         progress(STEPS + 1, STEPS + 2, "tables and figures")
-        alarms = identified.found.alarms
+        alarms = identified.identification.alarms
         return identification_report(identified, identified.input_files)
 
     run = run_command(out, record, work, relative_to=folder, begin=begin)

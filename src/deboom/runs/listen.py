@@ -12,11 +12,9 @@ from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes, replace_text
 from deboom.files.sound import run_up_files
 from deboom.names import path_inside
+from deboom.physics.sound_level import RUN_UP_RATE
 from deboom.runs.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
-
-RATE = 44100
-"""Samples per second [Hz]."""
 
 
 def write_run_ups(
@@ -60,7 +58,7 @@ def write_run_ups(
     designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
     rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
-    sounds, full_scale = run_up_files(rows, model.frequency, seconds, RATE)
+    sounds, scale = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE)
     place = made_folder(path_inside(run.entry.folder, "listen") if out is None else out)
     paths = []
     names = [f"{vehicle} {name}.wav" for vehicle in model.response_names for name in designs]
@@ -70,7 +68,7 @@ def write_run_ups(
     facts = {
         "run": run.entry.name,
         "load_case": model.load_case_names[0],
-        "full_scale_Pa": full_scale,
+        "full_scale_Pa": scale,
         "first_Hz": float(model.frequency[0]),
         "last_Hz": float(model.frequency[-1]),
         "seconds": seconds,

@@ -102,11 +102,18 @@ class MadeParts:
                 continue
             row: dict[str, object] = {"variable": name, "tolerance ± [%]": PERCENT * tolerance}
             if self.scatter is not None:
-                one = self.scatter.direction(name)
-                known = (one.sigma, one.lower, one.upper) if one else (np.nan,) * 3
+                direction = self.scatter.direction(name)
+                interval = (
+                    (direction.sigma, direction.lower, direction.upper)
+                    if direction
+                    else (np.nan,) * 3
+                )
                 columns = ("sigma measured [%]", "from [%]", "to [%]")
-                row |= dict(zip(columns, (PERCENT * value for value in known), strict=True))
-                row |= {"parts": one.n_parts if one else 0, "note": one.note if one else ""}
+                row |= dict(zip(columns, (PERCENT * value for value in interval), strict=True))
+                row |= {
+                    "parts": direction.n_parts if direction else 0,
+                    "note": direction.note if direction else "",
+                }
             rows.append(row)
         return pd.DataFrame(rows)
 
@@ -122,7 +129,7 @@ class MadeParts:
             f"{self.n_draws} independent draws make one set of parts for {len(size)} variables; "
             f"the largest correlation of two variables is {linked.max():.2f}."
         ]
-        even = [n for n, one in zip(self.space.names, size, strict=True) if one < 1.0 - 1e-9]
+        even = [n for n, wide in zip(self.space.names, size, strict=True) if wide < 1.0 - 1e-9]
         if even:
             words.append(
                 f"{', '.join(even)}: the mean of several pieces, which even out to "
@@ -182,7 +189,7 @@ def made_parts(path: Path | None, space: DesignSpace) -> MadeParts:
 def _measured(library: Path, content: PartScatterFile, entry: MeasuredEntry) -> LibraryScatter:
     """Estimate the scatter from a library, of the part numbers that the file names."""
     numbers = {place: part.number for part in content.parts for place in part.places}
-    parts = [one for one in library_parts(library) if _wanted(one, numbers)]
+    parts = [candidate for candidate in library_parts(library) if _wanted(candidate, numbers)]
     try:
         return library_scatter(parts, ScatterPrior(entry.prior_sigma, entry.prior_weight))
     except InputError as error:
@@ -216,16 +223,16 @@ def _structure(
         batch = entry.batch_share if entry.batch_share is not None else content.batch_share
         if batch is None:
             batch = _measured_batch(entry.places, scatter)
-        own = hardness if entry.hardness_share is None else entry.hardness_share
-        parts.append(PartNumber(entry.number, entry.places, entry.pieces, own, batch))
+        hardness_share = hardness if entry.hardness_share is None else entry.hardness_share
+        parts.append(PartNumber(entry.number, entry.places, entry.pieces, hardness_share, batch))
     return part_structure(space.names, parts, hardness)
 
 
 def _measured_batch(places: Sequence[str], scatter: LibraryScatter | None) -> float:
     """Mean of the batch shares of the mounts where they were measured; 0 if nowhere."""
-    found = scatter.batches if scatter else {}
-    known = [found[place].value for place in places if place in found]
-    return float(np.mean(known)) if known else 0.0
+    batches = scatter.batches if scatter else {}
+    measured = [batches[place].value for place in places if place in batches]
+    return float(np.mean(measured)) if measured else 0.0
 
 
 def _tolerance(
@@ -240,9 +247,9 @@ def _tolerance(
         )
     tolerance = space.tolerance.copy()
     for place, name in enumerate(space.names):
-        one = scatter.direction(name) if scatter else None
-        if tolerance[place] > 0.0 and one is not None:
-            tolerance[place] = SIGMAS_PER_TOLERANCE * one.sigma
+        direction = scatter.direction(name) if scatter else None
+        if tolerance[place] > 0.0 and direction is not None:
+            tolerance[place] = SIGMAS_PER_TOLERANCE * direction.sigma
         if name in stated:
             tolerance[place] = stated[name]
     return tolerance
@@ -258,8 +265,8 @@ def tolerance_cost(path: Path | None, variables: Sequence[str]) -> ToleranceCost
     - raises InputError: a table that cannot be read, lacks a variable or names it twice.
     """
     if path is None:
-        one = np.ones(len(variables))
-        return ToleranceCost(tuple(variables), one, REFERENCE * one)
+        unit_cost = np.ones(len(variables))
+        return ToleranceCost(tuple(variables), unit_cost, REFERENCE * unit_cost)
     rows = rows_of(path, ("variable", "weight", "reference tolerance"), {}, variables)
     weight, reference = (
         np.array([row.number(column) for row in rows])
@@ -367,14 +374,14 @@ class ToleranceTask:
         share = self._share(self.share)
         for _ in range(ROUNDS):
             try:
-                found = find(share)
+                allocation = find(share)
             except InputError:
                 if not tried:
                     raise
                 break
-            lower = self.verified(found.tolerance, "allocation check").share_lower
+            lower = self.verified(allocation.tolerance, "allocation check").share_lower
             over = lower - self.share
-            tried.append((over, found))
+            tried.append((over, allocation))
             if 0.0 <= over <= CLOSE or not 0.0 < share.share - over < 1.0:
                 break
             share = replace(share, share=share.share - over + 0.5 * CLOSE)

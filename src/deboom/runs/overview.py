@@ -31,16 +31,17 @@ def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
     - `entries`: the runs.
     - `results`: folder that links start from.
     """
-    asked: dict[str, list[dict[str, Any]]] = {}
+    options_of_study: dict[str, list[dict[str, Any]]] = {}
     for entry in entries:
-        asked.setdefault(entry.study, []).append(options(entry.record))
+        options_of_study.setdefault(entry.study, []).append(options(entry.record))
     cards = []
     for entry in entries:
         mine = options(entry.record)
         special = {
             name: value
             for name, value in mine.items()
-            if name != "seed" and any(other.get(name) != value for other in asked[entry.study])
+            if name != "seed"
+            and any(other.get(name) != value for other in options_of_study[entry.study])
         }
         cards.append(_card(entry, results, special))
     return cards
@@ -48,8 +49,8 @@ def run_cards(entries: Sequence[RunEntry], results: Path) -> list[RunCard]:
 
 def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard:
     record = entry.record
-    found = _STARTED.match(entry.name)
-    day, hour, minute, second = found.groups() if found else (entry.name, "", "", "")
+    match = _STARTED.match(entry.name)
+    day, hour, minute, second = match.groups() if match else (entry.name, "", "", "")
     folder = quote(entry.folder.relative_to(results).as_posix())
     page = entry.folder / "report.html"
     return RunCard(
@@ -57,7 +58,7 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
         name=entry.name,
         question=str(record.get("question", "")),
         state=entry.state,
-        started=f"{day} {hour}:{minute}:{second}" if found else day,
+        started=f"{day} {hour}:{minute}:{second}" if match else day,
         seed=int(record.get("seed", 0)),
         headlines=headlines(entry),
         folder=folder,

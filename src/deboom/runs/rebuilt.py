@@ -58,8 +58,8 @@ def prepared_again(
                 "bring the file back as it was or run the study again"
             )
     arguments = {n: v for n, v in arguments_of(entry, study).items() if n not in SAME_RESULT}
-    asked = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
-    key = json.dumps([study.path.read_text(encoding="utf-8"), asked, _inputs(entry)])
+    recorded = {n: v for n, v in entry.record["arguments"].items() if n not in BUDGET}
+    key = json.dumps([study.path.read_text(encoding="utf-8"), recorded, _inputs(entry)])
     models = {} if prepared is None else prepared
     if key not in models:
         models[key] = study.model(arguments)
@@ -213,11 +213,11 @@ def check_same_question(runs: Sequence[ComparedRun]) -> None:
 
 def distinct_models(runs: Sequence[ComparedRun]) -> list[ComparedRun]:
     """Return one run per model: the first of those whose models give the same figures."""
-    found: list[ComparedRun] = []
+    distinct: list[ComparedRun] = []
     for run in runs:
-        if not any(_same_model(run, other) for other in found):
-            found.append(run)
-    return found
+        if not any(_same_model(run, other) for other in distinct):
+            distinct.append(run)
+    return distinct
 
 
 def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
@@ -225,7 +225,7 @@ def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
         return False
     rows = np.unique([0, len(run.designs) - 1])
     model = replace(other.model, sample=run.model.sample)
-    mine, theirs = (one(run.designs[rows]).objectives for one in (run.model, model))
+    mine, theirs = (evaluate(run.designs[rows]).objectives for evaluate in (run.model, model))
     return bool(np.allclose(mine, theirs, rtol=REPRODUCED))
 
 
@@ -236,8 +236,8 @@ def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFra
     """
     facts = [dict(_facts(run)) for run in runs]
     rows = []
-    for item in dict.fromkeys(name for one in facts for name in one):
-        values = [str(one.get(item, "–")) for one in facts]
+    for item in dict.fromkeys(name for record in facts for name in record):
+        values = [str(record.get(item, "–")) for record in facts]
         if len(set(values)) > 1:
             cells: dict[str, list[str]] = {}
             for name, value in zip(names, values, strict=True):

@@ -63,12 +63,12 @@ def _limited_numbers(
     """One row per limited number: its value in each design, and its bounds."""
     numbers = requirements(np.stack(list(designs.values())))
     bounds = limits.limits
-    labels = [f"{one.response} [{one.unit}]" for one in bounds]
+    labels = [f"{limit.response} [{limit.unit}]" for limit in bounds]
     table: dict[str, Sequence[object]] = {"number": labels}
     for name, row in zip(designs, numbers, strict=True):
         table[name] = row.tolist()
     for side in ("at_least", "at_most"):
-        values = np.array([getattr(one, side) for one in bounds])
+        values = np.array([getattr(limit, side) for limit in bounds])
         table[side.replace("_", " ")] = np.where(np.isfinite(values), values, np.nan).tolist()
     return pd.DataFrame(table)
 

@@ -121,7 +121,8 @@ def compare_peaks(
     - returns: changes by rising frequency; each peak of either curve once.
     - raises InputError: see `booming_peaks`.
     """
-    before, after = (booming_peaks(one, frequency, order) for one in (level_before, level_after))
+    before = booming_peaks(level_before, frequency, order)
+    after = booming_peaks(level_after, frequency, order)
     match, lines = match_peaks(before, after), np.asarray(frequency)
 
     def highest(level: npt.ArrayLike, peak: BoomingPeak) -> float:
@@ -198,7 +199,7 @@ class PressureComparison:
     @property
     def peaks(self) -> MatchedPeaks:
         """Booming peaks of both, paired within the tolerance."""
-        first, second = (booming_peaks(one, self.frequency, self.order) for one in self.levels)
+        first, second = (booming_peaks(level, self.frequency, self.order) for level in self.levels)
         return match_peaks(first, second)
 
     @property

@@ -129,10 +129,10 @@ class PeakLevel(_VehicleLevel):
         gradient = np.zeros((*place.shape, rows.shape[1]))
         for number, line in enumerate((c, k) for c in self._cases for k in range(c.frequency.size)):
             loudest = place == number
-            asked = np.flatnonzero(loudest.any(axis=1))
-            if asked.size:
-                slope = line[0].at_lines(np.array([line[1]])).neper_gradient(rows[asked])
-                gradient[asked] += np.where(loudest[asked, :, np.newaxis], slope, 0.0)
+            lines = np.flatnonzero(loudest.any(axis=1))
+            if lines.size:
+                slope = line[0].at_lines(np.array([line[1]])).neper_gradient(rows[lines])
+                gradient[lines] += np.where(loudest[lines, :, np.newaxis], slope, 0.0)
         return np.asarray(NEPER_TO_DB * gradient)
 
     def _loudest(self, designs: RealArray) -> tuple[RealArray, IntArray]:
@@ -260,17 +260,28 @@ class WeightSag:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the sag, shape (n, n_mount) [mm]."""
+        downward, tangents, load = self.linear
         forward = self.model.forward
-        tangents = self.model.slope(np.zeros(len(forward)))
         stiffness = _of_directions(self.model.mounts, factors) * tangents
-        weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
-        load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
         matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
         position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
         columns = [self.model.column(f"{mount} z") for mount in self.mounts]
+        return np.asarray(-MILLIMETRES * (position @ downward.T)[:, columns])
+
+    @property
+    def linear(self) -> tuple[RealArray, RealArray, RealArray]:
+        """What the sag follows from.
+
+        - returns: motion of the powertrain → displacement of every piece along vehicle axes
+          (n_direction, 6) [1, m/rad], tangent of every direction at no torque (n_direction,) [N/m],
+          and weight (6,) [N, N m].
+        """
+        tangents = self.model.slope(np.zeros(len(self.model.forward)))
+        weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
+        load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
         # down is a vehicle axis, however the mounts stand
         upright = [replace(mount, rotations=()) for mount in self.model.mounts]
-        return np.asarray(-MILLIMETRES * (position @ mount_forward(upright).T)[:, columns])
+        return mount_forward(upright), tangents, load
 
 
 @dataclass(frozen=True, eq=False)
@@ -494,12 +505,12 @@ def _real_stiffness(
     """Mean real part over the lines of a run, per piece, by variable [N/m]."""
     case = in_mount_axes(mounts, case)
     inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
-    found = {}
+    stiffness = {}
     for mount in mounts:
         for axis, name in zip(AXES, mount.variables, strict=True):
             channels = mount.channels(axis)
             if set(channels) <= set(case.force.channels):
                 force = case.force.select(channels).values[inside]
                 displacement = case.displacement.select(channels).values[inside]
-                found[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
-    return found
+                stiffness[name] = float(np.mean(dynamic_stiffness(force, displacement).real))
+    return stiffness

@@ -175,9 +175,9 @@ class Platform:
         for case in self.load_cases:
             if case.name == name:
                 return case
-        known = ", ".join(case.name for case in self.load_cases)
+        names = ", ".join(case.name for case in self.load_cases)
         raise InputError(
-            f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {known}"
+            f"{self.folder / PLATFORM_FILE}: there is no load case '{name}': use {names}"
         )
 
     def model(
@@ -255,7 +255,9 @@ class Platform:
         names = [vehicles] if isinstance(vehicles, str) else list(vehicles)
         for name in names:
             word_of(name, [*self.fleet.names, *(member.group for member in members)], "vehicle")
-        return Fleet(tuple(one for one in members if one.name in names or one.group in names))
+        return Fleet(
+            tuple(vehicle for vehicle in members if vehicle.name in names or vehicle.group in names)
+        )
 
     def runs(
         self,
@@ -426,8 +428,12 @@ class Runs:
 
     def identified(self, mount: str, axis: str) -> bool:
         """Whether a direction's stiffness is known well enough to be asked for in N/m."""
-        known = self.characterised(mount, axis)
-        return known is not None and known.surface is not None and known.quality.identified
+        characterised = self.characterised(mount, axis)
+        return (
+            characterised is not None
+            and characterised.surface is not None
+            and characterised.quality.identified
+        )
 
     def stiffness(self, case: LoadCase, band: Band) -> RealArray:
         """Return the mean ``|K|`` of a run in a band by variable, (k,) [N/m]; nan: not measured."""

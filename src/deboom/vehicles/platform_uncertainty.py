@@ -52,26 +52,26 @@ UNSTATED = 0.05
 
 
 def transfer_sources(
-    known: MethodDifference = PRIOR_DIFFERENCE, origin: str = PRIOR, *, averaged: bool = True
+    difference: MethodDifference = PRIOR_DIFFERENCE, origin: str = PRIOR, *, averaged: bool = True
 ) -> tuple[UncertaintySource, ...]:
     """Return what may be wrong with noise transfer functions; a source of size 0 is left out.
 
-    - `known`: difference of methods that were used on different days: what differs in all paths
-      alike counts as the day. Below `LEAST_VEHICLES` the calibration stays the prior.
+    - `difference`: difference of methods that were used on different days: what differs in
+      all paths alike counts as the day. Below `LEAST_VEHICLES` the calibration stays the prior.
     - `origin`: name of the vehicles that were compared.
     - `averaged`: whether the functions in use are means of both methods, or those of one: then
       their variances are twice as large.
     """
     scale = 1.0 if averaged else math.sqrt(2.0)
     calibration = PRIOR, PRIOR_DIFFERENCE.calibration_db, math.inf
-    if LEAST_VEHICLES <= known.calibration_degrees_of_freedom < math.inf:
-        freedom = known.calibration_degrees_of_freedom
-        calibration = origin, scale * known.calibration_db, freedom
-    path, day, floor = scale * known.path, scale * known.body, scale * known.floor
+    if LEAST_VEHICLES <= difference.calibration_degrees_of_freedom < math.inf:
+        freedom = difference.calibration_degrees_of_freedom
+        calibration = origin, scale * difference.calibration_db, freedom
+    path, day, floor = scale * difference.path, scale * difference.body, scale * difference.floor
     sources = [
         (calibration[1], transfer_calibration(*calibration)),
-        (path, transfer_paths(origin, path, known.length, known.path_degrees_of_freedom)),
-        (day, transfer_body(origin, day, known.body_length)),
+        (path, transfer_paths(origin, path, difference.length, difference.path_degrees_of_freedom)),
+        (day, transfer_body(origin, day, difference.body_length)),
         (floor, transfer_floor(origin, floor)),
     ]
     return tuple(source for size, source in sources if size > 0)
@@ -164,8 +164,8 @@ def tolerances_of_record(stated: Mapping[str, float], default: Tolerances) -> To
     - `default`: tolerances of what is not stated.
     """
     values = {name.partition(" [")[0]: value for name, value in stated.items()}
-    known = {name: values[name] for name in vars(default) if name in values}
-    return Tolerances(**{**vars(default), **known})
+    recorded = {name: values[name] for name in vars(default) if name in values}
+    return Tolerances(**{**vars(default), **recorded})
 
 
 def _leverage(
@@ -180,9 +180,9 @@ def _leverage(
     squared = []
     for case in load_cases if others else ():
         inside = lines_inside(case.force.frequency, band, f"load case {case.name}")
-        own, *beside = (
+        of_path, *beside = (
             np.mean(np.abs(case.force.select(channels[name]).values[inside]) ** 2, axis=1)
             for name in (direction, *others)
         )
-        squared.append(float(np.median(sum(beside) / own)))
+        squared.append(float(np.median(sum(beside) / of_path)))
     return float(np.sqrt(np.mean(squared))) if squared else 0.0

@@ -280,9 +280,9 @@ def _unbalanced(
 
 
 def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
-    values = {one.name: one.noise_transfer.values[:, 0] for one in vehicles}
-    for one in vehicles:
-        yield from _functions(one)
+    values = {vehicle.name: vehicle.noise_transfer.values[:, 0] for vehicle in vehicles}
+    for vehicle in vehicles:
+        yield from _functions(vehicle)
     for first, second in combinations(vehicles, 2):
         if np.array_equal(values[first.name], values[second.name]):
             yield Finding(
@@ -295,16 +295,16 @@ def _vehicles(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
     if len(vehicles) > FEWEST_VEHICLES:
         sizes = [np.sqrt(np.mean(np.abs(each) ** 2)) for each in values.values()]
         level = 20.0 * np.log10(np.maximum(sizes, np.finfo(float).tiny))
-        for number, one in enumerate(vehicles):
+        for number, vehicle in enumerate(vehicles):
             gap = level[number] - float(np.median(np.delete(level, number)))
             if abs(gap) > LEVEL_GAP:
                 yield Finding(
-                    f"vehicle {one.name}: its noise transfer functions lie {abs(gap):.0f} dB "
+                    f"vehicle {vehicle.name}: its noise transfer functions lie {abs(gap):.0f} dB "
                     f"{'above' if gap > 0 else 'below'} those of the others: gain of an amplifier, "
                     "a frequency weighting, dB or another unit?"
                 )
-    for group in dict.fromkeys(one.group for one in vehicles):
-        yield from _unlike_paths([one for one in vehicles if one.group == group])
+    for group in dict.fromkeys(vehicle.group for vehicle in vehicles):
+        yield from _unlike_paths([vehicle for vehicle in vehicles if vehicle.group == group])
 
 
 def _functions(vehicle: Vehicle) -> Iterator[Finding]:
@@ -348,26 +348,26 @@ def _functions(vehicle: Vehicle) -> Iterator[Finding]:
 
 
 def _unlike_ears(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
-    ears = [one.noise_transfer.outputs[0].strip().lower() for one in vehicles]
+    ears = [vehicle.noise_transfer.outputs[0].strip().lower() for vehicle in vehicles]
     usual = max(ears, key=ears.count)
     others = [n for n, ear in enumerate(ears) if ear != usual and not ear.startswith("node ")]
     if len(vehicles) > FEWEST_VEHICLES and 0 < len(others) <= len(vehicles) // 4:
         for number in others:
-            one = vehicles[number]
+            vehicle = vehicles[number]
             yield Finding(
-                f"vehicle {one.name}: its microphone is '{one.noise_transfer.outputs[0]}', that of "
-                f"the others '{usual}': is it the driver's ear?"
+                f"vehicle {vehicle.name}: its microphone is '{vehicle.noise_transfer.outputs[0]}', "
+                f"that of the others '{usual}': is it the driver's ear?"
             )
 
 
 def _unlike_groups(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
-    groups = {one.group for one in vehicles}
-    for one in vehicles:
-        named = [group for group in groups if one.name.startswith(group)]
-        if named and not one.name.startswith(one.group):
+    groups = {vehicle.group for vehicle in vehicles}
+    for vehicle in vehicles:
+        named = [group for group in groups if vehicle.name.startswith(group)]
+        if named and not vehicle.name.startswith(vehicle.group):
             yield Finding(
-                f"vehicle {one.name} is in group {one.group}, and its name begins like group "
-                f"{max(named, key=len)}: which is right?"
+                f"vehicle {vehicle.name} is in group {vehicle.group}, and its name begins like "
+                f"group {max(named, key=len)}: which is right?"
             )
 
 
@@ -375,25 +375,28 @@ def _unlike_paths(vehicles: Sequence[Vehicle]) -> Iterator[Finding]:
     """Compare each path with the same one of the other vehicles of the group."""
     if len(vehicles) <= FEWEST_VEHICLES:
         return
-    values = np.stack([one.noise_transfer.values[:, 0] for one in vehicles])
+    values = np.stack([vehicle.noise_transfer.values[:, 0] for vehicle in vehicles])
     values = values / np.maximum(np.linalg.norm(values, axis=1, keepdims=True), 1e-300)
-    for number, one in enumerate(vehicles):
+    for number, vehicle in enumerate(vehicles):
         others = np.delete(values, number, axis=0).mean(axis=0)
         others = others / np.maximum(np.linalg.norm(others, axis=0), 1e-300)
         likeness = np.real(values[number].conj().T @ others)
-        names, own = one.noise_transfer.inputs, likeness.diagonal()
-        opposite = [name for name, like in zip(names, own, strict=True) if like < OPPOSITE]
+        names, same_path = vehicle.noise_transfer.inputs, likeness.diagonal()
+        opposite = [name for name, like in zip(names, same_path, strict=True) if like < OPPOSITE]
         if opposite:
             yield Finding(
-                f"vehicle {one.name}: its noise transfer functions of {', '.join(opposite)} have "
-                f"the opposite sign of those of the other vehicles of group {one.group}: check the "
-                "direction of the blow"
+                f"vehicle {vehicle.name}: its noise transfer functions of {', '.join(opposite)} "
+                f"have the opposite sign of those of the other vehicles of group {vehicle.group}: "
+                "check the direction of the blow"
             )
         for first, second in combinations(range(len(names)), 2):
-            gains = likeness[first, second] - own[first], likeness[second, first] - own[second]
+            gains = (
+                likeness[first, second] - same_path[first],
+                likeness[second, first] - same_path[second],
+            )
             if min(gains) > LIKELIER:
                 yield Finding(
-                    f"vehicle {one.name}: its noise transfer functions of {names[first]} and "
-                    f"{names[second]} look exchanged beside those of group {one.group}: check the "
-                    "nodes"
+                    f"vehicle {vehicle.name}: its noise transfer functions of {names[first]} and "
+                    f"{names[second]} look exchanged beside those of group {vehicle.group}: check "
+                    "the nodes"
                 )

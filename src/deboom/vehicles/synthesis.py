@@ -416,10 +416,13 @@ def predict_design(
     """
     measured = design.load_case
     with_other = surface_forces(other.load_case, design.mounts, Outside.KEEP_MEASURED)
-    transfers = [path_noise_transfer(one, Method.RECIPROCAL, listening.ear) for one in vehicles]
+    transfers = [path_noise_transfer(alike, Method.RECIPROCAL, listening.ear) for alike in vehicles]
     listeners = [Vehicle(v.name, v.group, t) for v, t in zip(vehicles, transfers, strict=True)]
     reference = coupled_motion(
-        *(Fleet(tuple(listeners)), _with_bodies(vehicles[0]), powertrain, other.load_case),
+        Fleet(tuple(listeners)),
+        _with_bodies(vehicles[0]),
+        powertrain,
+        other.load_case,
         listening.band,
     )
     inside = np.isin(other.load_case.force.frequency, reference.frequency)
@@ -570,14 +573,14 @@ class Validation:
     @property
     def vehicles(self) -> list[str]:
         """Name of every vehicle."""
-        return [one.driven.vehicle.name for one in self.shown]
+        return [synthesis.driven.vehicle.name for synthesis in self.shown]
 
     @cached_property
     def spread(self) -> LevelSpread | None:
         """Of the measured levels of vehicles with the first mount set; None for a single one."""
         first = self.syntheses[0].driven.mount_set
-        alike = [one for one in self.syntheses if one.driven.mount_set == first]
-        levels = [one.comparisons[ON_ROAD].levels[0] for one in alike]
+        alike = [synthesis for synthesis in self.syntheses if synthesis.driven.mount_set == first]
+        levels = [synthesis.comparisons[ON_ROAD].levels[0] for synthesis in alike]
         return level_spread(levels) if len(levels) > 1 else None
 
     @property
@@ -638,7 +641,7 @@ def validate(data: DrivenVehicles, listening: Listening) -> Validation:
         for synthesis in syntheses
         if synthesis.driven.vehicle.accelerance is not None
     )
-    first = {one.driven.vehicle.name: one for one in reversed(syntheses)}
+    first = {each.driven.vehicle.name: each for each in reversed(syntheses)}
     first |= {r.synthesis.driven.vehicle.name: r.synthesis for r in reversed(roads)}
     shown = tuple(first[driven.vehicle.name] for driven in data.vehicles)
     modes, complaint = None, ""
@@ -659,7 +662,9 @@ def _virtual_design(data: DrivenVehicles, listening: Listening) -> VirtualDesign
     apart = [name for name in plain if name not in parts.values()]
     mounts = []
     for mount, of_set in parts.items():
-        fitting = [one for one in data.sets[of_set].mounts if one.mount.name == mount]
+        fitting = [
+            candidate for candidate in data.sets[of_set].mounts if candidate.mount.name == mount
+        ]
         if not fitting:
             raise InputError(f"mount set {of_set} has no mount '{mount}', which {mix} asks for")
         mounts += fitting
@@ -677,11 +682,12 @@ def comparison_table(result: Validation) -> pd.DataFrame:
     return pd.DataFrame(
         {
             **columns,
-            **_criteria(one),
-            "paired peaks": len(one.peaks.pairs),
-            "unpaired peaks": len(one.peaks.only_reference) + len(one.peaks.only_compared),
+            **_criteria(comparison),
+            "paired peaks": len(comparison.peaks.pairs),
+            "unpaired peaks": len(comparison.peaks.only_reference)
+            + len(comparison.peaks.only_compared),
         }
-        for columns, one in result.comparisons
+        for columns, comparison in result.comparisons
     )
 
 
@@ -696,10 +702,10 @@ def _criteria(compared: PressureComparison) -> dict[str, float]:
 def peak_table(result: Validation) -> pd.DataFrame:
     """One row per booming peak of either curve; a peak without partner stands alone."""
     rows = []
-    for columns, one in result.comparisons:
-        pairs: list[tuple[BoomingPeak | None, BoomingPeak | None]] = [*one.peaks.pairs]
-        pairs += [(peak, None) for peak in one.peaks.only_reference]
-        pairs += [(None, peak) for peak in one.peaks.only_compared]
+    for columns, comparison in result.comparisons:
+        pairs: list[tuple[BoomingPeak | None, BoomingPeak | None]] = [*comparison.peaks.pairs]
+        pairs += [(peak, None) for peak in comparison.peaks.only_reference]
+        pairs += [(None, peak) for peak in comparison.peaks.only_compared]
         for pair in pairs:
             frequency, level = (
                 [getattr(peak, name) if peak else np.nan for peak in pair]
@@ -714,9 +720,9 @@ def peak_table(result: Validation) -> pd.DataFrame:
 def cause_table(result: Validation) -> pd.DataFrame:
     """One row per vehicle and cause: what of a synthesis loses how much."""
     return pd.DataFrame(
-        {"what is compared": what} | road.synthesis.driven.columns | _criteria(one)
+        {"what is compared": what} | road.synthesis.driven.columns | _criteria(comparison)
         for road in result.roads
-        for what, one in road.causes.items()
+        for what, comparison in road.causes.items()
     )
 
 

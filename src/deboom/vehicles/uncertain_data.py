@@ -297,7 +297,7 @@ class UncertainData:
         inside = lines_inside(first.force.frequency, self.band, f"load case {first.name}")
         paths = self.fleet.vehicles[0].noise_transfer.inputs
         measured = [v.noise_transfer.select(inputs=paths) for v in self.fleet.vehicles]
-        transfer = np.stack([one.values[inside, 0] for one in measured])
+        transfer = np.stack([frf.values[inside, 0] for frf in measured])
         frequency = first.force.frequency[inside]
         return MeasuredArrays(
             frequency=frequency,

@@ -1,4 +1,4 @@
-"""The face: what `import deboom` offers, and what a notebook does with it."""
+"""The public API: what `import deboom` offers, and what a notebook does with it."""
 
 import doctest
 import inspect

@@ -533,11 +533,10 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     blocks: list[str | Table] = []
     if view.limits is not None:
         numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        bounds = view.limits.limits.limits
         limited = pd.DataFrame(
             {
-                "number": [
-                    f"{limit.response} [{limit.unit}]" for limit in view.limits.limits.limits
-                ],
+                "number": [f"{limit.response} [{limit.unit}]" for limit in bounds],
                 "today": numbers[0],
                 "after": numbers[1],
                 "allowed": [_allowed(limit) for limit in bounds],

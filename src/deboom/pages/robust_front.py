@@ -593,10 +593,10 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
         others = np.delete(change, odd, axis=1).mean(axis=1)
-        best_row = int(change[:, odd].argmin())
+        row = int(change[:, odd].argmin())
         text += (
-            f" Best for {names[odd]} alone would be {signed(change[best_row, odd], 1)} dB there and "
-            f"{signed(others[best_row], 1)} dB in the others; best-mean gives "
+            f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
+            f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
         )

@@ -5,10 +5,7 @@ import tempfile
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
-from deboom.pages.compressor_unbalance import UnbalancePlan
-from deboom.runs.accept import accept_into_run
 from deboom.runs.runner import load_study, run_study
-from deboom.runs.unbalance import unbalance_into_run
 
 ROOT = Path(__file__).parents[1]
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
@@ -29,10 +26,12 @@ def main() -> None:
         front = run_study(load_study(ROOT / "studies" / "u06_robust_front.py"), folder, {"seed": 1})
         box = run_study(load_study(ROOT / "studies/solution_box.py"), folder, {"front": front})
         _keep(box, "box", target, "acceptance_box")
-        delivery = accept_into_run(box, PARTS, folder, PLATFORM, 0.02, 1, _quietly)
+        given = {"box": box, "parts": PARTS, "platform": PLATFORM, "uncertainty": 0.02}
+        delivery = run_study(load_study(ROOT / "studies" / "accept.py"), folder, given)
         _keep(delivery, "parts", target, "delivery")
         test = write_operating_test(folder / "compressor", 1)
-        unbalance, _ = unbalance_into_run(test, folder, UnbalancePlan(), _quietly)
+        study = load_study(ROOT / "studies" / "unbalance.py")
+        unbalance = run_study(study, folder, {"folder": test})
         _keep(unbalance, "figure_61a_static", target, "unbalance")
         _finished_run(folder)
 
@@ -50,10 +49,6 @@ def _finished_run(folder: Path) -> None:
 def _keep(run: Path, stem: str, target: Path, name: str) -> None:
     shutil.copyfile(run / "figures" / f"{stem}.png", target / f"{name}.png")
     print(target / f"{name}.png")
-
-
-def _quietly(_done: int, _total: int, _text: str) -> None:
-    """Show no progress."""
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ from deboom.pages.compressor_identification import (
 )
 from deboom.pages.identification import identification_report
 from deboom.report import Report
-from deboom.runs.options import Seed
+from deboom.runs.options import IdenticalMounts, Seed
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -52,7 +52,7 @@ class Options:
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with compressor_test.toml.")] = None
-    identical_mounts: Annotated[bool, Option(help="All mounts are one round part.")] = False
+    identical_mounts: IdenticalMounts = False
 
 
 def prepare(options: Options) -> tuple[InertanceTest, CompressorTruth | None] | None:

@@ -34,7 +34,7 @@ from deboom.files.limits import read_component_limits
 from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
 from deboom.pages.unbalance import unbalance_report
 from deboom.report import Report
-from deboom.runs.options import Seed
+from deboom.runs.options import ComponentLimitsFile, Seed
 from deboom.runs.progress import counted, progress_bar
 from deboom.runs.result import RunContext
 
@@ -48,7 +48,7 @@ class Options:
         CalibrationLevel, Option(help="How well sensors are calibrated and placed.")
     ] = CalibrationLevel.C2
     test: Annotated[Path | None, Option(help="Folder with operation.toml.")] = None
-    limits: Annotated[Path | None, Option(help="TOML file of limits of the part.")] = None
+    limits: ComponentLimitsFile = None
 
 
 def prepare(options: Options) -> UnbalancePlan:

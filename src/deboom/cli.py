@@ -2,32 +2,68 @@
 
 from __future__ import annotations
 
+import ast
 import os
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 import deboom
 from deboom.cli_bench import bench_app
-from deboom.cli_measurements import characterise, identify, library_app, orders, unbalance
-from deboom.cli_results import (
-    accept,
-    check,
-    compare,
-    driven,
-    list_,
-    listen,
-    new,
-    report,
-    serve,
-    show,
-)
+from deboom.cli_measurements import characterise, library_app, orders
+from deboom.cli_results import check, list_, listen, new, report, serve, show
+from deboom.common import shipped_studies
+
+
+class StudyCommand(TyperCommand):
+    """A study of paths that the user names, as a command: its options are read when it is called.
+
+    What lists commands needs their first sentence only, and imports no study.
+    """
+
+    @property
+    def path(self) -> Path:
+        """File of the study."""
+        return shipped_studies() / f"{self.name}.py"
+
+    def loaded(self) -> Any:
+        """Return the command with its options."""
+        from deboom.runs.runner import study_command
+
+        return typer.main.get_command(study_command(self.path))
+
+    def make_context(self, *arguments: Any, **extra: Any) -> Any:
+        """Read a command line."""
+        return self.loaded().make_context(*arguments, **extra)
+
+
+COMMANDS = {
+    "Start": ("new", "check"),
+    "Studies": ("studies", "run"),
+    "Measurements": ("characterise", "orders", "identify", "unbalance"),
+    "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
+    "Mounts": ("library", "accept"),
+    "Virtual test bench": ("bench",),
+}
+"""Commands by what a user comes with; each stands in one group."""
 
 
 class Commands(TyperGroup):
-    """Commands that end bad input with one sentence and exit code 2."""
+    """Commands that end bad input with one sentence and exit code 2; the help has them by group."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write each group with the whole first sentence of its commands."""
+        for title, names in COMMANDS.items():
+            rows = [(name, self._first_sentence(ctx, name)) for name in names]
+            with formatter.section(title):
+                formatter.write_dl(rows, col_spacing=2)
+
+    def _first_sentence(self, ctx: Any, name: str) -> str:
+        command = self.get_command(ctx, name)
+        text = (command.help if command else "") or ""
+        return " ".join(text.partition("\n\n")[0].split())
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
@@ -39,16 +75,25 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     cls=Commands,
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     help="Takes the booming noise (15-140 Hz) out of vehicles.",
     epilog=(
-        "Start with:  deboom studies   then   deboom run studies/u06_robust_front.py --help.  "
+        "Try:  deboom run u06_platform   (a fleet of cars, in a minute)   or   deboom new platform "
+        "mine   (a folder for measurements of your own).  `deboom COMMAND --help` explains each. "
         "Bad input ends with one sentence and exit code 2."
     ),
 )
+
+
+def add_study(name: str) -> None:
+    """Add the command of a study; its help begins with the study's docstring."""
+    path = shipped_studies() / f"{name}.py"
+    help_ = ast.get_docstring(ast.parse(path.read_text(encoding="utf-8")))
+    app.command(name, cls=StudyCommand, help=help_)(lambda: None)
+
+
 app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
 app.command()(new)
@@ -57,14 +102,14 @@ app.command()(characterise)
 app.command()(orders)
 app.command("list")(list_)
 app.command()(show)
-app.command()(compare)
+add_study("compare")
 app.command()(report)
 app.command()(listen)
 app.command()(serve)
-app.command()(driven)
-app.command()(identify)
-app.command()(unbalance)
-app.command()(accept)
+add_study("driven")
+add_study("identify")
+add_study("unbalance")
+add_study("accept")
 
 
 def _print_version(wanted: bool) -> None:

@@ -44,28 +44,6 @@ def show(
         typer.echo(line)
 
 
-def compare(
-    runs: Annotated[list[Path], typer.Argument(help="Folders of front studies, two or more.")],
-    seed: Annotated[int, typer.Option(help="Seed of the common draws, from 1.")] = 1,
-    samples: Annotated[int, typer.Option(help="Common draws; a power of two from 1024.")] = 2048,
-    studies: STUDIES = None,
-    out: Annotated[Path, typer.Option(help="Folder that gets compare/<run>/.")] = Path("results"),
-) -> None:
-    """Compare the fronts of runs: is one really better, or is it noise?
-
-    All fronts are judged with the same draws by the model of the runs; runs of different models get
-    a verdict from each. Runs that differ in their seed only show how far chance goes; three seeds
-    or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
-    run folders with edited files.
-    """
-    from deboom.runs.compare import compare_runs
-
-    folder, verdicts = compare_runs(runs, out=out, studies=studies, samples=samples, seed=seed)
-    for verdict in verdicts:
-        typer.echo(verdict)
-    typer.echo(folder.as_posix())
-
-
 def report(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
@@ -188,72 +166,6 @@ def serve(
 
     for address in serve_results(results, port=port):
         typer.echo(address)
-
-
-def driven(
-    run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    folder: Annotated[Path, typer.Argument(help="Measured pressures: today*.csv and new*.csv.")],
-    design: Annotated[Pick, typer.Option(help="Design that was built.")] = Pick.best_mean,
-    studies: STUDIES = None,
-    out: Annotated[Path, typer.Option(help="Folder that gets driven/<run>/.")] = Path("results"),
-    seed: Annotated[int, typer.Option(help="Seed of the draws, from 1.")] = 1,
-) -> None:
-    """Hold a driven prototype against its prediction, per vehicle and booming peak.
-
-    FOLDER has one table per drive (csv, xlsx, mat), today*.csv with today's parts and new*.csv with
-    the new ones: frequency [Hz], and <vehicle> real [Pa], <vehicle> imag [Pa], the order's complex
-    peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
-    sure the measured change is.
-    """
-    from deboom.runs.driven import driven_into_run
-
-    path = driven_into_run(run, folder, pick=design, out=out, studies=studies, seed=seed)
-    typer.echo(path.as_posix())
-
-
-def accept(
-    box: Annotated[Path, typer.Argument(help="Run of solution_box, its box, or a sheet as sent.")],
-    parts: Annotated[Path, typer.Argument(help="Measured parts, or the sheet filled in.")],
-    out: Annotated[Path, typer.Option(help="Folder that gets accept/<run>/.")] = Path("results"),
-    platform: Annotated[
-        Path | None, typer.Option(help="Platform of the box: predicts levels.")
-    ] = None,
-    uncertainty: Annotated[
-        float | None,
-        typer.Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
-    ] = None,
-    over_today: Annotated[bool, typer.Option(help="Columns are ratios to today's part.")] = False,
-    seed: Annotated[int, typer.Option(help="Seed of the predicted cars, from 1.")] = 1,
-) -> None:
-    """Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
-
-    PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in: parts
-    are held against the musts at the states of the sheet, which must be those of the box. Or it is
-    a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
-    the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
-    where the box does not limit that axis. With --over-today the columns are ratios to today's
-    part, both measured at one state on one machine. Parts nearer to an end of their interval than
-    --uncertainty are undecided. With --platform, the folder that the box was found for, the levels
-    of the cars that get these parts are predicted.
-
-    What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
-    axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
-    tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
-    summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
-    n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
-    (share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
-    line of the output is the run folder.
-
-    deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
-    """
-    from deboom.runs.accept import accept_into_run
-    from deboom.runs.progress import progress_bar
-
-    with progress_bar("accept") as progress:
-        run = accept_into_run(
-            *(box, parts, out, platform, uncertainty, seed, progress), over_today=over_today
-        )
-    typer.echo(run.as_posix())
 
 
 def new(

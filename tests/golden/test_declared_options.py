@@ -11,6 +11,7 @@ from pinned_pages import hold_lines
 
 
 def said(command, path):
+    command = command.loaded() if hasattr(command, "loaded") else command
     answers = {True: "alone it helps"}.get(getattr(command, "no_args_is_help", False), "")
     yield f"== {path} {answers}"
     yield from filter(None, map(str.strip, (command.help or "").splitlines()))

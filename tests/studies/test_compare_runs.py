@@ -6,12 +6,13 @@ from pathlib import Path
 
 import pandas as pd
 import pytest
+from compare_samples import COMPARE, compare_runs
 
 from command_line import call
 from deboom.errors import InputError
 from deboom.files.front_run import ComparedRun
 from deboom.files.run_folder import RunEntry
-from deboom.runs.compare import compare_runs, configuration_names
+from deboom.pages.comparison import configuration_names
 from deboom.runs.runner import load_study, run_study
 from deboom.vehicles.booming_model import Motion
 from pinned_pages import hold
@@ -169,7 +170,7 @@ def test_fronts_of_parts_get_a_verdict(tmp_path, monkeypatch):
     budget = {"seed": 1, "population": 4, "samples": 16, "every_set_up_to": 1}
     budget |= {"mount": ["TSM", "Du"], "motion": Motion.prescribed}
     runs = [run_study(study, tmp_path, {**budget, "generations": n}) for n in (1, 6)]
-    monkeypatch.setattr("deboom.runs.compare.FEWEST", 64)
+    monkeypatch.setattr(COMPARE.module, "FEWEST", 64)
     folder, (verdict,) = compare_runs(runs, out=tmp_path, studies=None, samples=64, seed=1)
     assert "generations 6" in verdict
     assert not verdict.startswith("generations 1 is")

@@ -6,12 +6,12 @@ from functools import cache
 import numpy as np
 import pandas as pd
 import pytest
+from compare_samples import COMPARE, compare_runs
 from openpyxl import load_workbook
 
 from deboom.compressor.cabin_index import mount_variables
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.runs.compare import compare_runs
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold, run_aloud
 
@@ -43,7 +43,7 @@ def finished(runs):
 
 
 def test_runs_get_a_verdict_in_any_order(runs, tmp_path, monkeypatch):
-    monkeypatch.setattr("deboom.runs.compare.FEWEST", 64)
+    monkeypatch.setattr(COMPARE.module, "FEWEST", 64)
     options = {"out": tmp_path, "studies": None, "samples": 64, "seed": 1}
     one, swapped = (compare_runs(order, **options) for order in (runs, runs[::-1]))
     assert one[1] == swapped[1]

@@ -107,6 +107,8 @@ def command_file(words):
     command = get_command(app)
     for name in words:
         command = command.commands[name]
+    if hasattr(command, "loaded"):  # it is a study
+        return command.path
     return Path(importlib.import_module(command.callback.__module__).__file__)
 
 

@@ -7,9 +7,11 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass, replace
 from enum import Enum
+from pathlib import Path
 from typing import Annotated, Any, TypeVar, get_type_hints
 
 from typer import CallbackParam, Option
+from typer.models import ArgumentInfo, OptionInfo
 
 from deboom.errors import InputError
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM, Estimator, Objective, Statistic
@@ -41,6 +43,13 @@ def at_least(least: int, *, power_of_two: bool = False) -> Callable[..., int]:
 
 Seed = Annotated[int, Option(help="From 1; the same seed gives the same numbers.")]
 """Option of every study."""
+StudiesFolder = Annotated[
+    Path | None, Option(help="Folder with the run's script; default: deboom's own studies.")
+]
+IdenticalMounts = Annotated[
+    bool, Option(help="With a drawing: place and lean of mounts of one round part.")
+]
+ComponentLimitsFile = Annotated[Path | None, Option(help="TOML file of limits to judge by.")]
 
 _T = TypeVar("_T")
 
@@ -49,7 +58,8 @@ def expanded(options: Any) -> dict[str, inspect.Parameter]:
     """Return the options of a study by name, those of its groups among them.
 
     - `options`: dataclass of defaults. A field is an option, ``Annotated[type, Option(help=...)]``,
-      or a group of options, which is a dataclass itself.
+      a path that the user names, ``Annotated[Path, Argument(help=...)]``, or a group of options,
+      which is a dataclass itself.
     - raises TypeError: two options of one name, a mistake in the study.
     """
     hints = get_type_hints(type(options), include_extras=True)
@@ -71,6 +81,25 @@ def expanded(options: Any) -> dict[str, inspect.Parameter]:
             raise TypeError(f"{type(options).__name__} has the option {sorted(doubled)} twice")
         parameters |= new
     return parameters
+
+
+def is_positional(parameter: inspect.Parameter) -> bool:
+    """Say whether an option is typed by its place, without a name: its type has an `Argument`."""
+    return any(isinstance(mark, ArgumentInfo) for mark in _marks(parameter))
+
+
+def is_lone_flag(parameter: inspect.Parameter) -> bool:
+    """Say whether an option is a flag that can only be set, such as ``--free``."""
+    names: list[str] = []
+    for mark in _marks(parameter):
+        if isinstance(mark, OptionInfo):  # typer takes the first name for a default at first
+            given = (mark.default, *(mark.param_decls or ()))
+            names += [name for name in given if isinstance(name, str)]
+    return isinstance(parameter.default, bool) and bool(names) and "/" not in "".join(names)
+
+
+def _marks(parameter: inspect.Parameter) -> tuple[Any, ...]:
+    return getattr(parameter.annotation, "__metadata__", ())
 
 
 def filled(options: _T, arguments: Mapping[str, Any]) -> _T:

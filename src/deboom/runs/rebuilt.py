@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import fields, replace
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from deboom.choices import Pick
 from deboom.common import shipped_studies
@@ -227,42 +225,6 @@ def _same_model(run: ComparedRun, other: ComparedRun) -> bool:
     model = replace(other.model, sample=run.model.sample)
     mine, theirs = (evaluate(run.designs[rows]).objectives for evaluate in (run.model, model))
     return bool(np.allclose(mine, theirs, rtol=REPRODUCED))
-
-
-def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
-    """Return what the runs do not have in common, one row per item and a column per name.
-
-    - `names`: of the configuration of each run; runs of one name share a column.
-    """
-    facts = [dict(_facts(run)) for run in runs]
-    rows = []
-    for item in dict.fromkeys(name for record in facts for name in record):
-        values = [str(record.get(item, "–")) for record in facts]
-        if len(set(values)) > 1:
-            cells: dict[str, list[str]] = {}
-            for name, value in zip(names, values, strict=True):
-                kept = cells.setdefault(name, [])
-                if value not in kept:
-                    kept.append(value)
-            rows.append({"what differs": item, **{n: ", ".join(v) for n, v in cells.items()}})
-    return pd.DataFrame(rows, columns=["what differs", *dict.fromkeys(names)])
-
-
-def _facts(run: ComparedRun) -> Mapping[str, Any]:
-    record = run.entry.record
-    environment = record["environment"]
-    git = environment.get("git") or {}
-    revision = git.get("revision")
-    return {
-        "study": run.entry.study,
-        **{name.replace("_", "-"): value for name, value in record["arguments"].items()},
-        **{name.replace("_", " "): value for name, value in record.get("facts", {}).items()},
-        "Python": environment["python"],
-        **environment["packages"],
-        "revision": f"{revision[:10]}{', changed' if git['dirty'] else ''}" if revision else None,
-        "script as it is today": "no" if run.text_changed else "yes",
-        "input files": len(record["inputs_sha256"]),
-    }
 
 
 def _objectives(run: ComparedRun) -> tuple[str, ...]:

@@ -17,10 +17,12 @@ class RunContext:
 
     - `run`: its folder.
     - `relative_to`: input files are named by their path from here.
+    - `command`: that makes this run again.
     """
 
     run: Run
     relative_to: Path
+    command: str = ""
 
     def checkpoint(self, inputs: Iterable[Path], name: str = "search") -> CheckpointFolder:
         """Return where a search of this run is kept.

@@ -2,9 +2,13 @@
 
 A study is a file with a docstring, whose first paragraph is its question, and three names:
 
-- ``Options``: a frozen dataclass with a default for everything and a field ``seed``;
+- ``Options``: a frozen dataclass with a default for everything and a field ``seed``, or a class
+  variable ``seed`` where nothing is drawn; a path that the user must name is an ``Argument``;
 - ``prepare(options)``: reads files and builds the model, without running anything long;
 - ``run(model, options, context)``: computes, and returns a `deboom.report.Report`.
+
+A docstring that is a command's help first says what the command does; the file's ``QUESTION`` is
+the question then.
 """
 
 from __future__ import annotations
@@ -14,12 +18,14 @@ import difflib
 import importlib.util
 import inspect
 import math
+import shlex
 import sys
 import time
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, is_dataclass
 from enum import Enum
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Annotated, Any, get_type_hints
@@ -46,7 +52,7 @@ from deboom.files.run_folder import (
     start_run,
 )
 from deboom.report import PAGE, SUMMARY, Report
-from deboom.runs.options import expanded, filled
+from deboom.runs.options import expanded, filled, is_lone_flag, is_positional
 from deboom.runs.overview import command_of, refresh_overview
 from deboom.runs.progress import one_sentence_errors
 from deboom.runs.result import RunContext
@@ -107,7 +113,8 @@ def question_of(path: Path) -> str:
     """
     path = find_study(path)
     try:
-        docstring = ast.get_docstring(ast.parse(read_text(path)))
+        tree = ast.parse(read_text(path))
+        docstring = ast.get_docstring(tree)
     except SyntaxError as error:
         where = f": line {error.lineno}" if error.lineno else ""
         raise InputError(f"{path}{where} is not Python ({error.msg})") from error
@@ -117,6 +124,10 @@ def question_of(path: Path) -> str:
         raise InputError(f"{path} is not Python ({error or 'nested too deeply'})") from None
     if not docstring:
         raise InputError(f"{path}: a study's docstring is its question, and this file has none")
+    for node in tree.body:
+        match node:
+            case ast.Assign(targets=[ast.Name(id="QUESTION")], value=ast.Constant(value=str(said))):
+                return said
     return " ".join(docstring.split("\n\n")[0].split())
 
 
@@ -145,8 +156,35 @@ class Study:
 
     @property
     def parameters(self) -> dict[str, inspect.Parameter]:
-        """Options of the command line by name, with their types as annotations."""
-        return expanded(self.module.Options())
+        """Options of the command line by name, with their types as annotations.
+
+        A path that the user must name has no default.
+        """
+        options = expanded(self.module.Options())
+        return {
+            name: one.replace(default=one.empty) if is_positional(one) else one
+            for name, one in options.items()
+        }
+
+    @property
+    def positional(self) -> list[str]:
+        """Options that are typed by their place."""
+        return [name for name, one in self.parameters.items() if is_positional(one)]
+
+    def command(self, arguments: Mapping[str, Any]) -> str:
+        """Return the command and its paths, without options; `arguments` has all by name."""
+        paths = chain(*(_items(_recorded(arguments[name])) for name in self.positional))
+        return " ".join(["deboom", self.name, *map(shlex.quote, paths)])
+
+    def inputs_from(self, arguments: Mapping[str, Any]) -> Path:
+        """Return the folder from which input files are named.
+
+        It is that of the study; that which the user names, or with several the working folder.
+        """
+        if not self.positional:
+            return self.path.resolve().parent
+        paths = [path for name in self.positional for path in _items(arguments[name])]
+        return Path(paths[0]) if len(paths) == 1 else Path.cwd()
 
     def effective(self, arguments: Mapping[str, Any]) -> dict[str, Any]:
         """Return all options by name as the study takes them: one may decide over others.
@@ -187,10 +225,10 @@ def load_study(study: str | Path) -> Study:
     if not is_dataclass(module.Options):
         raise InputError(f"{path}: Options is a frozen dataclass; write @dataclass(frozen=True)")
     try:
-        names = Study(path, question, module).parameters
+        Study(path, question, module).parameters  # noqa: B018 - every option is read
     except (TypeError, NameError) as error:
         raise InputError(f"{path}: every option has a default and a type: {error}") from None
-    if "seed" not in names:
+    if not hasattr(module.Options, "seed"):
         raise InputError(f"{path}: Options has no seed; write `seed: int = 1`")
     return Study(path, question, module)
 
@@ -247,11 +285,13 @@ def run_study(study: Study, out: Path, arguments: Mapping[str, Any]) -> Path:
     bound.apply_defaults()
     arguments = study.effective(bound.arguments)
     record = _record(study, arguments)
-    run = start_run(out, study.name, seed=arguments["seed"], record=record)
+    run = start_run(out, study.name, seed=record["seed"], record=record)
     try:
         return _carry_out(study, run, arguments, record)
-    except (InputError, KeyboardInterrupt):
-        _discard_empty(run)
+    except BaseException as error:
+        # nobody goes on with a run that has nothing but its record; a failure may be looked into
+        if study.positional or isinstance(error, InputError | KeyboardInterrupt):
+            _discard_empty(run)
         raise
 
 
@@ -294,7 +334,7 @@ def arguments_of(
     - raises InputError: an option that is not the run's, or one that the study does not take any
       more.
     """
-    recorded = dict(entry.record["arguments"])
+    recorded = {**entry.record.get("positional", {}), **entry.record["arguments"]}
     for name, value in (given or {}).items():
         plain = _recorded(value)
         if name in SAME_RESULT:
@@ -339,24 +379,36 @@ def _versions(environment: Mapping[str, Any]) -> Iterator[tuple[str, Any]]:
 
 def _record(study: Study, arguments: Mapping[str, Any]) -> dict[str, Any]:
     """Gather what is known of a run before it begins."""
+    paths = {name: _recorded(arguments[name]) for name in study.positional}
+    record: dict[str, Any] = {"study": study.name, "question": study.question}
+    if paths:
+        record |= {"command": study.command(arguments), "positional": paths}
     return {
-        "study": study.name,
-        "question": study.question,
-        "seed": arguments["seed"],
-        "arguments": {name: _recorded(value) for name, value in arguments.items()},
+        **record,
+        "seed": arguments.get("seed", study.module.Options.seed),
+        "arguments": {
+            name: _recorded(value)
+            for name, value in arguments.items()
+            if name not in paths and not (value is False and is_lone_flag(study.parameters[name]))
+        },
         "environment": environment_record(PACKAGES),
         "study_text": study.path.read_text(encoding="utf-8"),
     }
+
+
+def _items(value: Any) -> list[Any]:
+    return list(value) if isinstance(value, list | tuple) else [value]
 
 
 def _carry_out(
     study: Study, run: Run, arguments: Mapping[str, Any], record: Mapping[str, Any]
 ) -> Path:
     begin = time.perf_counter()
-    here = study.path.resolve().parent
+    here = study.inputs_from(arguments)
     try:
         with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
-            report = study.report(arguments, RunContext(run, relative_to=here))
+            context = RunContext(run, relative_to=here, command=command_of(record))
+            report = study.report(arguments, context)
             hashes = hash_files(report.inputs, relative_to=here)
             _save(run, report, record, hashes, begin)
     except KeyboardInterrupt:
@@ -375,6 +427,8 @@ def _kept(study: Study, run: Run) -> str:
         kept.append("all tables")
     if not kept:
         return "stopped before anything was computed that could be kept"
+    if study.positional:
+        return f"stopped: {' and '.join(kept)} are kept in {run.folder}"
     name = run.folder.name.removesuffix(UNFINISHED)
     return (
         f"stopped: {' and '.join(kept)} are kept in {run.folder}; go on with "
@@ -388,40 +442,6 @@ def _tell_failures(report: Report, folder: Path) -> None:
         typer.echo(f"deboom: {folder}: {failure}", err=True)
     if report.failures:
         raise IncompleteReport(folder)
-
-
-def run_command(
-    out: Path,
-    record: Mapping[str, Any],
-    work: Callable[[], Report],
-    *,
-    relative_to: Path | None = None,
-    begin: float | None = None,
-) -> Path:
-    """Carry out a command that is no study and keep its report in ``<out>/<command>/<run>/``.
-
-    - `record`: ``study`` (name of the command), ``command``, ``question``, ``seed``, ``arguments``.
-    - `relative_to`: folder that names input files; by default each file's own.
-    - `begin`: time at which the command began, from `time.perf_counter`.
-    - returns the finished run folder; a failure of `work` leaves nothing behind.
-    - raises IncompleteReport: figures that failed; the run is finished all the same.
-    """
-    begin = time.perf_counter() if begin is None else begin
-    record = {**record, "environment": environment_record(PACKAGES)}
-    run = start_run(out, record["study"], seed=record["seed"], record=record)
-    try:
-        with held(run.folder), threadpool_limits(BLAS_THREADS, "blas"):
-            report = work()
-            hashes: dict[str, str] = {}
-            for path in report.inputs:
-                hashes |= hash_files([path], relative_to=relative_to or path.parent)
-            _save(run, report, record, hashes, begin)
-    except BaseException:
-        _discard_empty(run)
-        raise
-    folder = finish_run(run)
-    _tell_failures(report, folder)
-    return folder
 
 
 def _save(
@@ -472,16 +492,23 @@ def _provenance(record: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def study_command(wanted: str | Path) -> typer.Typer:
-    """Build the command of one study, by its path or name: its options are those typed."""
+    """Build the command of one study, by its path or name: its options are those typed.
+
+    A study of paths that the user names is too short to be resumed.
+    """
     study = load_study(wanted)
-    common = inspect.signature(_common_options).parameters.values()
     hints = get_type_hints(_common_options, include_extras=True)
+    common = list(inspect.signature(_common_options).parameters)
+    if study.positional:
+        common = ["context", "out"]
+        hints["out"] = Annotated[Path, typer.Option(help=f"Folder that gets {study.name}/<run>/.")]
+    declared = inspect.signature(_common_options).parameters
     options = [*study.parameters.values()]
-    options += [parameter.replace(annotation=hints[parameter.name]) for parameter in common]
+    options += [declared[name].replace(annotation=hints[name]) for name in common]
 
     def command(**arguments: Any) -> None:
-        names = ("context", "out", "resume", "other_code")
-        context, out, resume, other_code = (arguments.pop(name) for name in names)
+        context, out = arguments.pop("context"), arguments.pop("out")
+        resume, other_code = arguments.pop("resume", None), arguments.pop("other_code", False)
         _check_numbers(arguments)
         given = {
             name: value

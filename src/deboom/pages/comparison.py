@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import re
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import combinations
-from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -38,30 +38,19 @@ from deboom.explore.front import (
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
-from deboom.explore.space import checked_seed
-from deboom.files.front_run import NOT_THE_CONFIGURATION, ComparedRun
+from deboom.files.front_run import (
+    NOT_THE_CONFIGURATION,
+    ComparedRun,
+)
 from deboom.files.run_folder import RunEntry
 from deboom.plot.style import signed
 from deboom.report import Report
-from deboom.runs.overview import refresh_overview
-from deboom.runs.progress import progress_bar
-from deboom.runs.rebuilt import (
-    check_same_platform,
-    check_same_question,
-    compared_run,
-    differences,
-    distinct_models,
-)
-from deboom.runs.runner import run_command
 
-FEWEST = 1024
-"""Draws of the common sample, at least."""
 CHUNK = 50
 """Designs between two signs of progress."""
 QUESTION = "Which of these fronts is better, and is the difference real?"
 SHOWN_PAIRS = 15
 """Pairs that a page shows of many."""
-STUDY = "compare"
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,60 +208,6 @@ class Comparison:
         if self.judge.objectives != (MEAN_SUM, SIGMA_SUM) or n_lines is None:
             return 1.0
         return 1.0 / (int(n_lines) * len(self.judge.evaluate.response_names))
-
-
-def comparison(
-    folders: Sequence[Path], studies: Path | None, n_samples: int, seed: int, progress: Progress
-) -> list[Comparison]:
-    """Read runs, check that they can be compared, and judge their fronts by each of their models.
-
-    Parameters
-    ----------
-    folders : sequence of Path
-        Two run folders or more; their order changes nothing.
-    studies : Path or None
-        Folder with the script of the run; None: deboom's own.
-    n_samples : int
-        Common draws, a power of two.
-    seed : int
-        Of the common draws, from 1.
-    progress : callable
-        See `deboom.explore.space.Progress`.
-
-    Raises
-    ------
-    InputError
-        One run only, or twice the same; fewer than 1024 draws or no power of two; runs of other
-        variables, responses or objectives; a front that cannot be computed; see also
-        `deboom.runs.rebuilt.compared_run`, `check_same_platform`, `check_same_question`.
-    """
-    if len({folder.resolve() for folder in folders}) < len(folders) or len(folders) < 2:
-        raise InputError(
-            f"{len(folders)} run folders, {len({f.resolve() for f in folders})} of them different: "
-            "give two different runs or more"
-        )
-    if n_samples < FEWEST or n_samples & (n_samples - 1):
-        raise InputError(f"{n_samples} common draws: take a power of two from {FEWEST}")
-    prepared: dict[str, object] = {}  # runs of one question share their model
-    runs = sorted(
-        (compared_run(folder, studies, prepared) for folder in folders),
-        key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
-    )
-    check_same_platform(runs)
-    check_same_question(runs)
-    names = dict(zip((run.entry.folder for run in runs), configuration_names(runs), strict=True))
-    judges = distinct_models(runs)
-    return [
-        judged(
-            runs,
-            n_samples,
-            seed,
-            progress,
-            judge=judge.model,
-            judge_name=names[judge.entry.folder] if len(judges) > 1 else "",
-        )
-        for judge in judges
-    ]
 
 
 def judged(
@@ -660,58 +595,37 @@ def sentences(studies: Sequence[Comparison]) -> list[str]:
     return lines + [f"As {study.judge_name} sees it: {study.headline}" for study in studies]
 
 
-def compare_runs(
-    folders: Sequence[Path], *, out: Path, studies: Path | None, samples: int, seed: int
-) -> tuple[Path, list[str]]:
-    """Compare the fronts of runs and write ``<out>/compare/<run>/``.
+def differences(runs: Sequence[ComparedRun], names: Sequence[str]) -> pd.DataFrame:
+    """Return what the runs do not have in common, one row per item and a column per name.
 
-    Parameters
-    ----------
-    folders : sequence of Path
-        Two run folders or more.
-    out : Path
-        Folder of all results.
-    studies : Path or None
-        Folder with the script of the run; None: deboom's own.
-    samples : int
-        Common draws, a power of two from 1024.
-    seed : int
-        Of the common draws, from 1.
-
-    Returns
-    -------
-    folder : Path
-        The finished run folder.
-    verdicts : list of str
-        In words.
-
-    Raises
-    ------
-    InputError
-        See `deboom.runs.compare.comparison`; nothing is left behind.
+    - `names`: of the configuration of each run; runs of one name share a column.
     """
-    checked_seed(seed)
-    shown = sorted(folder.as_posix() for folder in folders)
-    record = {
-        "study": STUDY,
-        "question": QUESTION,
-        "seed": seed,
-        "runs": shown,
-        "command": " ".join(["deboom compare", *shown]),
-        "arguments": {
-            "seed": seed,
-            "samples": samples,
-            "studies": None if studies is None else studies.as_posix(),
-        },
+    facts = [dict(_facts(run)) for run in runs]
+    rows = []
+    for item in dict.fromkeys(name for record in facts for name in record):
+        values = [str(record.get(item, "–")) for record in facts]
+        if len(set(values)) > 1:
+            cells: dict[str, list[str]] = {}
+            for name, value in zip(names, values, strict=True):
+                kept = cells.setdefault(name, [])
+                if value not in kept:
+                    kept.append(value)
+            rows.append({"what differs": item, **{n: ", ".join(v) for n, v in cells.items()}})
+    return pd.DataFrame(rows, columns=["what differs", *dict.fromkeys(names)])
+
+
+def _facts(run: ComparedRun) -> Mapping[str, Any]:
+    record = run.entry.record
+    environment = record["environment"]
+    git = environment.get("git") or {}
+    revision = git.get("revision")
+    return {
+        "study": run.entry.study,
+        **{name.replace("_", "-"): value for name, value in record["arguments"].items()},
+        **{name.replace("_", " "): value for name, value in record.get("facts", {}).items()},
+        "Python": environment["python"],
+        **environment["packages"],
+        "revision": f"{revision[:10]}{', changed' if git['dirty'] else ''}" if revision else None,
+        "script as it is today": "no" if run.text_changed else "yes",
+        "input files": len(record["inputs_sha256"]),
     }
-    verdicts: list[str] = []
-
-    def work() -> Report:
-        with progress_bar("common draws") as bar:
-            judges = comparison(folders, studies, samples, seed, bar)
-        verdicts.extend(sentences(judges))
-        return compared_report(judges)
-
-    folder = run_command(out, record, work, relative_to=Path.cwd())
-    refresh_overview(out)
-    return folder, verdicts

@@ -1,12 +1,24 @@
-"""Did the prototype do what was predicted? Pressures of a drive with today's and new parts."""
+"""Hold a driven prototype against its prediction, per vehicle and booming peak.
+
+FOLDER has one table per drive (csv, xlsx, mat), today*.csv with today's parts and new*.csv with
+the new ones: frequency [Hz], and <vehicle> real [Pa], <vehicle> imag [Pa], the order's complex
+peak at the driver's ear in the run's first load case. Two drives or more of a state tell how
+sure the measured change is.
+
+Keys of summary.json: n_peaks (booming peaks that were measured with today's parts),
+n_as_predicted; measured_change_db, predicted_change_db (means over the peaks).
+"""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated
 
 import numpy as np
 import pandas as pd
 from scipy.stats import t
+from typer import Argument, Option
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.choices import Pick
@@ -17,8 +29,9 @@ from deboom.files.uncertain_index import uncertain_index
 from deboom.physics.sound_level import spl
 from deboom.plot.style import signed
 from deboom.report import Report
+from deboom.runs.options import StudiesFolder
 from deboom.runs.rebuilt import supplier_study
-from deboom.runs.runner import run_command
+from deboom.runs.result import RunContext
 from deboom.vehicles.booming_peaks import TOLERANCE, booming_peaks
 
 QUESTION = "Did the prototype do what was predicted, at every booming peak?"
@@ -28,52 +41,32 @@ STATES = ("today", "new")
 AS_PREDICTED, OTHERWISE = "as predicted", "not as predicted"
 
 
-def driven_into_run(
-    run: Path, folder: Path, *, pick: Pick, out: Path, studies: Path | None, seed: int
-) -> Path:
-    """Hold the measured change of a prototype against the predicted one, and write its run folder.
+@dataclass(frozen=True)
+class Options:
+    """Which run is held against which drives."""
 
-    Parameters
-    ----------
-    run : Path
-        Finished run of a front study.
-    folder : Path
-        ``today*`` and ``new*``: pressure tables of one drive each (csv, xlsx, mat), with the lines
-        ``frequency [Hz]`` and for each vehicle ``<vehicle> real [Pa]``, ``<vehicle> imag [Pa]``,
-        complex peak of the order at the driver's ear in the run's first load case.
-    pick : Pick
-        Design that was built.
-    out, studies
-        As for every command.
-    seed : int
-        Of the draws of the prediction's uncertainty, from 1.
-
-    Returns
-    -------
-    Path
-        The run folder, ``<out>/driven/<run>/``.
-
-    Raises
-    ------
-    InputError
-        No table of a state; lines or vehicles that are missing; another unit than Pa; no booming
-        peak with today's parts; the run, as `supplier_study`.
-    """
-    study = supplier_study(run, studies, pick)
-    measured = {state: _levels(study, folder, state) for state in STATES}
-    record = {
-        "study": "driven",
-        "question": QUESTION,
-        "seed": seed,
-        "command": f"deboom driven {run.as_posix()} {folder.as_posix()}",
-        "arguments": {"design": pick.value, "seed": seed},
-    }
-    return run_command(
-        out, record, lambda: _report(study, measured, folder, seed), relative_to=Path.cwd()
-    )
+    run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
+    folder: Annotated[Path, Argument(help="Measured pressures: today*.csv and new*.csv.")] = Path()
+    design: Annotated[Pick, Option(help="Design that was built.")] = Pick.best_mean
+    studies: StudiesFolder = None
+    seed: Annotated[int, Option(help="Seed of the draws, from 1.")] = 1
 
 
-def _levels(study: SupplierStudy, folder: Path, state: str) -> RealArray:
+@dataclass(frozen=True, eq=False)
+class Model:
+    """The front study of the run, and levels of every drive by state, (n_drive, v, f) [dB(A)]."""
+
+    study: SupplierStudy
+    measured: dict[str, RealArray]
+
+
+def prepare(options: Options) -> Model:
+    """Build the run's model again, and read what was measured."""
+    study = supplier_study(options.run, options.studies, options.design)
+    return Model(study, {state: levels_of_drives(study, options.folder, state) for state in STATES})
+
+
+def levels_of_drives(study: SupplierStudy, folder: Path, state: str) -> RealArray:
     """Levels of every drive with a state of the parts, shape (n_drive, v, f) [dB(A)]."""
     paths = [p for p in sorted(folder.glob(f"{state}*")) if p.suffix.lower() in TABLE_ENDINGS]
     if not paths:
@@ -112,10 +105,10 @@ def _at_peak(levels: RealArray, frequency: RealArray, peak: float) -> RealArray:
     return np.asarray(levels[..., np.abs(frequency - peak) <= TOLERANCE].max(axis=-1))
 
 
-def _report(
-    study: SupplierStudy, measured: dict[str, RealArray], folder: Path, seed: int
-) -> Report:
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Compare the changes at every booming peak that was measured with today's parts."""
+    del context  # nothing here can be resumed
+    study, measured, folder, seed = model.study, model.measured, options.folder, options.seed
     index, frequency = study.index, np.asarray(study.index.frequency)
     both = np.stack([study.space.nominal, study.picked])
     predicted = index.levels(both)

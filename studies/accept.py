@@ -1,0 +1,134 @@
+"""Hold the measured parts of a delivery against an acceptance box, or a supplier's sheet.
+
+PARTS is the workbook of deboom report --supplier with its sheet “measured” filled in: parts
+are held against the musts at the states of the sheet, which must be those of the box. Or it is
+a table with one row per part and the columns part, batch, mount, x [N/mm], y [N/mm], z [N/mm]:
+the magnitude of the dynamic stiffness at the condition that the box states; a cell may be empty
+where the box does not limit that axis. With --over-today the columns are ratios to today's
+part, both measured at one state on one machine. Parts nearer to an end of their interval than
+--uncertainty are undecided. With --platform, the folder that the box was found for, the levels
+of the cars that get these parts are predicted.
+
+What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
+axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
+tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
+summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
+n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
+(share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
+line of the output is the run folder.
+
+deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Literal
+
+from typer import Argument, Option
+
+from deboom.errors import InputError
+from deboom.files.acceptance import (
+    DeliveredPart,
+    SupplierSpecification,
+    box_file,
+    holds_sheet,
+    read_delivered_parts,
+    read_measured_sheet,
+    read_solution_box,
+    read_specification,
+)
+from deboom.files.platform import read_platform
+from deboom.report import Report
+from deboom.runs.progress import progress_bar
+from deboom.runs.result import RunContext
+from deboom.supplier.acceptance import delivery_report, supplier_verdict
+from deboom.supplier.delivery import Demand, judged_delivery, limited_axes
+from deboom.vehicles.platform import Platform
+
+QUESTION = "Do these parts keep the acceptance box?"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which parts are held against what."""
+
+    box: Annotated[Path, Argument(help="Run of solution_box, its box, or a sheet as sent.")] = (
+        Path()
+    )
+    parts: Annotated[Path, Argument(help="Measured parts, or the sheet filled in.")] = Path()
+    platform: Annotated[Path | None, Option(help="Platform of the box: predicts levels.")] = None
+    uncertainty: Annotated[
+        float | None,
+        Option(help="Error of a stiffness, relative, 95 %; default: the sheet's."),
+    ] = None
+    over_today: Annotated[bool, Option(help="Columns are ratios to today's part.")] = False
+    seed: Annotated[int, Option(help="Seed of the predicted cars, from 1.")] = 1
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A delivery, what it must keep, and the platform whose cars get it.
+
+    - `box`: file of the box, or of the sheet as it was sent.
+    - `uncertainty`: of a measured stiffness, relative, expanded to 95 % [1].
+    - `language`: of the page for the supplier.
+    """
+
+    box: Path
+    demand: Demand
+    parts: tuple[DeliveredPart, ...]
+    uncertainty: float
+    language: Literal["en", "de"]
+    platform: Platform | None
+
+
+def prepare(options: Options) -> Model:
+    """Read the box or sheet, the measured parts, and the platform."""
+    box, stated = box_file(options.box), options.uncertainty
+    language: Literal["en", "de"] = "en"
+    if holds_sheet(options.parts):
+        sheet = read_specification(options.parts)
+        demand, language = demand_of_sheet(box, sheet), sheet.language
+        parts = read_measured_sheet(options.parts, sheet)
+        stated = sheet.uncertainty if stated is None else stated
+    else:
+        demand = Demand.of_box(read_solution_box(box))
+        axes = limited_axes(demand, over_today=options.over_today)
+        parts = read_delivered_parts(options.parts, axes, over_today=options.over_today)
+    platform = None if options.platform is None else read_platform(options.platform)
+    return Model(box, demand, tuple(parts), stated or 0.0, language, platform)
+
+
+def demand_of_sheet(path: Path, returned: SupplierSpecification) -> Demand:
+    """Hold a returned sheet against the box, or against the sheet as it was sent."""
+    if path.suffix.lower() != ".xlsx":
+        return Demand.of_sheet(returned, read_solution_box(path))
+    sent = read_specification(path)
+    if sent.checksum != returned.checksum:
+        raise InputError(
+            f"the filled-in sheet has the checksum {returned.checksum[:12]}, {path} "
+            f"{sent.checksum[:12]}: it answers another sheet"
+        )
+    return Demand.of_sheet(sent, None)
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+    """Judge the parts, and report to the vehicle side and to the supplier."""
+    del context  # nothing here can be resumed
+    with progress_bar("accept") as progress:
+        progress(0, 1, "parts and cars")
+        delivery = judged_delivery(
+            model.demand,
+            model.parts,
+            model.platform,
+            model.uncertainty,
+            options.seed,
+            over_today=options.over_today,
+        )
+        progress(1, 1, "done")
+    files = () if model.platform is None else model.platform.input_files
+    report = delivery_report(delivery, (model.box, options.parts, *files))
+    report.attach("supplier.html", supplier_verdict(delivery, model.language).html().encode())
+    return report

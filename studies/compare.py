@@ -1,0 +1,107 @@
+"""Compare the fronts of runs: is one really better, or is it noise?
+
+All fronts are judged with the same draws by the model of the runs; runs of different models get
+a verdict from each. Runs that differ in their seed only show how far chance goes; three seeds
+or more of each configuration make the verdict sharp. Refused: runs of different platforms, and
+run folders with edited files.
+
+Keys of summary.json: n_runs, n_configurations, n_pairs, n_real, n_within_noise, n_not_decided;
+first, second (the first pair), verdict, hypervolume_difference_percent, noise_percent,
+level_difference (of that pair); hypervolume_percent_<configuration>. Of runs of different models
+judge_1_, judge_2_ and so on stand before them, verdict is that over all, and n_judges counts them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from typer import Argument, Option
+
+from deboom.errors import InputError
+from deboom.explore.space import checked_seed
+from deboom.files.front_run import ComparedRun
+from deboom.pages.comparison import (
+    Comparison,
+    compared_report,
+    configuration_names,
+    judged,
+    sentences,
+)
+from deboom.report import Report
+from deboom.runs.options import StudiesFolder
+from deboom.runs.progress import progress_bar
+from deboom.runs.rebuilt import (
+    check_same_platform,
+    check_same_question,
+    compared_run,
+    distinct_models,
+)
+from deboom.runs.result import RunContext
+
+QUESTION = "Which of these fronts is better, and is the difference real?"
+FEWEST = 1024
+"""Draws of the common sample, at least."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which runs are compared, and with which draws."""
+
+    runs: Annotated[list[Path], Argument(help="Folders of front studies, two or more.")] = field(
+        default_factory=list
+    )
+    seed: Annotated[int, Option(help="Seed of the common draws, from 1.")] = 1
+    samples: Annotated[int, Option(help="Common draws; a power of two from 1024.")] = 2048
+    studies: StudiesFolder = None
+
+    def __post_init__(self) -> None:
+        # their order changes nothing
+        object.__setattr__(self, "runs", sorted(self.runs, key=Path.as_posix))
+
+
+def prepare(options: Options) -> list[ComparedRun]:
+    """Read the runs, build their models again, and refuse runs that cannot be compared."""
+    folders, samples = options.runs, options.samples
+    checked_seed(options.seed)
+    n_different = len({folder.resolve() for folder in folders})
+    if n_different < len(folders) or len(folders) < 2:
+        raise InputError(
+            f"{len(folders)} run folders, {n_different} of them different: give two different "
+            "runs or more"
+        )
+    if samples < FEWEST or samples & (samples - 1):
+        raise InputError(f"{samples} common draws: take a power of two from {FEWEST}")
+    prepared: dict[str, object] = {}  # runs of one question share their model
+    runs = sorted(
+        (compared_run(folder, options.studies, prepared) for folder in folders),
+        key=lambda run: (run.entry.study, run.entry.name, run.entry.folder.as_posix()),
+    )
+    check_same_platform(runs)
+    check_same_question(runs)
+    return runs
+
+
+def run(runs: list[ComparedRun], options: Options, context: RunContext | None = None) -> Report:
+    """Judge the fronts by each of their models, report, and say the verdicts."""
+    del context  # nothing here can be resumed
+    names = dict(zip((run.entry.folder for run in runs), configuration_names(runs), strict=True))
+    models = distinct_models(runs)
+    comparisons: list[Comparison] = []
+    with progress_bar("common draws") as bar:
+        for one in models:
+            name = names[one.entry.folder] if len(models) > 1 else ""
+            comparisons.append(
+                judged(
+                    runs,
+                    options.samples,
+                    options.seed,
+                    bar,
+                    judge=one.model,
+                    judge_name=name,
+                )
+            )
+    for sentence in sentences(comparisons):
+        print(sentence)
+    return compared_report(comparisons)

@@ -1,0 +1,202 @@
+"""Identify a mounted compressor from its roving-hammer test.
+
+FOLDER holds compressor_test.toml, the position sheet (xlsx or CSV), frf.uff and coherence.uff,
+or the hits over time in hits/. `deboom bench compressor FOLDER` writes a virtual one.
+
+What comes out: mass, centre of gravity, inertia, stiffness at the virtual point and the gain of
+the rubber, each with its standard deviation; compressor_model.json, which other studies load;
+tables, figures and report.html, which also says what the test cannot tell. Sensors and impacts
+are calibrated by the test itself, within the tolerances that compressor_test.toml states: state
+them honestly, and weigh the compressor (weighed_mass_kg).
+
+Look at three things before you trust it: residuals over noise (reduced_chi2 near 1; above 2.25
+is an alarm: a flexible receiver, hoses, unequal mounts), the held-out lines, and the checks
+of the test. Alarms go to the console and, counted, into summary.json (n_alarms): the standard
+deviations of a model that misses the test have grown by what its residuals say. The output is
+the run folder; a last line on the error stream says "with alarms" where there are any.
+
+Keys of summary.json: those of compressor_identification; with --free mass_kg, mass_deviation_kg,
+misfit and n_alarms.
+
+deboom bench compressor test, then deboom identify test.
+"""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from typer import Argument, Option
+
+from deboom.compressor.identify import IdentifyOptions
+from deboom.compressor.virtual_point_fit import THESIS_BANDS
+from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
+from deboom.measurement.free_body import free_body
+from deboom.measurement.virtual_point import (
+    impact_geometry,
+    sensor_geometry,
+    virtual_point,
+    virtual_point_frf,
+)
+from deboom.pages.compressor_identification import (
+    STEPS,
+    Beside,
+    CompressorTruth,
+    identified_test,
+    in_words,
+    read_test,
+)
+from deboom.pages.identification import MODEL, identification_report, inertance_figure
+from deboom.physics.rigid_body import mass_matrix
+from deboom.report import Report
+from deboom.runs.options import IdenticalMounts, band_of
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
+
+QUESTION = "Which compressor, or which free body, explains this hammer test?"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which test is identified, from which lines, and what is free beside."""
+
+    seed: ClassVar[int] = 1
+    """Nothing is drawn; a run folder states a seed all the same."""
+
+    folder: Annotated[Path, Argument(help="Folder with compressor_test.toml.")] = Path()
+    band: Annotated[
+        list[str] | None,
+        Option(
+            "--band",
+            "--bands",
+            metavar="LOW-HIGH",
+            help="Lines to fit [Hz]; repeatable. Default 10-30 (mounts) and 100-150 (mass line).",
+        ),
+    ] = None
+    lines: Annotated[int, Option(help="Most lines of the fit; denser ones are thinned evenly.")] = (
+        72
+    )
+    smallest_coherence: Annotated[
+        float, Option(help="Median below which nothing is identified.")
+    ] = 0.8
+    from_hits: Annotated[bool, Option(help="From the blocks over time, not from the FRFs.")] = False
+    thesis: Annotated[
+        bool, Option(help="With a drawing: also each mount's place, tilt and stiffness.")
+    ] = True
+    identical_mounts: IdenticalMounts = False
+    truth: Annotated[
+        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+    ] = False
+    free: Annotated[
+        bool,
+        Option(
+            "--free",
+            help="The body hangs free: mass, centre of gravity and inertia from its mass lines. "
+            "Of the other options --band (one), --from-hits, --truth, --hung and --out count.",
+        ),
+    ] = False
+    hung: Annotated[
+        bool, Option("--hung", help="With --free: fit the cords that it hangs from as well.")
+    ] = False
+
+    @property
+    def bands(self) -> tuple[tuple[float, float], ...]:
+        """Lines to fit, from and to [Hz]; empty where none are given."""
+        return tuple(band_of(text) for text in self.band or ())
+
+
+@dataclass(frozen=True, eq=False)
+class Model:
+    """A hammer test, with the truth of a virtual one where that is wanted, and how it is free."""
+
+    test: InertanceTest
+    truth: CompressorTruth | None
+    fit: IdentifyOptions
+
+
+def prepare(options: Options) -> Model:
+    """Read the test."""
+    fit = IdentifyOptions(
+        bands=options.bands or THESIS_BANDS,
+        largest_lines=options.lines,
+        smallest_coherence=options.smallest_coherence,
+    )
+    test, truth = read_test(options.folder, from_hits=options.from_hits, truth=options.truth)
+    return Model(test, truth, fit)
+
+
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
+    """Identify the compressor, or the free body, and report it."""
+    del context  # nothing here can be resumed
+    if options.free:
+        return free_body_report(model, options)
+    beside = Beside(thesis=options.thesis, identical_mounts=options.identical_mounts)
+    with progress_bar("identify") as progress:
+        identified = identified_test(
+            model.test, model.truth, model.fit, beside, counted(progress, STEPS), options.folder
+        )
+    alarms = identified.identification.alarms
+    for alarm in alarms:
+        print(f"alarm: {alarm}", file=sys.stderr)
+    if alarms:
+        print(f"identified with alarms: {len(alarms)}", file=sys.stderr)
+    return identification_report(identified, identified.input_files)
+
+
+def free_body_report(model: Model, options: Options) -> Report:
+    """Fit the mass lines of a free or softly hung body and report them."""
+    test, truth = model.test, model.truth
+    refuse_contradictions(test)
+    inertance = virtual_point_frf(
+        test.frf,
+        response=virtual_point(sensor_geometry(test.sensors)),
+        excitation=virtual_point(impact_geometry(test.impacts)),
+    )
+    lines, weighed = inertance.frequency, test.weighed_mass
+    free = free_body(
+        lines,
+        inertance.values,
+        band=options.bands[0] if options.bands else None,
+        hung=options.hung,
+        weighed=None if weighed is None else (weighed, test.weighed_mass_deviation),
+        gain_deviation=max(test.tolerances.sensor_gain, test.tolerances.hammer_gain),
+    )
+    report = Report(
+        f"Free body: {test.name}", "Which mass, centre of gravity and inertia has this body?"
+    )
+    report.tile(f"{free.body.mass:.3f} ± {free.deviation[0]:.2g} kg", "mass, 1 σ")
+    low, high = free.band
+    report.tile(f"{low:g}–{high:g} Hz", "lines of the fit")
+    if weighed is None:
+        report.warn("Not weighed: a gain that all channels share looks like mass. Weigh it.")
+    report.summary |= {
+        "mass_kg": free.body.mass,
+        "mass_deviation_kg": float(free.deviation[0]),
+        "misfit": free.misfit,
+        "n_alarms": 0,
+    }
+    report.inputs += test.input_files
+    table = free.table
+    if truth is not None:
+        report.inputs.append(truth.path)
+        true = truth.model
+        inertia = true.inertia[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]]
+        table["truth"] = [true.mass, *true.centre, *inertia]
+    report.section(
+        "Mass, centre of gravity and inertia",
+        "A constant and the foot of the flexible modes are fitted to the accelerance at the "
+        "virtual point; the constant is the inverse mass matrix of a rigid body. Centre of gravity "
+        "in the axes and from the origin of the position sheet, inertia about it.",
+    )
+    report.table("parameters", table, "1 σ of noise, model and gains.", shown=in_words(table))
+    rigid = np.linalg.inv(mass_matrix(free.body.mass, free.body.inertia, free.body.centre))
+    curves = {"measured": inertance.values, MODEL: np.broadcast_to(rigid, inertance.values.shape)}
+    report.figure(
+        "inertance",
+        lambda: inertance_figure(lines, curves, (free.band,)),
+        "Inertance at the virtual point, and that of the identified body.",
+    )
+    return report

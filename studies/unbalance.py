@@ -1,0 +1,132 @@
+"""Find the unbalance of a running compressor, and judge it against limits.
+
+FOLDER holds operation.toml, the hammer test on the resting compressor (hammer/) and sweeps over
+speed as spectra of first order or over time with a tacho. `deboom bench operation FOLDER`
+writes a virtual one.
+
+What comes out: static and dynamic unbalance with their intervals, gas forces, sense of
+rotation, the load inside over speed with its confidence band, and which lines cannot be trusted
+and why; five routes side by side; tables, figures and report.html.
+
+Look at three things before you trust it: residuals over noise, the state of the mounts (what
+ran is not always what was struck; then route e), and the hatched speeds. That y and z agree
+proves nothing: a gas force that turns with the rotor agrees as well.
+
+Routes. a: measured apparent mass (thesis); b: model at the virtual point; c: self-calibrated
+model; d: measured, self-calibrated; e: c with mounts brought up to date by the sweep. auto: d,
+or e where the mounts have changed, no hoses are seen and the hammer test gave no alarm. With
+--identified, another hammer test than that of the run is refused. With --limits the run folder
+gets supplier_sheet.html and .xlsx.
+
+A file of limits:
+
+\b
+format = 1
+risk_percent = 5.0
+[static_unbalance]
+at_most_g_mm = 25.0
+[dynamic_unbalance]
+at_most_g_mm2 = 1500.0
+[[stiffness]]
+direction = "x"
+from_hz = 20.0
+to_hz = 60.0
+at_least_n_per_mm = 60.0
+at_most_n_per_mm = 90.0
+
+[[stiffness]] is |K| of the compressor on its mounts at the origin of the position sheet;
+[[rotational_stiffness]] has directions rx, ry, rz and at_most_n_m_per_rad. A limit passes where
+the value keeps a guard band away from it, so that a bad part passes with at most risk_percent
+probability; it fails outside; in between it is undecided, and the sheet says what would decide.
+
+Keys of summary.json: those of compressor_unbalance.
+
+The last line of the output is the run folder; before it, with limits, the verdict.
+
+deboom bench operation test, then deboom unbalance test --limits limits.toml.
+"""  # noqa: D301 - a real backspace keeps the lines of the file apart in the help
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar, Literal
+
+from typer import Argument, Option
+
+from deboom.choices import SofteningLaw
+from deboom.compressor.acceptance import overall
+from deboom.compressor.unbalance import UnbalanceOptions
+from deboom.compressor.unbalance_load import RotationSense
+from deboom.files.limits import read_component_limits
+from deboom.measurement.compressor_test import HoseState
+from deboom.pages.compressor_unbalance import STEPS, UnbalancePlan, measured_unbalance
+from deboom.pages.unbalance import unbalance_report
+from deboom.report import Report
+from deboom.runs.options import ComponentLimitsFile, band_of
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
+
+QUESTION = "Which unbalance turns inside this compressor?"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which sweeps are evaluated, how, and what the part is held against."""
+
+    seed: ClassVar[int] = 1
+    """Nothing is drawn; a run folder states a seed all the same."""
+
+    folder: Annotated[Path, Argument(help="Folder with operation.toml.")] = Path()
+    limits: ComponentLimitsFile = None
+    route: Annotated[
+        Literal["auto", "a", "b", "c", "d", "e"], Option(help="Route whose numbers count.")
+    ] = "auto"
+    identified: Annotated[
+        Path | None, Option(help="Run of `deboom identify`, whose bands are fitted again.")
+    ] = None
+    hoses: Annotated[
+        Literal["soft", "standard"] | None, Option(help="Hoses of the sweeps; default: soft.")
+    ] = None
+    sense: Annotated[
+        Literal["positive", "negative"] | None,
+        Option(help="Rotation about x that sweeps must show; default: any."),
+    ] = None
+    band: Annotated[
+        str, Option(metavar="LOW-HIGH", help="Lines of the fit over all sweeps [Hz].")
+    ] = "17-150"
+    confidence: Annotated[float, Option(help="Confidence of bands and intervals.")] = 0.95
+    softening: Annotated[
+        SofteningLaw, Option(help="Law of mounts that soften with their own stroke, route e.")
+    ] = SofteningLaw.PARABOLA
+    truth: Annotated[
+        bool, Option(help="Compare with truth/ of a virtual test, else never opened.")
+    ] = False
+
+
+def prepare(options: Options) -> UnbalancePlan:
+    """Read the limits of the part, and say how the sweeps are evaluated."""
+    how = UnbalanceOptions(
+        hoses=None if options.hoses is None else HoseState(options.hoses),
+        expected_sense=None if options.sense is None else RotationSense[options.sense.upper()],
+        band=band_of(options.band),
+        confidence=options.confidence,
+        softening=options.softening,
+    )
+    return UnbalancePlan(
+        route=options.route,
+        unbalance=how,
+        limits=None if options.limits is None else read_component_limits(options.limits),
+        identified=options.identified,
+        truth=options.truth,
+    )
+
+
+def run(plan: UnbalancePlan, options: Options, context: RunContext | None = None) -> Report:
+    """Evaluate, report, and say the verdict on the part."""
+    with progress_bar("unbalance") as progress:
+        measured = measured_unbalance(options.folder, plan, counted(progress, STEPS))
+    if measured.verdicts:
+        print(overall(measured.verdicts).value)
+    command = "" if context is None else context.command
+    return unbalance_report(measured, measured.input_files, command=command)

@@ -63,7 +63,8 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test

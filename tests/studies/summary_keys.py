@@ -11,6 +11,7 @@ def described(name):
     """Return a study's docstring, with those of the studies whose keys it takes over."""
     text = ast.get_docstring(ast.parse((STUDIES / f"{name}.py").read_text(encoding="utf-8")))
     mentioned = [path.stem for path in STUDIES.glob("u06_*.py")] + ["fleet_correlation"]
+    mentioned += ["compressor_identification", "compressor_unbalance"]
     if "Keys of summary.json: those of" in text:
         text += " " + " ".join(
             described(other) for other in mentioned if other in text and other != name

@@ -24,8 +24,7 @@ from deboom.compressor.acceptance import (
     unbalance_characteristic,
 )
 from deboom.compressor.calibrate import SelfCalibration
-from deboom.compressor.hose_presence import HosePresence
-from deboom.compressor.identify import IdentifyOptions
+from deboom.compressor.identification import HosePresence, IdentifyOptions
 from deboom.compressor.model import (
     CompressorModel,
     GainFactor,

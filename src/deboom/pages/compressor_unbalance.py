@@ -14,7 +14,8 @@ from threadpoolctl import threadpool_limits
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import (
     RouteResult,
     SweepUnbalance,

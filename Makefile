@@ -81,14 +81,14 @@ $(VENV)/.python: FORCE
 		$(PYTHON) -m venv $(VENV) && $(PYTHON) -c "$(PYTHON_IS)" > $@; }
 
 $(STUDY): $(VENV)/.python pyproject.toml constraints.txt
-	$(INSTALL) -e ".[fast]"
+	$(INSTALL) -e .
 	@touch $@
 
 $(READY): $(STUDY)
-	$(INSTALL) -e ".[fast,cluster,modal,postgres,mdf,tdms,hdf5,dev]"
+	$(INSTALL) -e ".[cluster,modal,postgres,mdf,tdms,hdf5,serve,dev]"
 	@touch $@
 
 # What the documentation site needs more than the tests.
 $(SITE): $(READY)
-	$(INSTALL) -e ".[fast,modal,docs]"
+	$(INSTALL) -e ".[modal,docs]"
 	@touch $@

@@ -11,12 +11,11 @@ of the cars that get these parts are predicted.
 
 What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
 axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
-tables, figures, report.html, and supplier.html without a word of the vehicles. The last line of the
-output is the run folder.
-
-Keys of summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
-n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest (share of
-a batch inside the box, lower end), cars_within_limit_smallest, share_stated.
+tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
+summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
+n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
+(share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
+line of the output is the run folder.
 
 deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept BOX WORKBOOK.
 """

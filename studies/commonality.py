@@ -43,14 +43,15 @@ from deboom.explore.sharing import (
     own_optima,
 )
 from deboom.explore.space import DesignSpace, responses
+from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import mount_of, signed
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import rows_of
 from deboom.runs.options import Seed, at_least
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.limits import MeanLevel, ScatteredLevel
 from deboom.vehicles.platform import Runs
@@ -61,6 +62,10 @@ SURE = 3.0
 """Standard errors of the share of `DRAWS` by which the search asks for more than --share."""
 ROUNDS = 5
 """Searches at most; each takes the margin that the sharing before it turned out to need."""
+
+
+MOST_VEHICLES = 20
+"""Vehicles of the first screen's table, those that pay most."""
 
 
 @dataclass(frozen=True)
@@ -130,7 +135,7 @@ def prepare(options: Options) -> Model:
     return Model(runs, index, space, parts, together, limits)
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Search, verify and report."""
     with progress_bar("commonality") as progress:
         shared = _shared(model, options, progress)
@@ -150,10 +155,13 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"of the cars of each are to keep {limits_in_words}?",
     )
     report.explain("booming noise", "SPLV", "stiffness factor", "tolerance")
-    report.tile(f"{sharing.total}", f"part numbers instead of {n_own}")
-    report.tile(f"{signed(float(price.mean()), 2)} dB", "mean price of sharing")
-    report.tile(f"{signed(float(price.max()), 2)} dB", f"for {worst}, the worst")
-    report.tile(f"{signed(change, 2)} dB", "mean change against today")
+    n_set = len(problem.part_names)
+    report.tile(
+        f"{sharing.total}", f"part numbers; one set for all is {n_set}, one per vehicle {n_own}"
+    )
+    report.tile(f"{signed(float(price.mean()), 1)} dB", "mean price of sharing")
+    report.tile(f"{signed(float(price.max()), 1)} dB", f"for {worst}, the worst")
+    report.tile(f"{signed(change, 1)} dB", "mean change against today")
     short = [
         f"{name} ({PERCENT * share:.1f} %)"
         for name, share in zip(vehicles, shared.shares, strict=True)
@@ -188,11 +196,11 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
 
     bound, total = shared.lower_bound, sharing.total
     proof = (
-        "No sharing has fewer, as far as descents from several starts find the best values."
-        if total == bound
-        else f"Fewer than {bound} are impossible, as far as descents from several starts find the "
-        f"best values; between {bound} and {total} the search found none."
+        f"With fewer than {bound} part numbers some vehicle misses its limit, whatever their "
+        "stiffness; that rests on the best stiffness of descents from several starts."
     )
+    if total > bound:
+        proof += f" Between {bound} and {total} the search found no sharing that keeps all limits."
     report.section(
         "Which vehicle has which mount",
         f"{proof} A letter is a part number of the mount in that column; vehicles with "
@@ -201,6 +209,43 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     lettered = [[get_column_letter(n + 1) for n in column] for column in sharing.numbers.T]
     parts = pd.DataFrame(lettered, columns=list(problem.part_names))
     parts.insert(0, "vehicle", list(vehicles))
+    report.answer(
+        f"{total} part numbers serve all {len(vehicles)} vehicles (one set for all would be "
+        f"{n_set}, one per vehicle {n_own}): sharing costs {float(price.mean()):.1f} dB on "
+        f"average and {float(price.max()):.1f} dB in {worst}, the worst.",
+        f"Against today's mounts the mean level changes by {signed(change, 1)} dB; "
+        f"{PERCENT * float(shared.shares.min()):.0f} % or more of the cars of every vehicle keep "
+        f"{limits_in_words}. One set for all would cost the worst vehicle {one_set:.1f} dB.",
+        abbreviations(model.runs.platform.mounts),
+    )
+    each = parts.assign(
+        **{
+            "today [dB(A)]": shared.today,
+            "shared [dB(A)]": shared.fewest.levels,
+            "change [dB]": shared.fewest.levels - shared.today,
+            "price of sharing [dB]": price,
+            "cars in limit [%]": PERCENT * shared.shares,
+        }
+    )
+    shown = np.sort(np.argsort(-price, kind="stable")[:MOST_VEHICLES])
+    report.panel(
+        "Each vehicle",
+        Table(each.iloc[shown], "", {"change [dB]": 1, "price of sharing [dB]": 2}),
+        "A letter is a part number of the mount in that column; vehicles with one letter share it."
+        + ("" if len(shown) == len(vehicles) else f" The {len(shown)} that pay most."),
+        wide=True,
+    )
+    worth = _counts(shared, n_own).iloc[:, [0, -4, -3, -2]]
+    report.panel(
+        "What each count costs", Table(worth, "", {str(c): 1 for c in worth.columns[[1, 3]]})
+    )
+    run_of = run_name(context, "commonality")
+    report.panel(
+        "What to do next",
+        Step(f"deboom report FRONT --supplier --sharing {run_of}", "sheets with shared numbers"),
+        Step("deboom run commonality --allowed 0.5", "let sharing cost more"),
+        Step("deboom run commonality --limits FILE", "state each vehicle's limit"),
+    )
     report.table("sharing", parts, "Part number of each mount in each vehicle.")
     report.table(
         "part_numbers",

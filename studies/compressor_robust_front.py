@@ -33,10 +33,10 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import CalibrationLevel, Pick
-from deboom.common import N_PER_MM, PERCENT
+from deboom.common import N_PER_MM, PERCENT, listed
 from deboom.compressor.cabin_index import DATUM, MountVariables
 from deboom.errors import InputError
-from deboom.explore.result import Front
+from deboom.explore.result import RISEN, Front
 from deboom.explore.robust import DesignLimits, Robust, sigma_shares
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import indifference_intervals
@@ -49,9 +49,16 @@ from deboom.explore.sensitivity import (
 from deboom.explore.space import DesignSpace
 from deboom.files.tables import workbook_bytes
 from deboom.pages.front import report_front, report_heard
+from deboom.pages.front_answer import (
+    VEHICLE_DECIMALS,
+    mean_levels,
+    peaks_sentence,
+    run_up_sounds,
+    vehicle_table,
+)
 from deboom.pages.sensitivity import index_table
 from deboom.plot.style import mount_colours, mount_of, signed, vehicle_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.compressor_fleet import (
     MountedFleet,
     exact_change,
@@ -63,7 +70,7 @@ from deboom.runs.compressor_fleet import (
 )
 from deboom.runs.options import Seed, at_least, band_of
 from deboom.runs.progress import counted, progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions, report_limits
 from deboom.vehicles.fleet_front import FleetFront
 
@@ -246,7 +253,7 @@ def run(prepared: Model, options: Options, context: RunContext | None = None) ->
         model=model,
         sobol=stiffness_sobol(model, space, options.n, seed=seed),
     )
-    return front_report(view, options, limits)
+    return front_report(view, options, limits, run_name(context, "compressor_robust_front"))
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
@@ -267,8 +274,8 @@ class MountFront:
 
     @cached_property
     def fleet(self) -> FleetFront:
-        """Levels and peaks of the first order of the rotor."""
-        return FleetFront(self.front)
+        """Levels and peaks of the first order of the rotor; what nobody hears counts no less."""
+        return FleetFront(self.front, audible=True)
 
     @property
     def best(self) -> RealArray:
@@ -356,8 +363,8 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
     return fast_sobol_indices(model.index(designs), names, outputs, seed=seed)
 
 
-def front_report(view: MountFront, options: Options, limits: DesignLimits) -> Report:
-    """Report which mounts make the cars quiet, with the sheet for their supplier."""
+def front_report(view: MountFront, options: Options, limits: DesignLimits, run: str) -> Report:
+    """Report which mounts make the cars quiet, with the sheet for their supplier; `run`: name."""
     low, high = band_of(options.band)
     report = Report(
         "Mounts of the compressor: quiet cars in spite of scatter",
@@ -369,6 +376,7 @@ def front_report(view: MountFront, options: Options, limits: DesignLimits) -> Re
     report.explain("Pareto front", "sensitivity index", "noise transfer function")
     report.warn(*view.model.alarms)
     _tell(report, view)
+    _answer(report, view, options, limits, run)
     report.facts["verification_draws"] = view.front.judge.n_samples
     report.facts["mounts"] = view.model.running.shares.statement
     report.facts["mount_state"] = view.model.running.source.state.statement
@@ -410,9 +418,15 @@ def _tell(report: Report, view: MountFront) -> None:
         view.stiffness(design) for design in (view.front.robust.space.nominal, view.best)
     )
     for k in np.argsort(view.sobol.total.mean(axis=1))[: -1 - TILES : -1]:
-        what = f"{view.names[k]}, |K| at {view.model.reference_line:g} Hz; today {today[k]:.1f}"
-        report.tile(f"{best[k]:.1f} N/mm", what)
-    report.tile(f"{signed(mean, 1)} dB", "mean level, best-mean against today")
+        what = (
+            f"{view.names[k]}, of today's; {best[k]:.1f} N/mm at {view.model.reference_line:g} Hz"
+        )
+        report.tile(f"× {best[k] / today[k]:.2f}", what)
+    heard = np.diff(mean_levels(view.fleet, view.best), axis=0)
+    report.tile(
+        f"{signed(float(heard.mean()), 1)} dB",
+        "mean level of what is heard, best-mean against today",
+    )
     report.tile(f"{signed(sigma[Pick.best_mean], 0)} %", "σ of the mean level over the tolerance")
     if changes:
         rise, peak, car = max(changes, key=lambda item: item[0])
@@ -443,6 +457,106 @@ def _tell(report: Report, view: MountFront) -> None:
     }
 
 
+def _answer(
+    report: Report, view: MountFront, options: Options, limits: DesignLimits, run: str
+) -> None:
+    """Fill the first screen: which mounts, per car, at which price, how it sounds, what next."""
+    fleet, best = view.fleet, view.best
+    before, after = mean_levels(fleet, best)
+    change = after - before
+    today, build = (view.stiffness(one) for one in (view.front.robust.space.nominal, best))
+    ratio = build / today
+    moves = listed(
+        tuple(f"{name} to {share:.2f}" for name, share in zip(view.names, ratio, strict=True))
+    )
+    loudest = [
+        max(changes, key=lambda one: one.level_before)
+        for changes in fleet.peak_changes(best).values()
+        if changes
+    ]
+    falls = sorted(one.level_after - one.level_before for one in loudest)
+    top = (
+        f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
+        if falls
+        else ""
+    )
+    rise = float(fleet.peak_rise(best[np.newaxis])[0])
+    ruling = ""
+    if Pick.none_louder not in view.front.picks:
+        ruling = "No design of the front leaves every peak at or below today's: a peak decides. "
+    elif rise > RISEN:
+        kept = fleet.cars(view.front.pick_designs[Pick.none_louder]).levels.mean(axis=0) - before
+        ruling = (
+            "The quietest design without a louder peak is none-louder, "
+            f"{signed(float(kept.mean()), 1)} dB. "
+        )
+    report.answer(
+        f"{moves[0].upper()}{moves[1:]} of today's stiffness: {top}{peaks_sentence(fleet, best)}; "
+        f"{signed(float(change.mean()), 1)} dB on average of what is heard.",
+        f"{ruling}How sure: the model is held against exact cars in docs/validation.md; no "
+        "interval is known for a compressor.",
+        "Averages count lines below the threshold of hearing (ISO 226) as that threshold; "
+        f"peaks count as they are. Stiffness: |K| at {view.model.reference_line:g} Hz. Pressures: "
+        f"{', '.join(view.index.case_names)}.",
+    )
+    table = vehicle_table(fleet, best, target=fleet.todays_levels, interval=None, mean=None)
+    report.panel(
+        "Each car",
+        Table(table.rename(columns={"vehicle": "car"}), "", VEHICLE_DECIMALS),
+        f"First order at the driver's ear, mean of what is heard. {fleet.n_cars} cars of each, "
+        "mounts as made; target: its car's level of today; P95: 95 % stay below.",
+        wide=True,
+    )
+    alone = np.where(
+        np.eye(len(best), dtype=bool)[view.chosen], best, view.front.robust.space.nominal
+    )
+    gains = (fleet.mean_levels(alone) - fleet.todays_levels).mean(axis=1)
+    parts = pd.DataFrame(
+        {
+            "stiffness": list(view.names),
+            "of today's [1]": ratio,
+            "build [N/mm]": build,
+            "today [N/mm]": today,
+            "alone [dB]": gains,
+            "share of the variance [%]": PERCENT * view.sobol.total.mean(axis=1),
+        }
+    )
+    decimals = {"of today's [1]": 2, "build [N/mm]": 1, "today [N/mm]": 1, "alone [dB]": 1}
+    report.panel(
+        "Mounts to change",
+        Table(parts, "", decimals | {"share of the variance [%]": 0}),
+        f"Tolerance ±{PERCENT * options.tolerance:.0f} %, places ±{options.place_tolerance:g} mm.",
+        wide=True,
+    )
+    designs = np.stack([view.front.robust.space.nominal, best])
+    modes, travel = view.model.statics.modes(designs), view.model.statics(designs)[:, 0]
+    price = pd.DataFrame(
+        {
+            "number": ["travel under 1 g [mm]", "lowest mode [Hz]", "highest mode [Hz]"],
+            "today": [travel[0], modes[0, 0], modes[0, -1]],
+            "after": [travel[1], modes[1, 0], modes[1, -1]],
+            "allowed": [f"≤ {limits.limits.limits[0].at_most:.2f}", "–", "–"],
+        }
+    )
+    report.panel("What it costs", Table(price, "", {"today": 2, "after": 2}))
+    row = int(np.argmax(fleet.levels(designs[0]).max(axis=1)))
+    sounds, scale = run_up_sounds(
+        view.index.pressure(designs)[:, row], fleet.frequency, ("today", "after")
+    )
+    report.panel(
+        f"Hear {fleet.vehicles[row]}, the loudest today",
+        *sounds,
+        f"Run-up of the first order; full scale {scale:.2g} Pa in both. Use headphones.",
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom run compressor_robust_front --cars FOLDER", "the same with measured cars"),
+        Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
+        Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
+        Step(f"deboom report {run} --interactive", "try other designs in a page"),
+    )
+
+
 def _choice(report: Report, view: MountFront, options: Options) -> None:
     """Show the front, the named designs and their stiffness."""
     what = (
@@ -458,9 +572,17 @@ def _choice(report: Report, view: MountFront, options: Options) -> None:
         f"{what} Mounts stand within ± {options.place_tolerance:g} mm of where they are drawn.\n\n"
         "Softer mounts nearly always isolate better; what holds them back is that no mount may "
         f"move further under 1 g than {options.travel:g} times today's."
-        + (" Best-mean uses all of that." if reached else "")
-        + (f" It is at the bound of {', '.join(view.at_bound)}." if view.at_bound else "")
-        + (" The limit, not the noise, decides." if reached or view.at_bound else ""),
+        + (
+            " Best-mean uses all of that: the limit, not the noise, decides."
+            if reached
+            else f" Best-mean uses {view.travel(view.best):.2f} times."
+        )
+        + (
+            f" It is at the bound of the search in {', '.join(view.at_bound)}: --reach lets it go "
+            "further."
+            if view.at_bound
+            else ""
+        ),
     )
     report.figure(
         "pareto_front",

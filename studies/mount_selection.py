@@ -28,6 +28,7 @@ from typer import Option
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import N_PER_MM
 from deboom.errors import InputError
 from deboom.explore.front import pareto_front
 from deboom.explore.robust import Robust, RobustValues, joined
@@ -36,19 +37,31 @@ from deboom.explore.search import VERIFIED
 from deboom.explore.workers import workers_for
 from deboom.mounts.surface_forces import Outside
 from deboom.pages.front import report_front
+from deboom.pages.front_answer import abbreviations, short_title
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot.style import signed
-from deboom.report import Report
-from deboom.runs.catalogue import Catalogue, catalogue_index, platform_catalogue
+from deboom.report import Report, Step, Table
+from deboom.runs.catalogue import (
+    Catalogue,
+    catalogue_index,
+    ordered_stiffness,
+    platform_catalogue,
+)
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import PlatformOptions
 from deboom.runs.progress import progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet_front import FleetFront
 from deboom.vehicles.platform import MountSource, Runs
 
+HEARD = 1.0
+"""Difference of two levels from which one drive is told from another, about [dB].
+
+H. Fastl, E. Zwicker, Psychoacoustics: facts and models, 3rd ed. 2007, ch. 7: 1 dB for tones of low
+level, less for loud ones side by side.
+"""
 BATCH = 100
 """Sets evaluated between two steps of the progress bar."""
 
@@ -89,12 +102,16 @@ def prepare(options: Options) -> Model:
     """Read platform and catalogue, and build the model of all parts."""
     runs = options.platform.runs()
     catalogue = platform_catalogue(runs.platform, options.catalogue, options.mount)
-    inside = options.platform.mounts is MountSource.library_inside
-    outside = Outside.KEEP_MEASURED if inside else Outside.REFUSE
-    index = catalogue_index(runs, catalogue, options.motion, outside)
+    index = catalogue_index(runs, catalogue, options.motion, _outside(options))
     space = catalogue.space(index.variable_names, options.retuning, options.tolerance)
     sample = sobol_sample(space.n_variables, options.samples, seed=options.seed)
     return Model(runs, catalogue, Robust(index, space, sample))
+
+
+def _outside(options: Options) -> Outside:
+    """Return what becomes of lines that a part was not measured for."""
+    inside = options.platform.mounts is MountSource.library_inside
+    return Outside.KEEP_MEASURED if inside else Outside.REFUSE
 
 
 def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
@@ -112,6 +129,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         verified_with=VERIFIED,
         title="mount selection",
     )
+    outside = _outside(options)
     search, heard = front.search, FleetFront(front)
     n_mounts = len(catalogue.parts)
 
@@ -175,6 +193,71 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     report.facts["kernel"] = level.kernel
     report.inputs += files
 
+    effects = {f"parts{retuned}": (best, float(change["best-mean"]))}
+    if best_set is not None:
+        effects = {"parts as they are": (best_set, as_they_are)} | effects
+    words = [
+        f"{what} {signed(value, 1)} dB{', which nobody hears' if abs(value) < HEARD else ''}"
+        for what, (_, value) in effects.items()
+    ]
+    worth = min(value for _, value in effects.values())
+    advice = "Order nothing new" if worth > -HEARD else f"Order {', '.join(parts_of_best)}"
+    report.answer(
+        f"{advice}: at the best the catalogue's {'; '.join(words)}.",
+        f"Mean level at the driver's ear of {len(front.responses)} vehicles, verified with "
+        f"{front.judge.n_samples} draws that the search never saw; a difference below about "
+        f"{HEARD:g} dB is not heard from drive to drive.",
+        abbreviations(runs.platform.mounts),
+    )
+    gains = {f"{what} [dB]": heard.splv_change(design) for what, (design, _) in effects.items()}
+    each = pd.DataFrame({"vehicle": list(front.responses), **gains})
+    report.panel(
+        "Each vehicle",
+        Table(each, "", dict.fromkeys(gains, 1)),
+        "Change of the mean level against today's parts, without scatter.",
+    )
+    variables = [name for mount in runs.platform.mounts for name in mount.variables]
+    now = np.concatenate([np.zeros(n_mounts), np.ones(len(variables))])
+    order: dict[str, object] = {
+        "direction": variables,
+        "today [N/mm]": N_PER_MM * ordered_stiffness(runs, catalogue, now, outside),
+    }
+    for what, (design, _) in effects.items():
+        order[f"{what} [N/mm]"] = N_PER_MM * ordered_stiffness(runs, catalogue, design, outside)
+    order["re-tuned to [1]"] = best[n_mounts:]
+    frame = pd.DataFrame(order)
+    decimals = {name: 0 for name in frame if str(name).endswith("[N/mm]")}
+    first, last = runs.band
+    report.panel(
+        "What to order",
+        Table(
+            pd.DataFrame(
+                {
+                    "mount": [
+                        f"{mount.name}, {short_title(mount)}" if short_title(mount) else mount.name
+                        for mount in runs.platform.mounts
+                    ],
+                    **{
+                        what: catalogue.labels(design[:n_mounts])
+                        for what, (design, _) in effects.items()
+                    },
+                }
+            ),
+            "",
+        ),
+        Table(frame, "", {str(name): n for name, n in decimals.items()} | {"re-tuned to [1]": 2}),
+        f"N/mm are the mean |K| in operation, {runs.cases[0][0].title}, {first:g}–{last:g} Hz. "
+        "A dash: not identified, today's part stays.",
+        wide=True,
+    )
+    run_of = run_name(context, "mount_selection")
+    report.panel(
+        "What to do next",
+        Step("deboom run mount_selection --catalogue FILE", "choose from other parts"),
+        Step("deboom run u06_robust_front", "what a part of no catalogue would bring"),
+        Step(f"deboom show {run_of}", "all numbers of this run"),
+    )
+
     counts = ", ".join(
         f"{count} of {mount}"
         for mount, count in zip(catalogue.parts, catalogue.n_parts, strict=True)
@@ -182,7 +265,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     tuned = "Parts are taken as they are."
     if options.retuning:
         tuned = f"Each part may be re-tuned within ±{100 * options.retuning:.0f} % per axis."
-    report.section("What to order", f"Parts to choose from: {counts}. {tuned}")
+    report.section("What was chosen from", f"Parts to choose from: {counts}. {tuned}")
+    report.table("order", frame)
     report.table(
         "picks",
         picks,

@@ -28,7 +28,7 @@ from typer import Option
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
-from deboom.common import AXES, N_PER_MM, PERCENT, Progress
+from deboom.common import AXES, N_PER_MM, PERCENT, Progress, listed
 from deboom.errors import InputError
 from deboom.explore.box import Box, BoxQuestion, face_shares, verified_share
 from deboom.explore.largest_box import FoundBox, largest_box, tolerance_box
@@ -41,15 +41,16 @@ from deboom.files.acceptance import AcceptanceBox, BoxResponse, BoxVariable, box
 from deboom.files.platform import platform_sha256
 from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.uncertainty import Interval, pivotal_interval
+from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_name, motion_report, report_runs
 from deboom.plot.style import mount_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import tolerance_cost
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.progress import progress_bar
 from deboom.runs.rebuilt import supplier_study
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.free_directions import DirectionFreedom, free_directions
@@ -120,7 +121,7 @@ def prepare(options: Options) -> Model:
     return Model(runs, index, space, limited_response(options.quantity, index, band))
 
 
-def run(model: Model, options: Options, context: RunContext | None = None) -> Report:  # noqa: ARG001
+def run(model: Model, options: Options, context: RunContext | None = None) -> Report:
     """Find the Pareto point and the box about it, verify and report."""
     with progress_bar("Box") as bar:
         point = pareto_point(model, options, bar)
@@ -140,16 +141,18 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     tight = np.argsort(np.where(limited, study.box.width / study.box.centre, np.inf))
     for k in tight[: min(TILES, limited.sum())]:
         ends, today = (study.box.lower[k], study.box.upper[k]), study.reference_stiffness[k]
-        asked_for = f"{ends[0]:.2f} to {ends[1]:.2f} of today's"
-        if study.identified[k]:
-            asked_for = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends) + " N/mm"
-        stated = f"today {today * N_PER_MM:.0f}; " if study.identified[k] else ""
-        report.tile(asked_for, f"{study.variables[k]}; {stated}the limit sets an end")
+        stiffness = " to ".join(f"{end * today * N_PER_MM:.0f}" for end in ends)
+        stated = f"{stiffness} N/mm; " if study.identified[k] else ""
+        report.tile(
+            f"{ends[0]:.2f} to {ends[1]:.2f}",
+            f"{study.variables[k]}, of today's; {stated}the limit sets an end",
+        )
     report.tile(_percent(check.share, 1), f"of {what} keep {origin}")
     report.tile(
         _percent(float(study.missed.max()), 1),
         f"of the parts miss the limit in {study.binding}, which binds",
     )
+    _answer(report, study, certainty, options, what, run_name(context, "solution_box"))
     if not of_study.together and study.missed.max() > 1.0 - of_study.share:
         report.warn(
             f"The share is one over all vehicles: {study.binding} alone misses its limit with "
@@ -438,6 +441,85 @@ def share_measured_again(study: BoxStudy) -> Interval:
     interval = pivotal_interval(share(study.response), np.array(again), coverage=0.9)
     return replace(
         interval, lower=np.clip(interval.lower, 0.0, 1.0), upper=np.clip(interval.upper, 0.0, 1.0)
+    )
+
+
+def _answer(
+    report: Report, study: BoxStudy, certainty: Interval, options: Options, what: str, run: str
+) -> None:
+    """Fill the first screen: intervals, vehicles, how sure the share is, and what comes next."""
+    check, box, asked = study.solution.verified, study.box, study.question
+    origin = limit_origin(options.limit_below_today)
+    needed = ~study.on_bounds & study.effective
+    ends = [
+        f"{name} "
+        + " ".join(
+            f"{word} {end:.2f}"
+            for word, end, of_limit in (
+                ("from", box.lower[k], needed[0, k]),
+                ("up to", box.upper[k], needed[1, k]),
+            )
+            if of_limit
+        )
+        for k, name in enumerate(study.variables)
+        if needed[:, k].any()
+    ]
+    free = int(study.effective.sum()) - len(ends)
+    deliver = f"Deliver {listed(tuple(ends))} of today's" if ends else "No direction needs an end"
+    report.answer(
+        f"{deliver}; {free} other directions are free within what was searched: "
+        f"{_percent(check.share, 1)} of {what} keep {origin}. {study.binding} binds: "
+        f"{_percent(float(study.missed.max()), 1)} of the parts miss its limit.",
+        f"How sure: at least {_percent(check.bound, 1)} with {_percent(check.confidence, 0)} "
+        f"confidence over parts; with all measurements drawn again "
+        f"{_percent(float(certainty.lower), 0)} to {_percent(float(certainty.upper), 0)} (90 %).",
+        f"The limit is {origin}. {abbreviations(study.runs.platform.mounts)}",
+    )
+    reference = study.reference_stiffness * N_PER_MM
+    words = np.select(
+        [needed.all(axis=0), needed[0], needed[1]], ["both ends", "from", "to"], "free"
+    )
+    rows = np.flatnonzero(study.effective)
+    table = pd.DataFrame(
+        {
+            "direction": [study.variables[k] for k in rows],
+            "from [1]": box.lower[rows],
+            "to [1]": box.upper[rows],
+            "from [N/mm]": (box.lower * reference)[rows],
+            "to [N/mm]": (box.upper * reference)[rows],
+            "today [N/mm]": reference[rows],
+            "the limit sets": words[rows],
+        }
+    )
+    report.panel(
+        "Intervals, each direction independent of all others",
+        Table(
+            table,
+            "",
+            dict.fromkeys(("from [1]", "to [1]"), 2)
+            | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
+        ),
+        f"From and to: shares of today's stiffness. N/mm are the {study.condition}.",
+        wide=True,
+    )
+    today = study.response(study.space.nominal[np.newaxis])[0]
+    levels = study.shown_excess + asked.limit
+    each = pd.DataFrame(
+        {
+            "vehicle": list(study.vehicles),
+            "limit [dB(A)]": asked.limit,
+            "today [dB(A)]": today,
+            "in the box [dB(A)]": levels.mean(axis=0),
+            "P95 [dB(A)]": np.quantile(levels, 0.95, axis=0),
+            "parts that miss [%]": PERCENT * study.missed,
+        }
+    )
+    report.panel("Each vehicle", Table(each, ""), f"{study.response.quantity}.")
+    report.panel(
+        "What to do next",
+        Step(f"deboom accept {run} PARTS", "hold a delivery against it"),
+        Step(f"deboom report FRONT --supplier --box {run}", "sheets with these intervals"),
+        Step("deboom run solution_box --below-today 1", "ask each vehicle to be quieter"),
     )
 
 

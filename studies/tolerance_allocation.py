@@ -31,8 +31,9 @@ from deboom.explore.robust import Robust
 from deboom.explore.scatter import sobol_sample
 from deboom.explore.selection import at_nominal, pick, variables_without_effect
 from deboom.explore.tolerance_allocation import Allocator, ToleranceEffect
+from deboom.pages.front_answer import abbreviations
 from deboom.pages.motion import motion_report, report_runs
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import (
     MadeParts,
     ScatterOptions,
@@ -45,7 +46,7 @@ from deboom.runs.made_parts import (
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
 from deboom.runs.rebuilt import supplier_study
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.platform import Platform, Runs
 
@@ -53,6 +54,10 @@ SEARCH_DRAWS = 128
 """Draws per design of a quick search."""
 DRAWS = 8192
 """Independent draws with which tolerances are verified."""
+
+
+TIGHTEST = 3
+"""Directions that the verdict names."""
 
 
 @dataclass(frozen=True)
@@ -178,7 +183,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"the tightest; {widest} of {len(allocator.names)} directions may be as wide as allowed",
     )
     report.tile(f"{PERCENT * ratio:.0f} %", "of the cost of one tolerance everywhere")
-    report.tile(f"{PERCENT * fair:.0f} %", "of it, where only directions that matter are held")
+    report.tile(
+        f"{PERCENT * fair:.0f} %", "of the cost of one tolerance in the directions that matter"
+    )
     if by_sigma:
         report.tile(f"{new.sigma:.3f} dB", "σ of the mean level, verified")
     else:
@@ -188,6 +195,76 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
                 f"New draws find {PERCENT * new.share:.1f} % within the limits, not the "
                 f"{PERCENT * options.share:g} % asked for: take more --samples."
             )
+    spread = (
+        f"the same scatter (σ {new.sigma:.2f} dB, verified)"
+        if by_sigma
+        else f"{PERCENT * new.share:.1f} % within limits (verified)"
+    )
+    tight = ", ".join(
+        f"{allocator.names[k]} ±{PERCENT * cheapest.tolerance[k]:.0f} %"
+        for k in np.argsort(cheapest.tolerance, kind="stable")[:TIGHTEST]
+        if cheapest.tolerance[k] < allocator.upper[k]
+    )
+    report.answer(
+        (f"Hold {tight}; " if tight else "Hold nothing tightly: ")
+        + f"{widest} of {len(allocator.names)} directions may be as wide as allowed: {spread} at "
+        f"{PERCENT * ratio:.0f} % of the cost of one tolerance everywhere.",
+        f"Against one tolerance in the directions that matter alone the cost is "
+        f"{PERCENT * fair:.0f} %. Prices are "
+        + (
+            "those of --cost-table."
+            if options.cost_table
+            else "assumed: 1 per direction at ±15 %, 2 at half the width (--cost-table)."
+        ),
+        abbreviations(model.platform.mounts),
+    )
+    even = bool(np.allclose(uniform.tolerance, today.tolerance))
+    at_bound = np.select(
+        [
+            np.isclose(cheapest.tolerance, allocator.lower),
+            np.isclose(cheapest.tolerance, allocator.upper),
+        ],
+        ["tightest", "widest"],
+        "",
+    )
+    each = pd.DataFrame(
+        {
+            "direction": list(cheapest.names),
+            "hold ± [%]": PERCENT * cheapest.tolerance,
+            "today ± [%]": PERCENT * today.tolerance,
+            "cost [1]": cheapest.cost,
+            "cost today [1]": today.cost,
+            "bound": at_bound,
+        }
+    )
+    report.panel(
+        "Each direction",
+        Table(each, "", {"hold ± [%]": 0, "today ± [%]": 0, "cost [1]": 2, "cost today [1]": 2}),
+        "Half widths, three standard deviations. Widest: needs no precision.",
+        wide=True,
+    )
+    sets_shown = {name: found for name, found in sets.items() if not (even and name == "uniform")}
+    worth = pd.DataFrame(
+        {
+            "tolerances": list(sets_shown),
+            "cost [1]": [found.total_cost for found in sets_shown.values()],
+            "σ, verified [dB]": [verified[name].sigma for name in sets_shown],
+        }
+    )
+    if not by_sigma:
+        worth["within limits [%]"] = [PERCENT * verified[name].share for name in sets_shown]
+    report.panel(
+        "What it is worth",
+        Table(worth, "", {"cost [1]": 1, "σ, verified [dB]": 3}),
+        "One tolerance for the same target is today's here." if even else "",
+    )
+    run_of = run_name(context, "tolerance_allocation")
+    report.panel(
+        "What to do next",
+        Step(f"deboom report FRONT --supplier --tolerances {run_of}", "sheets with these"),
+        Step("deboom run tolerance_allocation --cost-table FILE", "with your own prices"),
+        Step("deboom run tolerance_allocation --limit LEVEL", "for a limit in place of a scatter"),
+    )
     report.warn(
         "The price of a tolerance is an assumption unless you bring your own: by default "
         "every direction costs 1 at ±15 % and twice as much at half the width. Ratios of "
@@ -244,8 +321,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Tolerance and price of every direction: the cheapest ones, and one "
         "tolerance everywhere for the same target.",
     )
-    at_lower = np.isclose(cheapest.tolerance, allocator.lower)
-    at_upper = np.isclose(cheapest.tolerance, allocator.upper)
     allocation = pd.DataFrame(
         {
             "variable": list(cheapest.names),
@@ -255,10 +330,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             "cost today [1]": today.cost,
             "cost uniform [1]": uniform.cost,
             "cost cheapest [1]": cheapest.cost,
-            "bound": np.select([at_lower, at_upper], ["tightest", "widest"], ""),
+            "bound": at_bound,
         }
     )
-    report.table("allocation", allocation, "Half widths, three standard deviations.")
+    report.table("allocation", allocation)
 
     report.section("Verification", f"{DRAWS} draws of the parts that nothing was chosen by.")
     chosen, check = "sigma of the level, chosen with [dB]", "sigma of the level, verified [dB]"

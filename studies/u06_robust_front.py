@@ -38,7 +38,7 @@ from deboom.report import Report
 from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions, report_limits
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import Runs
@@ -65,6 +65,9 @@ class Options:
     ] = False
     loss_factors: Annotated[bool, Option(help="Loss factors ±20 % are variables too.")] = False
     limits: Annotated[Path | None, Option(help="TOML: sag, travel, modes to keep.")] = None
+    target: Annotated[
+        float | None, Option(help="Level of a car [dB(A)].", show_default="each vehicle's of today")
+    ] = None
 
     def __post_init__(self) -> None:
         if self.as_thesis:
@@ -141,6 +144,9 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
             options.platform, model.runs, options.motion, loss_factors=options.loss_factors
         ),
         prescribed=prescribed,
+        limits=limits,
+        target=options.target,
+        run=run_name(context, "u06_robust_front"),
     )
     report = front_report(view)
     report_limits(report, limits, front.search, front.named_designs)

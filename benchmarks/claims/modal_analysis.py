@@ -1,37 +1,59 @@
 """Modal analysis of the body.
 
 The loudspeaker at each ear in turn, accelerometers at the mounts and on the panels, sdypy-EMA's
-LSCF behind a guard. Vehicles of the bench with the errors of a good laboratory, their bodies the
-same on all days unless stated.
+LSCF behind a guard, poles refined by maximum likelihood. Vehicles of the bench with the errors of a
+good laboratory, their bodies the same on all days unless stated.
 
 A loudspeaker excites what an ear hears: a mode that hardly reaches an ear leaves no trace in these
 FRFs, so neither the poles nor the rebuilt FRFs can tell of it. The hammer does excite it, but its
 accelerations show mostly how the body gives way right under the mount: they do not stabilise. Of
-the 11 vehicles that miss, two lack such a mode, four have one just below the first line, which
-spoils the shapes of the others, three have two within 0.7 Hz, and two err by 18 and 23 % in the
-damping of a mode of 7 and 8 %.
+the vehicles that miss, three lack such a mode, one has two modes within 0.2 Hz, and one has a mode
+below the cavity's 58 Hz whose shape at the mounts reaches a MAC of 0.94.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import numpy as np
 
-from claims import CASES, Claim
+from claims import CASES, Claim, reported
+from deboom.arrays import RealArray
 from deboom.bench.fleet import NO_SPREAD, load_fleet
 from deboom.bench.layout import FREQUENCY
 from deboom.bench.vehicle_writer import VehicleErrors, write_vehicle
 from deboom.files.vehicle import read_vehicle
 from deboom.measurement.body_modes import body_modes
-from deboom.measurement.modal import LARGE_ERROR
+from deboom.measurement.modal import (
+    LARGE_ERROR,
+    auxiliary_clusters,
+    modal_model,
+    pole_clusters,
+)
+from deboom.physics.frf import FrfForm
 
 N_MODES = 5
 
 
-def _judged(vehicle: str, seed: int) -> tuple[bool, bool]:
-    """Say whether the lowest modes hold the limits, and whether the rebuilt FRFs flag the model."""
+@dataclass(frozen=True)
+class _Judged:
+    """How the lowest modes of a vehicle compare with its true ones.
+
+    - `holds`: all three limits; `flagged`: the rebuilt FRFs tell that the model lacks something.
+    - `damping_error` (n_mode,): of the damping ratio [1]; `mac` (n_mode,): the lower one of all
+      outputs and of the mount points [1].
+    """
+
+    holds: bool
+    flagged: bool
+    damping_error: RealArray
+    mac: RealArray
+
+
+def _judged(vehicle: str, seed: int) -> tuple[_Judged, _Judged]:
+    """Judge modes with the poles of the orders, and with those that maximum likelihood refines."""
     with TemporaryDirectory() as folder:
         errors = VehicleErrors(state=NO_SPREAD)
         options = {"errors": errors, "load_cases": (), "accelerance": False}
@@ -42,34 +64,58 @@ def _judged(vehicle: str, seed: int) -> tuple[bool, bool]:
             shapes = np.hstack([at_points.reshape(len(at_points), -1), truth["shapes_at_panels"]])
             measured = truth["natural_frequencies"] >= FREQUENCY[0]
             true = truth["natural_frequencies"][measured], truth["damping_ratios"][measured]
-    part = body_modes(car)
-    frequency_error, damping_error = (
-        np.abs(found[:N_MODES] / exact[:N_MODES] - 1).max()
-        for found, exact in zip((part.model.frequency, part.model.damping), true, strict=True)
+    refined = body_modes(car)
+    of_orders = modal_model(
+        refined.measured,
+        FrfForm.RECEPTANCE,
+        refined.chart.band,
+        pole_clusters(refined.chart),
+        auxiliary_clusters(refined.chart),
     )
-    mac = min(np.diag(part.mac(shapes[measured], only)).min() for only in (False, True))
-    holds = frequency_error <= 0.005 and damping_error <= 0.15 and mac >= 0.95
-    return bool(holds), part.model.total_error > LARGE_ERROR
+    judged = []
+    for part in (replace(refined, model=of_orders), refined):
+        frequency_error, damping_error = (
+            np.abs(found[:N_MODES] / exact[:N_MODES] - 1)
+            for found, exact in zip((part.model.frequency, part.model.damping), true, strict=True)
+        )
+        mac = np.min([np.diag(part.mac(shapes[measured], only)) for only in (False, True)], axis=0)
+        holds = frequency_error.max() <= 0.005 and damping_error.max() <= 0.15 and mac.min() >= 0.95
+        judged.append(
+            _Judged(bool(holds), part.model.total_error > LARGE_ERROR, damping_error, mac)
+        )
+    return judged[0], judged[1]
 
 
 def claims() -> list[Claim]:
-    held, flagged, missed = 0, 0, []
+    judged: dict[str, tuple[_Judged, _Judged]] = {}
     for seed in CASES:
         names = list(load_fleet(seed).bodies)
         for place in (2 * seed, 2 * seed + 1):
             name = names[place % len(names)]
-            holds, doubted = _judged(name, seed)
-            held += holds
-            if not holds:
-                missed.append(f"{name} of fleet {seed}")
-                flagged += doubted
-    total = 2 * len(CASES)
+            judged[f"{name} of fleet {seed}"] = _judged(name, seed)
+    total = len(judged)
+    missed = {name: after for name, (_, after) in judged.items() if not after.holds}
+    of_orders = sum(before.holds for before, _ in judged.values())
+    held = [pair for pair in judged.values() if pair[0].holds]
+    damping = [_rms([pair[which].damping_error for pair in held]) for which in (0, 1)]
+    likeness = [1 - float(np.median([pair[which].mac for pair in held])) for which in (0, 1)]
     return [
         Claim(
             f"of {total} vehicles, two of each of {len(CASES)} fleets: whose five lowest modes "
             f"above the first line, {FREQUENCY[0]:g} Hz, all hold the three limits",
             "≥ 80 %",
-            f"{held}; not {', '.join(missed)}; {flagged} of these flagged by the rebuilt FRFs",
-            held >= 0.8 * total,
-        )
+            f"{total - len(missed)}; not {', '.join(missed)}; "
+            f"{sum(each.flagged for each in missed.values())} of these flagged by the rebuilt FRFs",
+            total - len(missed) >= 0.8 * total,
+        ),
+        reported(
+            "the same with the poles of the orders, without maximum likelihood after it; rms error "
+            "of damping of those that hold then, before and after; 1 − MAC, median",
+            f"{of_orders}; {100 * damping[0]:.1f} and {100 * damping[1]:.1f} %; "
+            f"{likeness[0]:.5f} and {likeness[1]:.5f}",
+        ),
     ]
+
+
+def _rms(errors: list[RealArray]) -> float:
+    return float(np.sqrt(np.mean(np.square(errors))))

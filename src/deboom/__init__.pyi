@@ -41,6 +41,7 @@ from .measurement.free_body import torsion_inertia as torsion_inertia
 from .measurement.modal import modal_model as modal_model
 from .measurement.modal import pole_clusters as pole_clusters
 from .measurement.modal import poles_over_orders as poles_over_orders
+from .measurement.modal import refined_poles as refined_poles
 from .measurement.order_tracking import tracked_run as tracked_run
 from .measurement.path_forces import blocked_forces_in_situ as blocked_forces_in_situ
 from .measurement.path_forces import forces_by_inversion as forces_by_inversion

@@ -11,7 +11,8 @@ class Pick(StrEnum):
     best_mean = "best-mean"
     """Least mean level."""
     none_louder = "none-louder"
-    """Least mean level of the designs in which no vehicle is louder than today."""
+    """Least mean level of the designs in which no vehicle and no booming peak is louder than today.
+    """
     sigma_kept = "sigma-kept"
     """Least mean level of those that, besides, scatter no more in sum than today's design."""
     best_sigma = "best-sigma"

@@ -13,7 +13,7 @@ from typer.core import TyperCommand, TyperGroup
 import deboom
 from deboom.cli_bench import bench_app
 from deboom.cli_measurements import characterise, library_app, orders
-from deboom.cli_results import check, list_, listen, new, report, show
+from deboom.cli_results import check, list_, listen, new, report, serve, show
 from deboom.common import shipped_studies
 
 
@@ -39,8 +39,31 @@ class StudyCommand(TyperCommand):
         return self.loaded().make_context(*arguments, **extra)
 
 
+COMMANDS = {
+    "Start": ("new", "check"),
+    "Studies": ("studies", "run"),
+    "Measurements": ("characterise", "orders", "identify", "unbalance"),
+    "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
+    "Mounts": ("library", "accept"),
+    "Virtual test bench": ("bench",),
+}
+"""Commands by what a user comes with; each stands in one group."""
+
+
 class Commands(TyperGroup):
-    """Commands that end bad input with one sentence and exit code 2."""
+    """Commands that end bad input with one sentence and exit code 2; the help has them by group."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write each group with the whole first sentence of its commands."""
+        for title, names in COMMANDS.items():
+            rows = [(name, self._first_sentence(ctx, name)) for name in names]
+            with formatter.section(title):
+                formatter.write_dl(rows, col_spacing=2)
+
+    def _first_sentence(self, ctx: Any, name: str) -> str:
+        command = self.get_command(ctx, name)
+        text = (command.help if command else "") or ""
+        return " ".join(text.partition("\n\n")[0].split())
 
     def invoke(self, ctx: Any) -> Any:
         """Carry a command out."""
@@ -52,13 +75,13 @@ class Commands(TyperGroup):
 
 app = typer.Typer(
     cls=Commands,
-    add_completion=False,
     no_args_is_help=True,
     rich_markup_mode=None,
     pretty_exceptions_enable=False,
     help="Takes the booming noise (15-140 Hz) out of vehicles.",
     epilog=(
-        "Start with:  deboom studies   then   deboom run studies/u06_robust_front.py --help.  "
+        "Try:  deboom run u06_platform   (a fleet of cars, in a minute)   or   deboom new platform "
+        "mine   (a folder for measurements of your own).  `deboom COMMAND --help` explains each. "
         "Bad input ends with one sentence and exit code 2."
     ),
 )
@@ -82,6 +105,7 @@ app.command()(show)
 add_study("compare")
 app.command()(report)
 app.command()(listen)
+app.command()(serve)
 add_study("driven")
 add_study("identify")
 add_study("unbalance")

@@ -49,6 +49,9 @@ def report(
     supplier: Annotated[bool, typer.Option("--supplier", help="Sheets to quote and sign.")] = False,
     interactive: Annotated[bool, typer.Option("--interactive", help="A page to explore.")] = False,
     beside: Annotated[Path | None, typer.Option(help="Run whose front lies over RUN's.")] = None,
+    vehicle: Annotated[
+        list[str] | None, typer.Option(help="Of the interactive page; repeatable.")
+    ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
     design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
@@ -70,9 +73,11 @@ def report(
     programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
     Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
-    --interactive: one page to brush designs in, of a front or an experiment, pin two, read their
-    stiffness and hear their run-up; --beside lays another front over it. The model is built again
-    from the run's options; edited files are refused.
+    --interactive: one offline page with the model in it. Sliders change every stiffness, the page
+    computes the levels of all vehicles with their scatter and improves a design within limits;
+    below, designs of a front or an experiment are brushed, pinned and heard. --beside lays another
+    front over it, --vehicle names the vehicles of a page that would be too large. The model is
+    built again from the run's options; edited files are refused.
     """
     from deboom.errors import InputError
 
@@ -89,7 +94,9 @@ def report(
             )
         from deboom.runs.interactive_page import write_interactive_page
 
-        page = write_interactive_page(run, studies=studies, out=out, beside=beside)
+        page = write_interactive_page(
+            run, studies=studies, out=out, beside=beside, vehicles=vehicle or ()
+        )
         typer.echo(page.as_posix())
     if not supplier:
         return
@@ -134,6 +141,31 @@ def listen(
 
     for path in write_run_ups(run, pick=design, seconds=seconds, studies=studies, out=out):
         typer.echo(path.as_posix())
+
+
+def serve(
+    results: Annotated[Path, typer.Argument(help="Folder with results.")] = Path("results"),
+    port: Annotated[
+        int, typer.Option(min=0, max=65535, help="Port of this computer; 0 takes a free one.")
+    ] = 0,
+) -> None:
+    """Look at results in the browser while searches run: fronts grow, runs stand side by side.
+
+    The page shows what the other commands write, and changes nothing. It answers this computer
+    only, at the address that is printed; that address holds a secret, so do not pass it on.
+    Ctrl+C ends it.
+
+    Needs `pip install 'deboom[serve]'`. Try: deboom serve --port 8050
+    """
+    try:
+        from deboom.runs.serve import serve_results
+    except ModuleNotFoundError as error:
+        from deboom.errors import InputError
+
+        raise InputError(f"deboom serve needs {error.name}: pip install 'deboom[serve]'") from error
+
+    for address in serve_results(results, port=port):
+        typer.echo(address)
 
 
 def new(
@@ -183,11 +215,13 @@ def check(
         Path, typer.Argument(metavar="FOLDER", help="Folder of any kind that deboom new writes.")
     ],
 ) -> None:
-    """List everything missing or wrong in a folder of measurements, or what it holds.
+    """List what is missing or wrong in a folder of measurements, or what it holds.
 
-    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Each
-    fault names its file, the item and the remedy; exit code 2. Without a fault: what was read, such
-    as mounts, vehicles, lines and runs; exit code 0.
+    The file in the folder, such as platform.toml or campaign.toml, says of which kind it is. Its
+    keys are looked at first, then tables, then files of functions, then the physics: all faults of
+    the first of these that has one are listed, and what was not looked at is named. Each fault
+    names its file, the item and the remedy; exit code 2. Without a fault: what was read, such as
+    mounts, vehicles, lines and runs; exit code 0.
     """
     from deboom.files.check import check_folder
 

@@ -8,17 +8,26 @@ from pathlib import Path
 
 LONGEST_LINE = 1000
 """Characters of a line of a message; of a longer one the middle is left out."""
+MOST_SENTENCES = 10
+"""Faults that a message lists; of the others it says how many there are."""
 
 
 class InputError(ValueError):
     """Something the user brought is missing or wrong.
 
     The message is a sentence that names the file, the item and the remedy, or a line for each of
-    several faults. The command line prints it alone, without a traceback, and exits with code 2.
+    the first ten faults and the number of the others. The command line prints it alone, without a
+    traceback, and exits with code 2.
+
+    - `sentences`: one for each fault, all of them.
     """
 
     def __init__(self, message: object = "") -> None:
-        super().__init__("\n".join(map(_readable, str(message).split("\n"))))
+        self.sentences = tuple(dict.fromkeys(map(_readable, str(message).split("\n"))))
+        lines = list(self.sentences[:MOST_SENTENCES])
+        if more := len(self.sentences) - len(lines):
+            lines.append(f"and {more} more")
+        super().__init__("\n".join(lines))
 
 
 def _readable(line: str) -> str:
@@ -41,7 +50,7 @@ def naming(item: object) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        raise InputError("\n".join(f"{item}: {line}" for line in str(error).split("\n"))) from None
+        raise InputError("\n".join(f"{item}: {line}" for line in error.sentences)) from None
 
 
 class IncompleteReport(Exception):

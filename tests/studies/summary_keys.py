@@ -10,12 +10,10 @@ STUDIES = Path(__file__).parents[2] / "studies"
 def described(name):
     """Return a study's docstring, with those of the studies whose keys it takes over."""
     text = ast.get_docstring(ast.parse((STUDIES / f"{name}.py").read_text(encoding="utf-8")))
-    mentioned = [path.stem for path in STUDIES.glob("u06_*.py")] + ["fleet_correlation"]
-    mentioned += ["compressor_identification", "compressor_unbalance"]
+    text = " ".join(text.split())
     if "Keys of summary.json: those of" in text:
-        text += " " + " ".join(
-            described(other) for other in mentioned if other in text and other != name
-        )
+        mentioned = [path.stem for path in STUDIES.glob("*_*.py") if path.stem != name]
+        text += " " + " ".join(described(other) for other in mentioned if other in text)
     return text[text.index("Keys of summary.json") :]
 
 

@@ -26,7 +26,6 @@ def runs():
 
 
 def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_path, capsys):
-    pytest.importorskip("numba")
     options = {"motion": Motion.amplitude, "factor": Factor.part, "band": (24.0, 28.0)}
     run = run_study(quick_front, tmp_path, {**BUDGET, **options})
     assert PART_WARNING in capsys.readouterr().err
@@ -47,7 +46,6 @@ def test_part_with_amplitude_is_recorded_warned_of_and_checked(quick_front, tmp_
 
 
 def test_compiled_and_plain_kernel_agree_on_parts(runs):
-    pytest.importorskip("numba")
     compiled = runs.model(Motion.amplitude, Factor.part)
     plain = replace(compiled, compiled=False)
     designs = np.random.default_rng(1).uniform(0.8, 1.2, (70, 12))

@@ -8,10 +8,13 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import typer
 from broken_files import content, edited, functions
+from typer.testing import CliRunner
 
 import deboom
 from command_line import call, refused
+from deboom.cli import COMMANDS, app
 from deboom.errors import DataWarning
 from deboom.runs.overview import command_of
 from deboom.runs.progress import one_sentence_errors
@@ -35,7 +38,7 @@ def test_help_starts_without_heavy_imports():
         f"print([name for name in {heavy!r} if name in sys.modules], file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert "deboom studies" in done.stdout
+    assert "deboom run u06_platform" in done.stdout
     assert done.stderr.strip() == "[]"
 
 
@@ -166,3 +169,13 @@ def test_a_warning_about_the_data_is_a_sentence_and_others_stay_as_they_are():
     assert said == "deboom: warning: frf.uff: a line\n"
     assert "file.py:3: UserWarning: else" in other
     assert warnings.formatwarning is layout
+
+
+def test_each_command_stands_in_one_group_of_the_help_with_its_whole_sentence():
+    command = typer.main.get_command(app)
+    grouped = [name for names in COMMANDS.values() for name in names]
+    assert sorted(grouped) == sorted(command.commands)
+    words = " ".join(CliRunner().invoke(app, []).output.split())
+    for name in grouped:
+        first = " ".join(command.commands[name].help.partition("\n\n")[0].split())
+        assert f"{name} {first}" in words

@@ -72,8 +72,9 @@ BOTH = "--mount-storage 0.9 --mount-loss 1.1 --hoses displaced --hammer-with-hos
 GIVEN = {
     "vehicle": (
         (vehicle_writer, "write_vehicle"),
-        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5 --tilt 20",
-        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5, 20.0),
+        "--seed 3 --vehicle F45-2 --mount-set M4 --noise-free --truth-seed 5 --tilt 20 "
+        "--body-scatter 2",
+        (3, "F45-2", "M4", vehicle_writer.NO_VEHICLE_ERRORS, 5, 20.0, 2.0),
     ),
     "compressor": (
         (compressor_writer, "write_compressor_test"),
@@ -123,8 +124,10 @@ def test_options_reach_the_bench(command, tmp_path, monkeypatch):
     writer, options, wanted = GIVEN[command]
     asked = []
 
-    def write(*given, noise_free=None, progress=None, truth_seed=None, tilt=None):
-        stated = (noise_free, truth_seed, tilt)
+    def write(
+        *given, noise_free=None, progress=None, truth_seed=None, tilt=None, body_scatter=None
+    ):
+        stated = (noise_free, truth_seed, tilt, body_scatter)
         asked.append((*given, *(each for each in stated if each is not None)))
 
     monkeypatch.setattr(*writer, write)

@@ -36,14 +36,23 @@ def made(folder, **changes):
     return new_folder(folder, FolderKind.platform, Names(**(asked | changes)))
 
 
-def filled(folder):
-    """Fill in every key and cell, and write the UFF files that its channel table names."""
+def fill_keys(folder):
     toml = folder / "platform.toml"
     text = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", toml.read_text(encoding="utf-8"), flags=re.M)
     toml.write_text(text, encoding="utf-8")
+
+
+def fill_tables(folder):
     mounts = pd.read_excel(folder / "mounts.xlsx", keep_default_na=False)
-    mounts[["x [m]", "y [m]", "z [m]"]] = np.arange(9.0).reshape(3, 3) / 10
+    places = np.arange(3.0 * len(mounts)).reshape(-1, 3) / 10
+    mounts[["x [m]", "y [m]", "z [m]"]] = places
     mounts.to_excel(folder / "mounts.xlsx", index=False)
+
+
+def filled(folder):
+    """Fill in every key and cell, and write the UFF files that its channel table names."""
+    fill_keys(folder)
+    fill_tables(folder)
     rows = read_table(folder / "channels.xlsx", ChannelRow)
     for node, vehicle in enumerate(("wagon", "cabrio"), 901):
         functions = [function(row, node) for row in rows if row.unit.si == "Pa/N"]
@@ -71,11 +80,11 @@ def function(row, ear=None):
     )
 
 
-def test_the_check_of_a_new_folder_asks_for_what_is_empty_and_nothing_else(tmp_path):
+def test_the_check_of_a_new_folder_asks_stage_by_stage_for_what_is_empty_and_nothing_else(tmp_path):
     folder = tmp_path / "mine"
     assert call("new", "platform", folder, "--mount", "EnM").stdout.strip().endswith("mine")
-    found = check_platform(folder)
-    keys = re.findall(r"key '(\w+)'", " ".join(found.faults))
+    check = check_platform(folder)
+    keys = [re.search(r"key '(\w+)'", fault)[1] for fault in check.faults]
     needed = {
         name
         for model in (Engine, Powertrain, LoadCaseEntry)
@@ -83,9 +92,16 @@ def test_the_check_of_a_new_folder_asks_for_what_is_empty_and_nothing_else(tmp_p
         if field.is_required()
     }
     assert set(keys) == needed - {"name", "title", "operating"}
-    told = [fault.removeprefix(str(folder)) for fault in found.faults[len(keys) :]]
-    assert [re.match(r"/([\w/.-]+)", one)[1] for one in told] == [
-        *["mounts.xlsx"] * 3,
+    assert check.waiting[:2] == ("tables", "files of functions")
+    fill_keys(folder)
+    check = check_platform(folder)
+    assert check.waiting[0] == "files of functions"
+    assert all(f"column '{axis}'" in fault for axis, fault in zip("xyz", check.faults, strict=True))
+    fill_tables(folder)
+    check = check_platform(folder)
+    assert len(check.waiting) == 1
+    told = [fault.removeprefix(f"{folder}/") for fault in check.faults]
+    assert [re.match(r"[\w/.-]+", fault)[0] for fault in told] == [
         "noise_transfer/car-1.uff",
         "operating/run-1.uff",
     ]
@@ -118,9 +134,12 @@ def test_every_kind_has_its_keys_in_comments_and_only_asks_for_what_to_fill_in(t
     for part in models_of(model):
         for name in part.model_fields:
             assert re.search(rf"^(# )?(\[\[?)?{name}\b", text, flags=re.M), name
-    result = call("check", folder, code=2)
-    asked = set(re.findall(r"key '(\w+)'[^:]* is missing", result.stderr))
-    asked |= set(re.findall(r"needs the key '(\w+)'", result.stderr))
+    missing = call("check", folder, code=2).stderr
+    asked = set(re.findall(r"key '(\w+)'[^:]* is missing", missing))
+    put = re.sub(rf"^# ((?:{'|'.join(asked)}) = .*# FILL IN)", r"\1", text, flags=re.M)
+    (folder / file).write_text(put, encoding="utf-8")
+    # keys that others need, once the keys that are always needed are there
+    asked |= set(re.findall(r"needs the key '(\w+)'", call("check", folder, code=2).stderr))
     marked = set(re.findall(r"^# (\w+) = .*# FILL IN", text, flags=re.M))
     assert asked == marked - {"cylinders"}  # which an electric drive has not
     put = re.sub(r"^# (\w+ = .*# FILL IN)", r"\1", text, flags=re.M)
@@ -152,75 +171,132 @@ def test_a_filled_folder_is_read_and_summed_up(tmp_path):
     assert platform.load_case("fast").total_ratio == 6.2
 
 
-def test_all_faults_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
-    folder = filled(made(tmp_path / "mine"))
+def changed_toml(folder, *edits):
     toml = folder / "platform.toml"
     text = toml.read_text(encoding="utf-8")
-    text = text.replace("cylinders =", "cilinders =").replace("mass_kg = 190.0", "mass_kg = -1")
-    text = text.replace('default_load_case = "slow"', 'default_load_case = "no"')
-    text = text.replace("gear = 3", "gear = 9", 1)
+    for old, new in edits:
+        assert old in text
+        text = text.replace(old, new, 1)
     toml.write_text(text, encoding="utf-8")
+
+
+def test_all_faults_of_a_stage_are_listed_at_once_each_with_file_item_and_remedy(tmp_path):
+    """A folder with faults of every kind: each round lists one stage and mends it for the next."""
+    folder = filled(made(tmp_path / "mine"))
+    changed_toml(folder, ("cylinders =", "cilinders ="), ("mass_kg = 190.0", "mass_kg = -1"))
+    changed_toml(folder, ('_load_case = "slow"', '_load_case = "no"'), ("gear = 3", "gear = 9"))
     channels = pd.read_excel(folder / "channels.xlsx", keep_default_na=False)
-    channels.loc[0, "unit"] = "N"
-    channels.loc[3, "node"] = 77
-    channels.to_excel(folder / "channels.xlsx", index=False)
+    channels.assign(
+        unit=["N", *channels["unit"][1:]],
+        direction=[channels["direction"][0], "+q", *channels["direction"][2:]],
+    ).to_excel(folder / "channels.xlsx", index=False)
     mounts = pd.read_excel(folder / "mounts.xlsx", keep_default_na=False, dtype=str)
     mounts.loc[1, ["y [m]", "piece"]] = ["zero", "wrong"]
     mounts.to_excel(folder / "mounts.xlsx", index=False)
     (folder / "noise_transfer/wagon.uff").unlink()
-    functions = read_uff(folder / "noise_transfer/cabrio.uff")
-    write_uff(folder / "noise_transfer/cabrio.uff", functions[2:])
+    cabrio = read_uff(folder / "noise_transfer/cabrio.uff")
+    write_uff(folder / "noise_transfer/cabrio.uff", cabrio[2:])
     (folder / "operating/fast.uff").write_bytes(b"no UFF")
-    result = call("check", folder, code=2)
-    for sentence in (
-        "platform.toml: unknown key 'cilinders' in [engine]; did you mean 'cylinders'?",
-        "platform.toml: key 'mass_kg' in [powertrain] is -1: input should be greater than 0",
-        "platform.toml: default_load_case 'no' is not among the load cases slow, fast",
-        "platform.toml: load case 'slow' is in gear 9, but total_ratios",
-        "mounts.xlsx line 3, column 'y': 'zero' is no finite number",
-        "mounts.xlsx: mount 'Du', piece 'wrong' is not in",
-        "mounts.xlsx: no row for mount 'Du', piece 'left'",
-        "channels.xlsx line 2: displacement 'EnM x' is in 'N'",
-        "wagon.uff cannot be read",
-        "cabrio.uff: vehicle cabrio: noise transfer function 'ear' per EnM x (node 902",
-        "cabrio.uff: vehicle cabrio: noise transfer function 'ear' per EnM y (node 902",
-        "slow.uff: load case slow: force 'EnM x' (node 77 +x) is not in it",
-        "fast.uff is not a UFF file",
-    ):
-        assert result.stderr.count(sentence) == 1, sentence
-    count = int(re.search(r"deboom: (\d+) faults", result.stderr)[1])
-    assert count == len(check_platform(folder).faults)
-    assert "there is no displacement channel 'EnM x'" not in result.stderr
-    assert f"{count:3}  " in result.stderr
+    channels.loc[3, "node"] = 77
+
+    def rewrite(name, table):
+        return lambda: table.to_excel(folder / name, index=False)
+
+    rounds = [
+        (
+            (
+                "platform.toml: unknown key 'cilinders' in [engine]; did you mean 'cylinders'?",
+                "platform.toml: key 'mass_kg' in [powertrain] is -1: input should be greater",
+            ),
+            lambda: changed_toml(folder, ("cilinders", "cylinders"), ("_kg = -1", "_kg = 190.0")),
+        ),
+        (
+            (
+                "platform.toml: default_load_case 'no' is not among the load cases slow, fast",
+                "platform.toml: load case 'slow' is in gear 9, but total_ratios",
+            ),
+            lambda: changed_toml(folder, ('= "no"', '= "slow"'), ("gear = 9", "gear = 3")),
+        ),
+        (
+            (
+                "mounts.xlsx line 3, column 'y': 'zero' is no finite number",
+                "channels.xlsx line 2: displacement 'EnM x' is in 'N'",
+                "channels.xlsx line 3: channel 'EnM y' has direction '+q', which is none",
+            ),
+            lambda: (
+                rewrite("channels.xlsx", channels)(),
+                rewrite("mounts.xlsx", mounts.assign(**{"y [m]": "0.1"}))(),
+            ),
+        ),
+        (
+            (
+                "mounts.xlsx: mount 'Du', piece 'wrong' is not in",
+                "mounts.xlsx: no row for mount 'Du', piece 'left'",
+            ),
+            rewrite(
+                "mounts.xlsx", mounts.assign(**{"y [m]": "0.1", "piece": ["", "left", "right"]})
+            ),
+        ),
+        (
+            (
+                "wagon.uff cannot be read",
+                "cabrio.uff: vehicle cabrio: noise transfer function 'ear' per EnM x (node 902",
+                "cabrio.uff: vehicle cabrio: noise transfer function 'ear' per EnM y (node 902",
+                "slow.uff: load case slow: force 'EnM x' (node 77 +x) is not in it",
+                "fast.uff is not a UFF file",
+            ),
+            lambda: None,
+        ),
+    ]
+    for sentences, mend in rounds:
+        result = call("check", folder, code=2)
+        assert [result.stderr.count(sentence) for sentence in sentences] == [1] * len(sentences)
+        count = int(re.search(r"deboom: (\d+) faults", result.stderr)[1])
+        assert count == len(sentences) == len(check_platform(folder).faults), result.stderr
+        assert f"{count:3}  " in result.stderr
+        assert "; not looked at yet: " in result.stderr
+        mend()
 
 
 def test_an_entry_at_fault_explains_itself_and_is_not_told_again_by_the_tables(tmp_path):
     folder = filled(made(tmp_path / "mine"))
-    toml = folder / "platform.toml"
-    text = toml.read_text(encoding="utf-8")
-    toml.write_text(text.replace('name = "Du"', 'nam = "Du"').replace('"wagon"', '"wa gon"', 1))
-    found = check_platform(folder)
-    told = [fault.removeprefix(f"{folder}/platform.toml: ") for fault in found.faults]
+    changed_toml(folder, ('name = "Du"', 'nam = "Du"'), ('"wagon"', '"wa gon"'))
+    check = check_platform(folder)
+    told = [fault.removeprefix(f"{folder}/platform.toml: ") for fault in check.faults]
     assert told[0] == "unknown key 'nam' in [[mounts]] 2; did you mean 'name'?"
     assert told[1].startswith("key 'name' in [[vehicles]] 1 is \"wa gon\": a name needs")
     assert len(told) == 2
-    assert found.waiting[0] == "whether the tables fit the mounts"
+    assert check.waiting[0] == "tables"
 
 
-def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path):
+def test_more_than_ten_faults_are_all_listed_and_a_refusal_counts_those_that_it_leaves_out(
+    tmp_path,
+):
     folder = filled(made(tmp_path / "mine"))
-    for name, content in (("mounts.xlsx", b""), ("channels.xlsx", None), ("platform.toml", b"[")):
-        path = folder / name
-        kept = path.read_bytes()
-        path.unlink()
-        if content is not None:
-            path.write_bytes(content)
-        with pytest.raises(InputError) as caught:
-            read_platform(folder)
-        found = check_platform(folder)
-        assert str(caught.value) in found.faults
-        assert ("whether the files hold the channels" in found.waiting) == (content is None)
-        path.write_bytes(kept)
+    channels = pd.read_excel(folder / "channels.xlsx", keep_default_na=False)
+    channels.assign(unit="km/h").to_excel(folder / "channels.xlsx", index=False)
+    assert len(check_platform(folder).faults) == len(channels) > 10
+    with pytest.raises(InputError, match=rf"\nand {len(channels) - 10} more$"):
+        read_platform(folder)
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "waiting"),
+    [("platform.toml", b"[", 3), ("mounts.xlsx", b"", 2), ("channels.xlsx", None, 2)],
+)
+def test_the_check_refuses_what_reading_refuses_and_no_less(tmp_path, name, content, waiting):
+    folder = filled(made(tmp_path / "mine"))
+    path = folder / name
+    kept = path.read_bytes()
+    path.unlink()
+    if content is not None:
+        path.write_bytes(content)
+    with pytest.raises(InputError) as caught:
+        read_platform(folder)
+    check = check_platform(folder)
+    assert check.faults == caught.value.sentences
+    assert len(check.waiting) == waiting
+    path.write_bytes(kept)
     assert check_platform(folder).faults == ()
 
 

@@ -25,10 +25,12 @@ from deboom.bench.operating_run import PlannedRun
 from deboom.errors import InputError
 from deboom.files.campaign import (
     CampaignEngine,
+    CampaignFile,
     add_operating_run,
     read_campaign,
     read_time_run,
 )
+from deboom.files.schema import append_toml, load_toml
 from deboom.measurement.sensors import SensorKind
 
 RUNS = (PlannedRun(5, 220.0, full_load=True), PlannedRun(5, 100.0, full_load=False, rising=False))
@@ -289,18 +291,38 @@ def test_a_dead_channel_is_refused_and_nothing_changes(folder, run):
     refused(lambda place: add_operating_run(place, dead), folder, "is dead")
 
 
-def test_runs_in_another_form_are_refused_and_nothing_changes(folder, run):
+def inline_runs(folder, comma=""):
+    """Write the run of a campaign as an inline table, and return what stands before and behind."""
     path = folder / TOML
     text = path.read_text(encoding="utf-8")
     start, end = text.index("[[runs]]"), text.index("[[shaker_runs]]")
-    inline = ", ".join(text[start:end].splitlines()[1:-1])
-    path.write_text(
-        text[:start].replace("[engine]", f"runs = [{{{inline}}}]\n[engine]") + text[end:],
-        encoding="utf-8",
-    )
-    assert len(read_campaign(folder).runs) == 1
-    sentence = "write the list as [[runs]] sections"
-    refused(lambda place: add_operating_run(place, run), folder, sentence)
+    inline = ", ".join(line for line in text[start:end].splitlines()[1:] if line)
+    array = f"runs = [  # weighed twice\n    {{{inline}}}{comma}  # the first\n]\n"
+    head, rest = text[:start].split("[engine]")
+    path.write_text(f"{head}{array}[engine]{rest}{text[end:]}", encoding="utf-8")
+    return f"{head}runs = [  # weighed twice\n    {{{inline}}}", f"[engine]{rest}{text[end:]}"
+
+
+@pytest.mark.parametrize("comma", ["", ","])
+def test_a_new_run_joins_an_array_of_inline_tables_whose_comments_stay(folder, run, comma):
+    before, behind = inline_runs(folder, comma)
+    add_operating_run(folder, run)
+    text = (folder / TOML).read_text(encoding="utf-8")
+    assert text.startswith(before)
+    assert text.endswith(behind)
+    assert "# the first" in text
+    assert [one.name for one in read_campaign(folder).runs] == ["g5_wot220", "again"]
+
+
+def test_a_campaign_that_changes_meanwhile_is_refused_and_stays(folder, run):
+    tables = folder / TOML
+
+    content = load_toml(tables, CampaignFile)
+    tables.write_text(tables.read_text(encoding="utf-8") + "# more\n", encoding="utf-8")
+    changed = content.model_copy(update={"name": "other"})
+    entry = content.runs[0].model_copy(update={"name": "again"})
+    sentence = "leave the file alone meanwhile"
+    refused(lambda _: append_toml(tables, changed, "runs", entry), folder, sentence)
 
 
 # ------------------------------------------------------------------ loads and angles

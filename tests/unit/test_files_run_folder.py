@@ -207,3 +207,19 @@ def test_a_run_goes_by_its_name_in_the_results_here(tmp_path, monkeypatch):
         run_folder.read_run(Path(folder.name))
     with pytest.raises(InputError, match="is no run folder"):
         run_folder.read_run(Path("2020-01-01_000000_seed1"))
+
+
+def test_latest_is_the_run_of_a_study_that_began_last_and_has_finished(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    folder = Path("results/front")
+    with pytest.raises(InputError, match="no run has finished in"):
+        run_folder.read_run(folder / "latest")
+    names = [f"2026-11-2{day}_104530_seed1" for day in (1, 2)]
+    for name in (*names, "2026-11-23_104530_seed1.unfinished"):
+        (folder / name).mkdir(parents=True)
+        (folder / name / "run.json").write_text('{"study": "front"}')
+    assert run_folder.read_run(folder / "latest").folder == folder / names[1]
+    assert run_folder.read_run("front/latest").folder.name == names[1]
+    (folder / "latest").mkdir()
+    (folder / "latest" / "run.json").write_text('{"study": "front"}')
+    assert run_folder.read_run(folder / "latest").folder == folder / "latest"

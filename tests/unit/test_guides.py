@@ -16,7 +16,7 @@ from typer.main import get_command
 import deboom
 from command_line import call
 from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan, TimeRunPlan
-from deboom.cli import app
+from deboom.cli import StudyCommand, app
 from deboom.explore.search import nsga2
 from deboom.files.acceptance import read_delivered_parts
 from deboom.files.tables import read_table
@@ -222,11 +222,12 @@ STUDIES = (
 def options_of(words):
     """Return the options that a command of deboom has, those of its study included."""
     command = get_command(app).commands[words[1]]
-    own = {name for parameter in command.params for name in parameter.opts}
+    command = command.loaded() if isinstance(command, StudyCommand) else command
+    of_command = {name for parameter in command.params for name in parameter.opts}
     if words[1] != "run":
-        return own
+        return of_command
     study = load_study(ROOT / words[2])
-    return own | {"--" + name.replace("_", "-") for name in study.parameters}
+    return of_command | {"--" + name.replace("_", "-") for name in study.parameters}
 
 
 @pytest.mark.parametrize("line", COMMANDS)

@@ -14,6 +14,7 @@ from deboom.files import tables
 from deboom.files.tables import read_frame
 from deboom.plot import CurvePanel, curve_panels
 from deboom.plot.style import as_png
+from deboom.report import Sound, Step, Table
 from deboom.report import report as report_module
 from deboom.report.report import Report
 from deboom.report.sheet import Sheet
@@ -150,6 +151,58 @@ def test_a_folded_section_can_be_opened_and_keeps_its_heading():
     (_, words), *_ = [d for d in page.every("details") if "Where it comes from." in d[1]]
     assert words.startswith("Pictures behind")
     assert len(page.every("h2")) == 2
+    inside = report.html().partition("</summary>")[2].partition("</details>")[0]
+    assert 'id="section-2"' in inside  # a browser opens what it is led into
+
+
+def answered():
+    report = report_of("")
+    report.answer("Soften TSM x to 0.80: −3.0 dB.", "How sure: ±0.1 dB.", "")
+    report.panel("Each vehicle", Table(TABLE, "", {"change [dB]": 1}), "As made.", wide=True)
+    report.panel("Hear it", Sound("today", b"RIFF 1"), Sound("after", b"RIFF 2"))
+    report.panel("Next", Step("deboom listen results/x/latest", "hear all"))
+    report.panel("Nothing to say")
+    return report
+
+
+def test_the_first_screen_begins_with_the_verdict_and_takes_the_place_of_the_tiles():
+    html = answered().html()
+    page = Document(html)
+    assert [text for a, text in page.every("p") if a.get("class") == "verdict"] == [
+        "Soften TSM x to 0.80: −3.0 dB."
+    ]
+    assert page.every("li")[0][1] == "How sure: ±0.1 dB."
+    assert "headlines" not in [a.get("class") for a, _ in page.every("ul")]
+    assert [text for _, text in page.every("h2")][:3] == ["Each vehicle", "Hear it", "Next"]
+    assert "−2.8" in [text for _, text in page.every("td")]
+    assert ["Nothing to say" in html, "Before you trust these numbers: 1 point" in html] == [
+        False,
+        True,
+    ]
+    # what is behind prints on pages of its own, and tables there keep their numbers
+    assert html.index("Each vehicle") < html.index('class="behind"') < html.index("Table 1.")
+    assert answered().tiles == report_of("").tiles
+
+
+def test_a_sound_of_the_first_screen_is_embedded_and_allowed():
+    html = answered().html()
+    sounds = [a for a, _ in Document(html).every("audio")]
+    prefix = "data:audio/wav;base64,"
+    heard = [base64.b64decode(a["src"].removeprefix(prefix)) for a in sounds]
+    assert heard == [b"RIFF 1", b"RIFF 2"]
+    assert [a["aria-label"] for a in sounds] == ["today", "after"]
+    assert "media-src data:" in html
+
+
+def test_no_input_can_add_markup_to_the_first_screen():
+    report = report_of("")
+    report.answer(EVIL, EVIL)
+    frame = pd.DataFrame({EVIL: [EVIL], "x [m]": [1.0]})
+    report.panel(EVIL, Table(frame, EVIL), EVIL, Sound(EVIL, b"RIFF"), Step(EVIL, EVIL))
+    html = report.html()
+    assert "<script" not in html
+    assert "<img src=x" not in html
+    assert Document(html).every("audio")[0][0]["aria-label"] == EVIL
 
 
 def test_no_input_can_add_markup():
@@ -196,6 +249,7 @@ def test_a_number_of_the_summary_that_is_not_known_is_null():
         (lambda r: r.figure(None, b"GIF89a", "Front"), "'Front' is not a PNG"),
         (lambda r: r.figure(None, PNG, " "), "needs a caption"),
         (lambda r: r.table(None, TABLE, "T", {"x": 1}), "unknown columns \\['x'\\]"),
+        (lambda r: r.panel("Each vehicle", Table(TABLE, "")), "call `answer` first"),
     ],
 )
 def test_bad_input_is_refused_in_words(write, message):

@@ -14,13 +14,12 @@ import kernels as bench
 from deboom.vehicles import kernels
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.fleet import ROWS, PathContributions
-from deboom.vehicles.kernels import LevelSum, level_sum, numba_installed
+from deboom.vehicles.kernels import LevelSum, level_sum
 
 SHAPE = bench.Shape("small", 40, 3, 101, 3, 2, 7)
 CASES = {motion: problem(SHAPE) for motion, problem in bench.PROBLEMS.items()}
 DESIGNS = bench.designs(SHAPE)
-COMPILED = pytest.mark.skipif(not numba_installed(), reason="the extra 'fast' is not installed")
-TIERS = pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=COMPILED)])
+TIERS = pytest.mark.parametrize("compiled", [False, True])
 MOTIONS = pytest.mark.parametrize("motion", list(Motion))
 
 
@@ -72,7 +71,6 @@ def test_a_design_gives_the_same_bits_in_any_company(motion, compiled):
     assert_same_bits_in_any_company(summed, DESIGNS[:n], (1, 7, 63, 64, 65, 128))
 
 
-@COMPILED
 @MOTIONS
 def test_tiers_agree(motion, monkeypatch):
     plain = level_sum(CASES[motion], compiled=False)(DESIGNS)
@@ -83,7 +81,6 @@ def test_tiers_agree(motion, monkeypatch):
     assert 2.0 ** notch.item() == pytest.approx(8e-3, rel=1)
 
 
-@COMPILED
 def test_tiers_agree_where_each_spring_has_an_elastic_and_a_lossy_part():
     shape = bench.Shape("one mount", 4, 3, 41, 1, 1, 2)
     case, designs = bench.coupled_problem(shape).with_loss_factors(), bench.designs(shape)
@@ -92,7 +89,6 @@ def test_tiers_agree_where_each_spring_has_an_elastic_and_a_lossy_part():
     np.testing.assert_allclose(compiled, plain, rtol=0, atol=1e-9)
 
 
-@COMPILED
 @MOTIONS
 def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
     plain, compiled = (level_sum(CASES[motion], compiled=tier) for tier in (False, True))
@@ -106,7 +102,6 @@ def test_neighbours_out_of_range_change_no_bit_and_are_right_themselves(motion):
     assert np.isfinite(found).all()
 
 
-@COMPILED
 @pytest.mark.parametrize("motion", [Motion.coupled, Motion.amplitude])
 def test_tilted_mounts_are_compiled(motion, monkeypatch):
     case = bench.tilted(CASES[motion])
@@ -119,7 +114,6 @@ def test_tilted_mounts_are_compiled(motion, monkeypatch):
     assert_same_bits_in_any_company(compiled, DESIGNS[:n], (1, 7, 64))
 
 
-@COMPILED
 def test_bodies_that_give_way_are_compiled(monkeypatch):
     shape = bench.Shape("small", 20, 2, 21, 3, 2, 4)
     case, rows = bench.flexible_problem(shape), bench.designs(shape)
@@ -130,7 +124,6 @@ def test_bodies_that_give_way_are_compiled(monkeypatch):
     assert_same_bits_in_any_company(compiled, rows, (1, 7, 16))
 
 
-@COMPILED
 def test_bodies_that_the_loops_do_not_know_are_computed_in_numpy():
     motion = CASES[Motion.coupled]
     end = replace(motion.bodies[1], forward=np.full((1, 1), 0.5))
@@ -199,10 +192,10 @@ def test_blas_threads_do_not_matter_and_are_given_back():
     np.testing.assert_array_equal(found[0], found[2])
 
 
-def test_without_numba_the_model_computes_in_numpy(monkeypatch):
+@pytest.mark.parametrize(("options", "kernel"), [({}, "numba"), ({"compiled": False}, "numpy")])
+def test_a_model_names_what_sums_its_levels(options, kernel):
     from deboom.vehicles.booming_model import BoomingModel
 
-    monkeypatch.setattr("importlib.util.find_spec", lambda _name: None)
-    model = BoomingModel((CASES[Motion.coupled],), (1.0,))
-    assert model.kernel == "numpy"
+    model = BoomingModel((CASES[Motion.coupled],), (1.0,), **options)
+    assert model.kernel == kernel
     assert np.isfinite(model(DESIGNS[:2])).all()

@@ -5,7 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from deboom.bench.fleet import draw_fleet, load_fleet, modified_body, noise_transfer, receptance
+from deboom.bench.fleet import (
+    LITERATURE_SCATTER,
+    draw_fleet,
+    load_fleet,
+    modified_body,
+    noise_transfer,
+    receptance,
+)
+from deboom.errors import InputError
+from deboom.measurement.uncertainty import level_spread
 
 FLEET = load_fleet(1)
 BODY, CABIN = FLEET.bodies["U06-1"], FLEET.cabin
@@ -84,3 +93,35 @@ def test_the_frozen_fleet_is_draw_452_of_the_prior():
             # the frozen file keeps nine digits
             again = getattr(drawn[name], field)
             assert again == pytest.approx(frozen, rel=1e-8, abs=1e-11), (name, field)
+
+
+def alike_span(seed, scatter):
+    """Largest minus smallest function of three groups of alike cars, median over the lines [dB]."""
+    fleet = load_fleet(seed, scatter)
+    groups = [NAMES[:4], NAMES[5:10], NAMES[10:]]
+    return np.median(
+        [
+            level_spread(
+                [
+                    20 * np.log10(abs(noise_transfer(fleet.bodies[name], fleet.cabin, FREQUENCY_2)))
+                    for name in names
+                ]
+            ).quantile(0.5)
+            for names in groups
+        ]
+    )
+
+
+def test_alike_cars_of_wider_fleets_spread_as_the_literature_says():
+    """The thesis, section 2.4.3: 10 to 20 dB between 20 and 80 Hz, 10 to 15 dB in figure 10."""
+    assert 4.0 < np.median([alike_span(seed, 1.0) for seed in range(2, 8)]) < 8.0
+    assert 10.0 < np.median([alike_span(seed, LITERATURE_SCATTER) for seed in range(2, 8)]) < 20.0
+    assert alike_span(2, 0.0) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_body_scatter_that_cannot_be_is_refused():
+    with pytest.raises(InputError, match="fleet is frozen: take a seed from 2"):
+        load_fleet(1, 2.0)
+    for wrong in (-1.0, np.inf, np.nan):
+        with pytest.raises(InputError, match="give a factor from 0"):
+            load_fleet(2, wrong)

@@ -8,13 +8,12 @@ import pytest
 
 import kernels as bench
 from deboom.vehicles.fleet import PathContributions
-from deboom.vehicles.kernels import level_sum, numba_installed
+from deboom.vehicles.kernels import level_sum
 
 WITHIN = 1e-9
 """What a sum over all lines may be off [dB]."""
 
-COMPILED = pytest.mark.skipif(not numba_installed(), reason="the extra 'fast' is not installed")
-TIERS = pytest.mark.parametrize("compiled", [False, pytest.param(True, marks=COMPILED)])
+TIERS = pytest.mark.parametrize("compiled", [False, True])
 
 
 def _sums(values, designs, compiled):
@@ -128,7 +127,6 @@ def test_one_path_200_decades_below_another_still_counts_alone(compiled):
     np.testing.assert_allclose(found[:, 0], [expected, 0.0], rtol=1e-14, atol=1e-12)
 
 
-@COMPILED
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
     """No pivots are needed: with losses twenty times too small resonances are sharp."""
@@ -141,7 +139,6 @@ def test_coupled_motion_agrees_with_lapack_at_small_losses(seed):
         np.testing.assert_allclose(found, bench.at_once(resonant, designs), rtol=0, atol=WITHIN)
 
 
-@COMPILED
 def test_amplitudes_of_a_body_off_its_reference_point_agree_with_numpy():
     """Complex cubics, and a centre of gravity beside the reference point."""
     shape = bench.Shape("small", 2, 3, 21, 3, 2, 4)

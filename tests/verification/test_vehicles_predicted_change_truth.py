@@ -10,7 +10,12 @@ import pytest
 from scipy.stats import norm
 
 from deboom.errors import InputError
-from deboom.vehicles.predicted_change import BODY_AT_REST, BODY_MOVES, change_interval
+from deboom.vehicles.predicted_change import (
+    BODY_AT_REST,
+    BODY_MOVES,
+    change_interval,
+    change_parts,
+)
 
 CARS = pd.read_csv(Path(__file__).parents[1] / "data/predicted-changes/fleets_4001_4020.csv")
 
@@ -70,3 +75,29 @@ def test_bad_intervals_are_refused():
         change_interval([-4.0], [[-4.3], [-4.0]], receptance=True, share=1.0)
     with pytest.raises(InputError, match="drawn changes"):
         change_interval([-4.0], [[-4.3, 1.0], [-4.0, 1.0]], receptance=True)
+
+
+def test_the_mean_has_its_own_draws_and_further_vehicles_their_spread():
+    predicted, drawn = [-3.0, -2.0], [[-3.2, -1.8], [-2.8, -2.2]]
+    parts = change_parts(predicted, drawn, receptance=False, prescribed=-2.5)
+    # errors of the two vehicles cancel in their mean, those of the model do not
+    assert parts.mean.measurement[0] == pytest.approx(0.0, abs=1e-12)
+    assert parts.cars.measurement[0] > 0.4
+    assert parts.mean.model[0] == parts.cars.model[0]
+    # t(0.95, 1) = 6.3138 (any table), s = 1/sqrt(2), two vehicles
+    assert parts.unseen == pytest.approx(6.3138 * 0.5, rel=1e-4)
+    assert (parts.prescribed, np.isnan(parts.old_stops)) == (-2.5, True)
+    one = change_parts([-3.0], [[-3.2], [-2.8]], receptance=True)
+    assert np.isnan(one.unseen)
+
+
+def test_five_drawn_cars_of_a_group_hold_the_mean_of_all_others():
+    """The half width for further vehicles, over 40 groups of five of the 100 drawn cars."""
+    true = CARS[CARS["receptance"]]["true [dB]"].to_numpy()
+    generator, held = np.random.default_rng(1), []
+    for _ in range(400):
+        five = generator.choice(len(true), 5, replace=False)
+        parts = change_parts(true[five], np.tile(true[five], (2, 1)), receptance=True)
+        others = np.delete(true, five).mean()
+        held.append(abs(true[five].mean() - others) <= parts.unseen)
+    assert 0.84 <= np.mean(held) <= 0.96

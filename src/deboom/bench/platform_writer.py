@@ -58,6 +58,7 @@ def write_platform(
     truth_seed: int = 1,
     tilt: float = 0.0,
     receptance: bool = False,
+    body_scatter: float = 1.0,
 ) -> Path:
     """Measure the virtual platform and write its files.
 
@@ -79,6 +80,9 @@ def write_platform(
         `truth_seed` draws [deg].
     receptance : bool
         Measure the receptance of every body between its paths as well, on another day.
+    body_scatter : float
+        Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
+        1, whose fleet is frozen, takes 1 alone.
 
     Returns
     -------
@@ -88,12 +92,12 @@ def write_platform(
     Raises
     ------
     InputError
-        Seed below 1; a tilt below 0 or above 90 degrees; a folder that is not empty or cannot be
-        written.
+        Seed below 1; a tilt below 0 or above 90 degrees; a body scatter below 0, or another one
+        than 1 with seed 1; a folder that is not empty or cannot be written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = load_fleet(seed), load_bench(truth_seed, tilt)
+    fleet, bench = load_fleet(seed, body_scatter), load_bench(truth_seed, tilt)
     n_file = len(layout.LOAD_CASES) + len(fleet.bodies) + 1
     with complete_or_not_at_all(Path(folder)) as unfinished:
         files = _write_files(unfinished, seed, fleet, bench, per_piece, receptance)

@@ -124,6 +124,7 @@ def write_vehicle(
     progress: Progress | None = None,
     truth_seed: int = 1,
     tilt: float = 0.0,
+    body_scatter: float = 1.0,
 ) -> Path:
     """Measure one vehicle and write its files.
 
@@ -150,6 +151,9 @@ def write_vehicle(
     tilt : float
         Angle by which each powertrain mount stands away from the vehicle's axes, about an axis that
         `truth_seed` draws [deg].
+    body_scatter : float
+        Factor on what cars of one drawing differ by [1], see `deboom.bench.fleet.load_fleet`; seed
+        1, whose fleet is frozen, takes 1 alone.
 
     Returns
     -------
@@ -159,12 +163,15 @@ def write_vehicle(
     Raises
     ------
     InputError
-        Seed below 1; a vehicle, mount set or gear that does not exist; a folder that is not empty
-        or cannot be written.
+        Seed below 1; a vehicle, mount set or gear that does not exist; a body scatter below 0, or
+        another one than 1 with seed 1; a folder that is not empty or cannot be written.
     """
     writing.check_seed(seed)
     writing.check_seed(truth_seed)
-    fleet, bench = load_fleet(seed), with_mount_set(load_bench(truth_seed, tilt), parts)
+    fleet, bench = (
+        load_fleet(seed, body_scatter),
+        with_mount_set(load_bench(truth_seed, tilt), parts),
+    )
     if vehicle not in fleet.bodies:
         raise InputError(
             f"there is no vehicle '{vehicle}' in the fleet: use {', '.join(fleet.bodies)}"

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -109,6 +109,8 @@ def merge(searches: Sequence[SearchResult]) -> SearchResult:
     )
 
 
+RISEN = 0.01
+"""Rise up to which nothing counts as louder: that of rounding and of lines beside a peak [dB]."""
 POINT, PICK, NONDOMINATED = "point", "pick", "non-dominated when verified"
 """Columns of a front's table without a unit; others are those of `FrontColumns`."""
 
@@ -233,6 +235,9 @@ class Front(Tabled):
         The model with draws that the search never saw.
     note : str
         What else there is to say about the search.
+    rise : callable, optional
+        Designs, shape (n, k) → by how much that which no design may make louder rises, such as the
+        booming peak that rises most, shape (n,) [dB]; none-louder and sigma-kept keep it.
     """
 
     robust: Robust
@@ -241,6 +246,7 @@ class Front(Tabled):
     values: RobustValues
     judge: Replicates
     note: str = ""
+    rise: Callable[[RealArray], RealArray] | None = None
 
     def __getattr__(self, name: str) -> Any:
         if name in _RENAMED:
@@ -276,7 +282,8 @@ class Front(Tabled):
     def picks(self) -> ByPick[int]:
         """Rows by name of the pick, chosen on verified values; see `deboom.explore.selection`."""
         if self.robust.n_objectives == 2:
-            return pick(self.values, self.baseline)
+            kept = None if self.rise is None else self.rise(self.values.designs) <= RISEN
+            return pick(self.values, self.baseline, kept)
         names = [one.name for one in self.robust.objectives]
         return pick_of_any(self.values, names, self.baseline)
 

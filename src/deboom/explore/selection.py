@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import Any, TypeVar
 
 import numpy as np
+import numpy.typing as npt
 from scipy.optimize import minimize
 
 from deboom.arrays import RealArray
@@ -42,7 +43,11 @@ class ByPick(dict[str, _Picked]):
         raise InputError(f"there is no pick '{name}': take {here}")
 
 
-def pick(values: RobustValues, today: RobustValues | None = None) -> ByPick[int]:
+def pick(
+    values: RobustValues,
+    today: RobustValues | None = None,
+    allowed: npt.NDArray[np.bool_] | None = None,
+) -> ByPick[int]:
     """Return the rows of values, such as those of a front, that are a `Pick`.
 
     Best-mean has the smallest first objective; none-louder the same among designs in which no
@@ -52,6 +57,8 @@ def pick(values: RobustValues, today: RobustValues | None = None) -> ByPick[int]
     - `values`: at least one feasible row, with two objectives.
     - `today`: today's design under the same draws, one row; without it only best-mean and
       best-sigma are picked.
+    - `allowed` (n,), optional: which rows may be none-louder and sigma-kept besides, such as those
+      without a louder booming peak.
     - returns: rows by name, of equals the better in the other objective. None-louder and
       sigma-kept are missing where no design is better than today's.
 
@@ -73,6 +80,7 @@ def pick(values: RobustValues, today: RobustValues | None = None) -> ByPick[int]
     if today is not None:
         quieter = values.objectives[rows, 0] < today.objectives[0, 0]
         quieter &= np.all(values.mean[rows] <= today.mean[0], axis=1)
+        quieter &= True if allowed is None else allowed[rows]
         tight = quieter & (values.sigma_sum[rows] <= today.sigma_sum[0])
         kept |= {Pick.none_louder: (quieter, (0, 1)), Pick.sigma_kept: (tight, (0, 1))}
     kept[Pick.best_sigma] = (every, (1, 0))

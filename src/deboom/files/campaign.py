@@ -35,9 +35,12 @@ from deboom.files.schema import (
     append_toml,
     beyond_gears,
     doubled,
+    for_each,
     load_toml,
+    noting,
     refuse_all,
     same_file,
+    telling,
     values_of,
     within,
 )
@@ -209,7 +212,7 @@ class CampaignFile(StrictModel):
             ("mount set", "runs", "mount_set"),
             ("time run", "time_runs", "name"),
         ):
-            yield from look_alikes(what, [getattr(e, key, "") for e in getattr(self, section)])
+            yield from look_alikes(what, [getattr(entry, key) for entry in getattr(self, section)])
         yield from doubled("switched_off are named", self.switched_off)
         yield from same_file("runs", "file", self.runs)
         yield from self.engine.load_faults()
@@ -308,6 +311,11 @@ def _shaker_run(tables: _Tables, entry: ShakerEntry) -> ShakerRun:
     sign = -1.0 if references.pop()[0].startswith("-") else 1.0
     response = Frf(file.axis, sign * force.values[:, :, None], force.channels, (pushed,), "N/N")
     return ShakerRun(entry.mount, entry.piece, entry.axis, entry.repeat, response)
+
+
+def _static_curve(folder: Path, entry: CurveEntry) -> StaticCurve:
+    curve = read_curve(folder / entry.file)
+    return StaticCurve(entry.mount, entry.axis, entry.mount_set, *curve, entry.force_uncertainty)
 
 
 FEWEST_ACCELEROMETERS = 3
@@ -484,6 +492,13 @@ def read_campaign(
     read = [run.file for run in runs]
     read += [shaker.file for shaker in file.shaker_runs]
     read += [curve.file for curve in curves]
+    with telling() as tell:
+        with noting(tell):
+            operating_runs = for_each(lambda entry: _operating_run(tables, entry), runs)
+        with noting(tell):
+            shaker_runs = for_each(lambda entry: _shaker_run(tables, entry), file.shaker_runs)
+        with noting(tell):
+            static_curves = for_each(lambda entry: _static_curve(folder, entry), curves)
     return Campaign(
         name=file.name,
         mounts=tables.mounts,
@@ -491,18 +506,9 @@ def read_campaign(
         sensors=tables.sensors,
         switched_off=tables.switched_off,
         mount_sets=wanted,
-        runs=tuple(_operating_run(tables, entry) for entry in runs),
-        shaker_runs=tuple(_shaker_run(tables, entry) for entry in file.shaker_runs),
-        static_curves=tuple(
-            StaticCurve(
-                entry.mount,
-                entry.axis,
-                entry.mount_set,
-                *read_curve(folder / entry.file),
-                entry.force_uncertainty,
-            )
-            for entry in curves
-        ),
+        runs=operating_runs,
+        shaker_runs=shaker_runs,
+        static_curves=static_curves,
         mass_matrix=mass_matrix(file.powertrain.mass_kg, file.powertrain.inertia_kg_m2),
         mass_tolerance=file.powertrain.mass_tolerance_kg,
         inertia_tolerance=file.powertrain.inertia_tolerance,
@@ -588,9 +594,13 @@ def _read_tables(folder: Path, switched_off: Sequence[str]) -> _Tables:
     sheet, table, positions = (
         folder / name for name in (file.sensor_table, file.channel_table, file.mount_table)
     )
-    sensors = tuple(map(sensor_of, read_table(sheet, SensorRow)))
-    rows = read_table(table, CampaignChannel)
-    places = read_table(positions, MountRow)
+    with telling() as tell:
+        with noting(tell):
+            sensors = tuple(map(sensor_of, read_table(sheet, SensorRow)))
+        with noting(tell):
+            rows = read_table(table, CampaignChannel)
+        with noting(tell):
+            places = read_table(positions, MountRow)
     mounts = mounts_of(folder / CAMPAIGN_FILE, file.mounts, positions, places)
     # on the bench, the body of a mount is the one of its platform
     mounts = tuple(replace(mount, body_mass=None, body_mass_tolerance=0.0) for mount in mounts)

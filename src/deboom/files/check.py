@@ -6,6 +6,7 @@ import warnings
 from collections.abc import Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from enum import Enum
 from pathlib import Path
 
 import numpy as np
@@ -15,8 +16,8 @@ from deboom.choices import FolderKind
 from deboom.errors import DataWarning, InputError
 from deboom.files.campaign import read_campaign
 from deboom.files.folders import FILES, kind_of_folder, summary_of
-from deboom.files.platform import PlatformFile, assembled, read_contents
-from deboom.files.schema import load_toml, noting
+from deboom.files.platform import PlatformFile, assembled, read_functions, read_tables
+from deboom.files.schema import load_toml, noting, telling
 from deboom.files.units import RANGES
 from deboom.measurement.channels import LoadCase
 from deboom.mounts.characterise import cross_stiffness_of_campaign
@@ -28,11 +29,27 @@ from deboom.vehicles.fleet import Band, path_contributions
 from deboom.vehicles.platform import BAND, LIBRARY_FILE, PLATFORM_FILE, MountSource, Platform
 
 
+class Stage(Enum):
+    """Stages of a check: each has to be without a fault before the next one is looked at."""
+
+    keys = "the keys of its TOML file"
+    tables = "tables"
+    functions = "files of functions"
+    physics = "signs, frequency band and mount library"
+
+    @property
+    def later(self) -> tuple[str, ...]:
+        """What is not looked at while this stage has a fault, in words."""
+        stages = list(Stage)
+        return tuple(stage.value for stage in stages[stages.index(self) + 1 :])
+
+
 @dataclass(frozen=True, eq=False)
 class PlatformCheck:
     """What a check found.
 
-    - `faults`: a sentence each; `waiting`: what could not be looked at because of them.
+    - `faults`: all of the first stage that has one, a sentence each.
+    - `waiting`: the later stages, which were not looked at because of them.
     - `platform`: what studies would read; None with a fault in its files.
     """
 
@@ -59,15 +76,15 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
     - `folder`: its file, such as ``campaign.toml``, says of which kind it is.
     - returns `faults`, `waiting`, `summary`: as in `PlatformCheck`.
     """
-    faults: list[InputError] = []
+    waiting: tuple[str, ...] = ()
     try:
         kind = kind_of_folder(folder)
         if kind is FolderKind.platform:
             check = check_platform(folder)
             return check.faults, check.waiting, check.summary
-        load_toml(folder / FILES[kind][0], FILES[kind][1], faults.append)
-        if faults:
-            return tuple(map(str, faults)), ("the files that it names",), ""
+        waiting = ("the files that it names",)
+        load_toml(folder / FILES[kind][0], FILES[kind][1])
+        waiting = ()
         lines = list(summary_of(folder, kind))
         if kind is FolderKind.campaign:
             # sensors that do not allow a judgement are refused where mounts are characterised
@@ -76,7 +93,7 @@ def check_folder(folder: Path) -> tuple[tuple[str, ...], tuple[str, ...], str]:
                 lines += [("ALARM", sentence) for sentence in _alarms(judged)]
         return (), (), _aligned(lines)
     except InputError as error:
-        return tuple(str(error).splitlines()), (), ""
+        return error.sentences, waiting, ""
 
 
 def check_platform(folder: Path) -> PlatformCheck:
@@ -90,10 +107,12 @@ def check_platform(folder: Path) -> PlatformCheck:
     Returns
     -------
     PlatformCheck
-        Beyond what `deboom.files.platform.read_platform` refuses: mounts that would be active, a
-        channel whose reversal makes the powertrain's motion rigid, what `Platform.findings` is
-        certain of, a mount library that does not fit. What is only likely is a WARNING of the
-        summary. A study refuses and warns of the same.
+        All faults of the first of four stages that has one: keys of ``platform.toml``, tables,
+        files of functions, physics. The first three are what
+        `deboom.files.platform.read_platform` refuses. The last one is mounts that would be
+        active, a channel whose reversal makes the powertrain's motion rigid, what
+        `Platform.findings` is certain of, and a mount library that does not fit. What is only
+        likely is a WARNING of the summary. A study refuses and warns of the same.
 
     Raises
     ------
@@ -107,38 +126,39 @@ def check_platform(folder: Path) -> PlatformCheck:
     >>> deboom.check_platform(Path("nowhere")).faults[0]
     'nowhere: there is no such folder: `deboom new platform nowhere` writes one'
     """
-    faults: list[InputError] = []
-    waiting: list[str] = []
-    platform = None
-    if not folder.is_dir():
-        sentence = f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
-        return PlatformCheck((sentence,), (), None)
-    with noting(faults.append):
-        file = load_toml(folder / PLATFORM_FILE, PlatformFile, faults.append)
-        contents = read_contents(folder, file, faults.append)
-        if contents.mounts is None:
-            waiting.append("whether the tables fit the mounts")
-        if not contents.channels:
-            waiting.append("whether the files hold the channels")
-        if faults:
-            waiting.append("signs, frequency band and mount library")
-        else:
-            platform = assembled(folder, file, contents)
-    if platform is not None:
-        for case in platform.load_cases:
-            with noting(faults.append):
-                refuse_active_mounts(in_mount_axes(platform.mounts, case))
-        with noting(faults.append), warnings.catch_warnings():
+    stage, platform = Stage.keys, None
+    try:
+        if not folder.is_dir():
+            raise InputError(
+                f"{folder}: there is no such folder: `deboom new platform {folder}` writes one"
+            )
+        file = load_toml(folder / PLATFORM_FILE, PlatformFile)
+        stage = Stage.tables
+        tables = read_tables(folder, file)
+        stage = Stage.functions
+        functions = read_functions(folder, file, tables)
+        platform = assembled(folder, file, tables, functions)
+        stage = Stage.physics
+        with warnings.catch_warnings():
             # what is likely is part of the summary
             warnings.simplefilter("ignore", DataWarning)
+            _refuse_physics(platform)
+    except InputError as error:
+        return PlatformCheck(error.sentences, stage.later, platform)
+    return PlatformCheck((), (), platform)
+
+
+def _refuse_physics(platform: Platform) -> None:
+    """Refuse what no car does, and a mount library that does not fit."""
+    with telling() as tell:
+        for case in platform.load_cases:
+            with noting(tell):
+                refuse_active_mounts(in_mount_axes(platform.mounts, case))
+        with noting(tell):
             platform.refuse_contradictions()
-        if not faults and (folder / LIBRARY_FILE).exists():
-            with noting(faults.append), warnings.catch_warnings():
-                every = [case.name for case in platform.load_cases]
-                warnings.simplefilter("ignore", DataWarning)
-                platform.runs(every, mounts=MountSource.library_inside)
-    sentences = dict.fromkeys(str(fault) for fault in faults)
-    return PlatformCheck(tuple(sentences), tuple(waiting), platform)
+    if platform.library_file.exists():
+        every = [case.name for case in platform.load_cases]
+        platform.runs(every, mounts=MountSource.library_inside)
 
 
 def _summary(platform: Platform) -> Iterator[tuple[str, str]]:

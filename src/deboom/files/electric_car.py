@@ -30,7 +30,9 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
+    noting,
     refuse_all,
+    telling,
     values_of,
 )
 from deboom.files.vehicle import EarEntry, far_from_its_point
@@ -108,8 +110,11 @@ def read_electric_car(folder: Path | str) -> ElectricCar:
     path = folder / ELECTRIC_CAR_FILE
     file = load_toml(path, ElectricCarFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
-    impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
+    with telling() as tell:
+        with noting(tell):
+            sensors = {row.sensor: row for row in read_placed(tables[0], PlacedSensor)}
+        with noting(tell):
+            impacts = {row.impact: row for row in read_placed(tables[1], PlacedImpact)}
     measured = [name for point in file.points for name in point.sensors]
     struck = [name for point in file.points for name in point.impacts]
     _check_named(path, tables[0], "sensor", list(sensors), measured)

@@ -217,7 +217,7 @@ class FunctionMatrix:
           unit or microphone, beyond what a car has, or real instead of complex or vice versa.
         """
         values = np.zeros((self.axis.size, len(responses), len(references)), dtype=np.complex128)
-        with telling(None) as tell:
+        with telling() as tell:
             for row, response in enumerate(responses):
                 for column, reference in enumerate(references):
                     with noting(tell):
@@ -309,7 +309,7 @@ class FunctionMatrix:
         - raises InputError: a response, or a reference where any is given, at an unknown node or
           direction.
         """
-        with telling(None) as tell:
+        with telling() as tell:
             for what, dofs in (("response", responses), ("reference", references)):
                 listed = {(dof.node, direction) for dof in dofs for direction in dof.directions}
                 parts = (f"{what}_node", f"{what}_direction")

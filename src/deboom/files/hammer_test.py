@@ -32,6 +32,7 @@ from deboom.files.schema import (
     RelativePath,
     StrictModel,
     dump_toml,
+    for_each,
     load_toml,
     noting,
     telling,
@@ -71,17 +72,21 @@ def read_hammer_test(folder: Path | str) -> HammerTest:
     """
     folder = Path(folder)
     facts = load_toml(folder / HAMMER_TEST_FILE, HammerTestFile)
-    points = read_table(folder / facts.impact_table, HammerPoint)
-    channels = read_table(folder / facts.channel_table, HammerChannel)
     sensors: tuple[Sensor, ...] = ()
-    if facts.sensor_table is not None:
-        sensors = tuple(map(sensor_of, read_table(folder / facts.sensor_table, SensorRow)))
+    with telling() as tell:
+        with noting(tell):
+            points = read_table(folder / facts.impact_table, HammerPoint)
+        with noting(tell):
+            channels = read_table(folder / facts.channel_table, HammerChannel)
+        if facts.sensor_table is not None:
+            with noting(tell):
+                sensors = tuple(map(sensor_of, read_table(folder / facts.sensor_table, SensorRow)))
     return HammerTest(
         title=facts.title,
         impacts=tuple(map(impact_of, points)),
         sensors=sensors,
-        measurements=tuple(
-            _measurement(folder / point.file, point, channels, facts) for point in points
+        measurements=for_each(
+            lambda point: _measurement(folder / point.file, point, channels, facts), points
         ),
     )
 
@@ -92,7 +97,7 @@ def _measurement(
     item = f"impact '{point.impact}'"
     push, responses = struck(point, alone=True), [channel.dof for channel in channels]
     hits: dict[int, list[UffFunction]] = defaultdict(list)
-    with telling(None) as tell:
+    with telling() as tell:
         for function in read_uff(path):
             with noting(tell), naming(f"{path}: {item}: {function.dof}"):
                 hits[_hit_of(function, facts)].append(function)
@@ -101,7 +106,7 @@ def _measurement(
             f"{path}: {item}: it holds hits {sorted(hits)}: number them from 1 without a gap"
         )
     force, response = [], []
-    with telling(None) as tell:
+    with telling() as tell:
         for hit in sorted(hits):
             with noting(tell):
                 blocks = FunctionMatrix(path, f"{item}: hit {hit}", (TIME_SIGNAL,), hits[hit])

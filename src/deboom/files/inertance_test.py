@@ -14,6 +14,7 @@ from deboom.arrays import RealArray
 from deboom.errors import InputError, naming
 from deboom.files.function_table import FRF, Dof, FunctionMatrix
 from deboom.files.hammer_test import read_hammer_test
+from deboom.files.pyfbs_sheets import has_pyfbs_sheets, read_pyfbs_sheet
 from deboom.files.rows import PlacedImpact, PlacedSensor, impact_of, sensor_of, struck
 from deboom.files.schema import (
     GainTolerance,
@@ -28,7 +29,9 @@ from deboom.files.schema import (
     Title,
     doubled,
     load_toml,
+    noting,
     refuse_all,
+    telling,
     values_of,
 )
 from deboom.files.tables import read_table
@@ -52,12 +55,12 @@ _Placed = TypeVar("_Placed", PlacedSensor, PlacedImpact)
 
 
 def read_placed(path: Path, kind: type[_Placed]) -> tuple[_Placed, ...]:
-    """Read a position sheet of accelerometers or impacts.
+    """Read a position sheet of accelerometers or impacts, of deboom or of pyFBS.
 
     - raises InputError: as `read_table`, or positions that no machine on mounts has: their unit is
       wrong by a factor of a thousand.
     """
-    rows = read_table(path, kind)
+    rows = read_pyfbs_sheet(path, kind) if has_pyfbs_sheets(path, kind) else read_table(path, kind)
     points = np.array([row.position for row in rows])
     span = float(np.linalg.norm(points.max(axis=0) - points.min(axis=0)))
     if len(points) > 1 and not SMALLEST_SPAN <= span <= LARGEST_SPAN:
@@ -263,7 +266,12 @@ def read_inertance_test(folder: Path | str, *, from_hits: bool = False) -> Inert
     path = folder / INERTANCE_TEST_FILE
     file = load_toml(path, InertanceTestFile)
     tables = [folder / file.sensor_table, folder / file.impact_table]
-    places = Places(read_placed(tables[0], PlacedSensor), read_placed(tables[1], PlacedImpact))
+    with telling() as tell:
+        with noting(tell):
+            sensor_rows = read_placed(tables[0], PlacedSensor)
+        with noting(tell):
+            impact_rows = read_placed(tables[1], PlacedImpact)
+    places = Places(sensor_rows, impact_rows)
     with naming(" and ".join(dict.fromkeys(map(str, tables)))):
         sensors = tuple(map(sensor_of, places.sensors))
         impacts = tuple(map(impact_of, places.impacts))

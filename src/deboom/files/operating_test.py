@@ -33,6 +33,7 @@ from deboom.files.schema import (
     StrictModel,
     Title,
     doubled,
+    for_each,
     load_toml,
     refuse_all,
     same_file,
@@ -355,7 +356,7 @@ def read_operating_test(folder: Path | str) -> OperatingTest:
         tuple((entry.name, entry.node) for entry in file.holders),
         tuple((entry.name, entry.node) for entry in file.microphones),
     )
-    sweeps = tuple(_sweep(folder, entry, file.deviations, nodes) for entry in file.sweeps)
+    sweeps = for_each(lambda entry: _sweep(folder, entry, file.deviations, nodes), file.sweeps)
     read = [path, table, *hammer.input_files, *(with_hoses.input_files if with_hoses else ())]
     read += [folder / (entry.spectra or entry.record or "") for entry in file.sweeps]
     with naming(path):

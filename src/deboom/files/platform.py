@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from pydantic import Field, ValidationInfo, field_validator
 
-from deboom.arrays import RealArray, RealOrComplexArray
+from deboom.arrays import RealArray
 from deboom.common import AXES, shipped_studies
 from deboom.errors import InputError, naming
 from deboom.files.function_table import (
@@ -48,15 +48,15 @@ from deboom.files.schema import (
     StrictModel,
     beyond_gears,
     doubled,
-    has_name,
     inertia_faults,
     load_toml,
     noting,
+    refuse_all,
     same_file,
     telling,
     within,
 )
-from deboom.files.tables import read_rows, read_table, table_columns
+from deboom.files.tables import read_table
 from deboom.files.uff import UffFunction, read_uff
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
@@ -98,11 +98,7 @@ class Columns:
 
 
 def noise_transfer_columns(
-    path: Path,
-    item: str,
-    ear_node: int | None,
-    rows: Sequence[ChannelRow],
-    tell: Note,
+    path: Path, item: str, ear_node: int | None, rows: Sequence[ChannelRow]
 ) -> Columns:
     """Read the noise transfer functions of a vehicle.
 
@@ -110,21 +106,22 @@ def noise_transfer_columns(
     - `item`: whose it is, for messages.
     - `ear_node`: response node; not asked for in a table.
     - `rows`: the paths, in the order wanted.
-    - `tell`: gets every path at fault, which is left out: without its function, or with one of
-      another type, unit or quantity; and functions of different microphones (response names).
+    - raises InputError: every path without its function, or with one of another type, unit or
+      quantity; functions of different microphones (response names).
     """
-    matrix, right = _opened(path, item, rows, (FRF,), tell)
+    matrix = _opened(path, item, rows, (FRF,))
     node = 0 if is_table(path) else ear_node or 0
     ears = {f.response_name for f in matrix.functions if f.response_node == node}
-    if len(ears) > 1:
-        names = ", ".join(map(repr, sorted(ears)))
-        sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
-        remedy = "measure all paths with one, or correct the response names"
-        tell(matrix.error(f"{sentence}node {node}: {remedy}"))
     ear = Dof("ear", node, "scalar", quantity=NOISE_TRANSFER)
-    with noting(tell):
-        refuse_window(matrix.added_decay_rate, f"{path}: {item}")
-    columns = _columns(matrix, right, [(ear, row.dof) for row in right], "pressure", tell)
+    with telling() as tell:
+        if len(ears) > 1:
+            names = ", ".join(map(repr, sorted(ears)))
+            sentence = f"noise transfer functions of different microphones ({names}) are mixed at "
+            remedy = "measure all paths with one, or correct the response names"
+            tell(matrix.error(f"{sentence}node {node}: {remedy}"))
+        with noting(tell):
+            refuse_window(matrix.added_decay_rate, f"{path}: {item}")
+        columns = _columns(matrix, rows, [(ear, row.dof) for row in rows], "pressure", tell)
     return replace(columns, ear="".join(sorted(ears)[:1]))
 
 
@@ -153,24 +150,31 @@ def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
 
 
 def operating_columns(
-    path: Path, item: str, order: float | None, rows: Sequence[ChannelRow], tell: Note
+    path: Path, item: str, order: float, rows: Sequence[ChannelRow]
 ) -> tuple[Columns, ...]:
-    """Read the operating spectra of a load case: displacement, then force."""
-    matrix, right = _opened(path, item, rows, SPECTRA, tell)
-    if order is not None:
-        matrix.check_order(order, "correct it, or the dominant_order of the engine")
+    """Read the operating spectra of a load case: displacement, then force.
+
+    - `path`, `item`: as for `noise_transfer_columns`.
+    - `order`: engine order that the file may state.
+    - `rows`: channels, in the order wanted.
+    - raises InputError: every channel without its spectrum, or with one of another type, unit or
+      quantity; spectra of another order.
+    """
+    matrix = _opened(path, item, rows, SPECTRA)
+    matrix.check_order(order, "correct it, or the dominant_order of the engine")
     columns = []
-    for quantity in ("displacement", "force"):
-        part = [row for row in right if row.quantity == quantity]
-        dofs = [(row.dof, ANY_REFERENCE) for row in part]
-        columns.append(_columns(matrix, part, dofs, quantity, tell))
+    with telling() as tell:
+        for quantity in ("displacement", "force"):
+            part = [row for row in rows if row.quantity == quantity]
+            dofs = [(row.dof, ANY_REFERENCE) for row in part]
+            columns.append(_columns(matrix, part, dofs, quantity, tell))
     return tuple(columns)
 
 
 def _opened(
-    path: Path, item: str, rows: Sequence[ChannelRow], types: tuple[int, ...], tell: Note
-) -> tuple[FunctionMatrix, list[ChannelRow]]:
-    """Functions of a file at the nodes of the rows, and the rows that can be asked for."""
+    path: Path, item: str, rows: Sequence[ChannelRow], types: tuple[int, ...]
+) -> FunctionMatrix:
+    """Functions of a file at the nodes of the rows."""
     if not is_table(path):
         nodes = {row.node for row in rows}
         functions = [
@@ -178,14 +182,14 @@ def _opened(
             for function in read_uff(path)
             if (function.reference_node if FRF in types else function.response_node) in nodes
         ]
-        return FunctionMatrix(path, item, types, functions), list(rows)
+        return FunctionMatrix(path, item, types, functions)
     table = read_function_table(path)
-    functions, right = [], []
-    for row in rows:
-        with noting(tell), naming(f"{path}: {item}: {row.quantity} '{row.channel}'"):
-            functions.append(_of_table(table, row))
-            right.append(row)
-    return FunctionMatrix(path, item, types, functions), right
+    functions = []
+    with telling() as tell:
+        for row in rows:
+            with noting(tell), naming(f"{path}: {item}: {row.quantity} '{row.channel}'"):
+                functions.append(_of_table(table, row))
+    return FunctionMatrix(path, item, types, functions)
 
 
 def _of_table(table: FunctionTable, row: ChannelRow) -> UffFunction:
@@ -218,47 +222,34 @@ def _columns(
     ordinate: str,
     tell: Note,
 ) -> Columns:
-    """Columns of the rows without a fault."""
-    columns: dict[str, RealOrComplexArray] = {}
-    for row, (response, reference) in zip(rows, dofs, strict=True):
+    """Columns of the rows; of one that is told to be at fault, zeros."""
+    values = np.zeros((matrix.axis.size, len(rows)), dtype=np.complex128)
+    for column, (row, (response, reference)) in enumerate(zip(rows, dofs, strict=True)):
         with noting(tell):
             unit = QUANTITY_UNIT[row.quantity]
-            values = matrix.function(response, reference, ordinate=ordinate, unit=unit)
-            if row.quantity == NOISE_TRANSFER and not np.any(values):
+            values[:, column] = matrix.function(response, reference, ordinate=ordinate, unit=unit)
+            if row.quantity == NOISE_TRANSFER and not np.any(values[:, column]):
                 raise matrix.error(
                     f"{row.quantity} '{row.channel}' is 0 at all lines: measure it again, or take "
                     "the axis out of transfer_axes"
                 )
-            columns[row.channel] = values
-    table = np.zeros((matrix.axis.size, len(columns)), dtype=np.complex128)
-    for number, column in enumerate(columns.values()):
-        table[:, number] = column
     labels = "\n".join(
         dict.fromkeys(line for each in matrix.functions for line in each.id_lines if line)
     )
-    names = tuple(columns)
-    return Columns(matrix.path, matrix.item, names, matrix.axis, table, labels=labels)
+    names = tuple(row.channel for row in rows)
+    return Columns(matrix.path, matrix.item, names, matrix.axis, values, labels=labels)
 
 
 def common_axis(files: Sequence[Columns], tell: Note) -> RealArray:
     """Return the frequency lines that all files share [Hz]; the first one sets them."""
-    present = [columns for columns in files if columns.names]
-    if not present:
-        return np.zeros(0)
-    first = present[0]
-    for columns in {each.path: each for each in present}.values():
+    first = files[0]
+    for columns in {each.path: each for each in files}.values():
         if not same_lines(first.frequency, columns.frequency):
             both = f"{first.path} ({first.item}) and {columns.path} ({columns.item})"
             where = first_difference(first.frequency, columns.frequency)
             sentence = f"the frequency axes of {both} differ: {where}; measure or export both "
             tell(InputError(f"{sentence}on the same lines"))
     return first.frequency
-
-
-def _named_channels(path: Path) -> frozenset[tuple[str, str]]:
-    """Quantity and name of every row of a channel table, right or wrong."""
-    rows = read_rows(path, *table_columns(ChannelRow), note=lambda _error: None)
-    return frozenset((row.cells["quantity"], row.cells["channel"]) for row in rows)
 
 
 SMALLEST_RATIO, LARGEST_RATIO = 1.0, 100.0
@@ -290,11 +281,11 @@ class Engine(StrictModel):
 
     def order_faults(self) -> Iterator[str]:
         """Give a sentence for a dominant order at which no cylinder fires."""
-        cylinders, order = getattr(self, "cylinders", None), getattr(self, "dominant_order", 0.0)
-        firing = dominant_order(cylinders) if cylinders else order
-        if firing and (order < firing or order % firing):
+        order = self.dominant_order
+        firing = dominant_order(self.cylinders) if self.cylinders else order
+        if order < firing or order % firing:
             yield (
-                f"[engine] has {cylinders} cylinders, which fire at order {firing:g}, and "
+                f"[engine] has {self.cylinders} cylinders, which fire at order {firing:g}, and "
                 f"dominant_order {order:g}: correct one of both"
             )
 
@@ -418,15 +409,15 @@ class PlatformFile(StrictModel):
             yield from look_alikes(section.removesuffix("s").replace("_", " "), names)
         yield from same_file("vehicles", "noise_transfer", self.vehicles)
         yield from same_file("load cases", "operating", self.load_cases)
-        yield from look_alikes("group", [getattr(entry, "group", "") for entry in self.vehicles])
+        yield from look_alikes("group", [entry.group for entry in self.vehicles])
         yield from self.engine.order_faults()
         case_names = [case.name for case in self.load_cases]
-        if case_names and getattr(self, "default_load_case", case_names[0]) not in case_names:
+        if self.default_load_case not in case_names:
             yield (
                 f"default_load_case '{self.default_load_case}' is not among the load cases "
                 f"{', '.join(case_names)}: name one of them"
             )
-        gears = [(case.name, getattr(case, "gear", 0)) for case in self.load_cases]
+        gears = [(case.name, case.gear) for case in self.load_cases]
         yield from beyond_gears("load case", gears, self.engine.total_ratios)
         for mount in self.mounts:
             yield from doubled(f"pieces of mount {mount.name} are named", mount.piece_names)
@@ -440,7 +431,6 @@ def mounts_of(
     entries: Sequence[MountEntry],
     table: Path,
     rows: Sequence[MountRow],
-    note: Note | None = None,
 ) -> tuple[Mount, ...]:
     """Put mounts and positions together.
 
@@ -448,35 +438,34 @@ def mounts_of(
     - `entries`: in the order of the result.
     - `table`: file of the rows, for messages.
     - `rows`: one per mount and piece, in any order.
-    - `note`: gets every fault; without, they are raised as one error. A position at fault is nan.
     - raises InputError: a row without its mount, a mount or piece without its row.
     """
     listed = {(entry.name, piece) for entry in entries for piece in entry.piece_names}
     positions = {(row.mount, row.piece): row.position for row in rows}
-    # an angle at fault has been told
-    angles = {(r.mount, r.piece): r.angles for r in rows if np.all(np.isfinite(r.angles))}
-    with telling(note) as tell:
-        for mount, piece in sorted(positions.keys() - listed):
-            sentence = f"{table}: mount '{mount}', piece '{piece}' is not in {path}: "
-            tell(InputError(f"{sentence}correct its name or add it there"))
-        for mount, piece in sorted(listed - positions.keys()):
-            sentence = f"{table}: no row for mount '{mount}', piece '{piece}': add its position"
-            tell(InputError(sentence))
-    nowhere = (math.nan,) * 3
+    angles = {(row.mount, row.piece): row.angles for row in rows}
+    refuse_all(
+        [
+            *(
+                f"{table}: mount '{mount}', piece '{piece}' is not in {path}: correct its name or "
+                "add it there"
+                for mount, piece in sorted(positions.keys() - listed)
+            ),
+            *(
+                f"{table}: no row for mount '{mount}', piece '{piece}': add its position"
+                for mount, piece in sorted(listed - positions.keys())
+            ),
+        ]
+    )
     return tuple(
         Mount(
             name=entry.name,
             description=entry.description,
             pieces=entry.piece_names,
-            positions=tuple(
-                positions.get((entry.name, piece), nowhere) for piece in entry.piece_names
-            ),
+            positions=tuple(positions[entry.name, piece] for piece in entry.piece_names),
             transfer_axes=entry.transfer_axes,
             body_mass=entry.body_mass_kg,
             body_mass_tolerance=entry.body_mass_tolerance_kg or 0.0,
-            rotations=tuple(
-                angles.get((entry.name, piece), (0.0,) * 3) for piece in entry.piece_names
-            ),
+            rotations=tuple(angles[entry.name, piece] for piece in entry.piece_names),
         )
         for entry in entries
     )
@@ -518,7 +507,8 @@ def read_platform(folder: str | Path) -> Platform:
     """
     folder = DEMONSTRATION if str(folder).lower() == "u06" else Path(folder)
     file = load_toml(folder / PLATFORM_FILE, PlatformFile)
-    return assembled(folder, file, read_contents(folder, file))
+    tables = read_tables(folder, file)
+    return assembled(folder, file, tables, read_functions(folder, file, tables))
 
 
 def platform_sha256(platform: Platform) -> str:
@@ -529,11 +519,21 @@ def platform_sha256(platform: Platform) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Contents:
-    """What the files of a platform hold, as far as they are right.
+class Tables:
+    """What the tables of a platform hold.
 
-    - `mounts`: in the order of ``platform.toml``; None if an entry or the whole table is at fault.
-    - `channels`: in the order of their table; empty if it cannot be read.
+    - `mounts`: in the order of ``platform.toml``.
+    - `channels`: by quantity, each in the order mount, axis, piece.
+    """
+
+    mounts: tuple[Mount, ...]
+    channels: Mapping[str, Sequence[ChannelRow]]
+
+
+@dataclass(frozen=True, eq=False)
+class Functions:
+    """What the files of functions of a platform hold.
+
     - `frequency` (f,): lines that all functions share [Hz].
     - `noise_transfer`: by vehicle.
     - `receptance`: by vehicle that has one [m/N].
@@ -541,8 +541,6 @@ class Contents:
     - `engine_torque`: by load case, where it was recorded [N m].
     """
 
-    mounts: tuple[Mount, ...] | None
-    channels: tuple[ChannelRow, ...]
     frequency: RealArray
     noise_transfer: Mapping[str, Columns]
     receptance: Mapping[str, Frf]
@@ -550,134 +548,117 @@ class Contents:
     engine_torque: Mapping[str, RealArray]
 
 
-def read_contents(folder: Path, file: PlatformFile, note: Note | None = None) -> Contents:
-    """Read all files that ``platform.toml`` names.
+def read_tables(folder: Path, file: PlatformFile) -> Tables:
+    """Read the tables that ``platform.toml`` names.
 
-    - `folder`: folder of the platform.
-    - `file`: its keys; those at fault are absent.
-    - `note`: gets every fault; without, they are raised as one error.
+    - `folder`: of the platform.
+    - `file`: its keys.
+    - raises InputError: every row and column at fault; where there is none of these, every mount
+      that one of file and table lacks; at last, every channel that is missing or fits no mount.
     """
-    mounts: tuple[Mount, ...] | None = None
-    rows: tuple[ChannelRow, ...] = ()
+    path, mount_table, channel_table = (
+        folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)
+    )
+    with telling() as tell:
+        with noting(tell):
+            places = read_table(mount_table, MountRow)
+        with noting(tell):
+            rows = read_table(channel_table, ChannelRow)
+    mounts = mounts_of(path, file.mounts, mount_table, places)
+    refuse_all(_channel_faults(channel_table, rows, mounts))
+    return Tables(mounts, _by_quantity(rows, mounts))
+
+
+def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Functions:
+    """Read the functions that ``platform.toml`` names.
+
+    - `folder`: of the platform.
+    - `file`: its keys.
+    - `tables`: which functions are needed.
+    - raises InputError: every file that is missing or damaged, and every function that is missing,
+      doubled, or of another type, unit or quantity; where there is none of these, every file on
+      other lines.
+    """
     noise_transfer: dict[str, Columns] = {}
     receptance: dict[str, Frf] = {}
     operating: dict[str, tuple[Columns, ...]] = {}
     engine_torque: dict[str, RealArray] = {}
-    with telling(note) as tell:
-        if hasattr(file, "mount_table"):
-            with noting(tell):
-                mounts = _mounts(folder, file, tell)
-        if hasattr(file, "channel_table"):
-            rows = _channel_rows(folder / file.channel_table, mounts, tell)
-        wanted = _by_quantity(rows, mounts) if mounts else _in_table_order(rows)
-        dominant = getattr(getattr(file, "engine", None), "dominant_order", None)
+    paths = tables.channels[NOISE_TRANSFER]
+    channels = [*tables.channels["displacement"], *tables.channels["force"]]
+    with telling() as tell:
         for vehicle in file.vehicles:
-            if hasattr(vehicle, "noise_transfer"):
-                path, item = folder / vehicle.noise_transfer, f"vehicle {vehicle.name}"
-                node = getattr(vehicle, "ear_node", None)
+            item = f"vehicle {vehicle.name}"
+            with noting(tell):
+                noise_transfer[vehicle.name] = noise_transfer_columns(
+                    folder / vehicle.noise_transfer, item, vehicle.ear_node, paths
+                )
+            if vehicle.receptance is not None:
                 with noting(tell):
-                    noise_transfer[vehicle.name] = noise_transfer_columns(
-                        path, item, node, wanted[NOISE_TRANSFER], tell
+                    receptance[vehicle.name] = receptance_frf(
+                        folder / vehicle.receptance, item, paths
                     )
-            if getattr(vehicle, "receptance", None):
-                path, item = folder / str(vehicle.receptance), f"vehicle {vehicle.name}"
-                with noting(tell):
-                    receptance[vehicle.name] = receptance_frf(path, item, wanted[NOISE_TRANSFER])
         for case in file.load_cases:
-            if hasattr(case, "operating"):
-                path, item = folder / case.operating, f"load case {case.name}"
-                order = getattr(case, "order", None) or dominant
-                channels = [*wanted["displacement"], *wanted["force"]]
-                with noting(tell):
-                    operating[case.name] = operating_columns(path, item, order, channels, tell)
+            order = case.order or file.engine.dominant_order
+            with noting(tell):
+                operating[case.name] = operating_columns(
+                    folder / case.operating, f"load case {case.name}", order, channels
+                )
+    with telling() as tell:
         every = [*noise_transfer.values(), *(part for pair in operating.values() for part in pair)]
         frequency = common_axis(every, tell)
-        electric = getattr(getattr(file, "engine", None), "cylinders", 0) is None
-        if electric and frequency.size and (frequency[0] < LOWEST or frequency[-1] > HIGHEST):
+        electric = file.engine.cylinders is None
+        if electric and (frequency[0] < LOWEST or frequency[-1] > HIGHEST):
             lines = f"lines of {frequency[0]:g} to {frequency[-1]:g} Hz of a rotor order"
             model = f"a drive on its mounts is modelled from {LOWEST:g} to {HIGHEST:g} Hz"
             remedy = "export these lines, or state a lower order"
             tell(InputError(f"{folder / PLATFORM_FILE}: {lines}, but {model}: {remedy}"))
         for case in file.load_cases:
-            if getattr(case, "torque_table", None) and frequency.size:
+            if case.torque_table is not None:
                 with noting(tell):
-                    path = folder / str(case.torque_table)
-                    engine_torque[case.name] = read_torque_table(path, frequency)
+                    engine_torque[case.name] = read_torque_table(
+                        folder / case.torque_table, frequency
+                    )
         for name, frf in receptance.items():
-            if frequency.size and not same_lines(frequency, frf.frequency):
+            if not same_lines(frequency, frf.frequency):
                 where = first_difference(frequency, frf.frequency)
                 sentence = f"the receptance of vehicle {name} is not on the lines of the others"
                 tell(InputError(f"{folder}: {sentence}: {where}; export all on the same lines"))
-    return Contents(mounts, rows, frequency, noise_transfer, receptance, operating, engine_torque)
+    return Functions(frequency, noise_transfer, receptance, operating, engine_torque)
 
 
-def _mounts(folder: Path, file: PlatformFile, tell: Note) -> tuple[Mount, ...] | None:
-    """Mounts of the platform; None with a fault in an entry of theirs."""
-    table = folder / file.mount_table
-    rows = read_table(table, MountRow, tell)
-    right = all(
-        has_name(entry.name) and all(hasattr(entry, key) for key in MountEntry.model_fields)
-        for entry in file.mounts
-    )
-    if not rows or not right:
-        return None
-    return mounts_of(folder / PLATFORM_FILE, file.mounts, table, rows, tell)
-
-
-def _channel_rows(path: Path, mounts: Sequence[Mount] | None, tell: Note) -> tuple[ChannelRow, ...]:
-    """Rows of the channel table, compared with the mounts."""
-    faults: list[InputError] = []
-    rows: tuple[ChannelRow, ...] = ()
-    with noting(faults.append):
-        rows = read_table(path, ChannelRow, faults.append)
-    for fault in faults:
-        tell(fault)
-    if rows and mounts:
-        # a row at fault has been told: its channel is not missing as well
-        named = _named_channels(path) if faults else frozenset()
-        for sentence in _channel_faults(path, rows, mounts, named):
-            tell(InputError(sentence))
-    return rows
-
-
-def assembled(folder: Path, file: PlatformFile, contents: Contents) -> Platform:
-    """Put a platform together from files without a fault.
-
-    - `folder`.
-    - `file`: complete.
-    - `contents`: complete.
-    """
+def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Functions) -> Platform:
+    """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
     inputs += [folder / entry.noise_transfer for entry in file.vehicles]
     inputs += [folder / entry.receptance for entry in file.vehicles if entry.receptance]
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
-    library, library_fault = _library(folder / LIBRARY_FILE, contents.mounts or ())
+    library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)
     return Platform(
         name=file.name,
         title=file.title,
         description=file.description,
         folder=folder,
-        mounts=contents.mounts or (),
+        mounts=tables.mounts,
         powertrain=_powertrain(file.powertrain),
-        fleet=Fleet(tuple(_vehicle(entry, contents) for entry in file.vehicles)),
-        load_cases=tuple(_load_case(entry, file.engine, contents) for entry in file.load_cases),
+        fleet=Fleet(tuple(_vehicle(entry, functions) for entry in file.vehicles)),
+        load_cases=tuple(_load_case(entry, file.engine, functions) for entry in file.load_cases),
         default_load_case=file.default_load_case,
         input_files=tuple(dict.fromkeys(inputs)),
         cylinders=file.engine.cylinders,
         library=library,
         library_fault=library_fault,
-        doubts=tuple(_doubts(folder, file, contents, inputs)),
+        doubts=tuple(_doubts(folder, file, functions, inputs)),
     )
 
 
 def _doubts(
-    folder: Path, file: PlatformFile, contents: Contents, inputs: Sequence[Path]
+    folder: Path, file: PlatformFile, functions: Functions, inputs: Sequence[Path]
 ) -> Iterator[str]:
     """Give a sentence for ID lines that name another item, and for files that nothing names."""
     vehicles = {entry.name: (entry.name,) for entry in file.vehicles}
     for entry in file.vehicles:
-        columns = contents.noise_transfer[entry.name]
+        columns = functions.noise_transfer[entry.name]
         for other in _others_in(columns.labels, vehicles, entry.name):
             yield (
                 f"{columns.path}: vehicle {entry.name}: its ID lines name vehicle {other}: is it "
@@ -685,7 +666,7 @@ def _doubts(
             )
     cases = {entry.name: (entry.name, entry.title) for entry in file.load_cases}
     for case in file.load_cases:
-        columns = contents.operating[case.name][0]
+        columns = functions.operating[case.name][0]
         for other in _others_in(columns.labels, cases, case.name):
             yield (
                 f"{columns.path}: load case {case.name}: its ID lines name load case {other}: is "
@@ -743,19 +724,19 @@ def _powertrain(entry: PowertrainEntry | None) -> Powertrain | None:
     )
 
 
-def _vehicle(entry: VehicleEntry, contents: Contents) -> Vehicle:
-    columns = contents.noise_transfer[entry.name]
+def _vehicle(entry: VehicleEntry, functions: Functions) -> Vehicle:
+    columns = functions.noise_transfer[entry.name]
     ear, values = columns.ear or f"node {entry.ear_node}", columns.values[:, np.newaxis, :]
-    frf = Frf(contents.frequency, values, (ear,), columns.names, "Pa/N")
-    receptance = contents.receptance.get(entry.name)
+    frf = Frf(functions.frequency, values, (ear,), columns.names, "Pa/N")
+    receptance = functions.receptance.get(entry.name)
     if receptance is not None:
         # lines that are the same within rounding
-        receptance = replace(receptance, frequency=contents.frequency)
+        receptance = replace(receptance, frequency=functions.frequency)
     return Vehicle(entry.name, entry.group, frf, receptance)
 
 
-def _load_case(entry: LoadCaseEntry, engine: Engine, contents: Contents) -> LoadCase:
-    displacement, force = contents.operating[entry.name]
+def _load_case(entry: LoadCaseEntry, engine: Engine, functions: Functions) -> LoadCase:
+    displacement, force = functions.operating[entry.name]
     return LoadCase(
         name=entry.name,
         title=entry.title,
@@ -763,14 +744,10 @@ def _load_case(entry: LoadCaseEntry, engine: Engine, contents: Contents) -> Load
         total_ratio=engine.total_ratios[entry.gear - 1],
         torque_limit=entry.torque_limit_nm,
         order=entry.order or engine.dominant_order,
-        displacement=Spectrum(contents.frequency, displacement.values, displacement.names, "m"),
-        force=Spectrum(contents.frequency, force.values, force.names, "N"),
-        engine_torque=contents.engine_torque.get(entry.name),
+        displacement=Spectrum(functions.frequency, displacement.values, displacement.names, "m"),
+        force=Spectrum(functions.frequency, force.values, force.names, "N"),
+        engine_torque=functions.engine_torque.get(entry.name),
     )
-
-
-def _in_table_order(rows: Sequence[ChannelRow]) -> dict[str, list[ChannelRow]]:
-    return {name: [row for row in rows if row.quantity == name] for name in QUANTITY_UNIT}
 
 
 def _by_quantity(
@@ -793,13 +770,10 @@ def _paths(mounts: Sequence[Mount], channels: set[tuple[str, str]]) -> list[str]
 
 
 def _channel_faults(
-    path: Path,
-    rows: Sequence[ChannelRow],
-    mounts: Sequence[Mount],
-    named: frozenset[tuple[str, str]],
+    path: Path, rows: Sequence[ChannelRow], mounts: Sequence[Mount]
 ) -> Iterator[str]:
     """Give a sentence for a row without mount, and for what force or motion of a path lacks."""
-    channels = {(row.quantity, row.channel) for row in rows} | named
+    channels = {(row.quantity, row.channel) for row in rows}
     paths = _paths(mounts, channels)
     operating = [name for mount in mounts for axis in AXES for name in mount.channels(axis)]
     for row in rows:

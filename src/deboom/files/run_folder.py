@@ -16,17 +16,17 @@ import re
 import secrets
 import shutil
 import subprocess
-import sys
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, BinaryIO
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
 import numpy.typing as npt
+from filelock import FileLock, Timeout
 from pydantic import BaseModel, ConfigDict, Field
 
 from deboom.errors import InputError
@@ -38,6 +38,8 @@ from deboom.tabled import json_text
 if TYPE_CHECKING:
     from deboom.files.front_table import FrontTable
 
+LATEST = "latest"
+"""Name that stands for the last finished run of a study."""
 UNFINISHED = ".unfinished"
 RECORD = "run.json"
 
@@ -250,48 +252,36 @@ def _git_state(file: Path) -> dict[str, Any] | None:
 
 LOCK = ".lock"
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _take(file: BinaryIO) -> None:
-        msvcrt.locking(file.fileno(), msvcrt.LK_NBLCK, 1)
-else:
-    import fcntl
-
-    def _take(file: BinaryIO) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
 
 @contextmanager
 def held(folder: Path) -> Iterator[None]:
     """Hold a run folder; when the work is done the lock's file goes as well.
 
+    The lock belongs to the process: of one that was killed the file stays, and holds nothing.
+
     - raises InputError: Another process holds it.
     """
     path = folder / LOCK
-    with path.open("ab") as file:
-        try:
-            _take(file)
-        except OSError:
-            raise InputError(
-                f"{folder} is being worked on by another process: wait for it or end it"
-            ) from None
+    try:
+        hold = FileLock(path, blocking=False).acquire()
+    except Timeout:
+        raise InputError(
+            f"{folder} is being worked on by another process: wait for it or end it"
+        ) from None
+    with hold:
         yield
     path.unlink(missing_ok=True)
 
 
 def is_held(folder: Path) -> bool:
     """Return whether a process works in a run folder now."""
-    try:
-        file = (folder / LOCK).open("rb+")
-    except FileNotFoundError:
+    if not (folder / LOCK).exists():
         return False
-    with file:
-        try:
-            _take(file)
-        except OSError:
-            return True
-    return False
+    try:
+        with FileLock(folder / LOCK, blocking=False):
+            return False
+    except Timeout:
+        return True
 
 
 @dataclass(frozen=True, eq=False)
@@ -377,7 +367,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Parameters
     ----------
     folder : str or Path
-        Folder of a run, a file in it, or the name of a run.
+        Folder of a run, a file in it, the name of a run, or ``<folder of a study>/latest`` for its
+        run that began last and has finished.
 
     Returns
     -------
@@ -388,7 +379,8 @@ def read_run(folder: str | Path) -> RunEntry:
     Raises
     ------
     InputError
-        The folder holds no run, its record is damaged, or two studies have a run of this name.
+        The folder holds no run, its record is damaged, two studies have a run of this name, or no
+        run has finished yet where the latest is wanted.
 
     Examples
     --------
@@ -398,7 +390,7 @@ def read_run(folder: str | Path) -> RunEntry:
     ...
     deboom.errors.InputError: nowhere is no run folder: ...
     """
-    folder = Path(folder)
+    folder = latest_run(Path(folder))
     bare = len(folder.parts) == 1 and not folder.exists()
     named = sorted(Path("results").glob(f"*/{folder.name}")) if bare else []
     if len(named) > 1:
@@ -409,6 +401,29 @@ def read_run(folder: str | Path) -> RunEntry:
         if (place / RECORD).is_file():
             return RunEntry(place, _read(place / RECORD))
     raise InputError(f"{folder} is no run folder: it has no {RECORD}; `deboom list` shows all runs")
+
+
+def latest_run(folder: Path) -> Path:
+    """Return the folder itself, or what ``<folder of a study>/latest`` stands for.
+
+    The study's folder may also be named as it is in ``results`` here.
+
+    - raises InputError: no run of the study has finished.
+    """
+    if folder.name != LATEST or folder.exists():
+        return folder
+    homes = (folder.parent, Path("results") / folder.parent)
+    finished = [
+        record.parent
+        for home in homes
+        for record in home.glob(f"*/{RECORD}")
+        if not record.parent.name.endswith(UNFINISHED)
+    ]
+    if not finished:
+        raise InputError(
+            f"{folder}: no run has finished in {folder.parent}; `deboom list` shows all"
+        )
+    return max(finished, key=lambda run: run.name)
 
 
 def check_files(entry: RunEntry, names: Iterable[str] | None = None) -> None:

@@ -7,24 +7,26 @@ import json
 import re
 import tomllib
 from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager, nullcontext, suppress
+from contextlib import contextmanager
 from pathlib import Path
 from types import UnionType
 from typing import Annotated, Any, Literal, TypeAlias, TypeVar, Union, get_args, get_origin
 
 import numpy as np
+import tomlkit
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
+from tomlkit.exceptions import TOMLKitError
 
-from deboom.errors import InputError
+from deboom.errors import InputError, naming
 from deboom.files.disk import MEBIBYTE, read_text, replace_text
 from deboom.names import is_inside, name_fault
 
 Note = Callable[[InputError], None]
+_Entry = TypeVar("_Entry")
+_Content = TypeVar("_Content")
 
 LARGEST_TOML = 8 * MEBIBYTE
 """Largest TOML file that is read; a MiB takes its parser a second [bytes]."""
-MOST_FAULTS = 10
-"""Faults of a file that one error lists."""
 
 
 @contextmanager
@@ -33,38 +35,42 @@ def noting(note: Note) -> Iterator[None]:
     try:
         yield
     except InputError as error:
-        for sentence in str(error).split("\n"):
+        for sentence in error.sentences:
             note(InputError(sentence))
 
 
 @contextmanager
-def telling(note: Note | None) -> Iterator[Note]:
-    """Give what tells a fault: `note`, or else a list that is raised as one error at the end.
+def telling() -> Iterator[Note]:
+    """Give what tells a fault; the block goes on, and its faults are raised together at its end.
 
-    - raises InputError: without `note`: a sentence for each of the first ten faults, and the number
-      of the others.
+    - raises InputError: a sentence for each fault that was told.
     """
-    if note is not None:
-        yield note
-        return
     faults: list[InputError] = []
     with noting(faults.append):
         yield faults.append
-    sentences = list(dict.fromkeys(map(str, faults)))
-    if sentences:
-        more = len(sentences) - MOST_FAULTS
-        lines = sentences[:MOST_FAULTS] + ([f"and {more} more"] if more > 0 else [])
-        raise InputError("\n".join(lines))
+    refuse_all(map(str, faults))
 
 
 def refuse_all(sentences: Iterable[str]) -> None:
-    """Refuse with all the sentences there are, as `telling` does.
+    """Refuse with all the sentences there are.
 
     - raises InputError: there is one.
     """
-    with telling(None) as tell:
-        for sentence in sentences:
-            tell(InputError(sentence))
+    if lines := list(sentences):
+        raise InputError("\n".join(lines))
+
+
+def for_each(read: Callable[[_Entry], _Content], entries: Iterable[_Entry]) -> tuple[_Content, ...]:
+    """Return what is read for each entry, in order.
+
+    - raises InputError: the faults of all entries.
+    """
+    contents = []
+    with telling() as tell:
+        for entry in entries:
+            with noting(tell):
+                contents.append(read(entry))
+    return tuple(contents)
 
 
 def doubled(what: str, names: Sequence[Hashable]) -> Iterator[str]:
@@ -87,7 +93,8 @@ def same_file(what: str, key: str, entries: Iterable[StrictModel]) -> Iterator[s
     """
     owners: dict[str, str] = {}
     for entry in entries:
-        file, name = getattr(entry, key, None), getattr(entry, "name", "")
+        values = dict(entry)
+        file, name = values[key], values["name"]
         if file and file in owners:
             yield (
                 f"the {what} '{owners[file]}' and '{name}' have one file, {key} = '{file}': "
@@ -217,23 +224,19 @@ def values_of(entry: StrictModel) -> dict[str, Any]:
     return values
 
 
-_UNNAMED = "[["
 _Model = TypeVar("_Model", bound=StrictModel)
 
 
-def load_toml(path: Path, model: type[_Model], note: Note | None = None) -> _Model:
+def load_toml(path: Path, model: type[_Model]) -> _Model:
     """Read and check a TOML file.
 
     - `path`: the file.
     - `model`: its keys; fields that are models, or tuples of models, are its sections.
-    - `note`: gets every fault; without, they are raised as one error.
-    - returns: without the keys at fault: ``getattr(content, key, None)``. Lists of sections are
-      there; an entry without a name is called by its place, see `has_name`. Complete if nothing was
-      told.
-    - raises InputError: the file is missing or no TOML; a key is unknown, missing, mistyped or out
-      of range, or does not fit the others.
+    - raises InputError: the file is missing or no TOML; every key that is unknown, missing,
+      mistyped or out of range; where there is none of these, every one that does not fit the
+      others.
     """
-    return _parsed(path, read_text(path, LARGEST_TOML), model, note)
+    return _parsed(path, read_text(path, LARGEST_TOML), model)
 
 
 def wrong_entries(model: type[BaseModel], document: Mapping[str, Any]) -> Iterator[str]:
@@ -242,11 +245,6 @@ def wrong_entries(model: type[BaseModel], document: Mapping[str, Any]) -> Iterat
         model.model_validate(document)
     except ValidationError as error:
         yield from _sentences(error, model)
-
-
-def has_name(name: str) -> bool:
-    """Tell whether a section has a name of its own, or is called by its place."""
-    return not name.startswith(_UNNAMED)
 
 
 def dump_toml(path: Path, content: StrictModel) -> None:
@@ -261,93 +259,69 @@ def dump_toml(path: Path, content: StrictModel) -> None:
 
 
 def append_toml(path: Path, content: _Model, section: str, entry: StrictModel) -> None:
-    """Add an entry to a list of sections at the end of a TOML file; the rest stays as it stands.
+    """Add an entry to a list of sections of a TOML file; the rest stays as it stands.
 
     - `path`: the file.
     - `content`: content of the file.
-    - `section`: name of the list, such as ``runs``.
+    - `section`: name of the list, such as ``runs``; an entry of ``[[runs]]`` goes to the end of the
+      file, one of ``runs = [{...}]`` to the end of the array.
     - `entry`: new entry.
-    - raises InputError: the new content would be refused, the file has changed meanwhile, holds the
-      list in another form than ``[[section]]``, or cannot be written. Then it stays as it was.
+    - raises InputError: the new content would be refused, the file has changed meanwhile, or cannot
+      be written. Then it stays as it was.
     """
     wanted = content.model_copy(update={section: (*getattr(content, section), entry)})
-    lines = ["", f"[[{section}]]", *_assignments(entry.model_dump(exclude_none=True))]
     text = read_text(path)
-    text = f"{text.rstrip()}\n" + "\n".join(lines) + "\n"
     try:
+        text = _with_entry(text, section, entry.model_dump(exclude_none=True))
         written = _parsed(path, text, type(content))
-    except InputError:
+    except (InputError, TOMLKitError):
         written = None
     if written != wanted:
         raise InputError(
-            f"{path}: [[{section}]] cannot be added at its end; write the list as [[{section}]] "
+            f"{path}: [[{section}]] cannot be added to it; write the list as [[{section}]] "
             "sections, and leave the file alone meanwhile"
         )
     replace_text(path, text)
 
 
-def _parsed(path: Path, text: str, model: type[_Model], note: Note | None = None) -> _Model:
+def _with_entry(text: str, section: str, values: Mapping[str, Any]) -> str:
+    """Text of a TOML file with one more entry in a list of sections."""
+    document = tomlkit.parse(text)
+    entries = document.get(section)
+    if isinstance(entries, tomlkit.items.Array):
+        inline = tomlkit.inline_table()
+        inline.update(values)
+        entries.append(inline)
+        return tomlkit.dumps(document)
+    # text at the end: tomlkit would put it between a comment and what that comment is about
+    return f"{text.rstrip()}\n\n{tomlkit.dumps({section: [dict(values)]})}"
+
+
+def _parsed(path: Path, text: str, model: type[_Model]) -> _Model:
     try:
         raw = tomllib.loads(text)
     except RecursionError:
         raise InputError(f"{path} is nested too deeply: write it as the guide shows") from None
     except ValueError as error:  # a fault of TOML, or an integer of thousands of digits
         raise InputError(f"{path} is not TOML: {error}") from None
-    return checked_document(path, raw, model, note)
+    return checked_document(path, raw, model)
 
 
-def checked_document(
-    path: Path, raw: Mapping[str, Any], model: type[_Model], note: Note | None = None
-) -> _Model:
+def checked_document(path: Path, raw: Mapping[str, Any], model: type[_Model]) -> _Model:
     """Check the entries of a document, such as of a JSON file.
 
     - `path`: file, for the errors.
     - `raw`: entries as read.
-    - `model`, `note`: as for `load_toml`.
-    - raises InputError: a key is unknown, missing, mistyped or out of range, or does not fit the
-      others.
+    - `model`: as for `load_toml`.
+    - raises InputError: as `load_toml`.
     """
-    complete = True
-    with telling(note) as tell:
+    with naming(path):
         try:
             content = model.model_validate(raw)
         except ValidationError as error:
-            complete = False
-            for sentence in _sentences(error, model):
-                tell(InputError(f"{path}: {sentence}"))
-            content = _what_is_right(model, raw)
-        if complete or note is not None:
-            # a key at fault has been told: what is compared with it waits
-            with nullcontext() if complete else suppress(AttributeError):
-                for sentence in content.faults():
-                    tell(InputError(f"{path}: {sentence}"))
+            raise InputError("\n".join(_sentences(error, model))) from None
+        refuse_all(content.faults())
     return content
-
-
-def _what_is_right(model: type[_Model], raw: Mapping[str, Any]) -> _Model:
-    right = _right_keys(model, raw)
-    for name, section in _sections(model).items():
-        content = raw.get(name)
-        if get_origin(model.model_fields[name].annotation) is tuple:
-            entries = content if isinstance(content, list) else []
-            right[name] = tuple(
-                section.model_construct(**{"name": f"{_UNNAMED}{name}]] {number}"} | keys)
-                for number, keys in enumerate((_right_keys(section, entry) for entry in entries), 1)
-            )
-        elif isinstance(content, dict):
-            right[name] = section.model_construct(**_right_keys(section, content))
-    return model.model_construct(**right)
-
-
-def _right_keys(model: type[BaseModel], raw: Any) -> dict[str, Any]:
-    """Keys of a section that pydantic has nothing against."""
-    if not isinstance(raw, dict):
-        return {}
-    try:
-        return dict(model.model_validate(raw))
-    except ValidationError as error:
-        wrong = {str(detail["loc"][0]) for detail in error.errors() if detail["loc"]}
-        return {key: value for key, value in raw.items() if key not in wrong}
 
 
 def _sections(model: type[BaseModel]) -> dict[str, type[BaseModel]]:
@@ -418,21 +392,4 @@ def _place(
 def _toml(content: BaseModel) -> str:
     values = content.model_dump(exclude_none=True)
     sections = {key: values.pop(key) for key in _sections(type(content)) if key in values}
-    lines = _assignments(values)
-    for section, entries in sections.items():
-        is_list = not isinstance(entries, dict)
-        for entry in entries if is_list else (entries,):
-            lines += ["", f"[[{section}]]" if is_list else f"[{section}]"]
-            lines += _assignments(entry)
-    return "\n".join(lines) + "\n"
-
-
-def _assignments(values: Mapping[str, Any]) -> list[str]:
-    return [f"{key} = {_value(value)}" for key, value in values.items()]
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, tuple | list):
-        return f"[{', '.join(map(_value, value))}]"
-    # JSON's numbers and strings are TOML's, too
-    return json.dumps(value, ensure_ascii=False)
+    return tomlkit.dumps(values | {key: entries for key, entries in sections.items() if entries})

@@ -163,7 +163,6 @@ def read_rows(
     plain: Sequence[str],
     with_unit: Mapping[str, str],
     sheet: str | None = None,
-    note: Note | None = None,
     optional: Sequence[Sequence[str]] = (),
 ) -> tuple[Row, ...]:
     """Read a table from a CSV file or from one sheet of an Excel file.
@@ -172,12 +171,25 @@ def read_rows(
     - `plain`: columns without a unit; all must be there, in any order.
     - `with_unit`: columns with a unit in their header, and the SI unit of it.
     - `sheet`: of an Excel file; by default its first one. A CSV file has only one.
-    - `note`: gets every fault of the header; without, they are raised as one error.
     - `optional`: groups of those columns that a table may lack as a whole.
-    - returns: rows that are not empty; none if the header is at fault.
+    - returns: rows that are not empty.
     - raises InputError: the file is missing or no table, or has no such sheet; a column is missing,
       unknown or doubled, or one that needs a unit has none or another quantity's; no row.
     """
+    with telling() as tell:
+        rows = _rows(path, plain, with_unit, sheet, optional, tell)
+    return rows
+
+
+def _rows(
+    path: Path,
+    plain: Sequence[str],
+    with_unit: Mapping[str, str],
+    sheet: str | None,
+    optional: Sequence[Sequence[str]],
+    tell: Note,
+) -> tuple[Row, ...]:
+    """Rows that are not empty, without those that are told to be no row."""
     place, cells = _cells(path, sheet, [*plain, *with_unit])
     excel = _is_excel(path)
     if sheet is not None and excel:
@@ -209,23 +221,19 @@ def read_rows(
             columns = f"the columns are {', '.join(wanted)}{separated}"
             sentence = f"column '{name}' {state}; {columns}{remedy}"
             faults.append(InputError(f"{path}: {sentence}"))
+    refuse_all(map(str, faults))
     rows = []
-    with telling(note) as tell:
-        for fault in faults:
-            tell(fault)
-        for line, texts in enumerate(below if not faults else (), place + 2):
-            filled = [text for text in texts if text]
-            if not filled or _is_remark(texts):
-                continue
-            if len(filled) == 1 < len(wanted) - 1 and _is_sentence(filled[0]):
-                sentence = (
-                    f"'{filled[0]}' stands alone: fill in the row, or begin a remark with '# '"
-                )
-                tell(InputError(f"{path} line {line}: {sentence}"))
-                continue
-            rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units, comma))
-        if not rows and not faults:
-            tell(InputError(f"{path} has a header and no rows: add one row per item"))
+    for line, texts in enumerate(below, place + 2):
+        filled = [text for text in texts if text]
+        if not filled or _is_remark(texts):
+            continue
+        if len(filled) == 1 < len(wanted) - 1 and _is_sentence(filled[0]):
+            sentence = f"'{filled[0]}' stands alone: fill in the row, or begin a remark with '# '"
+            tell(InputError(f"{path} line {line}: {sentence}"))
+            continue
+        rows.append(Row(path, line, dict(zip(names, texts, strict=True)), units, comma))
+    if not rows:
+        tell(InputError(f"{path} has a header and no rows: add one row per item"))
     return tuple(rows)
 
 
@@ -254,14 +262,18 @@ class Columns:
         return numbers
 
 
-def read_columns(path: Path, first: str) -> Columns:
-    """Read a table whose columns are not known beforehand, from CSV or the first sheet of Excel.
+def read_columns(path: Path, first: str, sheet: str | None = None) -> Columns:
+    """Read a table whose columns are not known beforehand, from CSV or Excel.
 
     - `first`: name of a column that it has, by which its header is known below a title.
+    - `sheet`: of an Excel file; by default its first one.
     - returns: the columns; rows of remarks, and empty rows at the end, are left out.
     - raises InputError: the file is missing or no table, a header comes twice, or there is no row.
     """
-    place, cells = _cells(path, None, (first,))
+    place, cells = _cells(path, sheet, (first,))
+    excel = _is_excel(path)
+    if sheet is not None and excel:
+        path = path.with_name(f"{path.name}, sheet '{sheet}'")
     header = cells[place]
     rows = {
         line: row for line, row in enumerate(cells[place + 1 :], place + 2) if not _is_remark(row)
@@ -273,7 +285,7 @@ def read_columns(path: Path, first: str) -> Columns:
     if doubled is not None:
         raise InputError(f"{path}: column '{doubled}' comes twice: keep one")
     lines = [line for line in rows if line <= filled[-1]]
-    if _is_excel(path) and _has_decimal_commas(rows.values()):
+    if excel and _has_decimal_commas(rows.values()):
         rows = {line: [_with_point(text) for text in row] for line, row in rows.items()}
     below = zip(*(rows[line] for line in lines), strict=True)
     texts = {text: column for text, column in zip(header, below, strict=True) if text}
@@ -534,23 +546,34 @@ class TableRow:
 _Row = TypeVar("_Row", bound=TableRow)
 
 
-def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[_Row, ...]:
+def read_table(path: Path, kind: type[_Row]) -> tuple[_Row, ...]:
     """Read a table of rows of one kind, in SI.
 
     - `path`: CSV or xlsx; its columns may stand in any order.
     - `kind`: states the columns.
-    - `note`: gets every fault; without, they are raised as one error. A number at fault is nan, a
-      row with another fault is left out.
     - raises InputError: the file is missing or no table; a column is missing, unknown or without
       its unit; an entry is empty or no finite number; a row does not fit together, or repeats
       another.
     """
+    plain, with_unit = _headers(_columns(kind))
+    with telling() as tell:
+        rows = _rows(path, plain, with_unit, kind.sheet, _optional(kind), tell)
+        with noting(tell):
+            items = rows_of(kind, rows)
+    return items
+
+
+def rows_of(kind: type[_Row], rows: Sequence[Row]) -> tuple[_Row, ...]:
+    """Return rows of one kind, in SI.
+
+    - `rows`: cells under the names of the kind's columns.
+    - raises InputError: an entry is empty or no finite number; a row does not fit together, or
+      repeats another.
+    """
     columns = _columns(kind)
-    plain, with_unit = _headers(columns)
-    read: list[_Row] = []
-    with telling(note) as tell:
-        rows = read_rows(path, plain, with_unit, kind.sheet, tell, _optional(kind))
-        seen: dict[str, int] = {}
+    items: list[_Row] = []
+    seen: dict[str, int] = {}
+    with telling() as tell:
         for row in rows:
             values = {field: _value(row, field, columns[field], tell) for field in columns}
             if _WRONG in values.values():
@@ -561,8 +584,8 @@ def read_table(path: Path, kind: type[_Row], note: Note | None = None) -> tuple[
                     item._check()
                 for words in item.unique:
                     refuse_second(seen, words.format(item), row)
-                read.append(item)
-    return tuple(read)
+                items.append(item)
+    return tuple(items)
 
 
 def write_table(path: Path, kind: type[_Row], rows: Sequence[_Row]) -> None:
@@ -584,11 +607,6 @@ def write_sheets(path: Path, tables: Mapping[type[Any], Sequence[Any]]) -> None:
             content = _ANY_TIME.sub(rb"\g<1>2000-01-01T00:00:00Z", timed.read(name))
             out.writestr(ZipInfo(name), content, ZIP_DEFLATED)
     replace_bytes(path, fixed.getvalue())
-
-
-def table_columns(kind: type[TableRow]) -> tuple[list[str], dict[str, str]]:
-    """Return the columns without a unit, and the SI units of the others, as `read_rows` asks."""
-    return _headers(_columns(kind))
 
 
 def _columns(kind: type[TableRow]) -> dict[str, Any]:

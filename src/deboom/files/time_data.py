@@ -86,7 +86,7 @@ def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]
         raise InputError(
             f"{path}: none of its channels is in the channel table; {holds}: name them alike"
         )
-    with telling(None) as tell:
+    with telling() as tell:
         signals = {}
         for name in names:
             with noting(tell):
@@ -160,7 +160,7 @@ def time_functions(path: Path, channels: Sequence[CampaignChannel]) -> TimeFunct
     names = [(f"{row.channel} {row.quantity}", row.channel) for row in channels]
     signals = read_time_signals(path, [name for pair in names for name in pair])
     functions = []
-    with telling(None) as tell:
+    with telling() as tell:
         for row, pair in zip(channels, names, strict=True):
             with noting(tell):
                 name = next((name for name in pair if name in signals), "")

@@ -32,8 +32,11 @@ from deboom.files.schema import (
     Title,
     beyond_gears,
     doubled,
+    for_each,
     load_toml,
+    noting,
     refuse_all,
+    telling,
 )
 from deboom.files.tables import read_table
 from deboom.measurement.channels import refuse_window
@@ -147,11 +150,17 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
     """
     file = load_toml(folder / VEHICLE_FILE, VehicleFile)
     mount_table = folder / file.mount_table
-    rows = read_table(mount_table, MountRow)
+    with telling() as tell:
+        with noting(tell):
+            rows = read_table(mount_table, MountRow)
+        with noting(tell):
+            impact_rows = read_table(folder / file.impact_table, ImpactRow)
+        with noting(tell):
+            sensor_rows = read_table(folder / file.sensor_table, SensorRow)
+        with noting(tell):
+            channel_rows = read_table(folder / file.channel_table, CampaignChannel)
     mounts = mounts_of(folder / VEHICLE_FILE, file.mounts, mount_table, rows)
     points = [f"{mount.name} {piece}".strip() for mount in mounts for piece in mount.pieces]
-    impact_rows = read_table(folder / file.impact_table, ImpactRow)
-    sensor_rows = read_table(folder / file.sensor_table, SensorRow)
     refuse_all(_misplaced(folder, file, points, impact_rows, sensor_rows))
     on_body = [row for row in sensor_rows if row.sensor not in file.source_sensors]
     places = {
@@ -166,7 +175,7 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         (folder / file.impact_table, _point(row), row.impact, row.position) for row in impact_rows
     ]
     refuse_all(far_from_its_point(places, beside))
-    channels = _channels(folder, file, sensor_rows)
+    channels = _channels(folder / file.channel_table, channel_rows, sensor_rows)
     body_dofs = [channels[f"{row.sensor} {axis}"] for row in on_body for axis in "xyz"]
     ears = [Dof(ear.name, ear.node, "scalar", ear.microphone) for ear in file.ears]
     sources = [Dof(ear.name, ear.node, "scalar") for ear in file.ears]
@@ -198,7 +207,9 @@ def read_vehicle(folder: Path) -> MeasuredVehicle:
         direct=direct.frf(ears, blows, "pressure", PRESSURE_PER_FORCE),
         reciprocal=reciprocal.frf(body_dofs, sources, "acceleration", *_MOTION),
         accelerance=accelerance,
-        runs=tuple(_run(folder, file, entry, ears, list(channels.values())) for entry in file.runs),
+        runs=for_each(
+            lambda entry: _run(folder, file, entry, ears, list(channels.values())), file.runs
+        ),
         panels=None if file.panels is None else read_panels(folder, file.panels, sources),
     )
     with naming(folder):
@@ -228,11 +239,12 @@ def _run(
     )
 
 
-def _channels(folder: Path, file: VehicleFile, sensors: Sequence[SensorRow]) -> dict[str, Dof]:
+def _channels(
+    path: Path, rows: Sequence[CampaignChannel], sensors: Sequence[SensorRow]
+) -> dict[str, Dof]:
     """Return the DoF of every accelerometer channel, in the order of the position sheet."""
-    path = folder / file.channel_table
     # the unit that a file states counts, whatever the table says
-    table = {row.channel: replace(row.dof, unit=None) for row in read_table(path, CampaignChannel)}
+    table = {row.channel: replace(row.dof, unit=None) for row in rows}
     wanted = [f"{row.sensor} {axis}" for row in sensors for axis in "xyz"]
     refuse_all(
         f"{path}: no row for channel {name}: add its node and direction"

@@ -153,8 +153,9 @@ def body_modes(
             f"vehicle {vehicle.name}: {len(clusters)} modes from {band[0]:g} to {band[1]:g} Hz "
             f"({frequencies} Hz), {n_modes} asked for: widen the band or ask for fewer"
         )
-    auxiliary = modal.auxiliary_clusters(chart)
-    model = modal.modal_model(measured, FrfForm.RECEPTANCE, band, clusters, auxiliary)
+    form, auxiliary = FrfForm.RECEPTANCE, modal.auxiliary_clusters(chart)
+    clusters, auxiliary = modal.refined_poles(measured, form, band, clusters, auxiliary)
+    model = modal.modal_model(measured, form, band, clusters, auxiliary)
     panels = None
     if vehicle.panels is not None:
         panels = modal.panel_contributions(model, vehicle.panels, vehicle.ears[0])

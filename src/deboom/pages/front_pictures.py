@@ -57,11 +57,13 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         "Sound pressure level at the driver's ear, one panel per vehicle: "
         "frequency below, engine speed above.",
     )
+    vehicles = view.fleet.vehicle_table(Pick.best_mean)
     report.table(
         "vehicles",
-        view.fleet.vehicle_table(Pick.best_mean),
-        "Before: today's mounts; after: best-mean (thesis, table 5). Levels and changes are means "
-        "over the lines and over the scatter.",
+        vehicles,
+        "Scatter of each vehicle's mean level as parts scatter: today and with best-mean. "
+        "vehicles.csv has the levels, too (thesis, table 5).",
+        shown=vehicles[["vehicle", "sigma before [dB]", "sigma after [dB]"]],
     )
     report.table(
         "peaks",
@@ -69,7 +71,7 @@ def heard_by_the_driver(report: Report, view: PlatformFront) -> None:
         "Booming peaks: local maxima with a prominence of 6 dB or more, before and "
         "after. A dash: no such peak within 1.5 Hz any more, the level is the "
         "highest one there.",
-        {"change [dB]": 1},
+        {"change [dB]": 1, "frequency before [Hz]": 1, "frequency after [Hz]": 1},
         shown=peaks.drop(
             columns=["speed after [rpm]", "prominence before [dB]", "prominence after [dB]"]
         ),

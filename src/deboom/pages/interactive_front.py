@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,10 @@ import numpy as np
 import pandas as pd
 
 from deboom.arrays import RealArray
+from deboom.choices import Pick
+from deboom.common import N_PER_MM
 from deboom.errors import InputError
+from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal
 from deboom.files.disk import read_bytes
 from deboom.files.front_run import FleetModel, SupplierStudy
@@ -17,11 +21,19 @@ from deboom.files.front_table import FrontTable
 from deboom.files.run_folder import RunEntry
 from deboom.files.tables import read_frame
 from deboom.names import path_inside
+from deboom.pages.live_model import Start, live_page
 from deboom.physics.order_tracking import rpm_of_frequency
+from deboom.physics.sound_level import (
+    RUN_UP_RATE,
+    RUN_UP_SECONDS,
+    full_scale,
+    run_up_sound,
+)
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report.interactive import Axis, InteractiveFront
 from deboom.report.report import Picture
 from deboom.tabled import PACKED
+from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.free_directions import Need
 
 DOE, EVALUATED = "doe.csv", "evaluated.csv"
@@ -33,16 +45,31 @@ _PICTURES = {
 """File stem → words for those who cannot see it, caption."""
 
 
-def interactive_front(study: SupplierStudy) -> InteractiveFront:
-    """Gather what the page shows: verified figures of the run, levels of its model built again."""
+def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> InteractiveFront:
+    """Gather what the page shows: verified figures of the run, levels of its model built again.
+
+    - `vehicles`: those whose levels the page computes; none: all that the run served.
+    """
     entry, space, index = study.run.entry, study.space, study.index
     front = study.run.front
     load_case, _ = study.load_cases[0]
     frequency = np.asarray(index.frequency)
     designs = at_nominal(study.run.designs, space, study.without_effect)
     fleet = vehicle_colours(study.platform.fleet.names)
+    scale = _full_scale(index, np.stack([space.nominal, study.picked]))
+    of_picks = [row for row, pick in enumerate(front.pick_names) if pick]
+    starts = [
+        Start(front.pick_names[row].replace(" = ", " and "), designs[row]) for row in of_picks
+    ]
+    starts.sort(key=lambda one: Pick.best_mean.value not in one.name)
+    nominal = _nominal(study)
+    newtons = [nominal.get(name, float("nan")) for name in space.names]
+    words = _words(study.run.entry, study.platform.title, newtons, scale)
+    live, not_live = live_page(study.model, study.runs, starts, words, vehicles)
     return InteractiveFront(
-        title="Explore the front of mount stiffnesses",
+        title="The front: explore its designs"
+        if live
+        else "Explore the front of mount stiffnesses",
         question=(
             f"Which design suits {', '.join(study.vehicles)} best? Brush the front, pin two "
             "designs, and read their stiffness in N/mm and their sound pressure level in dB(A)."
@@ -62,6 +89,9 @@ def interactive_front(study: SupplierStudy) -> InteractiveFront:
         speed=np.asarray(rpm_of_frequency(frequency, load_case.order)),
         levels=np.asarray(index.levels(np.vstack([space.nominal, designs]))),
         pictures=_pictures(entry.folder),
+        full_scale=scale,
+        live=live,
+        not_live=not_live,
     )
 
 
@@ -113,8 +143,13 @@ def with_evaluated(page: InteractiveFront, study: SupplierStudy) -> InteractiveF
     return replace(page, axes=tuple(axes))
 
 
-def interactive_doe(entry: RunEntry, model: object) -> InteractiveFront:
-    """Gather what the page shows of designs of an experiment; failed ones are left out, counted."""
+def interactive_doe(
+    entry: RunEntry, model: object, vehicles: Sequence[str] = ()
+) -> InteractiveFront:
+    """Gather what the page shows of designs of an experiment; failed ones are left out, counted.
+
+    - `vehicles`: those whose levels the page computes; none: all of the run.
+    """
     if not isinstance(model, FleetModel):
         raise InputError(
             f"run {entry.folder}: its study {entry.study} has no levels of a platform's vehicles: "
@@ -139,10 +174,16 @@ def interactive_doe(entry: RunEntry, model: object) -> InteractiveFront:
         Axis(f"{name} level", "dB(A)", level[1:], float(level[0]), fleet[name], "vehicle")
         for name, level in zip(index.response_names, means.T, strict=True)
     ]
-    order = runs.platform.load_case(index.load_case_names[0]).order
+    first = runs.platform.load_case(index.load_case_names[0])
     frequency = np.asarray(index.frequency)
+    scale = _full_scale(index, today[np.newaxis])
+    stiffness = runs.stiffness(first, (float(frequency[0]), float(frequency[-1]))) * N_PER_MM
+    newtons = [*stiffness.tolist(), *(np.nan for _ in names[stiffness.size :])]
+    words = _words(entry, runs.platform.title, newtons, scale)
+    robust = Robust(index, index.design_space())
+    live, not_live = live_page(robust, runs, (), words, vehicles)
     return InteractiveFront(
-        title="Explore the designs of an experiment",
+        title="The designs of the experiment" if live else "Explore the designs of an experiment",
         question=f"What does a change of the mounts do to {', '.join(index.response_names)}?",
         run=entry.name,
         facts=(
@@ -155,9 +196,32 @@ def interactive_doe(entry: RunEntry, model: object) -> InteractiveFront:
         vehicles=tuple(index.response_names),
         vehicle_colours=tuple(fleet[name] for name in index.response_names),
         frequency=frequency,
-        speed=np.asarray(rpm_of_frequency(frequency, order)),
+        speed=np.asarray(rpm_of_frequency(frequency, first.order)),
         levels=np.asarray(index.levels(np.vstack([today, designs]))),
+        full_scale=scale,
+        live=live,
+        not_live=not_live,
     )
+
+
+def _words(
+    entry: RunEntry, title: str, newtons: Sequence[float], scale: float
+) -> dict[str, object]:
+    """Return what the page says of its run: names, today's stiffness [N/mm], full scale [Pa]."""
+    return {
+        "title": f"{title}: change the mounts",
+        "run": entry.name,
+        "study": entry.study,
+        "newtons": [value if np.isfinite(value) else None for value in newtons],
+        "fullScale": scale,
+        "seconds": RUN_UP_SECONDS,
+    }
+
+
+def _full_scale(model: BoomingModel, designs: RealArray) -> float:
+    """Return the full scale of the run-ups of designs (n, k), as `deboom listen` has it [Pa]."""
+    pressure = np.moveaxis(model.pressure(designs), -1, 0)
+    return full_scale(run_up_sound(pressure, model.frequency, RUN_UP_SECONDS, RUN_UP_RATE))
 
 
 def _facts(study: SupplierStudy) -> tuple[str, ...]:
@@ -180,8 +244,7 @@ def _facts(study: SupplierStudy) -> tuple[str, ...]:
 
 def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
     space = study.space
-    table = _table(study, "stiffness", ("variable", "nominal [N/mm]"))
-    nominal = dict(zip(table["variable"], _array(table["nominal [N/mm]"]), strict=True))
+    nominal = _nominal(study)
     noted = (Need.anything, Need.nothing)
     needs = zip(space.names, study.freedom.needs, strict=True)
     notes = {name: need.value for name, need in needs if need in noted}
@@ -203,6 +266,12 @@ def _variables(study: SupplierStudy, designs: RealArray) -> list[Axis]:
             )
         )
     return axes
+
+
+def _nominal(study: SupplierStudy) -> dict[str, float]:
+    """Stiffness of today by variable, as the run tabled it [N/mm]."""
+    table = _table(study, "stiffness", ("variable", "nominal [N/mm]"))
+    return dict(zip(table["variable"], _array(table["nominal [N/mm]"]).tolist(), strict=True))
 
 
 def _objectives(study: SupplierStudy, front: FrontTable) -> list[Axis]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
 
@@ -13,22 +14,33 @@ from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.common import N_PER_MM, PERCENT, listed
 from deboom.errors import InputError
-from deboom.explore.front import VERIFICATION, unbeaten
+from deboom.explore.front import VERIFICATION, nondominated, unbeaten
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.result import Front
-from deboom.explore.robust import Robust, RobustValues, chosen
+from deboom.explore.robust import DesignLimits, Limit, Robust, RobustValues, chosen
+from deboom.files.uncertain_index import uncertain_index
 from deboom.measurement.channels import LoadCase
-from deboom.pages.front import heard, report_front
+from deboom.pages.front import report_front
+from deboom.pages.front_answer import (
+    VEHICLE_DECIMALS,
+    abbreviations,
+    certainty_sentence,
+    peaks_sentence,
+    run_up_sounds,
+    spelled_out,
+    vehicle_table,
+)
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
 from deboom.pages.motion import MotionReport, factor_name, motion_name, motion_report
 from deboom.plot.style import mount_colours, signed, vehicle_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet_front import FleetFront, same_designs
-from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, free_directions
+from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, Need, free_directions
 from deboom.vehicles.limits import mount_price
 from deboom.vehicles.platform import Platform, Runs
+from deboom.vehicles.predicted_change import ChangeParts, change_parts
 
 TELLING = 0.9
 """Share of the change that the parts named on top bring alone, at least [1]."""
@@ -38,6 +50,10 @@ FURTHER = 0.1
 """How much further than the search a factor at its edge is tried [1]."""
 BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
+MEASURED_AGAIN = 40
+"""Draws of all measurements behind the interval of the change."""
+MOST_PARTS = 8
+"""Directions that the first screen names, those that bring most."""
 TERMS = (
     "booming noise",
     "SPL",
@@ -71,12 +87,21 @@ class PlatformFront:
         The same model in all load cases of the platform; None where they do not allow it.
     prescribed : Front or None
         The same search with prescribed motion.
+    limits : DesignLimits or None
+        What designs had to keep.
+    target : float or None
+        Level that cars shall not exceed [dB(A)]; None: each vehicle's level of today.
+    run : str
+        Folder of the run, for the commands that come next.
     """
 
     front: Front
     runs: Runs
     every: BoomingModel | None = None
     prescribed: Front | None = None
+    limits: DesignLimits | None = None
+    target: float | None = None
+    run: str = "results/u06_robust_front/latest"
 
     @property
     def platform(self) -> Platform:
@@ -109,6 +134,70 @@ class PlatformFront:
     def fleet(self) -> FleetFront:
         """Levels and booming peaks of the load case that is shown."""
         return FleetFront(self.front, self.load_case.order)
+
+    @property
+    def best(self) -> RealArray:
+        """Best-mean, shape (k,)."""
+        return self.front.pick_designs[Pick.best_mean]
+
+    @property
+    def cars_target(self) -> RealArray:
+        """Level that cars of each vehicle shall not exceed, shape (v,) [dB(A)]."""
+        if self.target is None:
+            return self.fleet.todays_levels
+        return np.full(len(self.fleet.vehicles), self.target)
+
+    @cached_property
+    def certainty(self) -> ChangeParts | None:
+        """What best-mean's change may be; None where no interval is known.
+
+        Known is it for coupled motion with factors of the dynamic stiffness.
+        """
+        if self.index.motion is not Motion.coupled or factor_name(self.index) == Factor.part.value:
+            return None
+        both = np.stack([self.front.robust.space.nominal, self.best])
+        try:
+            uncertain = uncertain_index(self.index, self.platform, self.runs.parts)
+            drawn = [
+                np.diff(again(both), axis=0)[0] / self.index.n_lines
+                for again in uncertain.draws(MEASURED_AGAIN, self.front.search.seed)
+            ]
+        except InputError:
+            return None
+        return change_parts(
+            self.fleet.splv_change(self.best),
+            drawn,
+            receptance=any(v.receptance is not None for v in self.runs.fleet.vehicles),
+            prescribed=self.with_prescribed_motion,
+            old_stops=self.as_softer_rubber,
+        )
+
+    @cached_property
+    def with_prescribed_motion(self) -> float:
+        """Mean change by best-mean if the powertrain's motion stays as measured [dB]."""
+        loss = self.index.loss_factors
+        model = (
+            self.prescribed.model
+            if self.prescribed is not None
+            else self.runs.model(Motion.prescribed, self.index.factor, loss_factors=loss)
+        )
+        both = np.asarray(model(np.stack([self.front.robust.space.nominal, self.best])))
+        return float((both[1] - both[0]).mean() / self.index.n_lines)
+
+    @cached_property
+    def evaluated_changes(self) -> RealArray:
+        """Change of each vehicle by the designs that the search evaluated, (n, v) [dB]."""
+        evaluated = self.front.search.evaluated
+        today = self.front.robust(self.front.robust.space.nominal[np.newaxis]).mean
+        kept = ~evaluated.failed
+        return np.asarray((evaluated.mean[kept] - today) / self.index.n_lines)
+
+    @property
+    def sigma_range(self) -> float:
+        """By how much σ differs over the front, per vehicle and line [dB]."""
+        return float(np.ptp(self.front.values.sigma_sum[self.front.nondominated])) * (
+            self.front.per_line
+        )
 
     @property
     def colours(self) -> dict[str, str]:
@@ -156,15 +245,15 @@ class PlatformFront:
         whole = self.fleet.splv_change(best).mean()
         columns = [int(column) for column in order]
         for count in range(1, len(columns)):
-            if self.only(columns[:count]) <= TELLING * whole:
+            if self.only(columns[:count]).mean() <= TELLING * whole:
                 return columns[:count]
         return columns
 
-    def only(self, columns: list[int]) -> float:
-        """Mean change of the level if only some variables go to best-mean [dB]."""
+    def only(self, columns: list[int]) -> RealArray:
+        """Change of each vehicle if only some variables go to best-mean, shape (v,) [dB]."""
         design = self.front.robust.space.nominal.copy()
         design[columns] = self.front.pick_designs[Pick.best_mean][columns]
-        return float(self.fleet.splv_change(design).mean())
+        return self.fleet.splv_change(design)
 
     def edges(self, design: RealArray) -> list[int]:
         """Variables with an effect whose factor lies at a bound of the search."""
@@ -276,105 +365,286 @@ def front_report(view: PlatformFront) -> Report:
     report.inputs += view.platform.input_files
 
     _answer(report, view, picks)
-    _choices(report, view, picks)
+    _conflict(report, view)
     heard_by_the_driver(report, view)
+    _choices(report, view, picks)
     _supplier(report, view)
+    _price(report, view)
     pictures_behind(report, view)
     _search(report, view)
     return report
 
 
 def _answer(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
-    """Say what to build, what it brings, what it costs, and where the search ended."""
-    best, space = view.front.pick_designs[Pick.best_mean], view.front.robust.space
+    """Fill the first screen: what to build, per vehicle, at which price, how sure, what next."""
+    best, mounts = view.best, view.platform.mounts
     row = picks[picks["design"] == Pick.best_mean]
     mean, sigma = row[["change [dB]", "change of sigma [%]"]].to_numpy(float)[0]
-    peaks = [
-        (c.level_after - c.level_before, c.frequency, name)
-        for name, changes in view.fleet.peak_changes(best).items()
-        for c in changes
-        if c.before
-    ]
-    at_peaks = f"{signed(min(peaks)[0], 1)} to {signed(max(peaks)[0], 1)} dB" if peaks else ""
-    words = []
+    changes = view.fleet.splv_change(best)
+    spread = "as today" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
     for column in view.telling:
-        nominal = view.nominal_stiffness[column] if column < len(view.nominal_stiffness) else np.nan
-        factor = f"{best[column]:.2f} of today's"
-        value, label = factor, "factor"
-        if np.isfinite(nominal):
-            value, label = (
-                f"{best[column] * nominal:.0f} N/mm",
-                f"mean |K|; today {nominal:.0f}, {factor}",
-            )
-        words.append(
-            f"{view.front.variables[column]} {value} ({label.removesuffix(f', {factor}')})"
-        )
-        edge = ", at the edge of the search" if column in view.edges(best) else ""
-        report.tile(f"{view.front.variables[column]} {value}", label + edge)
+        report.tile(f"{view.front.variables[column]} × {best[column]:.2f}", "of today's stiffness")
     report.tile(f"{signed(mean, 1)} dB", "at the driver's ear, mean of vehicles and lines")
-    if peaks:
-        report.tile(at_peaks.replace(" to ", " … "), "at the booming peaks")
-    spread = "unchanged" if abs(sigma) < 1.0 else f"{signed(sigma, 0)} %"
+    peaks = view.fleet.peak_table(best)["change [dB]"]
+    if len(peaks):
+        report.tile(
+            f"{signed(peaks.min(), 1)} … {signed(peaks.max(), 1)} dB", "at the booming peaks"
+        )
     report.tile(f"σ {spread}", "scatter over the tolerance")
 
-    these = "this one alone brings" if len(words) == 1 else f"these {len(words)} alone bring"
+    order = np.argsort(-changes, kind="stable")
+    by_vehicle = ""
+    if len(order) > 1:
+        least, most = order[0], order[-1]
+        by_vehicle = (
+            f", from {signed(changes[most], 1)} in {view.fleet.vehicles[most]} to "
+            f"{signed(changes[least], 1)} in {view.fleet.vehicles[least]}"
+        )
+    effect = f"{signed(mean, 1)} dB on average{by_vehicle}; {peaks_sentence(view.fleet, best)}."
+    verdict = f"{_moves(view)}: {effect}"
+    if mean > -NOTICEABLE:
+        verdict = f"Leave today's mounts: no design of the search is noticeably quieter. {effect}"
+    elif changes.max() > NOTICEABLE:
+        verdict = f"{verdict} Not for all: {view.fleet.vehicles[order[0]]} becomes louder."
+    sure = view.certainty
+    report.answer(
+        verdict,
+        certainty_sentence(sure)
+        if sure
+        else "How sure: not known; an interval is stated for coupled motion and factors of the "
+        "dynamic stiffness alone.",
+        f"Scatter of parts (σ) {spread}. Levels: mean of the lines, {view.load_case.title}. "
+        f"{abbreviations(mounts)}",
+    )
+    whose = "its vehicle's level of today" if view.target is None else f"{view.target:g} dB(A)"
+    table = vehicle_table(
+        view.fleet,
+        best,
+        target=view.cars_target,
+        interval=sure.cars if sure else None,
+        mean=sure.mean if sure else None,
+    )
+    report.panel(
+        "Each vehicle",
+        Table(table, "", VEHICLE_DECIMALS),
+        f"Mean level at the driver's ear. Cars: {view.fleet.n_cars} of each vehicle, parts as "
+        f"made; target: {whose}; P95: 95 % of the cars stay below.",
+        wide=True,
+    )
+    report.panel(
+        "Parts to change",
+        Table(
+            _parts_table(view),
+            "",
+            {"of today's [1]": 2, "build [N/mm]": 0, "today [N/mm]": 0, "alone [dB]": 1},
+        ),
+        *_about_parts(view),
+        wide=True,
+    )
+    report.panel("What it costs", *_price_blocks(view))
+    _sound(report, view)
+    report.panel(
+        "What to do next",
+        Step(f"deboom listen {view.run}", "hear every vehicle, as WAV"),
+        Step(f"deboom report {view.run} --interactive", "try other designs in a page"),
+        Step(f"deboom run solution_box --front {view.run}", "how far parts may lie off"),
+        Step(f"deboom report {view.run} --supplier", "sheets for the supplier to quote"),
+        Step(f"deboom driven {view.run} FOLDER", "hold a driven prototype against this"),
+    )
+
+
+def _moves(view: PlatformFront) -> str:
+    """Say which directions change, and to which share of today's stiffness."""
+    verbs: dict[str, list[str]] = {}
+    for column in view.telling:
+        factor = float(view.best[column])
+        verb = "soften" if factor < 1.0 else "stiffen"
+        name = spelled_out(view.front.variables[column], view.platform.mounts)
+        verbs.setdefault(verb, []).append(f"{name} to {factor:.2f}")
+    words = "; ".join(f"{verb} {listed(tuple(names))}" for verb, names in verbs.items())
+    return f"{words[0].upper()}{words[1:]} of today's"
+
+
+def _parts_table(view: PlatformFront) -> pd.DataFrame:
+    """Tabulate the directions that are to change, those that bring most first."""
+    needs = view.freedom.needs
+    wanted = [column for column, need in enumerate(needs) if need is Need.wanted]
+    alone = {column: view.only([column]) for column in {*view.telling, *wanted}}
+    columns = sorted(alone, key=lambda column: alone[column].mean())[:MOST_PARTS]
+    nominal = np.append(
+        view.nominal_stiffness,
+        np.full(len(view.best) - len(view.nominal_stiffness), np.nan),
+    )
+    mounts = view.platform.mounts
+    return pd.DataFrame(
+        {
+            "part": [spelled_out(view.front.variables[column], mounts) for column in columns],
+            "of today's [1]": view.best[columns],
+            "build [N/mm]": view.best[columns] * nominal[columns],
+            "today [N/mm]": nominal[columns],
+            "alone [dB]": [float(alone[column].mean()) for column in columns],
+            "alone, where most": [_most(alone[column], view.fleet.vehicles) for column in columns],
+        }
+    )
+
+
+def _most(changes: RealArray, vehicles: Sequence[str]) -> str:
+    """Write the largest of several changes [dB], and whose it is."""
+    row = int(np.abs(changes).argmax())
+    return f"{signed(float(changes[row]), 1)} dB in {vehicles[row]}"
+
+
+def _about_parts(view: PlatformFront) -> list[str]:
+    """Say what N/mm mean, what lies at the edge of the search, and what may stay."""
+    space, names = view.front.robust.space, view.front.variables
+    bring = "brings" if len(view.telling) == 1 else "bring"
     sentences = [
-        f"{', '.join(words)}: {signed(mean, 2)} dB at the driver's ear on average"
-        + (f", {at_peaks} at the booming peaks" if peaks else "")
-        + f", σ {spread}; {these} {signed(view.only(view.telling), 2)} dB."
+        f"{listed(tuple(names[column] for column in view.telling))} alone {bring} "
+        f"{signed(float(view.only(view.telling).mean()), 1)} dB of the mean.",
     ]
-    at_edge = [view.front.variables[c] for c in view.telling if c in view.edges(best)]
+    at_edge = [names[column] for column in view.telling if column in view.edges(view.best)]
     if at_edge:
         verb = "lies" if len(at_edge) == 1 else "lie"
         sentences.append(
             f"{listed(tuple(at_edge))} {verb} at the edge of the search ({space.lower.min():g} to "
-            f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring "
-            f"a further {signed(view.beyond, 2)} dB (--bounds)."
+            f"{space.upper.max():g}); another {PERCENT * FURTHER:.0f} % would bring a further "
+            f"{signed(view.beyond, 1)} dB (--bounds)."
         )
+    kept = [
+        name
+        for name, need in zip(names, view.freedom.needs, strict=True)
+        if need in (Need.today, Need.anything, Need.nothing)
+    ]
+    if kept:
+        sentences.append(f"As today: {listed(tuple(kept))}.")
     sentences.append(f"N/mm are {view.stiffness_state}.")
-    louder = [peak for peak in peaks if peak[0] > NOTICEABLE]
-    if louder:
-        change, frequency, vehicle = max(louder)
-        sentences.append(
-            f"{len(louder)} of {len(peaks)} booming peaks become louder, most of all {vehicle} at "
-            f"{frequency:g} Hz, by {change:.1f} dB."
+    return [" ".join(sentences)]
+
+
+def _price_blocks(view: PlatformFront) -> list[str | Table]:
+    """Show sag and travel beside what is allowed, and say where the modes go."""
+    if isinstance(view.price, str):
+        return [f"Sag, travel and modes are not known: {view.price}."]
+    rows = view.price[["number", "today's", Pick.best_mean]].rename(
+        columns={"today's": "today", Pick.best_mean: "after"}
+    )
+    modes = rows["number"].str.startswith("mode ")
+    carried = rows[~modes].assign(allowed="–")
+    blocks: list[str | Table] = []
+    if view.limits is not None:
+        numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        limited = pd.DataFrame(
+            {
+                "number": [f"{one.response} [{one.unit}]" for one in view.limits.limits.limits],
+                "today": numbers[0],
+                "after": numbers[1],
+                "allowed": [_allowed(one) for one in view.limits.limits.limits],
+            }
         )
-    rubber = view.as_softer_rubber
-    brings = "." if np.isnan(rubber) else f": here {signed(rubber, 1)} dB."
-    if factor_name(view.index) != Factor.part.value:
-        sentences.append(
-            "A factor scales the whole curve of stiffness over preload, with the stops re-tuned; "
-            f"softer rubber in the same shape rides deeper into its stops and brings less{brings}"
+        carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
+    else:
+        carried = carried.drop(columns="allowed")
+    if len(carried):
+        blocks.append(Table(carried, "", {"today": 1, "after": 1}))
+    ends = rows[modes][["today", "after"]].to_numpy(float)
+    if ends.size:
+        blocks.append(
+            f"Rigid-body modes: {ends[:, 1].min():.1f} to {ends[:, 1].max():.1f} Hz (today "
+            f"{ends[:, 0].min():.1f} to {ends[:, 0].max():.1f})."
+            + ("" if view.limits else " No limits were stated: --limits FILE.")
         )
-    report.section("What to build", " ".join(sentences))
+    return blocks
+
+
+def _allowed(limit: Limit) -> str:
+    """Write the values that a limit allows, without their unit."""
+    if np.isinf(limit.at_least):
+        return f"≤ {limit.at_most:g}".replace("-", "−")
+    if np.isinf(limit.at_most):
+        return f"≥ {limit.at_least:g}".replace("-", "−")
+    return f"{limit.at_least:g} to {limit.at_most:g}".replace("-", "−")
+
+
+def _sound(report: Report, view: PlatformFront) -> None:
+    """Let the reader hear the vehicle with the loudest peak today, before and after."""
+    both = np.stack([view.front.robust.space.nominal, view.best])
+    levels = view.fleet.levels(both[0])
+    loudest = int(levels.max(axis=1).argmax())
+    pressure = view.index.pressure(both)[:, loudest]
+    sounds, scale = run_up_sounds(pressure, view.fleet.frequency, ("today", "after"))
+    report.panel(
+        f"Hear {view.fleet.vehicles[loudest]}, the loudest today",
+        *sounds,
+        f"Run-up, {view.load_case.title}; full scale {scale:.2g} Pa in both. Use headphones.",
+    )
+
+
+def _conflict(report: Report, view: PlatformFront) -> None:
+    """Show what the designs trade: mean against σ, or one vehicle against the others."""
+    width = BESIDE_WIDTH
+    names = view.fleet.vehicles
+    matters = view.sigma_range >= NOTICEABLE
+    text = f"Over the whole front the scatter σ differs by {view.sigma_range:.2g} dB: " + (
+        "mean and σ are traded against each other."
+        if matters
+        else "nobody hears that, and σ decides nothing. What designs differ in is who gains."
+    )
+    if len(names) > 1:
+        odd, change = view.worst_vehicle, view.evaluated_changes
+        others = np.delete(change, odd, axis=1).mean(axis=1)
+        own = int(change[:, odd].argmin())
+        text += (
+            f" Best for {names[odd]} alone would be {signed(change[own, odd], 1)} dB there and "
+            f"{signed(others[own], 1)} dB in the others; best-mean gives "
+            f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
+            f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
+        )
+    report.section("What the designs trade", text)
+    if len(names) > 1:
+        both = np.column_stack([others, change[:, odd]])
+        edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)
+        named = {"today": (0.0, 0.0)}
+        for name, design in view.front.pick_designs.items():
+            gains = view.fleet.splv_change(design)
+            named[name] = (float(np.delete(gains, odd).mean()), float(gains[odd]))
+        report.figure(
+            "who_gains",
+            lambda: plot.fronts(
+                {"none better in both": edge},
+                {f"{len(change)} designs of the search": (others, change[:, odd])},
+                named,
+                mean_label="mean change in the other vehicles [dB]",
+                sigma_label=f"change in {names[odd]} [dB]",
+                width=width,
+            ),
+            f"{names[odd]}, which gains least, against the other vehicles: change of the mean "
+            "level over the scatter. Down and left is better; where the cloud bends, one gains "
+            "what the others lose.",
+        )
     report.figure(
         "pareto_front",
-        lambda: view.front.picture(view.judged_prescribed, BESIDE_WIDTH),
+        lambda: view.front.picture(view.judged_prescribed, width),
         "Both objectives of the front, with today's mounts and the picks; down and left is "
-        "better. Bars: one standard error over independent scrambles of the draws.",
+        "better. Bars: one standard error over independent scrambles of the draws."
+        + ("" if matters else f" The whole height is {view.sigma_range:.2g} dB of σ."),
     )
-    worst = view.worst_vehicle
-    report.figure(
-        "worst_vehicle",
-        lambda: heard(view.fleet, best, view.colours, rows=[worst], width=BESIDE_WIDTH),
-        f"The vehicle that gains least, {view.fleet.vehicles[worst]}: SPL at the driver's ear with "
-        "today's mounts (dashed) and with best-mean.",
-    )
+
+
+def _price(report: Report, view: PlatformFront) -> None:
+    """Keep sag, travel and modes of all picks."""
     if isinstance(view.price, str):
-        report.text(f"The price in sag, travel and modes is not known: {view.price}.")
-    else:
-        shown = view.price[["number", "today's", Pick.best_mean]]
-        sag = view.price["number"].str.contains("sag").any()
-        report.table(
-            "price",
-            view.price,
-            "The price: sag under the weight, travel at full torque and rigid-body modes."
-            if sag
-            else "The price: rigid-body modes. Without static curves (a mount library) sag and "
-            "travel are not known.",
-            {"today's": 1, "best-mean": 1},
-            shown=shown,
-        )
+        return
+    sag = view.price["number"].str.contains("sag").any()
+    report.section("What it costs, pick by pick", folded=True)
+    report.table(
+        "price",
+        view.price,
+        "Sag under the weight, travel at full torque and rigid-body modes."
+        if sag
+        else "Rigid-body modes. Without static curves (a mount library) sag and travel are not "
+        "known.",
+        {name: 1 for name in view.price.columns if name != "number"},
+    )
 
 
 def _picks(view: PlatformFront) -> pd.DataFrame:
@@ -418,12 +688,15 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         column = f"{Pick.best_mean} [dB]"
         worst = cases.iloc[int(cases[column].argmax())]
         by_case = cases.drop(columns="vehicle").groupby("load case", sort=False).mean()
+        titles = {name: view.platform.load_case(name).title for name in by_case.index}
         report.table(
             "load_cases",
             cases,
             "Change of the mean level in all load cases, mean over the vehicles. Best-mean does "
-            f"least in {worst['load case']}, {worst['vehicle']}: {signed(worst[column], 1)} dB.",
-            shown=by_case.reset_index(),
+            f"least in {titles[worst['load case']]}, {worst['vehicle']}: "
+            f"{signed(worst[column], 1)} dB.",
+            dict.fromkeys(map(str, by_case.columns), 1),
+            shown=by_case.rename(index=titles).reset_index(),
         )
         report.summary["worst_load_case"] = str(worst["load case"])
         report.summary["worst_load_case_change_db"] = float(worst[column])
@@ -462,13 +735,13 @@ def _motions(report: Report, view: PlatformFront, prescribed: Front) -> None:
     (own, _), (real, promised) = best.to_numpy(float)
     same = same_designs(prescribed.model, view.index, view.front.robust.space)
     report.text(
-        f"The powertrain answers here ({mine} motion); with prescribed motion it stays as "
-        f"measured. Prescribed motion promises {signed(promised, 2)} dB for its best-mean, {mine} "
-        f"motion gives it {signed(real, 2)} dB and finds {signed(own, 2)} dB itself. Prescribed "
-        f"motion ranks the same designs alike (correlation from "
-        f"{same['correlation [1]'].min():.3f}) and sees "
-        f"1/{same['slope [1]'].min():.2f} to 1/{same['slope [1]'].max():.2f} of what they do: "
-        "a softer mount also moves more or less, which it leaves out."
+        f"Here the powertrain answers a design ({mine} motion); prescribed motion leaves it as "
+        f"measured. Prescribed motion expects {signed(promised, 1)} dB of its own best-mean, of "
+        f"which {mine} motion expects {signed(real, 1)} dB; the best-mean of {mine} motion brings "
+        f"{signed(own, 1)} dB. Both rank designs alike (correlation "
+        f"{same['correlation [1]'].min():.3f} or more), and prescribed motion expects "
+        f"{PERCENT / same['slope [1]'].max():.0f} to {PERCENT / same['slope [1]'].min():.0f} % of "
+        "each change, because it leaves out that a softer mount lets the powertrain move otherwise."
     )
     report.table(
         "motions",
@@ -497,8 +770,8 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     first, last = view.fleet.frequency[0], view.fleet.frequency[-1]
     report.section(
         "What the supplier should build",
-        "The stiffnesses of best-mean within their bounds, and beside them those of the "
-        f"other picks. N/mm are {view.stiffness_state}.",
+        "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
+        f"{view.stiffness_state}.",
     )
     report.figure(
         "stiffness_bars",
@@ -522,6 +795,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         table[f"{name} factor [1]"] = design[:n]
         table[f"{name} [N/mm]"] = nominal * design[:n]
     for column, end in (("from", 0), ("to", 1)):
+        table[f"best-mean {column} [1]"] = np.where(free, np.nan, interval[:, end])
         table[f"best-mean {column} [N/mm]"] = np.where(free, np.nan, nominal * interval[:, end])
     table["requirement"] = [need.value for need in freedom.needs[:n]]
     moved = freedom.move[:n].argmax(axis=1)
@@ -530,11 +804,11 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     stiffness = pd.DataFrame(table)
     columns = [
         "variable",
-        "nominal [N/mm]",
+        "best-mean factor [1]",
+        "best-mean from [1]",
+        "best-mean to [1]",
         "best-mean [N/mm]",
-        "best-mean from [N/mm]",
-        "best-mean to [N/mm]",
-        *(f"{name} [N/mm]" for name in view.front.picks if name != Pick.best_mean),
+        "nominal [N/mm]",
         "requirement",
         "largest change in its range [dB]",
         "changed most",
@@ -542,10 +816,14 @@ def _supplier(report: Report, view: PlatformFront) -> None:
     report.table(
         "stiffness",
         stiffness,
-        "Stiffnesses of the named designs. From and to: the range around best-mean "
-        f"within which, {freedom.sentence}, scatter of the parts included; any in bounds: that "
-        "holds for the whole range; as today: today's part lies in it.",
-        {column: 0 for column in columns if column.endswith("[N/mm]")},
+        "Factor: share of today's stiffness. From and to: the range around best-mean within "
+        f"which, {freedom.sentence}, scatter of the parts included; any in bounds: that holds for "
+        "the whole range; as today: today's part lies in it. stiffness.csv has the other picks.",
+        {
+            column: 0 if column.endswith("[N/mm]") else 2
+            for column in columns
+            if column.endswith(("[N/mm]", "[1]"))
+        },
         shown=stiffness[columns],
     )
     if len(view.front.variables) > n:

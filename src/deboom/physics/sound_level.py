@@ -14,6 +14,12 @@ from deboom.errors import InputError
 
 REFERENCE_PRESSURE = 2e-5
 """Reference of sound pressure levels, rms [Pa]."""
+RUN_UP_SECONDS = 10.0
+"""Time of a run-up from the first to the last frequency, unless another one is asked for [s]."""
+RUN_UP_RATE = 44100
+"""Samples of a run-up per second [Hz]."""
+HEADROOM = 1.25
+"""Full scale of run-ups over the largest pressure in them [1]."""
 
 # IEC 61672-1, annex E: the poles of the A-weighting [Hz], to the digits that its defining
 # relations give (the standard prints 20.60, 107.7, 737.9 and 12194).
@@ -104,6 +110,49 @@ def spl(pressure: npt.ArrayLike, frequency: npt.ArrayLike, axis: int = 0) -> Rea
     weighting = a_weighting(frequency)
     _check_lines(level, weighting, axis)
     return np.moveaxis(np.moveaxis(level, axis, -1) + weighting, -1, axis)
+
+
+# ISO 226:2003, table 1: threshold of hearing of pure tones, unweighted
+_HEARD_FROM = {
+    **{20.0: 78.5, 25.0: 68.7, 31.5: 59.5, 40.0: 51.1, 50.0: 44.0, 63.0: 37.5, 80.0: 31.5},
+    **{100.0: 26.5, 125.0: 22.1, 160.0: 17.9, 200.0: 14.4, 250.0: 11.4, 315.0: 8.6, 400.0: 6.2},
+    **{500.0: 4.4, 630.0: 3.0, 800.0: 2.2, 1000.0: 2.4},
+}
+
+
+def hearing_threshold(frequency: npt.ArrayLike) -> RealArray:
+    """Return the level from which a tone is heard in silence by half of young listeners [dB(A)].
+
+    Parameters
+    ----------
+    frequency : array_like, any shape
+        From 20 to 1000 Hz [Hz]; below 20 Hz the threshold of 20 Hz counts, unweighted.
+
+    Raises
+    ------
+    InputError
+        A frequency above 1000 Hz, or without a weighting.
+
+    Notes
+    -----
+    ISO 226:2003, table 1, between its frequencies linear over their logarithm, and the A-weighting
+    of `a_weighting`. What lies below adds nothing to what anybody hears: a mean over lines that
+    counts it follows notches.
+
+    Examples
+    --------
+    >>> hearing_threshold([25.0, 100.0]).round(1)
+    array([24. ,  7.4])
+    """
+    values = np.asarray(frequency, dtype=float)
+    if np.any(values > max(_HEARD_FROM)):
+        raise InputError(
+            f"the threshold of hearing is known here up to {max(_HEARD_FROM):g} Hz, not at "
+            f"{values.max():g} Hz"
+        )
+    lines, levels = np.array(list(_HEARD_FROM.items())).T
+    weighting = a_weighting(values)
+    return np.asarray(np.interp(np.log(values), np.log(lines), levels) + weighting)
 
 
 def splv(level: npt.ArrayLike, axis: int = 0) -> RealArray:
@@ -212,3 +261,11 @@ def run_up_sound(
     amplitude = make_interp_spline(lines, values, k=1, axis=0)(lines[0] + slope * time)
     turn = np.exp(1j * phase).reshape(-1, *(1,) * (values.ndim - 1))
     return np.asarray((amplitude * turn).real)
+
+
+def full_scale(sounds: npt.ArrayLike) -> float:
+    """Return the full scale of run-ups that shall be compared by ear [Pa].
+
+    - `sounds`: sound pressures of all of them [Pa].
+    """
+    return HEADROOM * float(np.abs(np.asarray(sounds)).max())

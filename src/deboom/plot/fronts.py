@@ -144,19 +144,22 @@ def fronts(
     *,
     mean_label: str,
     sigma_label: str,
+    width: float = FULL_WIDTH,
     ax: Axes | None = None,
 ) -> Axes:
     """Draw several fronts of two objectives, with clouds of designs and single designs.
 
     - `curves`: label → both objectives of a front, drawn as points on a step line.
     - `points`: label → both objectives of many designs, drawn small and below.
-    - `marks`: label → both objectives of one design.
+    - `marks`: label → both objectives of one design, the first one in black; designs at one place
+      share a mark.
     - `mean_label`, `sigma_label`: axis labels with units.
+    - `width`: of a figure of its own [inch].
     - raises InputError: no front, arrays of different lengths or values that are not finite.
     """
     if not curves:
         raise InputError("figure fronts: there is no front to draw")
-    with canvas(ax, FULL_WIDTH, 3.4) as axes:
+    with canvas(ax, width, min(3.4, 0.85 * width)) as axes:
         for name, (x, y) in points.items():
             pair = finite("fronts", {f"{name} x": x, f"{name} y": y})
             axes.plot(*pair.values(), ".", color=MUTED, markersize=2.5, alpha=0.45, label=name)
@@ -172,8 +175,20 @@ def fronts(
                 markersize=3.0,
                 label=name,
             )
-        for name, place_of in marks.items():
-            axes.plot(*place_of, "X", color=INK, markersize=8.0, linestyle="none", label=name)
+        for number, (place_of, name) in enumerate(_by_place(marks).items()):
+            if number == 0:
+                axes.plot(*place_of, "X", color=INK, markersize=8.0, linestyle="none", label=name)
+                continue
+            axes.plot(
+                *place_of,
+                marker=_PICK_MARKERS[(number - 1) % len(_PICK_MARKERS)],
+                color=VEHICLE_PALETTE[1],
+                markeredgecolor="white",
+                markersize=8.5,
+                linestyle="none",
+                zorder=5,
+                label=name,
+            )
         axes.set_xlabel(mean_label)
         axes.set_ylabel(sigma_label)
         place_legend(axes, ax, loc="outside upper right", ncols=2)

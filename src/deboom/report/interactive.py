@@ -1,7 +1,8 @@
-"""The page on which a front is explored: brush designs, pin two, read their stiffness.
+"""The page on which designs are changed and a front is explored.
 
-One HTML file with its data inside, drawn as SVG by a script of our own: no library, no network, no
-server. A reader without scripts gets the run's pictures.
+Above, sliders move a design whose levels the page computes itself; below, designs of the run are
+brushed, pinned and read. One HTML file with model and data inside, drawn as SVG by scripts of our
+own: no library, no network, no server. A reader without scripts gets the run's pictures.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.errors import InputError
+from deboom.report.live import LiveModel
 from deboom.report.report import Picture, rendered
 
 RealArray = npt.NDArray[np.float64]
@@ -25,10 +27,13 @@ LEVEL_STEP = 0.01
 """Resolution of the levels in the page [dB]."""
 MAX_BYTES = 6_000_000
 """Size of the page that is not exceeded [byte]."""
-_SCRIPTS = ("interactive_state.js", "interactive_pictures.js", "interactive_controls.js")
+_MODEL = ("model.js", "live_search.js")
+_LIVE = ("live_state.js", "live_sound.js", "live_controls.js", "live_pictures.js", "live_end.js")
+_FRONT = ("interactive_state.js", "interactive_pictures.js", "interactive_controls.js")
 _BYTES_PER_VALUE = 12
 _BYTES_PER_LEVEL = 8 / 3
 _PROGRAM = 120_000
+_LIVE_PROGRAM = 120_000
 _MOST_EVALUATED = 6000
 
 
@@ -70,6 +75,9 @@ class InteractiveFront:
       [dB(A)].
     - `pictures`: for a reader without scripts.
     - `runs` (n,): 1 for designs of another run beside, 0 for the run's own; empty: all its own.
+    - `full_scale`: sound pressure at the loudest that a run-up is played, that of `deboom listen`
+      [Pa].
+    - `live`: model that the page computes with; None: `not_live` says why there is none.
     - raises InputError: values that are not finite, levels beyond ±300 dB(A), doubled names.
     """
 
@@ -87,6 +95,9 @@ class InteractiveFront:
     levels: RealArray
     pictures: tuple[Picture, ...] = field(default=())
     runs: Sequence[int] = ()
+    full_scale: float = field(kw_only=True)
+    live: LiveModel | None = None
+    not_live: str = ""
 
     def __post_init__(self) -> None:
         names = [axis.name for axis in self.axes]
@@ -121,13 +132,34 @@ def render_interactive(front: InteractiveFront) -> str:
             f"All evaluated designs: {len(evaluated)} of {len(front.axes[0].values) - len(rows)}, "
             "with the values that the search saw; they have no curves."
         )
-    room = files("deboom.report")
-    script = "\n".join(room.joinpath(name).read_text(encoding="utf-8") for name in _SCRIPTS)
-    digest = base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
-    data = _json(front, rows, evaluated)
+    script = _text("page_parts.js") + _live_script(front.live) + _text(*_FRONT)
+    model = _text(*_MODEL)
     return rendered(
-        "interactive.html", {}, front=front, facts=facts, data=data, script=script, digest=digest
+        "interactive.html",
+        {},
+        front=front,
+        facts=facts,
+        data=_json(front, rows, evaluated),
+        script=script,
+        model=model,
+        style=_text("live.css"),
+        live=_text("live.html"),
+        digests=[_digest(model), _digest(script)] if front.live else [_digest(script)],
     )
+
+
+def _text(*names: str) -> str:
+    home = files("deboom.report")
+    return "".join(home.joinpath(name).read_text(encoding="utf-8") + "\n" for name in names)
+
+
+def _live_script(live: LiveModel | None) -> str:
+    """Return the live part as one constant, whose names are its own."""
+    return f"const live = (() => {{\n{_text(*_LIVE)}}})();\n" if live else "const live = null;\n"
+
+
+def _digest(script: str) -> str:
+    return base64.b64encode(hashlib.sha256(script.encode("utf-8")).digest()).decode("ascii")
 
 
 def _shown(front: InteractiveFront) -> list[int]:
@@ -135,7 +167,8 @@ def _shown(front: InteractiveFront) -> list[int]:
     n, n_vehicles, n_lines = len(front.points), len(front.vehicles), len(front.frequency)
     pictures = sum(len(picture.png) * 4 / 3 for picture in front.pictures)
     evaluated = min(len(front.axes[0].values) - n, _MOST_EVALUATED) * len(front.axes)
-    room = MAX_BYTES - _PROGRAM - pictures - _BYTES_PER_VALUE * (2 * n_lines + evaluated)
+    model = front.live.n_bytes + _LIVE_PROGRAM if front.live else 0
+    room = MAX_BYTES - _PROGRAM - model - pictures - _BYTES_PER_VALUE * (2 * n_lines + evaluated)
     per_design = (
         _BYTES_PER_LEVEL * n_vehicles * n_lines
         + _BYTES_PER_VALUE * len(front.axes)
@@ -177,6 +210,7 @@ def _json(front: InteractiveFront, rows: list[int], evaluated: list[int]) -> str
         "frequency": _numbers(front.frequency),
         "speed": _numbers(front.speed),
         "levelStep": LEVEL_STEP,
+        "fullScale": float(f"{front.full_scale:.7g}"),
         "levels": base64.b64encode(steps.tobytes()).decode("ascii"),
     }
     text = json.dumps(data, allow_nan=False, ensure_ascii=False, separators=(",", ":"))

@@ -271,7 +271,7 @@ filledSelect("leading", [[-1, "as they are"], ...named], (place) => { if (place 
 byId("opacity").addEventListener("input", (event) => { state.opacity = Number(event.target.value); redraw(); });
 byId("matrix").addEventListener("toggle", () => matrix.draw());
 filledSelect("heard", front.vehicles.map((vehicle, place) => [place, vehicle.name]), () => {});
-byId("scale").textContent = `full scale ${fullScale().toPrecision(3)} Pa, ${SECONDS} s; use headphones`;
+byId("scale").textContent = `full scale ${front.fullScale.toPrecision(3)} Pa, ${SECONDS} s; use headphones`;
 let playing = null;
 for (const [id, design] of [["play-today", () => TODAY], ["play-a", () => state.pins.a], ["play-b", () => state.pins.b]]) {
   byId(id).addEventListener("click", () => {
@@ -293,3 +293,8 @@ new ResizeObserver(() => {
   if (width !== document.body.clientWidth) { width = document.body.clientWidth; redraw(); }
 }).observe(document.body);
 redraw();
+if (live) {
+  live.fillStarts();
+  byId("to-live").addEventListener("click", () => live.start(state.pins.a));
+  byId("to-limits").addEventListener("click", () => live.limitsFromBrushes(state.brushes));
+}

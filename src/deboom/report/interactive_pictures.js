@@ -1,21 +1,5 @@
 // The pictures: parallel coordinates, scatter, sound pressure level of each vehicle.
 
-function element(parent, name, attributes = {}, words = null) {
-  const made = document.createElementNS(SVG, name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  if (words !== null) made.textContent = words;
-  parent.append(made);
-  return made;
-}
-
-function node(parent, name, attributes = {}, words = null) {
-  const made = document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
-  if (words !== null) made.textContent = words;
-  parent.append(made);
-  return made;
-}
-
 function sheet(svg, width, height) {
   svg.replaceChildren();
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
@@ -312,13 +296,12 @@ function aWeighting(hertz) {
   return 20 * Math.log10(gain(f2) / gain(1e6));
 }
 const peakPascal = (level, line) => Math.SQRT2 * 20e-6 * 10 ** ((level - aWeighting(front.frequency[line])) / 20);
-const fullScale = () => levels.reduce((most, level, at) => Math.max(most, peakPascal(level, at % front.frequency.length)), 0);
 
 function runUp(context, design, vehicle, seconds) {
   const { frequency } = front;
   const [first, last] = [frequency[0], frequency[frequency.length - 1]];
   const heard = Array.from(levelsOf(design, vehicle), peakPascal);
-  const scale = fullScale();
+  const scale = front.fullScale;
   let line = 0;
   const gains = Float32Array.from({ length: 400 }, (_, at) => {
     const now = first + ((last - first) * at) / 399;

@@ -1,4 +1,3 @@
-"use strict";
 // Pictures and form controls show one state and change it through the same few functions (actions,
 // below). Brushes are steps of an axis, so that a drag and a slider mean the same.
 
@@ -6,14 +5,12 @@ const front = JSON.parse(document.getElementById("front").textContent);
 const STEPS = 200;
 const [WIDE, CLOSE] = [56, 42]; // gaps between axes [px]: below it names are slanted; the least
 const TODAY = -1;
-const SVG = "http://www.w3.org/2000/svg";
 const COLOUR = { a: "#1f2933", b: "#b5478a", chosen: "#0b4f7d", beside: "#d55e00", cloud: "#7aa6c2", other: "#c3cad2", today: "#5f6b7a", walk: "#e69f00" };
 const axes = front.axes;
 const N = front.points.length; // designs with curves; further rows were evaluated on the way
 const ROWS = axes[0].values.length;
 let designs = front.points.map((_, design) => design);
 const levels = decoded(front.levels);
-const byId = (id) => document.getElementById(id);
 
 const state = {
   brushes: new Map(), // axis → [lowest step, highest step]
@@ -62,16 +59,6 @@ function levelsOf(design, vehicle) {
   return levels.subarray(first, first + lines);
 }
 
-function text(value, decimals) {
-  const plain = Math.abs(value).toFixed(decimals);
-  return (value < 0 && Number(plain) !== 0 ? "−" : "") + plain;
-}
-
-function signed(value, decimals) {
-  const words = text(value, decimals);
-  return value > 0 && Number(words) !== 0 ? "+" + words : words;
-}
-
 function decimalsOf(axis, scale = 1) {
   if (isDecibel(axis)) return axis.upper - axis.lower < 0.3 ? 3 : 2;
   if (scale === 1 && axis.unit === "1") return 3;
@@ -108,15 +95,6 @@ function byColour(list) {
     groups.get(colour).push(design);
   }
   return groups;
-}
-
-function ticks(lower, upper, wanted) {
-  const rough = (upper - lower) / wanted;
-  const power = 10 ** Math.floor(Math.log10(rough));
-  const step = power * [1, 2, 5, 10].find((factor) => factor * power >= rough * 0.999);
-  const found = [];
-  for (let at = Math.ceil(lower / step - 1e-9); at * step <= upper + step * 1e-9; at++) found.push(at * step);
-  return { values: found, decimals: Math.max(0, -Math.floor(Math.log10(step) + 1e-9)) };
 }
 
 // ---- actions: everything that a pointer, a key or a control can ask for
@@ -203,9 +181,6 @@ function exportSelection() {
   });
   const quoted = (cell) => (/[",\n\r]/.test(cell) ? `"${String(cell).replace(/"/g, '""')}"` : String(cell));
   const lines = [heads, ...rows].map((row) => row.map(quoted).join(",") + "\n");
-  const link = document.createElement("a");
-  link.href = URL.createObjectURL(new Blob(["\ufeff", ...lines], { type: "text/csv;charset=utf-8" }));
-  link.download = front.run.replace(/[^\w.-]+/g, "-") + "_selection.csv";
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  const name = front.run.replace(/[^\w.-]+/g, "-") + "_selection.csv";
+  download(name, "text/csv;charset=utf-8", ["\ufeff", ...lines]);
 }

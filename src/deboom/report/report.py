@@ -84,6 +84,38 @@ class Table:
     decimals: Mapping[str, int] = field(default_factory=dict)
 
 
+@dataclass(frozen=True)
+class Sound:
+    """A sound of the page, played where it is asked for.
+
+    - `name`: what is heard, such as ``today``.
+    - `wav`: the whole WAV file.
+    """
+
+    name: str
+    wav: bytes
+
+
+@dataclass(frozen=True)
+class Step:
+    """Something to do next: a command as it is typed, and what it is for."""
+
+    command: str
+    purpose: str
+
+
+@dataclass(frozen=True, eq=False)
+class Panel:
+    """A part of the first screen: a heading with tables, sounds, steps, pictures or texts.
+
+    - `wide`: whether it stands in the wider column, above and left of those that do not.
+    """
+
+    title: str
+    blocks: tuple[str | Picture | Table | Sound | Step, ...]
+    wide: bool = False
+
+
 @dataclass(frozen=True, eq=False)
 class Section:
     """A part of the page: texts, pictures and tables in the order of reading."""
@@ -133,6 +165,9 @@ class Report:
         self.question = question
         self.compact = compact
         self.tiles: list[tuple[str, str]] = []
+        self.verdict = ""
+        self.remarks: list[str] = []
+        self.panels: list[Panel] = []
         self.warnings: list[str] = []
         self.terms: list[str] = []
         self.sections: list[Section] = []
@@ -153,7 +188,8 @@ class Report:
     def failures(self) -> list[str]:
         """What could not be drawn, and why."""
         names = {picture: stem for stem, picture in self.pictures.items()}
-        shown = [b for s in self.sections for b in s.blocks if isinstance(b, Picture)]
+        parts: list[Panel | Section] = [*self.panels, *self.sections]
+        shown = [b for part in parts for b in part.blocks if isinstance(b, Picture)]
         return [
             f"the figure {names.get(p, p.caption)} could not be drawn ({p.failure})"
             for p in dict.fromkeys((*names, *shown))
@@ -163,6 +199,46 @@ class Report:
     def tile(self, value: str, label: str) -> None:
         """Show a number that a hurried reader takes away, such as ``−3.1 dB``, and what it is."""
         self.tiles.append((value, label))
+
+    def answer(self, verdict: str, *remarks: str) -> None:
+        """Begin the first screen with its verdict; the page then shows it in place of the tiles.
+
+        Parameters
+        ----------
+        verdict : str
+            The answer in a sentence, for a reader who reads no other.
+        *remarks : str
+            What belongs beside it, such as how sure it is; empty ones are left out.
+        """
+        self.verdict = verdict
+        self.remarks = [remark for remark in remarks if remark]
+
+    def panel(
+        self, title: str, *blocks: str | Picture | Table | Sound | Step, wide: bool = False
+    ) -> None:
+        """Add a part of the first screen; one without blocks is left out.
+
+        Parameters
+        ----------
+        title : str
+            Heading.
+        *blocks : str, Picture, Table, Sound or Step
+            What it shows, in the order of reading; no table of it is a file.
+        wide : bool
+            Whether it stands in the wider column.
+
+        Raises
+        ------
+        InputError
+            No verdict before it; decimals for a column that a table does not have.
+        """
+        if not self.verdict:
+            raise InputError("a first screen begins with its verdict: call `answer` first")
+        for block in blocks:
+            if isinstance(block, Table):
+                text_columns(block.frame, block.decimals)
+        if blocks:
+            self.panels.append(Panel(title, blocks, wide))
 
     def warn(self, *sentences: str) -> None:
         """Say what the reader must know before trusting the numbers; empty sentences are left out.
@@ -339,11 +415,13 @@ class Report:
     def html(self, provenance: Mapping[str, Any] | None = None) -> str:
         """Render the page as one HTML file without scripts or references to anything outside of it.
 
+        With a verdict its first screen is the answer, which prints on pages of its own.
+
         - `provenance`: how the numbers came about: ``command``, ``inputs`` (file → SHA-256) and
           further facts; mappings inside are written out. Texts are escaped: no input can add
           markup.
         """
-        given = provenance or {}
+        given, contents = provenance or {}, len(self.sections) >= _CONTENTS_FROM
         return rendered(
             "page.html",
             {
@@ -353,7 +431,8 @@ class Report:
             },
             page=self,
             terms={term: GLOSSARY[term] for term in self.terms},
-            contents=len(self.sections) >= _CONTENTS_FROM,
+            classes=" ".join(["answered"] * bool(self.verdict) + ["with-contents"] * contents),
+            contents=contents,
             provenance=given,
             command=given.get("command"),
             inputs=given.get("inputs") or {},
@@ -379,7 +458,7 @@ def rendered(name: str, filters: Mapping[str, Callable[..., Any]], **content: An
     environment = Environment(
         autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
     )
-    environment.filters |= {"image": as_image, **filters}
+    environment.filters |= {"image": as_image, "audio": as_audio, **filters}
     template = files("deboom.report").joinpath(name).read_text(encoding="utf-8")
     return environment.from_string(template).render(**content)
 
@@ -394,17 +473,30 @@ def as_image(picture: Picture) -> dict[str, str | int]:
     }
 
 
-def _groups(section: Section) -> Iterator[tuple[str, list[Any]]]:
+def as_audio(sound: Sound) -> str:
+    """Return the WAV as a data URI."""
+    return "data:audio/wav;base64," + base64.b64encode(sound.wav).decode("ascii")
+
+
+_KINDS: Mapping[type, str] = {
+    str: "texts",
+    Picture: "figures",
+    Table: "tables",
+    Sound: "sounds",
+    Step: "steps",
+}
+
+
+def _groups(part: Section | Panel) -> Iterator[tuple[str, list[Any]]]:
     """Yield blocks of one kind that follow each other: narrow figures share a row."""
-    kinds = {str: "texts", Picture: "figures", Table: "tables"}
     shown = [
         f"This figure could not be drawn: {block.failure}."
         if isinstance(block, Picture) and block.failure
         else block
-        for block in section.blocks
+        for block in part.blocks
     ]
     for kind, blocks in groupby(shown, key=type):
-        yield kinds[kind], list(blocks)
+        yield _KINDS[kind], list(blocks)
 
 
 def _table_file(stem: str, frame: pd.DataFrame) -> tuple[str, bytes]:

@@ -142,3 +142,20 @@ def catalogue_index(
         ]
         levels.append(replace(runs, cases=cases).model(motion))
     return CatalogueModel(runs.platform.mounts, tuple(levels), catalogue.n_parts)
+
+
+def ordered_stiffness(
+    runs: Runs, catalogue: Catalogue, design: RealArray, outside: Outside
+) -> RealArray:
+    """Return the mean ``|K|`` of a set of parts, re-tuned, in operation of the first load case.
+
+    - `design` (n_mount + k,): part numbers, then stiffness factors [1].
+    - returns (k,): [N/m]; nan: not measured.
+    - raises InputError: see `deboom.mounts.surface_forces.surface_forces`.
+    """
+    numbers, factors = np.split(design, [len(catalogue.parts)])
+    mounts = [
+        parts[int(number)] for parts, number in zip(catalogue.parts.values(), numbers, strict=True)
+    ]
+    case = surface_forces(runs.cases[0][0], mounts, outside).load_case
+    return np.asarray(runs.stiffness(case, runs.band) * factors)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from deboom.choices import Pick
@@ -27,6 +28,7 @@ def write_interactive_page(
     studies: Path | None,
     out: Path | None = None,
     beside: Path | None = None,
+    vehicles: Sequence[str] = (),
 ) -> Path:
     """Write the interactive page of a run.
 
@@ -40,6 +42,8 @@ def write_interactive_page(
         Folder that gets the page, made when missing; None: the run's.
     beside : Path or None
         Another run of a front study, whose front lies over this one.
+    vehicles : sequence of str
+        Vehicles whose levels the page computes; none: all that the run served.
 
     Returns
     -------
@@ -50,17 +54,18 @@ def write_interactive_page(
     ------
     InputError
         A run that is neither, misses a file or holds an edited one; two runs of other variables,
-        vehicles or lines; a folder that cannot be written. Nothing is written then.
+        vehicles or lines; a vehicle that the run did not serve; a folder that cannot be written.
+        Nothing is written then.
     """
     entry = read_run(folder)
     kept = {name.removesuffix(PACKED) for name in entry.record["files_sha256"]}
     if beside is None and {DOE, FRONT} & kept == {DOE}:
         check_files(entry)
         model = prepared_again(entry, study_of(entry, studies))
-        page = interactive_doe(entry, model)
+        page = interactive_doe(entry, model, vehicles)
     else:
         study = supplier_study(folder, studies, Pick.best_mean)
-        page = interactive_front(study)
+        page = interactive_front(study, vehicles)
         if beside is not None:
             page = overlaid(page, interactive_front(supplier_study(beside, studies, study.pick)))
         page = with_evaluated(page, study)

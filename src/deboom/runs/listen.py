@@ -2,29 +2,19 @@
 
 from __future__ import annotations
 
-import io
 import json
 from pathlib import Path
 
 import numpy as np
-from scipy.io import wavfile
-from scipy.signal.windows import tukey
 
-from deboom.arrays import RealArray
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes, replace_text
+from deboom.files.sound import run_up_files
 from deboom.names import path_inside
-from deboom.physics.sound_level import run_up_sound
+from deboom.physics.sound_level import RUN_UP_RATE
 from deboom.runs.rebuilt import compared_run
 from deboom.vehicles.booming_model import BoomingModel
-
-RATE = 44100
-"""Samples per second [Hz]."""
-FADE_S = 0.05
-"""Fading in and out, against clicks at both ends [s]."""
-HEADROOM = 1.25
-"""Full scale over the largest pressure of all files [1]."""
 
 
 def write_run_ups(
@@ -67,19 +57,18 @@ def write_run_ups(
         )
     designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
-    sounds = run_up_sound(np.moveaxis(pressure, -1, 0), model.frequency, seconds, RATE)
-    fade = tukey(len(sounds), 2 * FADE_S / seconds)
-    full_scale = HEADROOM * float(np.abs(sounds).max())
+    rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
+    sounds, scale = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE)
     place = made_folder(path_inside(run.entry.folder, "listen") if out is None else out)
     paths = []
-    for v, vehicle in enumerate(model.response_names):
-        for d, name in enumerate(designs):
-            paths.append(path_inside(place, f"{vehicle} {name}.wav"))
-            replace_bytes(paths[-1], _wav(fade * sounds[:, d, v] / full_scale))
+    names = [f"{vehicle} {name}.wav" for vehicle in model.response_names for name in designs]
+    for name, sound in zip(names, sounds, strict=True):
+        paths.append(path_inside(place, name))
+        replace_bytes(paths[-1], sound)
     facts = {
         "run": run.entry.name,
         "load_case": model.load_case_names[0],
-        "full_scale_Pa": full_scale,
+        "full_scale_Pa": scale,
         "first_Hz": float(model.frequency[0]),
         "last_Hz": float(model.frequency[-1]),
         "seconds": seconds,
@@ -87,10 +76,3 @@ def write_run_ups(
     paths.append(place / "listen.json")
     replace_text(paths[-1], json.dumps(facts, indent=2) + "\n")
     return paths
-
-
-def _wav(signal: RealArray) -> bytes:
-    """Write a signal between −1 and 1 as 16 bit."""
-    stream = io.BytesIO()
-    wavfile.write(stream, RATE, np.round(32767 * signal).astype(np.int16))
-    return stream.getvalue()

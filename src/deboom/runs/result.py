@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 
-from deboom.files.run_folder import CheckpointFolder, Run, hash_files
+from deboom.files.run_folder import LATEST, UNFINISHED, CheckpointFolder, Run, hash_files
 
 
 @dataclass(frozen=True)
@@ -33,3 +33,15 @@ class RunContext:
         """
         hashes = hash_files(inputs, relative_to=self.relative_to)
         return CheckpointFolder(self.run.folder / name, hashes)
+
+
+def run_name(context: RunContext | None, study: str) -> str:
+    """Return the folder of a run once it has finished, or its name, as it is typed in a command.
+
+    - `context`: of the run; without it the study's latest one in ``results`` is meant.
+    """
+    if context is None:
+        return f"results/{study}/{LATEST}"
+    folder = context.run.folder
+    beside = folder.parents[1] == Path("results")
+    return (folder.name if beside else folder.as_posix()).removesuffix(UNFINISHED)

@@ -22,6 +22,7 @@ from deboom.report import Report
 from deboom.runs.options import at_least
 from deboom.runs.progress import progress_bar
 from deboom.runs.result import RunContext
+from deboom.vehicles.fleet_front import FleetFront
 
 
 def report_limits(
@@ -143,9 +144,12 @@ class SearchOptions:
         verified_with: int = VERIFIED,
         title: str = "NSGA-II",
     ) -> Front:
-        """Search and verify the whole front with these options, as `deboom.search` unpolished."""
+        """Search and verify the whole front with these options, as `deboom.search` unpolished.
+
+        Picks that make no vehicle louder make no booming peak louder either.
+        """
         with progress_bar(title) as bar:
-            return search(
+            front = search(
                 robust,
                 population=self.population,
                 generations=self.generations,
@@ -160,6 +164,14 @@ class SearchOptions:
                 progress=bar,
                 checkpoint=_checkpoint(run, inputs, "search", seed),
             )
+        return _keeping_peaks(front)
+
+
+def _keeping_peaks(front: Front) -> Front:
+    """Return the front with picks that keep booming peaks, where its model has levels."""
+    if hasattr(front.model, "levels") and callable(front.model.levels):
+        return FleetFront.keeping_peaks(front).front
+    return front
 
 
 def _checkpoint(
@@ -198,11 +210,13 @@ class ThoroughSearchOptions(SearchOptions):
     ) -> Front:
         """Search, improve and verify a front with these options, as `deboom.search`.
 
+        Picks that make no vehicle louder make no booming peak louder either.
+
         - `name`: of the folder within the run, and of the progress bar.
         - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
         """
         with progress_bar(name) as bar:
-            return search(
+            front = search(
                 robust,
                 population=self.population,
                 generations=self.generations,
@@ -218,3 +232,4 @@ class ThoroughSearchOptions(SearchOptions):
                 progress=bar,
                 checkpoint=_checkpoint(run, inputs, name, seed),
             )
+        return _keeping_peaks(front)

@@ -21,7 +21,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion, amplitude_motion, 
 from deboom.vehicles.coupled_motion import coupled_motion
 from deboom.vehicles.design_factor import Factor
 from deboom.vehicles.fleet import Band, Fleet, PathContributions, path_contributions
-from deboom.vehicles.kernels import Case, LevelSum, PullBack, level_sum, numba_installed
+from deboom.vehicles.kernels import Case, LevelSum, PullBack, level_sum
 from deboom.vehicles.path_analysis import PathAnalysis
 from deboom.vehicles.powertrain import KinematicModel, Powertrain
 
@@ -59,7 +59,8 @@ class BoomingModel:
         Whether the cases are split into elastic and lossy parts: designs are stiffness factors x,
         then loss factors y, and the parts have the factors x and x y.
     compiled : bool, optional
-        Whether compiled loops sum the levels; by default where numba is installed.
+        Whether compiled loops sum the levels; otherwise numpy does, as a reference, in 27 times
+        the time with coupled motion and 178 times with amplitude-dependent stiffness.
 
     Raises
     ------
@@ -93,7 +94,7 @@ class BoomingModel:
     cases: tuple[Case, ...]
     weights: tuple[float, ...]
     loss_factors: bool = False
-    compiled: bool = field(default_factory=numba_installed)
+    compiled: bool = True
     _level_sums: tuple[LevelSum, ...] = field(init=False, repr=False)
     _one_pascal: float = field(init=False, repr=False)
     """SPLV of 1 Pa at every line: the A-weighting and the reference of all lines at once."""

@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
-from deboom.arrays import RealArray
+from deboom.arrays import RealArray, checked
 from deboom.explore.doe import sobol_designs
 from deboom.explore.result import Front
 from deboom.explore.space import DesignSpace, Evaluate
+from deboom.physics.sound_level import hearing_threshold
 from deboom.vehicles.booming_peaks import PeakChange, compare_peaks
 
 PEAK_COLUMNS = (
@@ -28,16 +30,59 @@ PEAK_COLUMNS = (
 )
 
 
+COMMON_PERCENTILE = 95.0
+"""Of the levels of cars as made, that is shown [%]."""
+
+
+@checked(vehicles="v", levels="d v")
+class CarLevels:
+    """Mean levels of the lines of cars as made: each draw of the parts in each vehicle.
+
+    - `vehicles`: names.
+    - `levels` (d, v): of d draws in v vehicles [dB(A)].
+    - raises InputError: levels of another number of vehicles, or that are not finite.
+
+    Examples
+    --------
+    >>> from deboom.vehicles.fleet_front import CarLevels
+    >>> cars = CarLevels(("U06-1",), [[50.0], [51.0], [52.0], [53.0]])
+    >>> cars.share_within(51.5)
+    array([0.5])
+    """
+
+    vehicles: tuple[str, ...]
+    levels: RealArray
+
+    def share_within(self, target: npt.ArrayLike) -> RealArray:
+        """Return the share of the cars of each vehicle at or below a level, shape (v,) [1].
+
+        - `target` (v,) or a number: level that a car shall not exceed [dB(A)].
+        """
+        return np.asarray(np.mean(self.levels <= np.asarray(target, dtype=float), axis=0))
+
+    def percentile(self, percent: float = COMMON_PERCENTILE) -> RealArray:
+        """Return the level that this share of the cars does not exceed, shape (v,) [dB(A)]."""
+        return np.asarray(np.percentile(self.levels, percent, axis=0))
+
+
 @dataclass(frozen=True, eq=False)
 class FleetFront:
     """Levels, booming peaks and vehicles behind a front of designs; levels without scatter.
 
     - `front`: of a model with lines, such as `BoomingModel`.
     - `order`: of the lines whose levels are shown, per revolution [1].
+    - `audible`: whether lines below the threshold of hearing count as that threshold in the mean
+      levels of `cars` and `todays_levels`, whose notches would count otherwise.
     """
 
     front: Front
     order: float = 1.0
+    audible: bool = False
+
+    @classmethod
+    def keeping_peaks(cls, front: Front, order: float = 1.0) -> FleetFront:
+        """Return a front whose none-louder and sigma-kept make no booming peak louder either."""
+        return cls(replace(front, rise=cls(front, order).peak_rise), order)
 
     @property
     def model(self) -> Any:
@@ -68,6 +113,38 @@ class FleetFront:
         """SPL of one design without scatter in the first case, shape (v, f) [dB(A)]."""
         return np.asarray(self.model.levels(design[np.newaxis, :])[0])
 
+    def cars(self, design: RealArray) -> CarLevels:
+        """Levels of cars with the parts of one design as made, in all draws that verify it."""
+        sets = self.front.judge.sets
+        if self.audible:
+            levels = [self.mean_levels(robust.made(design)) for robust in sets]
+        else:
+            levels = [robust.made_responses(design)[1] / self.front.n_lines for robust in sets]
+        return CarLevels(self.vehicles, np.concatenate(levels))
+
+    def mean_levels(self, designs: RealArray) -> RealArray:
+        """Return the mean over lines and load cases, of designs (n, k), shape (n, v) [dB(A)]."""
+        if not self.audible:
+            return np.asarray(self.model(designs) / self.front.n_lines)
+        floor = hearing_threshold(self.frequency)
+        weights = np.asarray(self.model.weights) / np.sum(self.model.weights)
+        return np.asarray(
+            sum(
+                weight * np.maximum(self.model.levels(designs, case), floor).mean(axis=2)
+                for case, weight in zip(self.load_cases, weights, strict=True)
+            )
+        )
+
+    @property
+    def n_cars(self) -> int:
+        """Cars of each vehicle that `cars` makes."""
+        return len(self.front.judge.sets) * self.front.judge.n_samples
+
+    @property
+    def todays_levels(self) -> RealArray:
+        """Mean level of the lines of each vehicle with today's parts as drawn, (v,) [dB(A)]."""
+        return np.asarray(self.mean_levels(self.today[np.newaxis])[0])
+
     def peak_changes(self, design: RealArray) -> dict[str, tuple[PeakChange, ...]]:
         """Booming peaks of each vehicle today and in one design."""
         before, after = self.levels(self.today), self.levels(design)
@@ -75,6 +152,30 @@ class FleetFront:
             name: compare_peaks(before[row], after[row], self.frequency, self.order)
             for row, name in enumerate(self.vehicles)
         }
+
+    def peak_rise(self, designs: RealArray) -> RealArray:
+        """Return by how much designs (n, k) raise the booming peak that rises most, (n,) [dB].
+
+        Of all vehicles and load cases, without scatter; -inf where there is no booming peak.
+        """
+        rows = np.vstack([self.today, designs])
+        rise = np.full(len(designs), -np.inf)
+        for case in self.load_cases:
+            before, *after = np.asarray(self.model.levels(rows, case))
+            for row, levels in enumerate(after):
+                changes = (
+                    change.level_after - change.level_before
+                    for pair in zip(before, levels, strict=True)
+                    for change in compare_peaks(*pair, self.frequency, self.order)
+                )
+                rise[row] = max([rise[row], *changes])
+        return rise
+
+    @property
+    def load_cases(self) -> tuple[str, ...]:
+        """Names of the load cases, or of the pressures of a compressor."""
+        names = getattr(self.model, "load_case_names", None)
+        return tuple(self.model.case_names if names is None else names)
 
     def peak_table(self, design: RealArray) -> pd.DataFrame:
         """Tabulate today's booming peaks and what becomes of them in one design."""

@@ -1,13 +1,12 @@
 """Sums of levels over the lines, for many designs: what a robust search spends its time on.
 
-Where numba is installed the loops of `deboom.vehicles.compiled_loops` do the work; the plain numpy
-path needs no compiler, takes every number, and computes the designs whose products come near the
-end of the range of numbers. Both agree within 1e-9 dB.
+The loops of `deboom.vehicles.compiled_loops` do the work. The plain numpy path is their reference;
+it takes every number, and computes the designs whose products come near the end of the range of
+numbers. Both agree within 1e-9 dB.
 """
 
 from __future__ import annotations
 
-import importlib.util
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -40,11 +39,6 @@ DECIBEL = 20.0 / np.log(10.0)
 
 NOTCH = 1e-3
 """Nominal over largest contribution of a line below which the latter scales it [1]."""
-
-
-def numba_installed() -> bool:
-    """Say whether the compiled loops can be used, without importing numba."""
-    return importlib.util.find_spec("numba") is not None
 
 
 @dataclass(frozen=True, eq=False)

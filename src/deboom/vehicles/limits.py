@@ -260,17 +260,28 @@ class WeightSag:
 
     def __call__(self, factors: Mapping[str, RealArray]) -> RealArray:
         """Return the sag, shape (n, n_mount) [mm]."""
+        downward, tangents, load = self.linear
         forward = self.model.forward
-        tangents = self.model.slope(np.zeros(len(forward)))
         stiffness = _of_directions(self.model.mounts, factors) * tangents
-        weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
-        load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
         matrix = forward.T @ (stiffness[..., np.newaxis] * forward)
         position = np.linalg.solve(matrix, load[:, np.newaxis])[..., 0]
         columns = [self.model.column(f"{mount} z") for mount in self.mounts]
+        return np.asarray(-MILLIMETRES * (position @ downward.T)[:, columns])
+
+    @property
+    def linear(self) -> tuple[RealArray, RealArray, RealArray]:
+        """What the sag follows from.
+
+        - returns: motion of the powertrain → displacement of every piece along vehicle axes
+          (n_direction, 6) [1, m/rad], tangent of every direction at no torque (n_direction,) [N/m],
+          and weight (6,) [N, N m].
+        """
+        tangents = self.model.slope(np.zeros(len(self.model.forward)))
+        weight = np.array([0.0, 0.0, -self.powertrain.mass * GRAVITY])
+        load = np.concatenate([weight, np.cross(self.powertrain.centre, weight)])
         # down is a vehicle axis, however the mounts stand
         upright = [replace(mount, rotations=()) for mount in self.model.mounts]
-        return np.asarray(-MILLIMETRES * (position @ mount_forward(upright).T)[:, columns])
+        return mount_forward(upright), tangents, load
 
 
 @dataclass(frozen=True, eq=False)

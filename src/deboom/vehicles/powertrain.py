@@ -120,6 +120,9 @@ class MonotoneCurve:
 
     - `curve`: measured points.
     - `lowest`, `highest`: first and last measured deflection [m].
+    - `nodes` (n,), `cubics` (n - 1, 4): measured deflections [m], and coefficients of the force
+      between them by powers of the distance from the left one, the third power first [N/m³ … N].
+    - `first_secant`, `last_secant`: slopes beyond the ends; `least_slope`: of any tangent [N/m].
     - raises InputError: a force that does not increase with the deflection.
 
     Piecewise cubic Hermite interpolation without overshoot (Fritsch and Carlson, SIAM J. Numer.
@@ -137,21 +140,22 @@ class MonotoneCurve:
         self.lowest, self.highest = float(curve.deflection[0]), float(curve.deflection[-1])
         self._force = PchipInterpolator(curve.deflection, curve.force)
         self._slope = self._force.derivative()
-        self._first, self._last = secants[0], secants[-1]
-        self._least = LEAST_SLOPE * float(np.mean(secants))
+        self.nodes, self.cubics = self._force.x, self._force.c.T
+        self.first_secant, self.last_secant = float(secants[0]), float(secants[-1])
+        self.least_slope = LEAST_SLOPE * float(np.mean(secants))
 
     def force(self, deflection: RealArray) -> RealArray:
         """Force [N] at `deflection` [m]."""
         inside = np.clip(deflection, self.lowest, self.highest)
-        secant = np.where(deflection < self.lowest, self._first, self._last)
+        secant = np.where(deflection < self.lowest, self.first_secant, self.last_secant)
         return np.asarray(self._force(inside) + secant * (deflection - inside))
 
     def slope(self, deflection: RealArray) -> RealArray:
         """Tangent stiffness [N/m] at `deflection` [m]; above 0."""
         inside = np.clip(deflection, self.lowest, self.highest)
-        slope = np.maximum(self._slope(inside), self._least)
-        slope = np.where(deflection < self.lowest, self._first, slope)
-        return np.asarray(np.where(deflection > self.highest, self._last, slope))
+        slope = np.maximum(self._slope(inside), self.least_slope)
+        slope = np.where(deflection < self.lowest, self.first_secant, slope)
+        return np.asarray(np.where(deflection > self.highest, self.last_secant, slope))
 
 
 def mount_forward(mounts: Sequence[Mount]) -> RealArray:

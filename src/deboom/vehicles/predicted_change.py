@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import numpy.typing as npt
 from scipy.stats import norm
+from scipy.stats import t as student
 
 from deboom.arrays import RealArray, checked_array
 from deboom.errors import InputError
@@ -136,3 +137,75 @@ def change_interval(
         share=share,
         sentence=error.sentence,
     )
+
+
+@dataclass(frozen=True, eq=False)
+class ChangeParts:
+    """What the change of the level may be: in each car, in their mean, and by what it may differ.
+
+    - `cars`: interval of each car.
+    - `mean`: interval of their mean, arrays of one entry [dB].
+    - `unseen`: half width by which the mean of further vehicles of the group may differ [dB]; nan
+      of a single vehicle, which says nothing of others.
+    - `prescribed`: mean change with prescribed motion [dB]; nan: not known.
+    - `old_stops`: mean change by a softer or stiffer rubber between stops that stay as they are
+      [dB]; nan: not known.
+    """
+
+    cars: ChangeInterval
+    mean: ChangeInterval
+    unseen: float
+    prescribed: float = float("nan")
+    old_stops: float = float("nan")
+
+
+def change_parts(
+    predicted: npt.ArrayLike,
+    drawn: npt.ArrayLike,
+    *,
+    receptance: bool,
+    prescribed: float = float("nan"),
+    old_stops: float = float("nan"),
+    share: float = 0.9,
+) -> ChangeParts:
+    """Compose what the change by a design may be, in each vehicle and in their mean.
+
+    Parameters
+    ----------
+    predicted, drawn, receptance, share
+        See `change_interval`.
+    prescribed, old_stops : float
+        Mean change in which the powertrain's motion, or the stops, stay as they are [dB].
+
+    Returns
+    -------
+    ChangeParts
+
+    Raises
+    ------
+    InputError
+        See `change_interval`.
+
+    Notes
+    -----
+    What the model leaves out counts for the mean as for one car, as if it were common to all.
+    Vehicles of the group are taken for a sample of further ones: ``t s / √v`` with their standard
+    deviation s and Student's t of v - 1 degrees of freedom.
+
+    Examples
+    --------
+    >>> from deboom.vehicles.predicted_change import change_parts
+    >>> parts = change_parts([-3.0, -2.0], [[-3.1, -2.0], [-2.9, -2.1]], receptance=False)
+    >>> bool(parts.mean.low[0] < -2.35 < parts.mean.high[0])
+    True
+    """
+    change, again = np.asarray(predicted, dtype=float), np.asarray(drawn, dtype=float)
+    cars = change_interval(change, again, receptance=receptance, share=share)
+    mean = change_interval(
+        [change.mean()], again.mean(axis=1, keepdims=True), receptance=receptance, share=share
+    )
+    unseen = float("nan")
+    if len(change) > 1:
+        quantile = float(student.ppf(0.5 + share / 2.0, len(change) - 1))
+        unseen = quantile * float(change.std(ddof=1)) / float(np.sqrt(len(change)))
+    return ChangeParts(cars, mean, unseen, prescribed, old_stops)

@@ -31,7 +31,8 @@ FLAGS = (
     "--no-first-run",
     "--no-default-browser-check",
     "--hide-scrollbars",
-    "--host-resolver-rules=MAP * ~NOTFOUND",
+    "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
+    "--no-proxy-server",
 )
 KEYS = {
     "Tab": 9, "Enter": 13, "Escape": 27, "End": 35, "Home": 36,
@@ -96,6 +97,14 @@ class Browser:
         self._send("Page.navigate", url=path.resolve().as_uri())
         self.wait("document.readyState === 'complete' && location.protocol === 'file:'")
 
+    def open_address(self, address, width=1440, height=900):
+        """Load a page of a server."""
+        self.complaints.clear()
+        self.requests.clear()
+        self.resize(width, height)
+        self._send("Page.navigate", url=address)
+        self.wait("document.readyState === 'complete' && location.protocol === 'http:'")
+
     def resize(self, width, height=900):
         """Give the window another size [px]."""
         self._send(
@@ -113,9 +122,9 @@ class Browser:
         assert "exceptionDetails" not in answer, answer
         return answer["result"].get("value")
 
-    def wait(self, expression):
-        """Wait until an expression is true."""
-        end = time.monotonic() + ANSWER
+    def wait(self, expression, seconds=ANSWER):
+        """Wait until an expression is true, for so many seconds at most."""
+        end = time.monotonic() + seconds
         while not self.value(expression):
             assert time.monotonic() < end, f"never true: {expression}"
             time.sleep(0.02)

@@ -1,0 +1,185 @@
+"""The first screen of a front: vehicles, cars, peaks, how sure the change is, how it sounds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from deboom.arrays import ComplexArray, RealArray
+from deboom.common import PERCENT
+from deboom.files.sound import run_up_files
+from deboom.mounts.mount import Mount
+from deboom.plot.style import signed
+from deboom.report import Sound
+from deboom.vehicles.booming_peaks import PeakChange
+from deboom.vehicles.fleet_front import COMMON_PERCENTILE, FleetFront
+from deboom.vehicles.free_directions import NOTICEABLE
+from deboom.vehicles.predicted_change import ChangeInterval, ChangeParts
+
+MOST_ROWS = 12
+"""Vehicles in the table of the first screen: of a larger fleet those that gain least."""
+SOUND_SECONDS, SOUND_RATE = 6.0, 8000
+"""Length of a run-up [s], and its samples per second [Hz]."""
+TWO_DIGITS = 0.095
+"""Half width below which a second digit is shown [dB]."""
+
+
+def short_title(mount: Mount) -> str:
+    """Return what a mount is called: its description up to the first comma."""
+    return mount.description.partition(",")[0].strip()
+
+
+def spelled_out(variable: str, mounts: Sequence[Mount]) -> str:
+    """Write a direction with what its mount is called, ``torque strut mount x (TSM x)``."""
+    name, _, axis = variable.rpartition(" ")
+    titles = {mount.name: short_title(mount) for mount in mounts}
+    return f"{titles[name]} {axis} ({variable})" if titles.get(name) else variable
+
+
+def abbreviations(mounts: Sequence[Mount]) -> str:
+    """Spell the mounts' names out in a sentence; empty where nobody says what they are called."""
+    pairs = [f"{mount.name} {short_title(mount)}" for mount in mounts if short_title(mount)]
+    return f"{', '.join(pairs)}." if pairs else ""
+
+
+def mean_levels(fleet: FleetFront, design: RealArray) -> tuple[RealArray, RealArray]:
+    """Return the mean level of the cars of each vehicle, today and with a design, (v,) [dB(A)].
+
+    Today's is nan where it could not be computed in some draw.
+    """
+    if fleet.front.baseline.failed[0]:
+        before = np.full(len(fleet.vehicles), np.nan)
+    else:
+        before = fleet.cars(fleet.today).levels.mean(axis=0)
+    return before, fleet.cars(design).levels.mean(axis=0)
+
+
+def vehicle_table(
+    fleet: FleetFront,
+    design: RealArray,
+    *,
+    target: RealArray,
+    interval: ChangeInterval | None,
+    mean: ChangeInterval | None,
+) -> pd.DataFrame:
+    """Tabulate what a design does to each vehicle: level, change with its interval, peaks, cars.
+
+    - `target` (v,): level that cars shall not exceed [dB(A)].
+    - `interval`, `mean`: of the change in each vehicle and of their mean; None: not known.
+    - returns a row per vehicle, of a large fleet those that gain least, and one of their mean.
+    """
+    cars = fleet.cars(design)
+    before, after = mean_levels(fleet, design)
+    changes = fleet.peak_changes(design)
+    share, tail = PERCENT * cars.share_within(target), cars.percentile()
+    rows = np.sort(np.argsort(before - after, kind="stable")[:MOST_ROWS])
+    table: dict[str, list[object]] = {
+        "vehicle": [fleet.vehicles[row] for row in rows],
+        "today [dB(A)]": before[rows].tolist(),
+        "after [dB(A)]": after[rows].tolist(),
+        "change [dB]": (after - before)[rows].tolist(),
+        "90 % interval [dB]": [_ends(interval, row) for row in rows],
+        "loudest peak [dB(A)]": [_loudest(changes[fleet.vehicles[row]]) for row in rows],
+        "worst peak [dB]": [_worst(changes[fleet.vehicles[row]]) for row in rows],
+        "cars in target [%]": share[rows].tolist(),
+        f"P{COMMON_PERCENTILE:.0f} [dB(A)]": tail[rows].tolist(),
+    }
+    if len(fleet.vehicles) > 1:
+        means = ("mean", before.mean(), after.mean(), (after - before).mean(), _ends(mean, 0))
+        for column, value in zip(table, (*means, "", "", share.mean(), None), strict=True):
+            table[column].append(value)
+    frame = pd.DataFrame(table)
+    return frame.drop(columns="90 % interval [dB]") if interval is None else frame
+
+
+VEHICLE_DECIMALS = {"change [dB]": 1, "cars in target [%]": 1}
+"""Of the columns of `vehicle_table` that their units do not decide."""
+
+
+def _ends(interval: ChangeInterval | None, row: int) -> str:
+    if interval is None:
+        return ""
+    low, high = float(interval.low[row]), float(interval.high[row])
+    return f"{signed(low, 1)} to {signed(high, 1)}"
+
+
+def _loudest(changes: Sequence[PeakChange]) -> str:
+    if not changes:
+        return "none"
+    top = max(changes, key=lambda one: max(one.level_before, one.level_after))
+    return f"{top.level_before:.1f} → {top.level_after:.1f} at {top.frequency:.0f} Hz"
+
+
+def _worst(changes: Sequence[PeakChange]) -> str:
+    if not changes:
+        return "–"
+    top = max(changes, key=lambda one: one.level_after - one.level_before)
+    return f"{signed(top.level_after - top.level_before, 1)} at {top.frequency:.0f} Hz"
+
+
+def peaks_sentence(fleet: FleetFront, design: RealArray) -> str:
+    """Say what becomes of the booming peaks of all vehicles, and which rises most."""
+    every = [
+        (change.level_after - change.level_before, change.frequency, name)
+        for name, changes in fleet.peak_changes(design).items()
+        for change in changes
+    ]
+    if not every:
+        return "no vehicle has a booming peak"
+    values = [change for change, _, _ in every]
+    louder = [peak for peak in every if peak[0] > NOTICEABLE]
+    if not louder:
+        if len(every) == 1:
+            return f"the booming peak changes by {signed(values[0], 1)} dB"
+        return (
+            f"the {len(every)} booming peaks change by {signed(min(values), 1)} to "
+            f"{signed(max(values), 1)} dB"
+        )
+    change, frequency, vehicle = max(louder)
+    verb = "becomes" if len(louder) == 1 else "become"
+    return (
+        f"{len(louder)} of {len(every)} booming peaks {verb} louder, most of all {vehicle} at "
+        f"{frequency:.0f} Hz, by {change:.1f} dB"
+    )
+
+
+def certainty_sentence(parts: ChangeParts) -> str:
+    """Say on one line what the mean change may be, and by what it may differ."""
+    mean = parts.mean
+    change, middle = float(mean.predicted[0]), float(mean.low[0] + mean.high[0]) / 2.0
+    body = f"{signed(middle - change, 1)} ± {_half(mean.model[0])} body and amplitude"
+    pieces = [f"±{_half(mean.measurement[0])} measurement", body]
+    if np.isfinite(parts.unseen):
+        pieces.append(f"±{_half(parts.unseen)} other vehicles of the group")
+    other = [
+        f"{signed(value, 1)} with {what}"
+        for value, what in (
+            (parts.prescribed, "prescribed motion"),
+            (parts.old_stops, "the old stops"),
+        )
+        if np.isfinite(value)
+    ]
+    beside = f"; {', '.join(other)}" if other else ""
+    return (
+        f"How sure: {signed(change, 1)} dB; {', '.join(pieces)}{beside}. In these vehicles "
+        f"{signed(float(mean.low[0]), 1)} to {signed(float(mean.high[0]), 1)} dB "
+        f"({PERCENT * mean.share:.0f} %)."
+    )
+
+
+def _half(value: float) -> str:
+    """Write a half width [dB] with the digits that it has."""
+    return f"{value:.2f}" if value < TWO_DIGITS else f"{value:.1f}"
+
+
+def run_up_sounds(
+    pressure: ComplexArray, frequency: RealArray, names: Sequence[str]
+) -> tuple[list[Sound], float]:
+    """Return run-ups of one ear, a sound for each name, and the pressure of full scale [Pa].
+
+    - `pressure` (n, n_frequency): complex peak amplitudes [Pa].
+    """
+    files, scale = run_up_files(pressure, frequency, SOUND_SECONDS, SOUND_RATE)
+    return [Sound(name, wav) for name, wav in zip(names, files, strict=True)], scale

@@ -1,0 +1,175 @@
+"use strict";
+// Runs of a results folder and searches as they grow. Texts come from files that anybody may have
+// written: they enter the page as text, never as markup.
+
+const POLL_MS = 3000;
+const WIDTH = 440, HEIGHT = 300, LEFT = 78, BOTTOM = 44, TOP = 12, RIGHT = 14;
+const SVG = "http://www.w3.org/2000/svg";
+const chosen = new Set();
+let runs = [];
+
+const byId = id => document.getElementById(id);
+
+function element(name, text = "", attributes = {}) {
+  const made = document.createElement(name);
+  made.textContent = text;
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  return made;
+}
+
+function drawn(name, attributes, text = "") {
+  const made = document.createElementNS(SVG, name);
+  for (const [key, value] of Object.entries(attributes)) made.setAttribute(key, value);
+  made.textContent = text;
+  return made;
+}
+
+async function fetched(path) {
+  const answer = await fetch(path);
+  if (!answer.ok) throw new Error((await answer.text()).trim());
+  return answer.json();
+}
+
+// ticks at 1, 2 or 5 times a power of ten, at most six
+function ticks(low, high) {
+  const raw = (high - low) / 5 || 1, power = 10 ** Math.floor(Math.log10(raw));
+  const step = [1, 2, 5, 10].map(factor => factor * power).find(size => size >= raw);
+  const first = Math.ceil(low / step), values = [];
+  for (let n = first; n * step <= high; n += 1) values.push(n * step);
+  return { values, digits: Math.max(0, -Math.floor(Math.log10(step))) };
+}
+
+// the front: sum of sigma over sum of the mean level, best below and to the left
+function frontPicture(front) {
+  const picture = drawn("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img",
+    "aria-label": `Front of ${front.length} designs so far` });
+  const range = column => {
+    const values = front.map(point => point[column]);
+    const low = Math.min(...values), high = Math.max(...values), pad = 0.06 * (high - low) || 0.5;
+    return [low - pad, high + pad];
+  };
+  const [x0, x1] = range(0), [y0, y1] = range(1);
+  const x = value => LEFT + (WIDTH - LEFT - RIGHT) * (value - x0) / (x1 - x0);
+  const y = value => HEIGHT - BOTTOM - (HEIGHT - BOTTOM - TOP) * (value - y0) / (y1 - y0);
+  const along = ticks(x0, x1), up = ticks(y0, y1);
+  for (const value of along.values) {
+    picture.append(drawn("line", { x1: x(value), x2: x(value), y1: TOP, y2: HEIGHT - BOTTOM, stroke: "#dfe3e8" }));
+    picture.append(drawn("text", { x: x(value), y: HEIGHT - BOTTOM + 16, "text-anchor": "middle", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(along.digits)));
+  }
+  for (const value of up.values) {
+    picture.append(drawn("line", { x1: LEFT, x2: WIDTH - RIGHT, y1: y(value), y2: y(value), stroke: "#dfe3e8" }));
+    picture.append(drawn("text", { x: LEFT - 6, y: y(value) + 4, "text-anchor": "end", "font-size": 11, fill: "#5f6b7a" }, value.toFixed(up.digits)));
+  }
+  const title = { "text-anchor": "middle", "font-size": 12, fill: "#1f2933" };
+  picture.append(drawn("text", { x: (LEFT + WIDTH) / 2, y: HEIGHT - 8, ...title }, "Σ of mean levels over vehicles and lines [dB]"));
+  picture.append(drawn("text", { transform: `translate(14 ${(HEIGHT - BOTTOM) / 2}) rotate(-90)`, ...title }, "Σ of their σ [dB]"));
+  for (const [mean, sigma] of front)
+    picture.append(drawn("circle", { cx: x(mean), cy: y(sigma), r: 3.5, fill: "#0b4f7d", "fill-opacity": 0.75 }));
+  return picture;
+}
+
+function searchBlock(run, search) {
+  const block = element("div", "", { class: "search" });
+  const of = search.planned ? ` of ${search.planned}` : "";
+  block.append(element("h3", `${run.study}, ${search.name}: generation ${search.generation}${of}, ${search.evaluated} designs`));
+  block.append(search.front.length ? frontPicture(search.front) : element("p", "No design keeps the limits yet."));
+  const ends = element("dl");
+  for (const [pick, design] of Object.entries(search.ends)) {
+    ends.append(element("h4", `${pick} so far, × today's stiffness`));
+    for (const [name, factor] of Object.entries(design)) {
+      const item = element("div");
+      item.append(element("dt", name), element("dd", factor.toFixed(3)));
+      ends.append(item);
+    }
+  }
+  block.append(ends);
+  return block;
+}
+
+async function showSearches() {
+  const running = runs.filter(run => run.state === "running"), blocks = [];
+  for (const run of running) {
+    const { searches } = await fetched(`/api/search?run=${encodeURIComponent(run.id)}`);
+    for (const search of searches) blocks.push(searchBlock(run, search));
+    if (!searches.length) blocks.push(element("p", `${run.study}, ${run.started}: no generation is complete yet.`));
+  }
+  byId("running").hidden = running.length === 0;
+  byId("searches").replaceChildren(...blocks);
+}
+
+function isWanted(run) {
+  const state = byId("wanted").value, text = JSON.stringify([run.study, run.name, run.special, run.headlines, run.options]).toLowerCase();
+  const words = byId("words").value.toLowerCase().split(/\s+/).filter(Boolean);
+  return (!state || run.state === state) && words.every(word => text.includes(word));
+}
+
+function runRow(run) {
+  const row = element("tr"), box = element("input", "", { type: "checkbox", "aria-label": `compare ${run.id}` });
+  box.checked = chosen.has(run.id);
+  box.addEventListener("change", () => {
+    if (box.checked) chosen.add(run.id); else chosen.delete(run.id);
+    showSideBySide();
+  });
+  const cells = ["", run.study, run.started, run.state, run.special].map(text => element("td", text));
+  cells[0].append(box);
+  cells[2].className = "when";
+  const numbers = element("td", "", { class: "headlines" });
+  for (const [label, value] of Object.entries(run.headlines).slice(0, 4)) {
+    const line = element("div");
+    line.append(element("b", value), ` ${label}`);
+    numbers.append(line);
+  }
+  const links = element("td", "", { class: "links" });
+  for (const page of run.pages.slice(0, 8)) links.append(element("a", page.title, { href: page.url }));
+  links.append(element("a", "files", { href: `/files/${run.id.split("/").map(encodeURIComponent).join("/")}` }));
+  if (run.picks.length)
+    links.append(element("code", `sheet from a design: deboom report results/${run.id} --supplier --design ${run.picks[0]}`));
+  row.append(...cells, numbers, links);
+  return row;
+}
+
+function showRuns() {
+  byId("runs").tBodies[0].replaceChildren(...runs.filter(isWanted).map(runRow));
+}
+
+// options and headlines in which the chosen runs differ
+function showSideBySide() {
+  const compared = runs.filter(run => chosen.has(run.id));
+  byId("side").hidden = compared.length < 2;
+  if (compared.length < 2) return;
+  byId("command").textContent = `deboom compare ${compared.map(run => `results/${run.id}`).join(" ")}`;
+  const head = element("tr");
+  head.append(element("th", ""), ...compared.map(run => element("th", `${run.study}, ${run.started}`, { scope: "col" })));
+  byId("differences").tHead.replaceChildren(head);
+  const facts = compared.map(run => ({ ...run.options, ...run.headlines }));
+  const rows = [];
+  for (const name of new Set(facts.flatMap(Object.keys))) {
+    const values = facts.map(fact => fact[name] ?? "–");
+    if (new Set(values).size === 1) continue;
+    const row = element("tr");
+    row.append(element("th", name, { scope: "row" }), ...values.map(value => element("td", value)));
+    rows.push(row);
+  }
+  byId("differences").tBodies[0].replaceChildren(...rows);
+}
+
+async function refresh() {
+  try {
+    const content = await fetched("/api/runs");
+    const before = JSON.stringify(runs);
+    runs = content.runs.reverse();
+    byId("problems").hidden = content.problems.length === 0;
+    byId("problems").replaceChildren(...content.problems.map(text => element("li", text)));
+    if (JSON.stringify(runs) !== before) { showRuns(); showSideBySide(); }
+    await showSearches();
+    byId("state").textContent = `${runs.length} runs; looked at ${new Date().toLocaleTimeString()}.`;
+  } catch (error) {
+    byId("state").textContent = `deboom serve does not answer: ${error.message}`;
+  }
+  setTimeout(refresh, POLL_MS);
+}
+
+byId("words").addEventListener("input", showRuns);
+byId("wanted").addEventListener("change", showRuns);
+byId("filter").addEventListener("submit", event => event.preventDefault());
+refresh();

@@ -1,0 +1,288 @@
+"""Look at a results folder in the browser while searches run: read-only, on this computer alone."""
+
+from __future__ import annotations
+
+import secrets
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+import numpy as np
+from starlette.applications import Starlette
+from starlette.datastructures import Headers, QueryParams
+from starlette.requests import HTTPConnection, Request
+from starlette.responses import (
+    FileResponse,
+    HTMLResponse,
+    JSONResponse,
+    PlainTextResponse,
+    RedirectResponse,
+    Response,
+)
+from starlette.routing import Route
+from starlette.types import ASGIApp, Receive, Scope, Send
+
+from deboom.arrays import RealArray
+from deboom.choices import Pick
+from deboom.errors import InputError
+from deboom.explore.front import nondominated
+from deboom.files.disk import read_json
+from deboom.files.run_folder import CheckpointFolder, RunEntry, readable_runs
+from deboom.names import path_inside
+from deboom.report.live_results import live_results_page
+from deboom.runs.overview import options, run_cards
+
+TOKEN_BYTES = 24
+"""Random bytes of the address that is printed; nobody else on the computer can guess them."""
+MOST_PAGES = 60
+"""Pages of a run that are linked at most; the folder lists the others."""
+_GUARDS = {
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cache-Control": "no-store",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+# A page of a results folder may come from elsewhere: it draws itself, and reaches nothing.
+_PAGE_GUARDS = {
+    "Content-Security-Policy": "connect-src 'none'; form-action 'none'; frame-ancestors 'none'"
+}
+
+
+@dataclass
+class SearchProgress:
+    """Front of a search as far as its evaluations are on disk; `update` reads what is new.
+
+    - `folder`: with ``evaluations`` and ``search.json``.
+    - `generation`: the last that was read; `evaluated`: designs so far.
+    - `designs` (n, n_variables), `sums` (n, 2): nondominated designs without a limit that is
+      missed, and their sums of mean and of sigma over the responses [unit of the responses].
+    """
+
+    folder: Path
+    generation: int = 0
+    evaluated: int = 0
+    designs: RealArray | None = None
+    sums: RealArray | None = None
+
+    def update(self) -> None:
+        """Read the generations that were kept since the last time.
+
+        - raises InputError: a damaged file.
+        """
+        inputs = read_json(self.folder / "inputs.json", "start a new run")
+        checkpoint = CheckpointFolder(self.folder, inputs)
+        while (arrays := checkpoint.kept(self.generation + 1)) is not None:
+            self.generation += 1
+            self.evaluated += len(arrays["designs"])
+            feasible = ~arrays["failed"] & np.all(arrays["excess"] <= 0.0, axis=1)
+            sums = np.column_stack([arrays["mean_sum"], arrays["sigma_sum"]])[feasible]
+            designs = arrays["designs"][feasible]
+            if self.sums is not None and self.designs is not None:
+                sums = np.concatenate([self.sums, sums])
+                designs = np.concatenate([self.designs, designs])
+            if len(sums):
+                kept = nondominated(sums)
+                order = np.argsort(sums[kept][:, 0], kind="stable")
+                self.sums, self.designs = sums[kept][order], designs[kept][order]
+
+    def as_json(self, variables: list[str]) -> dict[str, Any]:
+        """Return what the page draws: the front, and the designs at its ends."""
+        empty = self.sums is None or self.designs is None
+        sums = np.empty((0, 2)) if self.sums is None else self.sums
+        ends: dict[str, dict[str, float]] = {}
+        if not empty and self.designs is not None:
+            for pick, column in ((Pick.best_mean, 0), (Pick.best_sigma, 1)):
+                design = self.designs[sums[:, column].argmin()]
+                ends[pick.value] = dict(zip(variables, map(float, design), strict=True))
+        return {
+            "name": self.folder.name,
+            "generation": self.generation,
+            "evaluated": self.evaluated,
+            "front": sums.tolist(),
+            "ends": ends,
+        }
+
+
+@dataclass(frozen=True)
+class ResultsFolder:
+    """What the page asks for: runs as they are now, and searches as they grow.
+
+    - `folder`: of all results.
+    - `searches`: progress of each search that was looked at, so that a file is read once.
+    """
+
+    folder: Path
+    searches: dict[Path, SearchProgress]
+
+    def runs(self) -> dict[str, Any]:
+        """Return every run of the folder, and what could not be read."""
+        entries, damaged = readable_runs(self.folder)
+        cards = run_cards(entries, self.folder)
+        runs = [
+            {
+                **asdict(card),
+                "id": entry.folder.relative_to(self.folder).as_posix(),
+                "options": {n: str(value) for n, value in options(entry.record).items()},
+                "pages": list(_pages(entry, self.folder)),
+                "picks": [pick.value for pick in Pick] if _has_front(entry) else [],
+            }
+            for entry, card in zip(entries, cards, strict=True)
+        ]
+        return {"runs": runs, "problems": [str(error) for error in damaged]}
+
+    def search(self, run: str) -> dict[str, Any]:
+        """Return the searches of a run as they are now.
+
+        - raises InputError: no such run, or a damaged file of it.
+        """
+        folder = path_inside(self.folder, run)
+        if not (folder / "run.json").is_file():
+            raise InputError(f"{self.folder} has no run {run}: `deboom list` shows them")
+        record = read_json(folder / "run.json", "start a new run")
+        planned = record.get("arguments", {}).get("generations")
+        searches = []
+        for facts in sorted(folder.glob("*/search.json")):
+            progress = self.searches.setdefault(facts.parent, SearchProgress(facts.parent))
+            progress.update()
+            variables = read_json(facts, "start a new run")["variables"]
+            searches.append(progress.as_json(variables) | {"planned": planned})
+        return {"searches": searches}
+
+
+def _has_front(entry: RunEntry) -> bool:
+    return entry.finished and (entry.folder / "front.csv").is_file()
+
+
+def _pages(entry: RunEntry, results: Path) -> Iterator[dict[str, str]]:
+    """Yield title and address of the pages of a run, its report first."""
+    pages = [*sorted(entry.folder.glob("*.html")), *sorted(entry.folder.glob("*/*.html"))]
+    pages.sort(key=lambda path: path.name != "report.html")
+    for path in pages[:MOST_PAGES]:
+        name = path.relative_to(entry.folder).as_posix().removesuffix(".html")
+        yield {"title": name, "url": "/files/" + quote(path.relative_to(results).as_posix())}
+
+
+class LoopbackOnly:
+    """Answer this computer, this address and the holder of the token; everybody else gets 403.
+
+    A page of another site that the same browser shows can send requests here, and a name of
+    another site can be made to lead here: both are told by the headers Origin and Host.
+
+    - `app`: what answers those who may ask.
+    - `token`: of the printed address; afterwards a cookie that scripts cannot read.
+    - `authorities`: allowed values of Host, such as ``127.0.0.1:8000``.
+    """
+
+    def __init__(self, app: ASGIApp, token: str, authorities: frozenset[str]) -> None:
+        self.app, self.token, self.authorities = app, token, authorities
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        """Pass a request on, or refuse it in a sentence."""
+        if scope["type"] == "lifespan":
+            await self.app(scope, receive, send)
+            return
+        await self._answer(scope)(scope, receive, send)
+
+    def _answer(self, scope: Scope) -> ASGIApp:
+        headers = Headers(scope=scope)
+        if scope["type"] != "http" or scope["method"] not in ("GET", "HEAD"):
+            return _refusal(405, "deboom serve shows results and changes nothing")
+        if headers.get("host", "") not in self.authorities:
+            return _refusal(403, "deboom serve answers at the address that it printed only")
+        origins = {f"http://{authority}" for authority in self.authorities}
+        foreign = headers.get("origin", min(origins)) not in origins
+        if foreign or headers.get("sec-fetch-site", "none") not in ("none", "same-origin"):
+            return _refusal(403, "deboom serve answers no page of another site")
+        query = QueryParams(scope.get("query_string", b""))
+        if secrets.compare_digest(query.get("token", ""), self.token):
+            answer = RedirectResponse(scope["path"] or "/", status_code=303, headers=_GUARDS)
+            answer.set_cookie("deboom", self.token, httponly=True, samesite="strict")
+            return answer
+        cookie = HTTPConnection(scope).cookies.get("deboom", "")
+        if not secrets.compare_digest(cookie, self.token):
+            return _refusal(403, "open the whole address that deboom serve printed")
+        return self.app
+
+
+def _refusal(status: int, sentence: str) -> Response:
+    return PlainTextResponse(sentence + "\n", status_code=status, headers=_GUARDS)
+
+
+def results_app(results: Path, *, token: str, authorities: frozenset[str]) -> ASGIApp:
+    """Return the application that shows a results folder.
+
+    - `results`: the folder; nothing outside of it is read.
+    - `token`, `authorities`: see `LoopbackOnly`.
+    """
+    folder = ResultsFolder(results, {})
+
+    def page(_request: Request) -> Response:
+        text, policy = live_results_page()
+        return HTMLResponse(text, headers={**_GUARDS, "Content-Security-Policy": policy})
+
+    def runs(_request: Request) -> Response:
+        return _json(folder.runs())
+
+    def search(request: Request) -> Response:
+        try:
+            return _json(folder.search(request.query_params.get("run", "")))
+        except InputError as error:
+            return _refusal(404, str(error))
+
+    def file(request: Request) -> Response:
+        name = request.path_params["name"]
+        try:
+            path = path_inside(results, name)
+        except InputError:
+            return _refusal(404, "there is no such file in the results folder")
+        if any(part.startswith(".") for part in Path(name).parts) or not path.exists():
+            return _refusal(404, "there is no such file in the results folder")
+        if path.is_dir():
+            return _json(sorted(each.name for each in path.iterdir() if each.name[0] != "."))
+        return FileResponse(path, headers={**_GUARDS, **_PAGE_GUARDS})
+
+    routes = [
+        Route("/", page),
+        Route("/api/runs", runs),
+        Route("/api/search", search),
+        Route("/files/{name:path}", file),
+    ]
+    return LoopbackOnly(Starlette(routes=routes), token, authorities)
+
+
+def _json(content: Mapping[str, Any] | list[str]) -> Response:
+    return JSONResponse(content, headers=_GUARDS)
+
+
+def serve_results(results: Path, *, port: int) -> Iterator[str]:
+    """Serve a results folder until the process is stopped; yield the address first.
+
+    - `results`: an existing folder.
+    - `port`: of this computer; 0 takes a free one.
+    - raises InputError: no such folder, or a port that is taken.
+    """
+    import socket
+
+    import uvicorn
+
+    if not results.is_dir():
+        raise InputError(f"{results} is no folder: name the folder with the results")
+    listening = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
+    listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with listening:
+        try:
+            listening.bind(("127.0.0.1", port))
+            listening.listen()  # whoever opens the address at once waits instead of failing
+        except OSError as error:
+            raise InputError(
+                f"port {port} cannot be used ({error.strerror}): try --port 0"
+            ) from error
+        port = listening.getsockname()[1]
+        token = secrets.token_urlsafe(TOKEN_BYTES)
+        authorities = frozenset({f"127.0.0.1:{port}", f"localhost:{port}"})
+        yield f"http://127.0.0.1:{port}/?token={token}"
+        app = results_app(results.resolve(), token=token, authorities=authorities)
+        config = uvicorn.Config(app, log_level="warning", access_log=False, server_header=False)
+        uvicorn.Server(config).run(sockets=[listening])

@@ -1,0 +1,76 @@
+"""Cars as made: how many keep a level, and which level most of them keep."""
+
+import numpy as np
+import pytest
+from scipy.stats import norm
+
+import deboom
+from deboom.errors import InputError
+from deboom.vehicles.fleet_front import CarLevels, FleetFront
+
+
+def test_shares_and_percentiles_are_those_of_a_normal_scatter():
+    places = norm.ppf((np.arange(4000) + 0.5) / 4000)
+    cars = CarLevels(("a", "b"), np.stack([50.0 + places, 60.0 + 2.0 * places], axis=1))
+    np.testing.assert_allclose(cars.share_within([50.0, 62.0]), [0.5, norm.cdf(1.0)], atol=5e-4)
+    np.testing.assert_allclose(cars.share_within(61.0), [1.0, norm.cdf(0.5)], atol=5e-4)
+    np.testing.assert_allclose(cars.percentile(), [51.645, 63.290], atol=5e-3)
+    with pytest.raises(InputError, match="levels"):
+        CarLevels(("a",), [[1.0, 2.0]])
+
+
+@pytest.fixture(scope="module")
+def fleet():
+    model = deboom.ResponseFunction(lambda x: 50.0 + 10.0 * x, ("k",), ("a",), "dB(A)")
+    robust = deboom.Robust(model, model.design_space(bounds=0.2, tolerance=0.15), draws=16)
+    front = deboom.search(robust, generations=2, population=8, seed=1)
+    return FleetFront(front)
+
+
+def test_the_cars_are_those_of_all_draws_that_verify_and_today_is_as_drawn(fleet):
+    cars = fleet.cars(np.array([1.0]))
+    assert cars.levels.shape == (fleet.n_cars, 1)
+    assert fleet.todays_levels == pytest.approx([60.0])
+    assert cars.share_within(fleet.todays_levels)[0] == pytest.approx(0.5, abs=0.01)
+    # σ of the stiffness is a third of the tolerance, the level rises by 10 dB per unit
+    assert cars.percentile()[0] == pytest.approx(60.0 + norm.ppf(0.95) * 0.5, abs=0.02)
+
+
+class TwoPeaks:
+    """A model of one vehicle with two peaks; each variable moves one of them."""
+
+    variable_names, response_names = ("a", "b"), ("car",)
+    response_unit, n_lines, load_case_names = "dB(A)", 1, ("run",)
+    frequency = np.arange(20.0, 41.0)
+
+    def levels(self, designs, case=None):
+        """Draw both peaks."""
+        assert case in (None, "run")
+        shape = [np.exp(-0.5 * ((self.frequency - place) / 1.5) ** 2) for place in (25.0, 35.0)]
+        factor = np.asarray(designs)
+        return (
+            30.0
+            + 20.0
+            * np.stack([factor[:, k, None] * shape[k] for k in (0, 1)]).sum(axis=0)[:, np.newaxis]
+        )
+
+    def __call__(self, designs):
+        """Weigh the first peak more."""
+        return np.asarray(designs) @ np.array([[3.0], [1.0]])
+
+
+def test_none_louder_makes_no_peak_louder():
+    model = TwoPeaks()
+    space = deboom.DesignSpace(
+        ("a", "b"), ("1", "1"), *np.array([[1, 1], [0.8, 0.8], [1.2, 1.2], [0.1, 0.1]])
+    )
+    front = deboom.search(
+        deboom.Robust(model, space, draws=16), generations=3, population=12, seed=1
+    )
+    heard = FleetFront.keeping_peaks(front)
+    designs = np.array([[0.9, 0.95], [0.8, 1.1]])
+    np.testing.assert_allclose(heard.peak_rise(designs), [-1.0, 2.0], atol=1e-6)
+    kept = heard.front.pick_designs["none-louder"]
+    assert heard.peak_rise(kept[np.newaxis])[0] <= 0.01
+    without = FleetFront(front).front.picks
+    assert without["best-mean"] == heard.front.picks["best-mean"]

@@ -38,6 +38,7 @@ from deboom.arrays import BoolArray, ComplexArray, RealArray
 from deboom.bench.campaign import CampaignPlan, second_engine_plan, training_plan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.powertrain import load_second_engine
+from deboom.bench.truth import SetTruth, read_set_truth
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
@@ -55,7 +56,6 @@ from deboom.mounts.operating_map import OperatingMap, Preload, operating_maps
 from deboom.mounts.piecewise_cubic import PiecewiseCubicRegressor
 from deboom.mounts.response_surface import DynamicStiffnessSurface, operating_points, r_squared
 from deboom.mounts.surface_forces import main_axis, smooth_static_force, surface_over_main_force
-from deboom.pages.mount_characterisation import SetTruth, read_set_truth
 from deboom.physics.order_tracking import rpm_of_frequency
 from deboom.plot import CurvePanel
 from deboom.report import Report

@@ -3,6 +3,7 @@
 A picture of one panel takes ``ax`` and returns its Axes, a grid its Figure; `mode_shapes` returns
 PNG bytes. `deboom.report` makes files of all and closes them. matplotlib is imported inside the
 functions, so that studies start fast; no global setting survives. Same arguments, same bytes.
+May import no other package.
 """
 
 from typing import TYPE_CHECKING

@@ -73,7 +73,6 @@ def test_every_public_function_of_the_package_physics_has_its_place():
     """Functions without an equation of their own are allowed by name, so that none is forgotten."""
     without_equation = {
         "sound_level.full_scale",
-        "sound_level.hearing_threshold",
         "sound_level.unweighted_level",
         "frf.CrossSpectra",
         "frf.FrfForm",

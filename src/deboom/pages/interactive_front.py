@@ -61,7 +61,7 @@ def interactive_front(study: SupplierStudy, vehicles: Sequence[str] = ()) -> Int
     starts = [
         Start(front.pick_names[row].replace(" = ", " and "), designs[row]) for row in of_picks
     ]
-    starts.sort(key=lambda one: Pick.best_mean.value not in one.name)
+    starts.sort(key=lambda start: Pick.best_mean.value not in start.name)
     nominal = _nominal(study)
     newtons = [nominal.get(name, float("nan")) for name in space.names]
     words = _words(study.run.entry, study.platform.title, newtons, scale)

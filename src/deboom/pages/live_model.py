@@ -90,7 +90,7 @@ def live_model(
     11
     """
     first = cases[0].case
-    if any(isinstance(one.case, AmplitudeMotion) for one in cases):
+    if any(isinstance(shown.case, AmplitudeMotion) for shown in cases):
         raise InputError(f"the model is not in the page: {NOT_LIVE}")
     loss = first.variable_names[-1].endswith(LOSS_SUFFIX)
     n_stiffness = len(first.variable_names) // (2 if loss else 1)
@@ -106,13 +106,13 @@ def live_model(
         "tolerance": float(np.max(space.tolerance)),
         "cases": [
             {
-                "name": one.case.load_case,
-                "title": one.title,
-                "weight": one.weight,
-                "order": one.order,
-                "speed": rpm_of_frequency(lines, one.order).tolist(),
+                "name": shown.case.load_case,
+                "title": shown.title,
+                "weight": shown.weight,
+                "order": shown.order,
+                "speed": rpm_of_frequency(lines, shown.order).tolist(),
             }
-            for one in cases
+            for shown in cases
         ],
     }
     arrays: dict[str, RealArray] = {
@@ -125,11 +125,11 @@ def live_model(
         "lower": space.lower,
         "upper": space.upper,
     }
-    motions = [one.case for one in cases if isinstance(one.case, CoupledMotion)]
+    motions = [shown.case for shown in cases if isinstance(shown.case, CoupledMotion)]
     if motions:
         words, numbers = _springs(motions, n_stiffness, loss=loss)
     else:
-        heard = [one.case for one in cases if isinstance(one.case, PathContributions)]
+        heard = [shown.case for shown in cases if isinstance(shown.case, PathContributions)]
         words, numbers = _contributions(heard, n_stiffness)
     paid, curves = (None, {}) if price is None else _price(price)
     return LiveModel({**header, **words, "price": paid}, {**arrays, **numbers, **curves})
@@ -195,7 +195,7 @@ def live_page(
             "notes": {"cases": no_cases, "price": no_price},
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
-            "starts": [{"name": one.name, "design": one.design.tolist()} for one in starts],
+            "starts": [{"name": start.name, "design": start.design.tolist()} for start in starts],
             "mounts": [
                 {"name": mount.name, "words": mount.description, "colour": by_mount[mount.name]}
                 for mount in platform.mounts
@@ -379,7 +379,7 @@ def _complex(name: str, values: ComplexArray) -> dict[str, RealArray]:
 def _price(price: MountRequirements) -> tuple[dict[str, Any], dict[str, RealArray]]:
     """Lay out what mounts pay for being quiet, in the order of its numbers."""
     quantities = price.quantities
-    modes = next(one for one in quantities if isinstance(one, NaturalFrequencies))
+    modes = next(quantity for quantity in quantities if isinstance(quantity, NaturalFrequencies))
     directions = [name for m in modes.mounts for _ in m.pieces for name in m.variables]
     names = price.variable_names
     words: dict[str, Any] = {

@@ -37,7 +37,7 @@ function buildChoices() {
 }
 
 const select = byId("live-case");
-cases.forEach((one, c) => node(select, "option", { value: c }, one.title));
+cases.forEach((loadCase, c) => node(select, "option", { value: c }, loadCase.title));
 select.parentElement.hidden = cases.length < 2;
 select.addEventListener("change", () => {
   session.shown = Number(select.value);
@@ -51,7 +51,7 @@ function fillStarts() {
   start.replaceChildren();
   node(start, "option", { value: "" }, "…");
   node(start, "option", { value: "today" }, "today’s mounts");
-  data.starts.forEach((one, at) => node(start, "option", { value: at }, one.name));
+  data.starts.forEach((design, at) => node(start, "option", { value: at }, design.name));
   if (typeof front !== "undefined") {
     front.points.forEach((point, design) => { if (!front.picks[design]) node(start, "option", { value: `front ${design}` }, nameOf(design)); });
   }
@@ -65,7 +65,7 @@ start.addEventListener("change", () => {
 });
 // a design of the front below, or today's
 const ofFront = (design) => names.map((name) => {
-  const axis = axes.find((one) => one.name === name);
+  const axis = axes.find((entry) => entry.name === name);
   return axis ? valueOf(axis, design) : 1;
 });
 
@@ -159,9 +159,9 @@ function buildCards() {
     const level = node(card, "p"), peak = node(card, "p", { class: "wide" }), builds = node(card, "p", { class: "wide muted" });
     const foot = node(card, "div", { class: "foot" });
     const play = ["today", "now"].map((which) => {
-      const one = node(foot, "button", { type: "button", "aria-label": `hear the run-up of ${name}, ${which}`, title: `run-up, ${which}; switches over while it plays` }, `▶ ${which}`);
-      one.addEventListener("click", () => player.press(v, which));
-      return one;
+      const button = node(foot, "button", { type: "button", "aria-label": `hear the run-up of ${name}, ${which}`, title: `run-up, ${which}; switches over while it plays` }, `▶ ${which}`);
+      button.addEventListener("click", () => player.press(v, which));
+      return button;
     });
     const label = node(foot, "label", { title: "limit of the mean level over the parts made, which an improvement keeps [dB(A)]" }, "≤ ");
     const limit = numberInput(label, `limit of the mean level of ${name} in dB(A)`, "", (value) => {
@@ -214,7 +214,7 @@ function verdict(list) {
   const sorted = list.map(({ v, delta }) => ({ name: vehicles[v].name, delta })).sort((a, b) => a.delta - b.delta), many = sorted.length;
   const louder = sorted.filter(({ delta }) => delta >= 0.05), [best, last] = [sorted[0], sorted[many - 1]];
   if (Math.max(-best.delta, last.delta) < 0.05) return many > 1 ? `As today in all ${many} vehicles` : `As today in ${best.name}`;
-  const mean = averaged(everyVehicle.map((v) => list.find((one) => one.v === v)?.delta ?? 0));
+  const mean = averaged(everyVehicle.map((v) => list.find((change) => change.v === v)?.delta ?? 0));
   const { band } = session;
   const sigma = band && band.fresh ? `, σ ${signed((100 * averaged(band.sigma)) / averaged(today.band.sigma) - 100, 0)} %` : "";
   const range = many > 1 ? `${signed(best.delta, 1)} dB (${best.name}) to ${signed(last.delta, 1)} dB (${last.name}), mean ${signed(mean, 2)} dB${sigma}` : `${best.name} ${signed(best.delta, 1)} dB${sigma}`;
@@ -274,8 +274,8 @@ function drawPrice() {
     node(row, "td");
     for (const [end, none, words] of [["atLeast", -Infinity, "least"], ["atMost", Infinity, "most"]]) {
       const value = session.limits[end][i];
-      numberInput(node(row, "td"), `at ${words}: ${name} in ${data.price.units[i]}`, Number.isFinite(value) ? value : "", (given) => {
-        session.limits[end][i] = given ?? none;
+      numberInput(node(row, "td"), `at ${words}: ${name} in ${data.price.units[i]}`, Number.isFinite(value) ? value : "", (limit) => {
+        session.limits[end][i] = limit ?? none;
         remember();
         fillPrice();
       });
@@ -311,10 +311,10 @@ function drawWeights() {
     numberInput(node(row, "td"), `weight of ${name}`, session.vehicleWeights[v], (value, input) => weigh(session.vehicleWeights, v, value, input, shownVehicles()));
   }
   if (cases.length > 1) {
-    cases.forEach((one, c) => {
+    cases.forEach((loadCase, c) => {
       const row = node(body, "tr");
-      node(row, "th", { scope: "row", colspan: 2 }, one.title);
-      numberInput(node(row, "td"), `weight of the load case ${one.title}`, session.caseWeights[c], (value, input) => weigh(session.caseWeights, c, value, input, cases.map((_, at) => at)));
+      node(row, "th", { scope: "row", colspan: 2 }, loadCase.title);
+      numberInput(node(row, "td"), `weight of the load case ${loadCase.title}`, session.caseWeights[c], (value, input) => weigh(session.caseWeights, c, value, input, cases.map((_, at) => at)));
     });
   }
   if (data.notes.cases) node(node(body, "tr"), "td", { class: "word muted", colspan: 3 }, data.notes.cases);
@@ -323,7 +323,7 @@ function drawWeights() {
     node(row, "th", { scope: "row" }, mount.name);
     const cell = node(row, "td", { colspan: 2 }), list = node(cell, "select", { "aria-label": `mount whose part ${mount.name} shares` });
     node(list, "option", { value: "" }, "part of its own");
-    const others = data.mounts.filter((one) => one !== mount && !session.sameAs[one.name]);
+    const others = data.mounts.filter((other) => other !== mount && !session.sameAs[other.name]);
     for (const other of others) node(list, "option", { value: other.name }, `same part as ${other.name}`);
     list.value = session.sameAs[mount.name] || "";
     list.addEventListener("change", () => {
@@ -342,7 +342,7 @@ function drawWeights() {
 function weigh(weights, at, value, input, counted) {
   const before = weights[at];
   weights[at] = value ?? 0;
-  if (!(weights[at] >= 0) || !counted.some((one) => weights[one] > 0)) {
+  if (!(weights[at] >= 0) || !counted.some((place) => weights[place] > 0)) {
     weights[at] = before;
     input.value = before;
     byId("live-said").textContent = "A weight is 0 or more, and one of them is above 0.";

@@ -218,9 +218,9 @@ function drawPaths() {
 // ---- drawing
 
 function facts() {
-  const one = cases[session.shown], counted = cases.filter((_, c) => session.caseWeights[c] > 0).length;
+  const loadCase = cases[session.shown], counted = cases.filter((_, c) => session.caseWeights[c] > 0).length;
   const over = counted > 1 ? `, levels over ${counted} load cases` : session.caseWeights[session.shown] > 0 ? "" : ", which has no weight in the levels";
-  byId("live-facts").textContent = `${one.title}${over} · order ${one.order}, ${data.frequency[0]} to ${data.frequency[F - 1]} Hz · parts within ±${Math.round(100 * data.tolerance)} %, ${data.nDraws} draws · sound: full scale ${data.fullScale.toPrecision(3)} Pa · computed in this page, offline`;
+  byId("live-facts").textContent = `${loadCase.title}${over} · order ${loadCase.order}, ${data.frequency[0]} to ${data.frequency[F - 1]} Hz · parts within ±${Math.round(100 * data.tolerance)} %, ${data.nDraws} draws · sound: full scale ${data.fullScale.toPrecision(3)} Pa · computed in this page, offline`;
 }
 
 function drawAtOnce() {

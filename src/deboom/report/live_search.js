@@ -23,7 +23,7 @@ function improved(model, price, data, wish) {
     const { mean, sigma } = model.band(x, counted, weights, coupled);
     return { mean: mean.map((sum) => sum / F), sigma: sigma.map((sum) => sum / F) };
   };
-  const worst = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, one) => Math.max(most, one), -Infinity);
+  const worst = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, over) => Math.max(most, over), -Infinity);
   const value = (moments) => summed(ofSigma ? moments.sigma : moments.mean);
 
   // how far a design is beyond every limit, negative where room is left [dB, mm, Hz]
@@ -57,7 +57,7 @@ function improved(model, price, data, wish) {
     const slope = new Float64Array(wish.groups.length), rows = [];
     share.forEach((part, v) => {
       if (!part) return;
-      grouped(ofSigma ? sigmaBy : meanBy, v * K).forEach((one, i) => (slope[i] += part * one));
+      grouped(ofSigma ? sigmaBy : meanBy, v * K).forEach((by, i) => (slope[i] += part * by));
       if (Number.isFinite(meanLimits[v])) rows.push({ by: grouped(meanBy, v * K), room: meanLimits[v] - mean[v] });
     });
     if (limits.peak.some(Number.isFinite)) {
@@ -79,7 +79,7 @@ function improved(model, price, data, wish) {
     now.forEach((number, i) => {
       const by = Float64Array.from(ahead, (moved) => (moved[i] - number) / step);
       if (Number.isFinite(limits.atMost[i])) rows.push({ by, room: limits.atMost[i] - number });
-      if (Number.isFinite(limits.atLeast[i])) rows.push({ by: by.map((one) => -one), room: number - limits.atLeast[i] });
+      if (Number.isFinite(limits.atLeast[i])) rows.push({ by: by.map((slopeBy) => -slopeBy), room: number - limits.atLeast[i] });
     });
     return rows.filter(({ by, room }) => Number.isFinite(room) && by.every(Number.isFinite));
   }
@@ -91,14 +91,14 @@ function improved(model, price, data, wish) {
       for (let t = 0; t < draws; t++) level.set(model.splv(model.made(x, t), weights, coupled).map((sum) => sum / F), t * data.nVehicles);
       moments = momentsOf(level, data.nVehicles);
     } else moments = { mean: model.smoothed(x, weights, coupled, noise) };
-    const beyond = beyondLimits(moments.mean, meanLimits, x).reduce((sum, one) => sum + Math.max(0, one), 0);
+    const beyond = beyondLimits(moments.mean, meanLimits, x).reduce((sum, over) => sum + Math.max(0, over), 0);
     return { value: value(moments) + PENALTY * beyond, mean: moments.mean };
   }
 
   // one step, or false where none is better
   function step(state) {
     const { slope, rows } = linearised(state.x, state.meanLimits);
-    const largest = slope.reduce((most, one) => Math.max(most, Math.abs(one)), 1e-12);
+    const largest = slope.reduce((most, by) => Math.max(most, Math.abs(by)), 1e-12);
     for (; state.radius > 1e-4; state.radius /= 2) {
       const d = quadraticStep(slope, rows, state.radius, (30 * state.radius) / largest, state.x, wish);
       const tried = expanded(d, state.x), after = merit(tried, state.meanLimits);
@@ -147,10 +147,10 @@ function momentsOf(level, V) {
 function quadraticStep(slope, rows, radius, h, x, { groups, lower, upper }) {
   const from = groups.map((group) => Math.max(-radius, ...group.map((k) => lower[k] - x[k])));
   const to = groups.map((group) => Math.min(radius, ...group.map((k) => upper[k] - x[k])));
-  const rooms = rows.map(({ by, room }) => Math.max(room, -0.5 * radius * by.reduce((sum, one) => sum + Math.abs(one), 0)));
+  const rooms = rows.map(({ by, room }) => Math.max(room, -0.5 * radius * by.reduce((sum, slopeBy) => sum + Math.abs(slopeBy), 0)));
   const multiplier = new Float64Array(rows.length), d = new Float64Array(slope.length);
-  const refresh = () => slope.forEach((one, i) => {
-    let sum = one;
+  const refresh = () => slope.forEach((by, i) => {
+    let sum = by;
     for (let r = 0; r < rows.length; r++) sum += multiplier[r] * rows[r].by[i];
     d[i] = Math.min(Math.max(to[i], 0), Math.max(Math.min(from[i], 0), -h * sum)); // the box is separable: cut exactly
   });
@@ -159,9 +159,9 @@ function quadraticStep(slope, rows, radius, h, x, { groups, lower, upper }) {
     let moved = 0;
     rows.forEach(({ by }, r) => {
       let over = -rooms[r], size = 0;
-      by.forEach((one, i) => {
-        over += one * d[i];
-        size += one * one;
+      by.forEach((slopeBy, i) => {
+        over += slopeBy * d[i];
+        size += slopeBy * slopeBy;
       });
       const next = Math.max(0, multiplier[r] + over / (h * size + 1e-300));
       moved = Math.max(moved, Math.abs(next - multiplier[r]) * h);

@@ -17,7 +17,7 @@ const session = {
   chosen: 0, // vehicle whose paths are shown
   line: null, // line that is read
   loss: false, // whether the sliders move loss factors
-  caseWeights: Float64Array.from(cases, (one) => one.weight),
+  caseWeights: Float64Array.from(cases, (loadCase) => loadCase.weight),
   vehicleWeights: nothing(V, 1),
   limits: { mean: nothing(V, NaN), peak: nothing(V, Infinity), atLeast: nothing(nPrice, -Infinity), atMost: nothing(nPrice, Infinity) }, // NaN: today's
   lower: Float64Array.from(data.lower),
@@ -140,23 +140,23 @@ function stated() {
     variables: names, design: exact(session.x),
     pinned: session.pinned.map(({ name, design }) => ({ name, design: exact(design) })),
     limits: { mean: chosenOnly(limits.mean, vehicleNames, Number.isNaN), peak: chosenOnly(limits.peak, vehicleNames, (value) => value === Infinity), mounts },
-    weights: { load_cases: Object.fromEntries(cases.map((one, c) => [one.name, session.caseWeights[c]])), vehicles: Object.fromEntries(vehicleNames.map((name, v) => [name, session.vehicleWeights[v]])) },
+    weights: { load_cases: Object.fromEntries(cases.map((loadCase, c) => [loadCase.name, session.caseWeights[c]])), vehicles: Object.fromEntries(vehicleNames.map((name, v) => [name, session.vehicleWeights[v]])) },
     same_part: session.sameAs,
   };
 }
 
 // take a state over; what belongs to other variables is refused with a sentence
-function take(given) {
-  if (!given || !Array.isArray(given.variables) || given.variables.join("|") !== names.join("|")) {
+function take(state) {
+  if (!state || !Array.isArray(state.variables) || state.variables.join("|") !== names.join("|")) {
     return `These are designs of other variables; this page has ${names.join(", ")}.`;
   }
-  const designs = [given.design, ...(given.pinned || []).map((pin) => pin.design)];
-  if (designs.some((one) => !Array.isArray(one) || one.length !== model.K || !one.every(Number.isFinite))) return `A design of this page has ${model.K} numbers.`;
+  const designs = [state.design, ...(state.pinned || []).map((pin) => pin.design)];
+  if (designs.some((design) => !Array.isArray(design) || design.length !== model.K || !design.every(Number.isFinite))) return `A design of this page has ${model.K} numbers.`;
   const numbers = (into, table = {}, labels) => labels.forEach((label, i) => { if (Number.isFinite(table[label])) into[i] = table[label]; });
-  const vehicleNames = vehicles.map((vehicle) => vehicle.name), { limits = {}, weights = {} } = given;
-  if (data.motions.includes(given.motion)) session.coupled = given.motion === "coupled";
-  session.shown = Math.max(0, cases.findIndex((one) => one.name === given.load_case));
-  if (given.vehicles === "all" || groupNames.includes(given.vehicles)) session.group = given.vehicles;
+  const vehicleNames = vehicles.map((vehicle) => vehicle.name), { limits = {}, weights = {} } = state;
+  if (data.motions.includes(state.motion)) session.coupled = state.motion === "coupled";
+  session.shown = Math.max(0, cases.findIndex((loadCase) => loadCase.name === state.load_case));
+  if (state.vehicles === "all" || groupNames.includes(state.vehicles)) session.group = state.vehicles;
   session.chosen = shownVehicles()[0];
   session.limits.mean.fill(NaN);
   session.limits.peak.fill(Infinity);
@@ -167,15 +167,15 @@ function take(given) {
     session.limits.atLeast[i] = Number.isFinite(ends.at_least) ? ends.at_least : -Infinity;
     session.limits.atMost[i] = Number.isFinite(ends.at_most) ? ends.at_most : Infinity;
   });
-  const caseWeights = Float64Array.from(cases, (one) => one.weight);
-  numbers(caseWeights, weights.load_cases, cases.map((one) => one.name));
+  const caseWeights = Float64Array.from(cases, (loadCase) => loadCase.weight);
+  numbers(caseWeights, weights.load_cases, cases.map((loadCase) => loadCase.name));
   if (caseWeights.every((weight) => weight >= 0) && caseWeights.some((weight) => weight > 0)) session.caseWeights = caseWeights;
   const vehicleWeights = nothing(V, 1);
   numbers(vehicleWeights, weights.vehicles, vehicleNames);
   if (vehicleWeights.every((weight) => weight >= 0)) session.vehicleWeights = vehicleWeights;
-  session.sameAs = Object.fromEntries(Object.entries(given.same_part || {}).filter((pair) => pair.every((name) => data.mounts.some((mount) => mount.name === name))));
-  session.pinned = (given.pinned || []).map(({ name, design }) => ({ name: String(name), design: within(design) }));
-  session.x = within(given.design);
+  session.sameAs = Object.fromEntries(Object.entries(state.same_part || {}).filter((pair) => pair.every((name) => data.mounts.some((mount) => mount.name === name))));
+  session.pinned = (state.pinned || []).map(({ name, design }) => ({ name: String(name), design: within(design) }));
+  session.x = within(state.design);
   return "";
 }
 

@@ -188,24 +188,24 @@ function makeModel(data) {
         if (i === j && i >= B) source[i * S + j] = 1 / endMass[i - B];
       }
     }
-    for (const one of cases) { // displacement at the springs under the loads, without springs [m]
-      one.freeRe = new Float64Array(F * S);
-      one.freeIm = new Float64Array(F * S);
+    for (const loadCase of cases) { // displacement at the springs under the loads, without springs [m]
+      loadCase.freeRe = new Float64Array(F * S);
+      loadCase.freeIm = new Float64Array(F * S);
       for (let line = 0; line < F; line++) {
         const squared = squaredOf(line), first = line * D;
         for (let s = 0; s < S; s++) {
           let a = 0, b = 0;
           if (s < B) {
             for (let i = 0; i < 6; i++) {
-              a += perMass[s][i] * one.loadRe[first + i];
-              b += perMass[s][i] * one.loadIm[first + i];
+              a += perMass[s][i] * loadCase.loadRe[first + i];
+              b += perMass[s][i] * loadCase.loadIm[first + i];
             }
           } else {
-            a = one.loadRe[first + 6 + s - B] / endMass[s - B];
-            b = one.loadIm[first + 6 + s - B] / endMass[s - B];
+            a = loadCase.loadRe[first + 6 + s - B] / endMass[s - B];
+            b = loadCase.loadIm[first + 6 + s - B] / endMass[s - B];
           }
-          one.freeRe[line * S + s] = -a / squared;
-          one.freeIm[line * S + s] = -b / squared;
+          loadCase.freeRe[line * S + s] = -a / squared;
+          loadCase.freeIm[line * S + s] = -b / squared;
         }
       }
     }
@@ -312,13 +312,13 @@ function makeModel(data) {
   }
 
   if (springs) { // forces that prescribed motion scales: a body at rest, all factors 1
-    cases.forEach((one, c) => {
+    cases.forEach((loadCase, c) => {
       for (let line = 0; line < F; line++) {
         scaleSprings(ones, c, line);
         displace(c, line);
         pushPaths();
-        one.heldRe.set(fRe, line * P);
-        one.heldIm.set(fIm, line * P);
+        loadCase.heldRe.set(fRe, line * P);
+        loadCase.heldIm.set(fIm, line * P);
       }
     });
   }
@@ -622,10 +622,10 @@ function makeModel(data) {
       }
     });
     if (slopesToo) {
-      best.forEach((one, v) => {
-        slopes(x, one.c, one.line, coupled);
+      best.forEach((peak, v) => {
+        slopes(x, peak.c, peak.line, coupled);
         const size = NEPER / (earRe[v] ** 2 + earIm[v] ** 2);
-        one.by = Float64Array.from({ length: K }, (_, k) => size * (earRe[v] * slopeRe[v * K + k] + earIm[v] * slopeIm[v * K + k]));
+        peak.by = Float64Array.from({ length: K }, (_, k) => size * (earRe[v] * slopeRe[v * K + k] + earIm[v] * slopeIm[v * K + k]));
       });
     }
     return best;
@@ -753,7 +753,7 @@ function makePrice(data) {
       });
       return left;
     };
-    const size = (left) => Math.sqrt(left.reduce((sum, one, i) => sum + (i < 3 ? one : one / length) ** 2, 0));
+    const size = (left) => Math.sqrt(left.reduce((sum, part, i) => sum + (i < 3 ? part : part / length) ** 2, 0));
     const enough = 1e-9 * (1 + size(Float64Array.from(load)));
     let q = new Float64Array(6), left = unbalanced(q);
     for (let turnOf = 0; turnOf < 100 && size(left) > enough; turnOf++) {
@@ -769,7 +769,7 @@ function makePrice(data) {
       left = unbalanced(q);
     }
     const u = moved(q);
-    const beyond = u.some((one, s) => x[s] * one < curves[price.curveOf[s]].lowest || x[s] * one > curves[price.curveOf[s]].highest);
+    const beyond = u.some((deflection, s) => x[s] * deflection < curves[price.curveOf[s]].lowest || x[s] * deflection > curves[price.curveOf[s]].highest);
     return travelColumns.map((s) => (beyond ? NaN : 1e3 * u[s]));
   }
 

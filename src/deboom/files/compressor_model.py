@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from deboom.compressor.identify import Identification
+from deboom.compressor.identification import Identification
 from deboom.compressor.model import (
     GAIN_PARAMETERS,
     CompressorModel,

@@ -24,12 +24,12 @@ gc.set_threshold(50_000, 20, 50)
 @pytest.fixture(scope="session", autouse=True)
 def shipped_files_once():
     # studies read the shipped platform, and describe their environment, again and again
-    read = platform.read_uff
+    read = platform.read_nodal
     kept = cache(read)
     with pytest.MonkeyPatch.context() as patch:
         shipped = STUDIES / "data"
         patch.setattr(
-            platform, "read_uff", lambda path: (kept if shipped in path.parents else read)(path)
+            platform, "read_nodal", lambda path: (kept if shipped in path.parents else read)(path)
         )
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))

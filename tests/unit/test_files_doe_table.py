@@ -1,5 +1,7 @@
 """Tables of designs: a user's own, and a whole DOE there and back."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -43,6 +45,37 @@ def test_units_are_converted_and_foreign_ones_kept(tmp_path):
     path = tmp_path / "designs.csv"
     path.write_text("k [N/m],hardness [shore A]\n250000,55\n", encoding="utf-8")
     assert read_plan(path, space) == pytest.approx(np.array([[250.0, 55.0]]))
+
+
+def state(**changes):
+    """Return what the interactive page saves, variables in an order of its own."""
+    pinned = [{"name": "P1", "design": [0.9, 1.1]}]
+    whole = {"variables": ["TSM x", "EnM x"], "design": [1.1, 0.9], "pinned": pinned}
+    return json.dumps({**whole, **changes})
+
+
+def test_saved_designs_come_with_their_pins(tmp_path):
+    path = tmp_path / "saved.json"
+    path.write_text(state(), encoding="utf-8")
+    assert np.array_equal(read_plan(path, SPACE), [[0.9, 1.1], [1.1, 0.9]])
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[1]", "saved.json is no state that the interactive page saved"),
+        ("{", "saved.json is no state that the interactive page saved"),
+        (state(design=[1.0]), "saved.json is no state that the interactive page saved"),
+        (state(variables=["TSM x", "Du x"]), "'Du x' is in only one of both"),
+        (state(design=[1.0, 1.2]), "its design has 'EnM x' 1.2, outside its bounds 0.85 to 1.15"),
+        (state(design=[1.0, None]), "its design has 'EnM x' nan, outside its bounds"),
+    ],
+)
+def test_a_state_that_does_not_fit_is_refused_in_one_sentence(tmp_path, text, sentence):
+    path = tmp_path / "saved.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        read_plan(path, SPACE)
 
 
 @pytest.mark.parametrize(

@@ -175,6 +175,14 @@ def test_parts_that_share_a_stiffness_move_together(page):
     assert x[2] == x[5] == 0.8
 
 
+def test_a_design_beyond_the_sliders_is_set_to_their_ends_and_said_so(page):
+    page.value("axes.find(axis => axis.name === 'TSM z').values[1] = 1.5; pin('a', 1)")
+    page.focus("#to-live")
+    page.key("Enter")
+    assert design(page)[8] == 1.2
+    assert page.text("#live-said").endswith("so set to its end: TSM z.")
+
+
 def test_load_cases_and_weights_change_the_levels(page):
     _, robust = live_front()
     titles = "[...document.querySelectorAll('#live-case option')].map(one => one.textContent)"

@@ -407,7 +407,8 @@ byId("live-pin").addEventListener("click", () => {
 byId("live-save").addEventListener("click", () => {
   const name = `${data.run.replace(/[^\w.-]+/g, "-")}_design.json`;
   download(name, "application/json", [JSON.stringify(stated(), null, 1) + "\n"]);
-  byId("live-said").textContent = `Saved as ${name}: deboom run ${data.study} --begin ${name}, or deboom report RUN --supplier --design ${name}.`;
+  const further = `: deboom run ${data.study} --begin ${name}, or deboom report RUN --supplier --design ${name}`;
+  byId("live-said").textContent = `Saved as ${name}${data.starts.length ? further : ""}.`; // an experiment has no front
 });
 byId("live-open").addEventListener("click", () => byId("live-file").click());
 byId("live-file").addEventListener("change", async () => {

@@ -115,6 +115,8 @@ function within(design) {
 function moveTo(design) {
   undo.push(session.x);
   session.x = within(design);
+  const beyond = names.filter((_, k) => Math.abs(session.x[k] - design[k]) > 1e-6);
+  byId("live-said").textContent = beyond.length ? `Beyond the range of its slider, so set to its end: ${beyond.join(", ")}.` : "";
   remember();
   redraw();
   announce();

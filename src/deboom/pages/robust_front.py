@@ -671,9 +671,9 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.section(
         "The picks",
-        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and no "
-        "booming peak is louder than today. Sigma-kept: the same with no more scatter than today. "
-        f"Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
+        "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
+        f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
     )
     report.table(
         "picks",

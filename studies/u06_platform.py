@@ -155,6 +155,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Which vehicles go together, which mount stiffnesses make those of group "
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
+    report.inputs += [options.search.begin] if options.search.begin else []
     for part, (count, _) in PARTS.items():
         if part in parts:
             report.tiles += parts[part].tiles[:count]

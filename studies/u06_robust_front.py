@@ -149,6 +149,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         run=run_name(context, "u06_robust_front"),
     )
     report = front_report(view)
+    report.inputs += [options.search.begin] if options.search.begin else []
     report_limits(report, limits, front.search, front.named_designs)
     report_parts(report, model.made)
     report_runs(report, model.runs)

@@ -1,16 +1,13 @@
 """What tests of every kind share: a finished run of the front study, and pictures in words."""
 
 import gc
-import os
 from contextlib import contextmanager
 from copy import deepcopy
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from deboom.explore import workers
 from deboom.files import platform
 from deboom.mounts import characterise
 from deboom.report import Report, report
@@ -27,28 +24,15 @@ gc.set_threshold(50_000, 20, 50)
 @pytest.fixture(scope="session", autouse=True)
 def shipped_files_once():
     # studies read the shipped platform, and describe their environment, again and again
-    read = platform.read_uff
+    read = platform.read_nodal
     kept = cache(read)
     with pytest.MonkeyPatch.context() as patch:
         shipped = STUDIES / "data"
         patch.setattr(
-            platform, "read_uff", lambda path: (kept if shipped in path.parents else read)(path)
+            platform, "read_nodal", lambda path: (kept if shipped in path.parents else read)(path)
         )
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def forked_workers():
-    # each process starts from imports made once; a whole command line spawns its own as ever
-    with pytest.MonkeyPatch.context() as patch:
-        if os.name == "posix":
-            context = get_context("forkserver")
-            context.set_forkserver_preload(
-                ["deboom.mounts.response_surface", "deboom.explore.robust"]
-            )
-            patch.setattr(workers, "get_context", lambda _: context)
         yield
 
 

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from deboom.choices import FolderKind, FunctionFiles, Language, Pick
+from deboom.choices import FolderKind, FunctionFiles, Language, Pick, pick_or_file
 
+# Any: a pick or a path, which the parser tells apart
+DESIGN = Annotated[
+    Any,
+    typer.Option(
+        parser=pick_or_file,
+        metavar="PICK|FILE",
+        help=f"Design of the front: {', '.join(Pick)}; or one that the interactive page saved.",
+    ),
+]
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
@@ -54,7 +63,7 @@ def report(
     ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
@@ -86,6 +95,8 @@ def report(
             f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
             "that a mount supplier reads, --interactive for the one to explore the front"
         )
+    if vehicle and not interactive:
+        raise InputError("--vehicle belongs to --interactive: sheets are for all vehicles")
     if interactive:
         if anonymous or (not supplier and any((mount, box, tolerances, sharing, since))):
             raise InputError(
@@ -124,7 +135,7 @@ def report(
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,

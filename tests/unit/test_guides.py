@@ -5,6 +5,7 @@ import json
 import re
 import runpy
 import shlex
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -19,8 +20,10 @@ from deboom.bench.campaign import TRAINING_RUNS, CampaignPlan, TimeRunPlan
 from deboom.cli import StudyCommand, app
 from deboom.explore.search import nsga2
 from deboom.files.acceptance import read_delivered_parts
+from deboom.files.rows import PlacedImpact
 from deboom.files.tables import read_table
 from deboom.files.time_data import WavChannel
+from deboom.files.uff import UffFunction, write_sets, write_uff
 from deboom.mounts.response_surface import KelvinVoigtModel, StiffnessSamples
 from deboom.runs.runner import load_study
 
@@ -115,6 +118,24 @@ def blocks(text, language):
 WITHOUT_COMMANDS = ("Modal test", "What is checked against your data")
 
 
+def other_programs_write_geometry_and_functions():
+    nodes = [*range(1, 7), *range(101, 119)]
+    places = {axis: np.linspace(-0.1, 0.1, len(nodes)) ** (n + 1) for n, axis in enumerate("xyz")}
+    systems = {name: np.zeros(len(nodes)) for name in ("def_cs", "disp_cs", "color")}
+    write_sets(
+        Path("geometry.uff"), [{"type": 2411, "node_nums": np.array(nodes), **systems, **places}]
+    )
+    lines = np.array([1.0, 2.0])
+    functions = [
+        UffFunction(lines, lines + 0j, 4, node, f"+{axis}", reference, "-z", "acceleration")
+        for node in range(1, 7)
+        for axis in "xyz"
+        for reference in range(101, 119)
+    ]
+    functions = [replace(one, ordinate_unit="m/s^2") for one in functions]
+    write_uff("measured.uff", functions)
+
+
 @pytest.mark.parametrize("section", [name for name in SECTIONS if name not in WITHOUT_COMMANDS])
 def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
     monkeypatch.chdir(tmp_path)
@@ -133,7 +154,10 @@ def test_every_command_of_the_guide_runs(tmp_path, monkeypatch, section):
     if section == "Hammer test":
         lines = "".join(blocks(SECTIONS[section] + SECTIONS["Modal test"], "python"))
         values = {}
+        other_programs_write_geometry_and_functions()
         exec(lines, values)
+        assert values["body"].motion.shape == (len(values["clusters"]), 24, 3)
+        assert len(read_table(Path("positions.xlsx"), PlacedImpact)) == 18
         assert values["estimate"].frf.values.shape[1:] == (18, 18)
         assert len(values["clusters"]) >= 4  # rubber damps the modes of the rigid body alike
         assert all(0.05 < mode.damping < 0.12 for mode in values["clusters"])

@@ -9,17 +9,27 @@ from typing import Any
 import numpy as np
 
 from deboom.compressor.identification import Identification
-from deboom.compressor.model import GAIN_PARAMETERS
+from deboom.compressor.model import (
+    GAIN_PARAMETERS,
+    CompressorModel,
+    GainFactor,
+    HyperbolicAmplitude,
+    MountsOverStroke,
+)
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError
 from deboom.files.disk import read_document
 
 FORMAT = "deboom identified compressor"
 VERSION = 1
+KIND = "identified compressor: `deboom identify` writes one"
+REMEDY = "identify the compressor again"
 
 
 def compressor_document(
-    identification: Identification, inputs_sha256: Mapping[str, str]
+    identification: Identification,
+    inputs_sha256: Mapping[str, str],
+    mounts: MountsOverStroke | None = None,
 ) -> dict[str, Any]:
     """Put a compressor into words and numbers that JSON knows; units stand in the keys.
 
@@ -28,6 +38,7 @@ def compressor_document(
     channels and from newtons of each impact to the wrench there.
 
     - `inputs_sha256`: name of each file of the hammer test → its hash.
+    - `mounts`: how each mount softens with its stroke, where it is known.
     """
     calibrated = identification.calibrated
     model, n = calibrated.model, calibrated.values.size
@@ -41,6 +52,7 @@ def compressor_document(
         "stiffness_at_virtual_point": model.stiffness.tolist(),
         "stiffness_units": "N/m, N/rad, N m/rad; static, times the gain it is dynamic",
         "gain": dict(zip(GAIN_PARAMETERS, model.gain.values.tolist(), strict=True)),
+        "mounts_over_stroke": None if mounts is None else _in_words(mounts),
         "characteristic_length_m": identification.length,
         "reference_frequency_hz": MinimalParameters(identification.length).reference_frequency,
         "parameters": {
@@ -68,18 +80,58 @@ def compressor_document(
     }
 
 
+def read_compressor_model(path: Path) -> CompressorModel:
+    """Read an identified compressor.
+
+    - raises InputError: the file is missing, no JSON, of another format or version, or lacks a
+      number of the model.
+    """
+    document = read_document(path, FORMAT, VERSION, KIND, REMEDY)
+    try:
+        mounts = document.get("mounts_over_stroke")
+        return CompressorModel(
+            mass=float(document["mass_kg"]),
+            centre=np.array(document["centre_of_gravity_m"], dtype=float),
+            inertia=np.array(document["inertia_about_centre_kg_m2"], dtype=float),
+            stiffness=np.array(document["stiffness_at_virtual_point"], dtype=float),
+            gain=GainFactor.of([document["gain"][name] for name in GAIN_PARAMETERS]),
+            mounts=None if mounts is None else _mounts(mounts),
+        )
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} has no compressor to read ({error}): {REMEDY}") from None
+
+
+def _in_words(mounts: MountsOverStroke) -> dict[str, Any]:
+    factors = {
+        part: {"limit": law.limit, "drop": law.drop, "scale_m": law.scale}
+        for part, law in (("real", mounts.real), ("imaginary", mounts.imaginary))
+    }
+    return {
+        "positions_m": mounts.positions.tolist(),
+        "stiffness_at_virtual_point": mounts.stiffness.tolist(),
+        "factor": "limit + drop/(1 + stroke/scale_m), on each part of the gain",
+    } | factors
+
+
+def _mounts(words: Mapping[str, Any]) -> MountsOverStroke:
+    real, imaginary = (
+        HyperbolicAmplitude(float(law["limit"]), float(law["drop"]), float(law["scale_m"]))
+        for law in (words["real"], words["imaginary"])
+    )
+    positions = np.array(words["positions_m"], dtype=float)
+    stiffness = np.array(words["stiffness_at_virtual_point"], dtype=float)
+    return MountsOverStroke(positions, stiffness, real, imaginary)
+
+
 def read_fitted_bands(path: Path) -> tuple[tuple[tuple[float, float], ...], dict[str, str]]:
     """Read in which bands a compressor was fitted [Hz], and the hashes of its hammer test.
 
     - raises InputError: the file is missing, no JSON, of another format or version, or has no
       bands or hashes that can be read.
     """
-    kind = "identified compressor: `deboom identify` writes one"
-    document = read_document(path, FORMAT, VERSION, kind, "identify the compressor again")
+    document = read_document(path, FORMAT, VERSION, KIND, REMEDY)
     try:
         bands = tuple((float(low), float(high)) for low, high in document["bands_hz"])
         return bands, {str(name): str(of) for name, of in document["inputs_sha256"].items()}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{path} lacks bands or hashes ({error}): identify the compressor again"
-        ) from None
+        raise InputError(f"{path} lacks bands or hashes ({error}): {REMEDY}") from None

@@ -1,4 +1,4 @@
-"""Functions of a file by DoF (UFF) or by name (CSV, xlsx and MATLAB's mat)."""
+"""Functions of a file by DoF (UFF, Nastran's punch) or by name (CSV, xlsx, MATLAB's mat)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property, partial
 from operator import attrgetter
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 import numpy.typing as npt
@@ -32,6 +32,7 @@ from deboom.files.disk import (
     read_bytes,
     refuse_announced,
 )
+from deboom.files.nastran_punch import read_punch
 from deboom.files.schema import noting, telling
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
@@ -40,7 +41,7 @@ from deboom.measurement.channels import ADDED_DECAY, Frf, Spectrum
 from deboom.physics.order_tracking import frequency_of_order
 
 TABLE_ENDINGS = tuple(f".{one.value}" for one in FunctionFiles if one is not FunctionFiles.uff)
-"""Files of functions that are tables; any other is read as UFF."""
+"""Files of functions that are tables; in any other, functions stand by node and direction."""
 
 
 IN_SI = "in SI units, whatever the channel table says"
@@ -151,8 +152,8 @@ class FunctionMatrix:
     - `path`: file of the functions.
     - `item`: item that it holds, for messages; may be ``""``.
     - `function_types`: UFF function types that are accepted.
-    - `functions`: functions to choose from; by default those of the UFF file.
-    - raises InputError: no UFF file; functions of different axes, or over time without type 1.
+    - `functions`: functions to choose from; by default those of the file.
+    - raises InputError: no such file; functions of different axes, or over time without type 1.
     - warns DataWarning: a line at 0 Hz, where sensors measure nothing, was left out.
     """
 
@@ -166,7 +167,7 @@ class FunctionMatrix:
         self.path = path
         self.item = item
         self.function_types = function_types
-        self.functions = read_uff(path) if functions is None else tuple(functions)
+        self.functions = read_nodal(path) if functions is None else tuple(functions)
         self.axis: RealArray = self.functions[0].abscissa if self.functions else np.zeros(0)
         for function in self.functions:
             if TIME_SIGNAL not in function_types and function.abscissa_quantity != "frequency":
@@ -500,8 +501,38 @@ class FunctionTable:
         return unit, values * unit.factor
 
 
+def _refuse_op2(path: Path) -> NoReturn:
+    raise InputError(
+        f"{path} is Nastran's OP2, which is not read: pyNastran needs a numpy below 2; ask for "
+        "punch as well, DISPLACEMENT(PUNCH,REAL) = ..., or export UFF data set 58"
+    )
+
+
+_NODAL: Mapping[str, Callable[[Path], tuple[UffFunction, ...]]] = {
+    ".pch": read_punch,
+    ".op2": _refuse_op2,
+}
+"""Endings of files with functions by node that are not UFF, and their readers."""
+
+
+def read_nodal(path: Path) -> tuple[UffFunction, ...]:
+    """Read functions by node and direction, in SI: Nastran's punch by its ending, else UFF.
+
+    - raises InputError: as `read_uff` or `deboom.files.nastran_punch.read_punch`.
+    """
+    return _NODAL.get(path.suffix.lower(), read_uff)(path)
+
+
+def files_of_functions(path: Path) -> tuple[Path, ...]:
+    """Return a file of functions, and the table beside it that says what it means, if it has one.
+
+    - `path`: of the functions.
+    """
+    return (path, path.with_suffix(".csv")) if path.suffix.lower() in _NODAL else (path,)
+
+
 def is_table(path: Path) -> bool:
-    """Tell by its ending whether a file of functions is a table; otherwise it is UFF."""
+    """Tell by its ending whether functions of a file have names, instead of nodes as in UFF."""
     return path.suffix.lower() in TABLE_ENDINGS
 
 

@@ -25,9 +25,11 @@ from deboom.files.function_table import (
     FunctionMatrix,
     FunctionTable,
     added_decay_line,
+    files_of_functions,
     first_difference,
     is_table,
     read_function_table,
+    read_nodal,
     same_lines,
 )
 from deboom.files.library_export import read_library_json
@@ -57,7 +59,7 @@ from deboom.files.schema import (
     within,
 )
 from deboom.files.tables import read_table
-from deboom.files.uff import UffFunction, read_uff
+from deboom.files.uff import UffFunction
 from deboom.measurement.channels import Frf, LoadCase, Spectrum, refuse_window
 from deboom.mounts.characterised_mount import CharacterisedMount
 from deboom.mounts.mount import Mount
@@ -144,7 +146,7 @@ def receptance_frf(path: Path, item: str, rows: Sequence[ChannelRow]) -> Frf:
         for row in rows
     ]
     nodes = {row.node for row in rows}
-    functions = [function for function in read_uff(path) if function.reference_node in nodes]
+    functions = [function for function in read_nodal(path) if function.reference_node in nodes]
     matrix = FunctionMatrix(path, item, (FRF,), functions)
     return matrix.frf(dofs, dofs, "displacement", RECEPTANCE_UNIT)
 
@@ -179,7 +181,7 @@ def _opened(
         nodes = {row.node for row in rows}
         functions = [
             function
-            for function in read_uff(path)
+            for function in read_nodal(path)
             if (function.reference_node if FRF in types else function.response_node) in nodes
         ]
         return FunctionMatrix(path, item, types, functions)
@@ -358,7 +360,7 @@ class VehicleEntry(StrictModel):
 
     name: Name  # such as U06-1
     group: Name  # vehicles of one body, such as U06
-    noise_transfer: RelativePath  # UFF file, or a table: CSV, xlsx or MATLAB's mat
+    noise_transfer: RelativePath  # UFF file, Nastran punch, or a table: CSV, xlsx, MATLAB's mat
     # response node of the driver's ear in a UFF file; a table has none
     ear_node: Number | None = Field(default=None, validate_default=True)
     # displacement per force of the trimmed body between all paths, UFF; without, it is at rest
@@ -369,7 +371,7 @@ class VehicleEntry(StrictModel):
     def _node_of_a_uff_file(cls, node: int | None, others: ValidationInfo) -> int | None:
         name = others.data.get("noise_transfer", "")
         if node is None and PurePosixPath(name).suffix.lower() not in ("", *TABLE_ENDINGS):
-            raise ValueError("a UFF file needs the response node of the driver's ear: add it")
+            raise ValueError("functions by node need the response node of the driver's ear: add it")
         return node
 
 
@@ -629,8 +631,9 @@ def read_functions(folder: Path, file: PlatformFile, tables: Tables) -> Function
 def assembled(folder: Path, file: PlatformFile, tables: Tables, functions: Functions) -> Platform:
     """Put a platform together from what its files hold."""
     inputs = [folder / name for name in (PLATFORM_FILE, file.mount_table, file.channel_table)]
-    inputs += [folder / entry.noise_transfer for entry in file.vehicles]
-    inputs += [folder / entry.receptance for entry in file.vehicles if entry.receptance]
+    for vehicle in file.vehicles:
+        for name in filter(None, (vehicle.noise_transfer, vehicle.receptance)):
+            inputs += files_of_functions(folder / name)
     for entry in file.load_cases:
         inputs += [folder / name for name in (entry.operating, entry.torque_table) if name]
     library, library_fault = _library(folder / LIBRARY_FILE, tables.mounts)

@@ -536,10 +536,7 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
     path = Path(path)
     file = _opened(path)
     kinds = [int(kind) for kind in file.get_set_types()]
-    scales = {_unit_scale(path, i, file) for i, kind in enumerate(kinds) if kind == 164}
-    if len(scales) > 1:
-        raise InputError(f"{path}: its data sets 164 state different units; export it in one")
-    scale = scales.pop() if scales else None
+    scale = _scale(path, file, kinds)
     functions: list[UffFunction] = []
     for index, kind in enumerate(kinds):
         if kind == 58:
@@ -553,6 +550,40 @@ def read_uff(path: Path | str) -> tuple[UffFunction, ...]:
         sets = ", ".join(str(kind) for kind in kinds)
         raise InputError(f"{path} holds no function (data set 58), only sets {sets}")
     return tuple(functions)
+
+
+def read_sets(
+    path: Path, kinds: Sequence[int]
+) -> tuple[tuple[Mapping[str, Any], ...], tuple[float, float] | None]:
+    """Read data sets of other kinds than functions, as pyuff gives them.
+
+    - `path`: UFF file.
+    - `kinds`: numbers of the data sets, such as 15.
+    - returns `sets`: in the order of the file; `scale`: length and force of data set 164 per SI,
+      None where the file has none.
+    - raises InputError: the file is missing, empty, not UFF, truncated or damaged.
+    """
+    file = _opened(path)
+    there = [int(kind) for kind in file.get_set_types()]
+    sets = [_content(path, index, file) for index, kind in enumerate(there) if kind in kinds]
+    return tuple(sets), _scale(path, file, there)
+
+
+def write_sets(path: Path, sets: Sequence[Mapping[str, Any]]) -> None:
+    """Write data set 164 (SI), then others as pyuff takes them; complete or not at all.
+
+    - raises InputError: the file cannot be written.
+    """
+    with tempfile.TemporaryDirectory(prefix="deboom-") as folder:
+        scratch = Path(folder) / "set.uff"
+        replace_bytes(path, b"".join(_block(scratch, dict(each)) for each in (_SI_SET, *sets)))
+
+
+def _scale(path: Path, file: Any, kinds: Sequence[int]) -> tuple[float, float] | None:
+    scales = {_unit_scale(path, index, file) for index, kind in enumerate(kinds) if kind == 164}
+    if len(scales) > 1:
+        raise InputError(f"{path}: its data sets 164 state different units; export it in one")
+    return scales.pop() if scales else None
 
 
 def _block(scratch: Path, content: dict[str, Any]) -> bytes:

@@ -526,12 +526,12 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     """Say in one sentence what came out for two configurations."""
     first, second = pair
     found = study.pairs[pair]
-    if found.verdict is FrontVerdict.open:
-        return (
-            f"{first} against {second}: not decided, a single run that keeps no convergence.csv "
-            f"does not say how far to trust it; run {ENOUGH_SEEDS} seeds of each."
-        )
     value, noise = PERCENT * found.value, PERCENT * found.noise
+    if found.verdict is FrontVerdict.open:
+        why = "a single run that keeps no convergence.csv does not say how far to trust it"
+        if np.isfinite(noise):
+            why = f"{signed(value, 2)} % hypervolume, and fewer seeds may err by ±{noise:.2f} %"
+        return f"{first} against {second}: not decided, {why}; run {ENOUGH_SEEDS} seeds of each."
     if found.verdict is FrontVerdict.noise:
         return (
             f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "

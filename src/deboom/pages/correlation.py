@@ -35,7 +35,7 @@ from deboom.explore.doe import (
     sobol_designs,
 )
 from deboom.explore.space import DesignSpace
-from deboom.files.doe_table import read_designs
+from deboom.files.doe_table import read_plan
 from deboom.plot.correlations import MOST
 from deboom.plot.style import vehicle_colours
 from deboom.report import Report
@@ -70,7 +70,7 @@ class DoeRequest:
 
     - `n_designs`: of a space-filling plan; those of fixed levels have their own number.
     - `generators`: of a fractional factorial, see `deboom.explore.doe.fractional_factorial`.
-    - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_designs`.
+    - `table`: a user's own designs instead of a plan, see `deboom.files.doe_table.read_plan`.
     """
 
     plan: Plan
@@ -97,10 +97,10 @@ class DoeRequest:
     def designs(self, space: DesignSpace) -> RealArray:
         """Return the asked designs, shape (n, k) [units of the space].
 
-        - raises InputError: see the plans and `deboom.files.doe_table.read_designs`.
+        - raises InputError: see the plans and `deboom.files.doe_table.read_plan`.
         """
         if self.table is not None:
-            return read_designs(self.table, space)
+            return read_plan(self.table, space)
         if self.plan is Plan.latin_hypercube:
             return latin_hypercube(space, self.n_designs, seed=self.seed)
         if self.plan is Plan.sobol:

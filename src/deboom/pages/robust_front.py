@@ -875,8 +875,8 @@ def _search(report: Report, view: PlatformFront) -> None:
     report.figure(
         "convergence",
         view.front.convergence_picture,
-        "Hypervolume of the front over the generations, before gradients; flat means that more "
-        "generations would not have helped.",
+        "What the front lacks to the last one at equal σ, on average over its range, before "
+        "gradients; flat means that more generations would not have helped.",
     )
 
 

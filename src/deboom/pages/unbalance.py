@@ -103,7 +103,10 @@ def unbalance_report(
     report.facts["route"] = chosen.route.letter
     report.inputs += inputs
     report.document(
-        MODEL_FILE, compressor_document(evaluation.identification, measured.inputs_sha256)
+        MODEL_FILE,
+        compressor_document(
+            evaluation.identification, measured.inputs_sha256, evaluation.model.mounts
+        ),
     )
 
     _asked(report, measured)

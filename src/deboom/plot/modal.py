@@ -110,6 +110,10 @@ RealArray = npt.NDArray[np.float64]
 
 LARGEST = 0.28
 """Largest displacement in the drawing [m]; a real one is below a tenth of a millimetre."""
+_CAR = 0.5, 5.0
+"""Sizes of a body that is drawn with lengths in m; those of others follow their size [m]."""
+_MOST_NAMES = 40
+"""Points whose names are still legible."""
 
 N_FRAMES = 12
 _PANEL_LENGTH = 0.45
@@ -128,6 +132,8 @@ class BodyMotion:
     - `titles`: one per mode, such as ``23.7 Hz, ζ 2.8 %``.
     - `motion` (n_mode, n_point, 3): [any unit]; carrier and panels are scaled apart, each to its
       largest motion in a mode.
+    - `traces`: lines between points, each a sequence of their places; by default one closed line
+      around the points of the carrier.
     """
 
     labels: Sequence[str]
@@ -135,6 +141,7 @@ class BodyMotion:
     normals: npt.ArrayLike
     titles: Sequence[str]
     motion: npt.ArrayLike
+    traces: Sequence[Sequence[int]] = ()
 
 
 def mode_shapes(body: BodyMotion) -> bytes:
@@ -197,21 +204,28 @@ class _Drawing:
         self.is_panel = np.any(self.normals != 0, axis=1)
         if self.is_panel.all():
             raise InputError("figure mode_shapes: there is no point of the carrier to draw")
+        size = float(np.ptp(self.positions, axis=0).max())
+        self.scale = size / np.clip(size, *_CAR) if size else 1.0
         for part in (self.is_panel, ~self.is_panel):
             size = length[:, part].max(axis=1, initial=0.0)
-            motion[:, part] *= (LARGEST / np.where(size > 0.0, size, 1.0))[:, None, None]
+            motion[:, part] *= (self.scale * LARGEST / np.where(size > 0.0, size, 1.0))[
+                :, None, None
+            ]
         self.motion = motion
         # carrier points in the order of a closed line, seen from the front
         carrier = np.flatnonzero(~self.is_panel)
         offset = self.positions[carrier, 1:] - self.positions[carrier, 1:].mean(axis=0)
         order = carrier[np.argsort(np.arctan2(offset[:, 1], offset[:, 0]))]
-        self.outline = np.append(order, order[0])
+        self.traces = [list(trace) for trace in body.traces] or [[*order, order[0]]]
+        if any(not 0 <= point < len(self.labels) for trace in self.traces for point in trace):
+            raise InputError("figure mode_shapes: a trace goes to a point that is not there")
 
     def at_rest(self, axes: Axes, view: int, *, named: bool) -> None:
         """Draw the body undeformed, with axes to scale, and the names of what a view shows."""
         across, up, title = _VIEWS[view]
         shown = self.positions[~self.is_panel | (view == 0)][:, _plane(view)]
-        low, high = shown.min(axis=0) - _MARGIN, shown.max(axis=0) + _MARGIN
+        margin = self.scale * _MARGIN
+        low, high = shown.min(axis=0) - margin, shown.max(axis=0) + margin
         axes.set_xlim(low[0], high[0])
         axes.set_ylim(low[1], high[1])
         axes.set_aspect("equal")
@@ -221,6 +235,8 @@ class _Drawing:
             axes.tick_params(labelleft=False)
             return
         axes.set_ylabel(f"{up} [m]")
+        if len(self.labels) > _MOST_NAMES:
+            return
         for label, place, is_panel in zip(self.labels, self.positions, self.is_panel, strict=True):
             if is_panel == (view == 0):
                 axes.annotate(
@@ -245,8 +261,13 @@ class _Drawing:
     ) -> list[Line2D]:
         """Draw the outline of the carrier and, from the side, the panels."""
         plane = _plane(view)
-        line = points[self.outline][:, plane]
-        drawn = axes.plot(*line.T, color=colour, lw=width, ls=style, marker=".", ms=3.0)
+        drawn = [
+            line
+            for trace in self.traces
+            for line in axes.plot(
+                *points[trace][:, plane].T, color=colour, lw=width, ls=style, marker=".", ms=3.0
+            )
+        ]
         for place in np.flatnonzero(self.is_panel & (view == 0)):
             normal = self.normals[place][plane]
             length = float(np.linalg.norm(normal))

@@ -25,6 +25,7 @@ const session = {
   sameAs: {}, // mount → mount whose part it shares
   pinned: [], // { name, design }
   band: null, // what the worker said last; `fresh` if of this design
+  steps: null, // what ±10 % of each factor does
 };
 const undo = [];
 let today = {}; // of the motion, load case and weights on show
@@ -72,7 +73,7 @@ function valued(x) {
 
 function setToday() {
   today = { ...valued(model.ones), band: model.band(model.ones, session.shown, caseShares(), session.coupled) };
-  session.band = null;
+  session.band = session.steps = null;
 }
 
 // numbers of a pinned design, over the draws
@@ -191,6 +192,10 @@ let latest = 0;
 const worker = startWorker((reply) => {
   if (reply.id !== latest) return;
   if (reply.wish === "improve") return arrive(reply);
+  if (reply.wish === "steps") {
+    session.steps = reply;
+    return drawTornado();
+  }
   timing.band.push(reply.ms);
   reply.fresh = true;
   // the same draw of today's parts and of these: what a car gains, part by part
@@ -202,12 +207,10 @@ const worker = startWorker((reply) => {
   session.band = reply;
   drawCurves();
   drawCards();
-  drawTornado();
-  if (reply.spoken) announce();
 });
 
 function startWorker(then) {
-  const here = { postMessage: (message) => setTimeout(() => message.id === latest && then(answer({ model, price, data }, message))) };
+  const here = { postMessage: answering({ model, price, data }, then) };
   try {
     const made = new Worker(URL.createObjectURL(new Blob([byId("live-script").textContent], { type: "text/javascript" })));
     const target = { to: made };

@@ -243,7 +243,7 @@ def _inputs(entry: RunEntry) -> dict[str, str]:
     return named
 
 
-def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierStudy:
+def supplier_study(folder: Path, studies: Path | None, pick: Pick | Path) -> SupplierStudy:
     """Read the run of a front study and build its model again.
 
     Parameters
@@ -252,8 +252,8 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick) -> SupplierSt
         Of the finished run.
     studies : Path or None
         Folder with the script of the run; None: deboom's own.
-    pick : Pick
-        The design that is wanted.
+    pick : Pick or Path
+        The design that is wanted, or a file that holds it.
 
     Raises
     ------

@@ -309,6 +309,8 @@ def resume_study(
     """
     entry = find_run(out, study.name, wanted)
     if entry.finished:
+        if given:
+            arguments_of(entry, study, given)  # of another question there is no result here
         return entry.folder
     arguments = arguments_of(entry, study, given)
     record = _record(study, arguments)

@@ -39,7 +39,7 @@ def supplier_sheets(
     anonymous: bool = False,
     out: Path | None = None,
     studies: Path | None = None,
-    pick: Pick = Pick.best_mean,
+    pick: Pick | Path = Pick.best_mean,
     files: SheetFiles = NOTHING,
     language: Language = Language.en,
 ) -> WrittenSheets:
@@ -59,8 +59,8 @@ def supplier_sheets(
         Folder that gets the files, made when missing; None: ``supplier`` in the run's folder.
     studies : Path or None
         Folder with the script of the run; None: deboom's own.
-    pick : Pick
-        Design of the front that is wanted.
+    pick : Pick or Path
+        Design of the front that is wanted, or a file that holds one.
     files : SheetFiles
         What the sheet rests on beside the run.
     language : Language

@@ -469,7 +469,8 @@ def provenance(content: MountSheet, files: SheetFiles) -> str:
     if content.secrets:
         return text
     given = "".join(f" --{k} {_from_here(v)}" for k, v in vars(files).items() if v is not None)
-    design = "" if study.pick is Pick.best_mean else f" --design {study.pick.value}"
+    wanted = _from_here(study.pick) if isinstance(study.pick, Path) else study.pick.value
+    design = "" if study.pick is Pick.best_mean else f" --design {wanted}"
     words = f"--supplier --mount {content.mount.name} --language {content.language.value}"
     return f"{text} · deboom report {_from_here(study.run.entry.folder)} {words}{design}{given}"
 

@@ -21,7 +21,7 @@ from deboom.files.acceptance import (
     SupplierSpecification,
     box_document,
 )
-from deboom.files.front_run import Direction, SupplierStudy
+from deboom.files.front_run import Direction, SupplierStudy, design_name
 from deboom.mounts.mount import Mount
 from deboom.supplier.numbers import ALL, PICKED, MachineState, SupplierEffects, machine_states
 from deboom.supplier.sources import SheetSources, bands
@@ -536,7 +536,7 @@ class MountSheet:
                     items[f"{label} {response.name}"] = f"{response.limit:.2f} {box.unit}"
             items[say("acceptance box", "Abnahmebox")] = self.specification.box_sha256
         items[say("run", "Lauf")] = study.run.entry.name
-        items[say("design", "Entwurf")] = study.pick.value
+        items[say("design", "Entwurf")] = design_name(study.pick)
         items[say("vehicles", "Fahrzeuge")] = (
             str(len(study.vehicles)) if self.secrets else ", ".join(study.vehicles)
         )

@@ -21,7 +21,7 @@ from deboom.files.acceptance import (
     read_solution_box,
     read_specification,
 )
-from deboom.files.front_run import SupplierStudy
+from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.files.tables import read_frame
@@ -124,11 +124,11 @@ def _tolerances(study: SupplierStudy, path: Path) -> dict[str, float]:
     entry = _run("--tolerances", path, ALLOCATION, "tolerance_allocation")
     front, arguments = study.run.entry, entry.record["arguments"]
     record = hash_files([front.folder / "run.json"], relative_to=front.folder)["run.json"]
-    known = record in entry.record["inputs_sha256"].values()
-    if not known or arguments["pick"] != study.pick.value or arguments["point"] is not None:
+    known, name = record in entry.record["inputs_sha256"].values(), design_name(study.pick)
+    if not known or arguments["pick"] != name or arguments["point"] is not None:
         raise InputError(
             f"--tolerances {path}: its tolerances belong to another design: run "
-            f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {study.pick.value}"
+            f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {name}"
         )
     table = read_frame(entry.folder / ALLOCATION, ("variable",))
     return dict(zip(table["variable"], table["cheapest ± [%]"] / 100.0, strict=True))

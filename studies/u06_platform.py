@@ -30,7 +30,8 @@ from deboom.pages.correlation import (
     correlation_study,
 )
 from deboom.pages.motion import report_runs
-from deboom.pages.robust_front import PlatformFront, front_report
+from deboom.pages.platform_front import PlatformFront
+from deboom.pages.robust_front import front_report
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.report import Report
 from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample

@@ -37,7 +37,8 @@ from deboom.explore.search import VERIFIED, nsga2
 from deboom.explore.tolerance_allocation import FreeTolerances
 from deboom.files.limits import mount_limits
 from deboom.pages.motion import report_runs
-from deboom.pages.robust_front import PlatformFront, front_report
+from deboom.pages.platform_front import PlatformFront
+from deboom.pages.robust_front import front_report
 from deboom.report import Report
 from deboom.runs.made_parts import MadeParts, ScatterOptions, report_parts
 from deboom.runs.options import Aim, Sampler, Seed, tolerance_sample

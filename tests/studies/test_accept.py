@@ -118,8 +118,8 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
     demand = Demand.of_box(box_of())
     assert demand.cpk is None
     values = 0.9 + spread * np.array([-1.2, -0.9, -0.6, -0.3, 0.0, 0.0, 0.3, 0.6, 0.9, 1.2])
-    found = judged(tmp_path, values).batches[0].capabilities["x"]
-    assert demand.capability_verdict(found) is None
+    measured = judged(tmp_path, values).batches[0].capabilities["x"]
+    assert demand.capability_verdict(measured) is None
     sheet = SupplierSpecification(
         mount="TSM",
         revision="",
@@ -130,7 +130,7 @@ def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread
         directions=(SheetDirection(name="TSM x", duty="free", **STATELESS),),
         cpk=1.33,
     )
-    assert replace(demand, sheet=sheet).capability_verdict(found).value == verdict
+    assert replace(demand, sheet=sheet).capability_verdict(measured).value == verdict
 
 
 STATELESS = dict.fromkeys(

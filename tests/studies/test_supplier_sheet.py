@@ -532,8 +532,8 @@ def test_a_sheet_of_0_2_0_is_judged_as_it_was_issued(tmp_path):
     must = sent.musts["x"]
     middle = 0.5 * (must.lower + must.upper) * must.today_n_per_mm
     path = filled(sheet, tmp_path / "back.xlsx", middle * np.linspace(0.98, 1.02, 20))
-    for asked in (box, sheet):
-        result = call("accept", asked, path, "--out", tmp_path)
+    for demand in (box, sheet):
+        result = call("accept", demand, path, "--out", tmp_path)
         run = Path(result.stdout.strip().splitlines()[-1])
         assert json.loads((run / "summary.json").read_text())["n_batches_passed"] == 1
         table = pd.read_csv(run / "capability.csv")

@@ -85,7 +85,7 @@ WORDS: Mapping[str, Word] = {
     "sigma_share": Word("σ at most", "σ höchstens", PER_CENT, 2),
     "sample_size": Word("measured parts", "gemessene Teile"),
     "sample_cpk": Word("Cpk that they must show", "Cpk, den sie zeigen müssen", NUMBER, 2),
-    "process_cpk": Word("if the process runs at Cpk", "läuft der Prozess mit Cpk", NUMBER, 2),
+    "process_cpk": Word("if the process runs at Cpk", "bei Cpk des Prozesses", NUMBER, 2),
     "proving_parts": Word("so many parts prove it", "beweisen es so viele Teile"),
     # what it is worth
     "slope": Word("level, 10 % stiffer", "Pegel, 10 % steifer", DB, 2),

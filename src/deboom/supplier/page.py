@@ -184,9 +184,9 @@ def _test_words(content: PartSheet) -> str:
             "Fill in the sheet “measured” of the workbook: |K| and the loss angle, or K' and K'', "
             "of each piece. Measure a part of today as well (rows “today”) where the machine sets "
             "only one preload, or where ± of today's |K| is too much.",
-            "Bitte das Blatt „gemessen“ der Arbeitsmappe ausfüllen: |K| und Verlustwinkel oder K' "
-            "und K'' je Stück. Stellt die Maschine nur eine Vorlast, oder ist ± des heutigen |K| "
-            "zu viel, bitte ein heutiges Teil mitmessen (Zeilen „heute“).",
+            "Blatt „gemessen“ der Arbeitsmappe ausfüllen: |K| und Verlustwinkel oder K' und K'' je "
+            "Stück. Stellt die Maschine nur eine Vorlast, oder ist ± des heutigen |K| zu viel, ein "
+            "heutiges Teil mitmessen (Zeilen „heute“).",
         )
     )
 

@@ -79,12 +79,11 @@ def acceptance_rules(
         ),
         say(
             "Batch: it fails with one failed part. It passes if every measured part passes and "
-            f"they show that {percent(share)} of its pieces lie inside all bands: the lower "
-            f"{percent(LOWER_END)} end of what they leave open counts. Otherwise it is undecided.",
+            f"they show that {percent(share)} of its pieces lie inside: the lower "
+            f"{percent(LOWER_END)} end of that share counts. Otherwise it is undecided.",
             "Charge: sie fällt durch mit einem durchgefallenen Teil. Sie besteht, wenn jedes "
-            f"gemessene Teil besteht und sie zeigen, dass {percent(share)} ihrer Stücke in allen "
-            f"Bändern liegen: es zählt das untere {percent(LOWER_END)}-Ende dessen, was sie offen "
-            "lassen. Sonst ist sie unentschieden.",
+            f"gemessene Teil besteht und sie zeigen, dass {percent(share)} ihrer Stücke innen "
+            f"liegen: es zählt das untere {percent(LOWER_END)}-Ende. Sonst ist sie unentschieden.",
         ),
         say(
             "Corner of the box: the customer also predicts the cars. A batch near the ends of "

@@ -445,7 +445,7 @@ class PartSheet(ABC):
     @cached_property
     def fields(self) -> dict[str, str]:
         """Head of the sheet by keys; an empty value has not been given."""
-        agreed, known = self.agreed, self.agreed.mount(self.part)
+        agreed, number = self.agreed, self.agreed.mount(self.part)
         test, uncertainty = agreed.test, agreed.test.uncertainty
         variants = [v for v in agreed.variants if self.part in v.mounts]
         if self.secrets and variants:
@@ -453,22 +453,22 @@ class PartSheet(ABC):
         else:
             shown = "; ".join(f"{v.name}: {v.vehicles_per_year}" for v in variants)
         return {
-            "part_number": known.part_number or "",
-            "drawing": known.drawing_number or "",
-            "revision": known.revision or "",
+            "part_number": number.part_number or "",
+            "drawing": number.drawing_number or "",
+            "revision": number.revision or "",
             "pieces": str(self.pieces),
-            "parts_per_year": str(known.parts_per_year or ""),
+            "parts_per_year": str(number.parts_per_year or ""),
             "variants": shown,
             "contact": agreed.contact or "",
             "prototypes": agreed.prototypes or "",
             "start_of_production": agreed.start_of_production or "",
             "temperature": _text(test.temperature_c),
             "cycles": _text(test.conditioning_cycles),
-            "conditioned": _listed(known.conditioning_force_n, 0),
+            "conditioned": _listed(number.conditioning_force_n, 0),
             "further": _listed((test.frequencies_hz or ())[1:], 1),
             "uncertainty": "" if uncertainty is None else f"{PERCENT * uncertainty:g}",
-            "weight": _listed(known.weight_force_n, 0),
-            "zero": self.word(known.curve_zero) if known.curve_zero else "",
+            "weight": _listed(number.weight_force_n, 0),
+            "zero": self.word(number.curve_zero) if number.curve_zero else "",
         }
 
     @cached_property

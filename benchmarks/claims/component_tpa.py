@@ -4,7 +4,7 @@ A drive unit of beams, bolted to a body of beams at three points, is struck and 
 of a laboratory of level C2; every draw has its own source, bodies, loads and laboratory; the
 shipped case is that of seed 1. The bench solves the whole structure, the analysis inverts measured
 functions. Errors of blocked forces are norms over loads, lines and runs, on trusted lines: where
-noise of the functions shrinks no load by more than a quarter. The rest of the lines lies below the
+noise of the functions shrinks no load by more than 15 %. The rest of the lines lies below the
 first elastic mode of the source and at its resonance with points held, where some loads move no
 indicator; the sound needs none of them. Levels are those of the energy of all lines.
 

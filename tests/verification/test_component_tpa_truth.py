@@ -5,6 +5,7 @@ inverts functions and couples receptances. Without noise both agree to rounding.
 """
 
 import shutil
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -170,3 +171,24 @@ def test_without_rotations_the_interface_is_incomplete(exact, tmp_path):
     assert run.blocked.force.values.shape[1] == 6
     assert result.completeness.median < 0.95
     assert "The interface is incomplete" in result.doubts[0]
+
+
+def test_noise_of_functions_shrinks_forces_as_stated(exact):
+    """Noise in the functions, none in operation: the mean of many inversions."""
+    _, result = exact
+    generator = np.random.default_rng(3)
+    parts = generator.standard_normal((2, 12, 3)) @ np.diag([1.0, 0.5, 0.1])
+    matrix, force = parts[0] + 1j * parts[1], np.array([1.0, -2.0j, 3.0])
+    deviation = 0.006
+    noise = generator.standard_normal((2, 20000, 12, 3))
+    noisy = matrix + deviation * (noise[0] + 1j * noise[1]) / np.sqrt(2)
+    found = (np.linalg.pinv(noisy) @ (matrix @ force)).mean(axis=0)
+    outside = (12 - 3) * deviation**2
+    shrunk = np.linalg.solve(matrix.conj().T @ matrix, outside * force)
+    assert found - force == pytest.approx(-shrunk, rel=0.05, abs=0.02 * np.abs(shrunk).max())
+    # in the analysis: the same functions with a coherence that says how noisy they are
+    test = result.test
+    noisier = replace(test, coherence=np.full(test.coherence.shape, 0.999))
+    first = component_tpa(noisier, PLAIN).runs[0]
+    assert np.median(first.repeated.attenuation) > 0.01
+    assert np.all(result.runs[0].repeated.attenuation < 1e-6)

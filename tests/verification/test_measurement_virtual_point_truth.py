@@ -181,3 +181,45 @@ def test_a_channel_without_redundancy_is_seen():
         sensors("A1", "A2", "A3"), switched_off=("A2 x", "A3 x", "A2 y")
     )
     assert virtual_point.conditioning(geometry).redundancy == pytest.approx(np.zeros(6), abs=1e-12)
+
+
+def test_weights_are_those_of_generalised_least_squares(perfect):
+    """Noise of unlike channels: the weighted point is the least squares of whitened channels."""
+    test, _ = perfect
+    geometry = virtual_point.sensor_geometry(test.sensors)
+    generator = np.random.default_rng(5)
+    deviation = np.exp(generator.normal(0.0, 1.0, len(geometry.channels)))
+    motion = generator.standard_normal(6)
+    seen = geometry.forward @ motion + deviation * generator.standard_normal(deviation.size)
+    point = virtual_point.virtual_point(geometry, weight=1.0 / deviation**2)
+    whitened = lsq_linear(geometry.forward / deviation[:, None], seen / deviation, method="bvls")
+    assert np.allclose(point.inverse @ seen, whitened.x, atol=1e-6)
+    assert np.allclose(point.inverse @ point.forward, np.eye(6))
+    alike = virtual_point.virtual_point(geometry, weight=np.full(deviation.size, 7.0))
+    assert np.allclose(alike.inverse, virtual_point.virtual_point(geometry).inverse)
+    # one channel that hardly counts is one that is switched off
+    hardly = np.where(np.arange(deviation.size) == 4, 1e-12, 1.0)
+    off = virtual_point.sensor_geometry(test.sensors, switched_off=[geometry.channels[4]])
+    without = virtual_point.virtual_point(off).inverse
+    kept = np.delete(virtual_point.virtual_point(geometry, weight=hardly).inverse, 4, axis=1)
+    assert np.allclose(kept, without, atol=1e-6)
+    with pytest.raises(InputError, match="is 0: a weight is above 0; switch off"):
+        virtual_point.virtual_point(geometry, weight=np.where(hardly < 1, 0.0, 1.0))
+
+
+def test_translations_alone_need_three_channels_anywhere():
+    """A single accelerometer, even right at the point, where a length would be 0."""
+    turned = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
+    kind = SensorKind.ACCELEROMETER
+    sensor = Sensor("S1", kind, "", "", "", np.array([0.1, 0.2, 0.3]), turned)
+    geometry = virtual_point.sensor_geometry([sensor], sensor.position)
+    point = virtual_point.virtual_point(geometry, motions=("x", "y", "z"))
+    assert np.allclose(point.inverse, turned)
+    assert point.conditioning.condition_number == pytest.approx(1.0)
+    with pytest.raises(InputError, match="show only 2 of 3 motions"):
+        virtual_point.virtual_point(
+            virtual_point.sensor_geometry([sensor], sensor.position, switched_off=["S1 z"]),
+            motions=("x", "y", "z"),
+        )
+    with pytest.raises(InputError, match="or x, y, z alone"):
+        virtual_point.virtual_point(geometry, motions=("x", "y"))

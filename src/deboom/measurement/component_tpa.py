@@ -46,7 +46,7 @@ from deboom.tabled import Tabled
 
 DRAWS = 100
 """Repetitions of a measurement in thought behind every interval."""
-MOST_ATTENUATED = 0.25
+MOST_ATTENUATED = 0.15
 """Attenuation above which the interval of a blocked force does not hold [1]: near a resonance of
 the source with its interface at rest, or far below its first elastic mode, some loads move no
 indicator."""
@@ -280,9 +280,9 @@ def component_tpa(
     hammer's gain in the pressure, not in the forces. Intervals repeat the measurement to first
     order: noise of operation and of the hits' functions, place, direction and gain of the hammer;
     what regularisation holds back is repeated with them, and so is, in its mean, how the noise of
-    the functions shrinks what is divided by them, ``(YᴴY)⁻¹ E(δYᴴδY) f``. They hold for a complete
-    interface: what a missing point or moment does is in no interval, but in completeness and
-    validation.
+    the functions shrinks what is divided by them, ``(YᴴY)⁻¹ E(δYᴴ (I − YY⁺) δY) f``. They hold for
+    a complete interface: what a missing point or moment does is in no interval, but in completeness
+    and validation.
 
     Examples
     --------
@@ -387,7 +387,9 @@ def _repeated(
     found = np.einsum("fpc,dfc->dfp", inverted.gain, again)
     # noise of the functions makes their matrix larger, and what is divided by it smaller
     normal = np.swapaxes(matrix.conj(), 1, 2) @ matrix
-    of_noise = _summed_noise(test.points, of_functions)
+    n_indicator, n_load = matrix.shape[1:]
+    # of what noise does to the rows, the part along the matrix's own columns does not shrink
+    of_noise = _summed_noise(test.points, of_functions) * (1.0 - n_load / n_indicator)
     shrunk = np.linalg.solve(normal, of_noise @ force[:, :, np.newaxis])[:, :, 0]
     scale = 1.0 / np.sqrt(np.einsum("fpp->fp", normal).real)
     scaled = [values * scale[:, :, None] * scale[:, None, :] for values in (normal, of_noise)]

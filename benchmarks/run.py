@@ -14,10 +14,12 @@ import numpy as np
 
 import end_to_end
 import kernels
+import live_page
 
 TABLES: tuple[ModuleType, ...] = (
     kernels,
     end_to_end,
+    live_page,
 )
 
 

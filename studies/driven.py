@@ -21,9 +21,9 @@ from scipy.stats import t
 from typer import Argument, Option
 
 from deboom.arrays import ComplexArray, RealArray
-from deboom.choices import Pick
+from deboom.choices import Pick, pick_or_file
 from deboom.errors import InputError
-from deboom.files.front_run import SupplierStudy
+from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.function_table import TABLE_ENDINGS, read_function_table
 from deboom.files.uncertain_index import uncertain_index
 from deboom.physics.sound_level import spl
@@ -47,7 +47,10 @@ class Options:
 
     run: Annotated[Path, Argument(help="Folder of a finished front study.")] = Path()
     folder: Annotated[Path, Argument(help="Measured pressures: today*.csv and new*.csv.")] = Path()
-    design: Annotated[Pick, Option(help="Design that was built.")] = Pick.best_mean
+    design: Annotated[
+        str,
+        Option(metavar="PICK|FILE", help=f"Design that was built: {', '.join(Pick)}; or a file."),
+    ] = Pick.best_mean.value
     studies: StudiesFolder = None
     seed: Annotated[int, Option(help="Seed of the draws, from 1.")] = 1
 
@@ -62,7 +65,11 @@ class Model:
 
 def prepare(options: Options) -> Model:
     """Build the run's model again, and read what was measured."""
-    study = supplier_study(options.run, options.studies, options.design)
+    try:
+        pick = pick_or_file(options.design)
+    except ValueError as error:
+        raise InputError(f"--design {error}") from error
+    study = supplier_study(options.run, options.studies, pick)
     return Model(study, {state: levels_of_drives(study, options.folder, state) for state in STATES})
 
 
@@ -151,9 +158,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     drives = [len(measured[state]) for state in STATES]
     if min(drives) == 1 and sum(drives) < 3:
         report.warn("One drive each: the uncertainty of the measured change is not known.")
+    built = design_name(study.pick)
     report.section(
         "Measured and predicted change",
-        f"{drives[0]} drives with today's parts, {drives[1]} with {study.pick.value}; highest "
+        f"{drives[0]} drives with today's parts, {drives[1]} with {built}; highest "
         f"level within {TOLERANCE:g} Hz of each measured peak. Both half widths are for 95 %: of "
         f"the drives by Student's t, of the prediction over {DRAWS} repeats of its measurements. "
         "A difference within both together is as predicted. Prototypes that differ from their "

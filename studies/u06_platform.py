@@ -36,7 +36,7 @@ from deboom.report import Report
 from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
@@ -45,7 +45,7 @@ FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
 PARTS = {
-    "Front": (4, ("What to build", "The picks", "What the supplier")),
+    "Front": (4, ("What the designs trade", "The picks", "What the supplier")),
     "Sensitivity": (2, ("Stiffness by stiffness",)),
     "DOE and groups": (1, ("Which vehicles can share", "Groups", "Vehicle by vehicle")),
     "Vehicles": (0, ()),
@@ -125,6 +125,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         front=front,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),
+        run=run_name(context, "u06_platform"),
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
@@ -155,9 +156,14 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         "Which vehicles go together, which mount stiffnesses make those of group "
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
+    report.inputs += [options.search.begin] if options.search.begin else []
     for part, (count, _) in PARTS.items():
         if part in parts:
             report.tiles += parts[part].tiles[:count]
+    front_part = parts["Front"]
+    others = [parts[name].verdict for name in ("DOE and groups", "Sensitivity") if name in parts]
+    report.answer(front_part.verdict, *front_part.remarks, *others)
+    report.panels += front_part.panels
     report.section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"

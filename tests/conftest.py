@@ -1,16 +1,13 @@
 """What tests of every kind share: a finished run of the front study, and pictures in words."""
 
 import gc
-import os
 from contextlib import contextmanager
 from copy import deepcopy
 from functools import cache
-from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
 
-from deboom.explore import workers
 from deboom.files import platform
 from deboom.mounts import characterise
 from deboom.report import Report, report
@@ -36,19 +33,6 @@ def shipped_files_once():
         )
         record = cache(runner.environment_record)
         patch.setattr(runner, "environment_record", lambda packages: deepcopy(record(packages)))
-        yield
-
-
-@pytest.fixture(scope="session", autouse=True)
-def forked_workers():
-    # each process starts from imports made once; a whole command line spawns its own as ever
-    with pytest.MonkeyPatch.context() as patch:
-        if os.name == "posix":
-            context = get_context("forkserver")
-            context.set_forkserver_preload(
-                ["deboom.mounts.response_surface", "deboom.explore.robust"]
-            )
-            patch.setattr(workers, "get_context", lambda _: context)
         yield
 
 

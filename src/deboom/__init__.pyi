@@ -21,12 +21,16 @@ from .explore.sensitivity import morris as morris
 from .explore.sensitivity import sobol as sobol
 from .explore.space import DesignSpace as DesignSpace
 from .explore.space import ResponseFunction as ResponseFunction
+from .explore.surrogate import surrogate_search as surrogate_search
 from .explore.tolerance_allocation import allocate_tolerances as allocate_tolerances
 from .files.acceptance import read_delivered_parts as read_delivered_parts
 from .files.acceptance import read_solution_box as read_solution_box
 from .files.campaign import read_campaign as read_campaign
 from .files.campaign import read_time_run as read_time_run
 from .files.check import check_platform as check_platform
+from .files.component_test import read_component_test as read_component_test
+from .files.component_test import read_receiver as read_receiver
+from .files.doe_table import read_designs as read_designs
 from .files.electric_car import read_electric_car as read_electric_car
 from .files.inertance_test import read_inertance_test as read_inertance_test
 from .files.operating_test import read_operating_test as read_operating_test
@@ -35,6 +39,8 @@ from .files.run_folder import read_run as read_run
 from .files.uff import read_uff as read_uff
 from .measurement.channels import Frf as Frf
 from .measurement.channels import Spectrum as Spectrum
+from .measurement.component_tpa import component_tpa as component_tpa
+from .measurement.component_tpa import in_receiver as in_receiver
 from .measurement.free_body import free_body as free_body
 from .measurement.free_body import pendulum_inertia as pendulum_inertia
 from .measurement.free_body import torsion_inertia as torsion_inertia

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from enum import Enum, StrEnum
+from pathlib import Path
 
 
 class Pick(StrEnum):
@@ -17,6 +18,18 @@ class Pick(StrEnum):
     """Least mean level of those that, besides, scatter no more in sum than today's design."""
     best_sigma = "best-sigma"
     """Least scatter."""
+
+
+def pick_or_file(text: str) -> Pick | Path:
+    """Return a pick by its name, or the file of a design that the interactive page saved.
+
+    - raises ValueError: neither; the command line says so with the name of the option.
+    """
+    if text in set(Pick):
+        return Pick(text)
+    if Path(text).is_file():
+        return Path(text)
+    raise ValueError(f"'{text}' is neither a pick ({', '.join(Pick)}) nor a file with a design")
 
 
 class SearchAlgorithm(StrEnum):
@@ -51,6 +64,7 @@ class FolderKind(Enum):
     compressor = "compressor"
     operation = "operation"
     car = "car"
+    component = "component"
     hammer = "hammer"
 
 

@@ -356,3 +356,50 @@ def electric_car(
     )
     write_electric_car(folder, seed, car, fleet, level, plan, noise_free=noise_free)
     typer.echo(folder.as_posix())
+
+
+@bench_app.command("component")
+def component(
+    folder: Folder,
+    level: Level = CalibrationLevel.C2,
+    seed: Seed = 1,
+    truth_seed: Annotated[
+        int, typer.Option(help="Seed from 1 of source, both bodies and what shakes the source.")
+    ] = 1,
+    points: Annotated[int, typer.Option(help="Places where source and body meet, 1 to 3.")] = 3,
+    unmeasured_rotations: Annotated[
+        bool,
+        typer.Option(
+            "--unmeasured-rotations",
+            help="State three degrees of freedom per point, though moments act as well.",
+        ),
+    ] = False,
+    unmeasured_point: Annotated[
+        bool,
+        typer.Option(
+            "--unmeasured-point", help="A bracket joins source and body that nobody measured."
+        ),
+    ] = False,
+    airborne: Annotated[
+        float,
+        typer.Option(
+            help="Energy that reaches the ears through the air, over that of the structure. Try 1."
+        ),
+    ] = 0.0,
+    noise_free: NoiseFree = False,
+) -> None:
+    """Write a test of component TPA: a source on a body, struck and run, and another body.
+
+    Functions from hits around every point, and on the source, to accelerometers and ears with their
+    coherence; spectra of two runs (runs/); the source alone, hung up freely; all in UFF, and a
+    component.toml that names them. In receiver/ another body with mounts, on which the source ran
+    as well. The exact truth goes to the folder `truth/`, which no analysis reads but to compare.
+
+    Try: deboom bench component drive --airborne 1
+    """
+    from deboom.bench.component import ComponentPlan
+    from deboom.bench.component_writer import write_component_test
+
+    plan = ComponentPlan(points, unmeasured_rotations, unmeasured_point, airborne)
+    write_component_test(folder, seed, level, plan, truth_seed=truth_seed, noise_free=noise_free)
+    typer.echo(folder.as_posix())

@@ -3,12 +3,21 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from deboom.choices import FolderKind, FunctionFiles, Language, Pick
+from deboom.choices import FolderKind, FunctionFiles, Language, Pick, pick_or_file
 
+# Any: a pick or a path, which the parser tells apart
+DESIGN = Annotated[
+    Any,
+    typer.Option(
+        parser=pick_or_file,
+        metavar="PICK|FILE",
+        help=f"Design of the front: {', '.join(Pick)}; or one that the interactive page saved.",
+    ),
+]
 STUDIES = Annotated[
     Path | None, typer.Option(help="Folder with the run's script; default: deboom's own studies.")
 ]
@@ -54,7 +63,7 @@ def report(
     ] = None,
     mount: Annotated[str | None, typer.Option(help="One part; by default all of them.")] = None,
     anonymous: Annotated[bool, typer.Option("--anonymous", help="Vehicles are letters.")] = False,
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     box: Annotated[
         Path | None, typer.Option(help="Acceptance box, or run of solution_box.")
     ] = None,
@@ -67,11 +76,12 @@ def report(
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
-    --supplier: two pages of A4 and a workbook per mount: one nominal stiffness, one band and one
-    state per direction, the test of a part, what the process must show, what it is worth. --box
-    gives bands and limits, --tolerances bands where no box was made, --sharing part numbers;
-    programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
-    Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
+    --supplier: two pages of A4 and a workbook per mount, of an engine or, from a run of
+    compressor_robust_front, of a compressor: one nominal stiffness, one band and one state per
+    direction, the test of a part, the rules of acceptance, what the process must show, what it is
+    worth. --box gives bands and limits, --tolerances bands where no box was made, --sharing part
+    numbers; programme.toml beside the platform gives drawing, volumes, weight forces and test
+    conditions. Of a run of u06_sensitivity: how much hangs on each direction, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
     --interactive: one offline page with the model in it. Sliders change every stiffness, the page
     computes the levels of all vehicles with their scatter and improves a design within limits;
@@ -86,6 +96,8 @@ def report(
             f"{run / 'report.html'} is the page of the run itself; say --supplier for the one "
             "that a mount supplier reads, --interactive for the one to explore the front"
         )
+    if vehicle and not interactive:
+        raise InputError("--vehicle belongs to --interactive: sheets are for all vehicles")
     if interactive:
         if anonymous or (not supplier and any((mount, box, tolerances, sharing, since))):
             raise InputError(
@@ -124,7 +136,7 @@ def report(
 
 def listen(
     run: Annotated[Path, typer.Argument(help="Folder of a finished front study.")],
-    design: Annotated[Pick, typer.Option(help="Design of the front.")] = Pick.best_mean,
+    design: DESIGN = Pick.best_mean,
     seconds: Annotated[float, typer.Option(help="Length of the run-up, 1 to 120 s.")] = 10.0,
     studies: STUDIES = None,
     out: Annotated[Path | None, typer.Option(help="Folder; default RUN/listen.")] = None,

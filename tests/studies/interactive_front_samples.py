@@ -74,11 +74,11 @@ def data_of(html, name="front"):
 
 
 @cache
-def live_front():
-    """Two shipped vehicles under two load cases, with five designs and two picks of them."""
+def live_front(vehicles=("U06-1", "U06-5", "F39-1"), draws=32):
+    """Shipped vehicles with five designs and two picks of them, in a page that computes."""
     platform = deboom.read_platform("u06")
-    runs = platform.runs(["g5_wot220"], fleet=platform.listeners(["U06-1", "U06-5", "F39-1"]))
-    robust = Robust(model := runs.model("coupled"), model.design_space(), draws=32)
+    runs = platform.runs(["g5_wot220"], fleet=platform.listeners(vehicles))
+    robust = Robust(model := runs.model("coupled"), model.design_space(), draws=draws)
     rng = np.random.default_rng(3)
     designs = rng.uniform(0.8, 1.2, (5, 12))
     starts = [Start("best-mean", designs[0]), Start("best-sigma", designs[4])]

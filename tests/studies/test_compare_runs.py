@@ -260,7 +260,7 @@ def test_a_script_of_another_model_is_refused(pair, studies, judged, tmp_path, o
 
 def test_list_show_and_the_page_of_all_runs(pair, compared, results, tmp_path):
     listed = call("list", results, "--html")
-    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "within noise", "index.html")
+    told = ("five springs", "seed 2", pair[0].name, "(designs found)", "not decided", "index.html")
     for words in told:
         assert words in listed.output
     page = (results / "index.html").read_text(encoding="utf-8")

@@ -1,6 +1,7 @@
 """`deboom report RUN --interactive` on a foreign platform: the page holds the run's own numbers."""
 
 import base64
+import json
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -15,25 +16,26 @@ from command_line import call
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.run_folder import read_run
+from deboom.pages import live_model
 from deboom.pages.interactive_front import interactive_front, overlaid
 from deboom.report import Report
 from deboom.report.interactive import MAX_BYTES
 from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.rebuilt import supplier_study
 from deboom.runs.runner import load_study, run_study
+from deboom.supplier import numbers as supplier_numbers
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.platform import MountSource
+from javascript import evaluated, script
 
 STUDIES = Path(__file__).parents[2] / "studies"
 VARIABLES = [f"{mount} {axis}" for mount in PLACES for axis in "xyz"]
 
 
-@pytest.fixture(scope="module")
-def folder(tmp_path_factory):
-    """Run the front study once, with loss factors and two load cases."""
-    home = tmp_path_factory.mktemp("foreign")
-    arguments = {
-        "platform": write_foreign_platform(home / "any"),
+def arguments_on(platform):
+    """Return options of a short search with loss factors and two load cases."""
+    return {
+        "platform": platform,
         "mounts": MountSource.spectra,
         "motion": Motion.prescribed,
         "group": (GROUP,),
@@ -44,6 +46,13 @@ def folder(tmp_path_factory):
         "loss_factors": True,
         "load_case": ["high=2", "low=1"],
     }
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Run the front study once, with loss factors and two load cases."""
+    home = tmp_path_factory.mktemp("foreign")
+    arguments = arguments_on(write_foreign_platform(home / "any"))
     study = load_study("u06_robust_front")
     figure = Report.figure
 
@@ -70,6 +79,7 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
     assert "order 2. The curves are those of high." in html
     data = data_of(html)
     said = re.sub(r"base64,[\w+/=]+", "", html.replace(data["levels"], ""))
+    said = said.replace(numbers_of(html), "")
     assert not any(stranger in said for stranger in ("U06", "EnM", "TSM", "F39"))
     axes = {axis["name"]: axis for axis in data["axes"]}
     losses = [f"{name} loss" for name in VARIABLES]
@@ -111,6 +121,89 @@ def test_the_page_holds_the_tables_of_the_run_and_its_levels(folder, page):
     np.testing.assert_allclose(levels, index.levels(designs, "high"), atol=0.00501)
 
 
+def numbers_of(html):
+    return re.search(r'id="live-numbers">(.*?)</script>', html, re.S)[1]
+
+
+def of_page(html, designs, folder):
+    """Return levels in both load cases and SPLV of designs, as the page computes them."""
+    header = json.dumps(data_of(html, "live-header"))
+    program = f"""
+const data = unpack({header}, {json.dumps(numbers_of(html))}), model = makeModel(data);
+const weights = data.cases.map((one) => one.weight), coupled = data.motion === "coupled";
+return {json.dumps(designs.tolist())}.map((row) => {{
+  const x = Float64Array.from(row);
+  const levels = data.cases.map((_, c) => Array.from(model.levels(x, c, coupled)));
+  return {{ levels, splv: Array.from(model.splv(x, weights, coupled)) }};
+}});"""
+    return evaluated(script("model.js") + program, folder)
+
+
+def test_the_page_computes_what_the_model_of_the_run_says(folder, page, tmp_path):
+    html = page.read_text(encoding="utf-8")
+    header = data_of(html, "live-header")
+    assert header["lossFactors"]
+    assert header["motions"] == ["prescribed"]
+    assert [one["name"] for one in header["cases"]] == ["high", "low"]
+    index = supplier_study(folder, STUDIES, Pick.best_mean).index
+    designs = np.random.default_rng(8).uniform(0.8, 1.2, (5, 30))
+    said = of_page(html, designs, tmp_path)
+    for case, name in enumerate(("high", "low")):
+        levels = np.array([one["levels"][case] for one in said])
+        np.testing.assert_allclose(
+            levels.reshape(5, len(VEHICLES), -1), index.levels(designs, name), rtol=0, atol=1e-9
+        )
+    splv = np.array([one["splv"] for one in said])
+    np.testing.assert_allclose(splv, index(designs), rtol=0, atol=1e-7)
+    assert header["starts"][0]["name"].startswith("best-mean")
+    heard = call("listen", folder, "--studies", STUDIES, "--out", tmp_path).output.splitlines()
+    listened = json.loads(Path(heard[-1]).read_text(encoding="utf-8"))
+    assert header["fullScale"] == pytest.approx(listened["full_scale_Pa"], rel=1e-12)
+
+
+def saved(folder, design):
+    """Write the state that the page saves."""
+    names = [*VARIABLES, *(f"{name} loss" for name in VARIABLES)]
+    path = folder / "saved_design.json"
+    pinned = [{"name": "P1", "design": [1.05] * 30}]
+    state = {"format": 1, "variables": names, "design": list(design), "pinned": pinned}
+    path.write_text(json.dumps(state), encoding="utf-8")
+    return path
+
+
+@pytest.mark.usefixtures("plain_loops", "no_pictures")
+def test_a_saved_design_begins_a_search_and_gets_sheets(folder, tmp_path, monkeypatch):
+    monkeypatch.setattr(load_study("u06_robust_front").module, "VERIFIED", 64)
+    monkeypatch.setattr(supplier_numbers, "MEASURED_AGAIN", 40)
+    design = np.full(30, 0.95)
+    path = saved(tmp_path, design)
+    arguments = {**arguments_on(folder.parents[2] / "any"), "generations": 1, "begin": path}
+    run = run_study(load_study("u06_robust_front"), tmp_path, arguments)
+    tried = pd.read_csv(run / "evaluated.csv")[[f"{name} [1]" for name in VARIABLES]]
+    both = tried.to_numpy()[:, :, np.newaxis] == np.array([0.95, 1.05])
+    assert both.all(axis=1).any(axis=0).all()
+    assert any("saved_design" in name for name in read_run(run).record["inputs_sha256"])
+    options = ("--supplier", "--mount", "Front", "--design", path, "--studies", STUDIES)
+    sheet, _ = call("report", folder, *options, "--out", tmp_path / "sheets").stdout.splitlines()
+    assert "saved_design" in Path(sheet).read_text(encoding="utf-8")
+    study = supplier_study(folder, STUDIES, path)
+    np.testing.assert_array_equal(study.picked, design)
+
+
+def test_a_page_of_some_vehicles_and_one_that_would_be_too_large(folder, tmp_path, monkeypatch):
+    page = write_interactive_page(folder, studies=STUDIES, out=tmp_path, vehicles=["Cabrio"])
+    header = data_of(page.read_text(encoding="utf-8"), "live-header")
+    assert [vehicle["name"] for vehicle in header["vehicles"]] == ["Cabrio"]
+    with pytest.raises(InputError, match="has no such vehicle; use one of Wagon, Cabrio"):
+        write_interactive_page(folder, studies=STUDIES, vehicles=["Truck"])
+    monkeypatch.setattr(live_model, "MAX_MODEL_BYTES", 100_000)
+    page = write_interactive_page(folder, studies=STUDIES, out=tmp_path)
+    html = page.read_text(encoding="utf-8")
+    assert "No sliders for 2 vehicles" in html
+    assert "--vehicle NAME" in html
+    assert 'id="live-header"' not in html
+
+
 def test_another_run_lies_beside_and_one_of_other_variables_is_refused(folder, tmp_path):
     page = write_interactive_page(folder, studies=STUDIES, out=tmp_path, beside=folder)
     data = data_of(page.read_text(encoding="utf-8"))
@@ -131,6 +224,7 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
     run = run_study(platform, tmp_path, asked)
     page = write_interactive_page(run, studies=STUDIES)
     data, doe = data_of(page.read_text(encoding="utf-8")), pd.read_csv(run / "doe.csv")
+    assert data_of(page.read_text(encoding="utf-8"), "live-header")["starts"] == []
     axes = {axis["name"]: axis["values"] for axis in data["axes"]}
     lines = len(data["frequency"])
     for vehicle in VEHICLES:
@@ -147,6 +241,8 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
         (["--interactive", "--mount", "Roll"], "belong to --supplier"),
         (["--interactive", "--box", "box.json"], "belong to --supplier"),
         (["--interactive", "--studies", "nowhere"], "say with --studies"),
+        (["--supplier", "--vehicle", "Cabrio"], "--vehicle belongs to --interactive"),
+        (["--supplier", "--design", "best"], "is neither a pick (best-mean, none-louder"),
         (["--interactive", "--studies", STUDIES, "--out", __file__], "choose another --out"),
     ],
 )

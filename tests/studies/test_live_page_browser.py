@@ -225,6 +225,24 @@ def test_arrow_keys_read_a_curve(page):
     assert ", today " in said
 
 
+def test_a_pointer_reads_all_curves_at_one_speed(page):
+    page.value("document.getElementById('live-today').click()")
+    fresh(page)
+    x, y, width = page.value(
+        "(b => [b.x, b.y + b.height / 2, b.width])"
+        "(document.querySelector('#live-curves svg').getBoundingClientRect())"
+    )
+    page.drag((x + width / 2, y))
+    line = page.value("live.session.line")
+    speed = page.value(f"live.data.cases[0].speed[{line}]")
+    levels = live_front()[1].evaluate.levels(np.ones((1, 12)))[0, :2, line]
+    shown = "[...document.querySelectorAll('#live-curves svg > text:last-of-type')]"
+    read = page.value(f"{shown}.map(text => text.textContent)")
+    for words, level in zip(read, levels, strict=False):
+        assert words.startswith(f"{speed:.0f}/min: {level:.1f} (")
+        assert words.endswith(f"today {level:.1f}")
+
+
 def test_every_control_has_a_name(page):
     unnamed = page.value(
         "[...document.querySelectorAll('#live select, #live button, #live input, #live svg[role]')]"

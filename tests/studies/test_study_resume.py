@@ -111,6 +111,8 @@ def test_a_finished_run_prints_its_folder(study, tmp_path):
     for wanted in (finished, finished.name, f"{finished.name}.unfinished"):
         done = call("run", STUDY, "--out", tmp_path, "--resume", wanted)
         assert done.stdout.strip() == finished.as_posix()
+    longer = ("run", STUDY, "--out", tmp_path, "--resume", finished.name, "--generations", "99")
+    assert "was started with --generations" in call(*longer, code=2).stderr
     assert sorted(tmp_path.rglob("*")) == before
 
 

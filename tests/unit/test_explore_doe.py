@@ -90,6 +90,20 @@ def test_every_design_is_kept_with_its_responses_or_its_failure():
     assert doe.n_failed == 3
 
 
+def test_any_error_of_a_model_is_a_failed_design_until_all_fail():
+    def broken(designs):
+        if np.any(designs[:, 0] > 1.1):
+            raise KeyError("mesh")
+        return designs[:, :1]
+
+    designs = np.array([[1, 1, 1], [1.12, 1, 1], [0.9, 1, 1]])
+    model = ResponseFunction(broken, NAMES, ("van",), "dB")
+    doe = run_doe(model, SPACE, designs, name="n", plan="p")
+    assert doe.failures == ("", "KeyError: 'mesh'", "")
+    with pytest.raises(InputError, match=r"fails at every design .* 'KeyError"):
+        run_doe(model, SPACE, designs[1:2], name="n", plan="p")
+
+
 def test_a_design_is_evaluated_once():
     model = Counted()
     designs = np.array([[1, 1, 1], [0.9, 1, 1], [1, 1, 1 + 1e-13], [0.9, 1, 1]])

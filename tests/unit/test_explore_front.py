@@ -9,6 +9,7 @@ from deboom.errors import InputError
 from deboom.explore import selection
 from deboom.explore.front import (
     Contestant,
+    FrontVerdict,
     common_box,
     coverage,
     difference,
@@ -245,7 +246,11 @@ def test_the_noise_of_a_difference_by_hand():
     row = difference(first, replace(pair, progress=np.zeros(2))).table.iloc[0]
     # 0.1, 0.3 and 0.5 under three sets; Student's t of two degrees of freedom
     noise = 9.92484 * 20.0 / np.sqrt(3)
-    assert row.tolist() == [pytest.approx(30.0), pytest.approx(noise, rel=1e-5), "within noise"]
+    assert row.tolist() == [pytest.approx(30.0), pytest.approx(noise, rel=1e-5), "not decided"]
+    spread = np.arange(3.0)[:, None]
+    thrice = [Contestant(one.name, one.merit[:1] + spread, np.zeros(3)) for one in (first, pair)]
+    assert difference(*thrice).verdict is FrontVerdict.noise
+    assert "3 seeds of each" in difference(first, pair).text
 
 
 def rows(*objectives):

@@ -406,6 +406,7 @@ def test_fronts_leave_out_what_misses_a_limit():
         (lambda: Limit("sum", "kg"), "give at_least, at_most or both"),
         (lambda: Limits(()), "limits: give at least one"),
         (lambda: replace(ROBUST, objectives=(MEAN_SUM,)), "at least two objectives"),
+        (lambda: replace(ROBUST, objectives=(MEAN_SUM,) * 6), "take at most 5"),
         (lambda: replace(limited(), limits=Limits((Limit("sum", "kg", 1.0),))), "responses"),
     ],
 )

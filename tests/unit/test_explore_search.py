@@ -404,3 +404,13 @@ def test_every_pair_of_parents_exchanges_its_own_options():
     children = crossover._do(RobustProblem(MIXED), parents, random_state=random)[:, :, :3]
     assert np.all(children.sum(axis=0) == 1.0)
     np.testing.assert_allclose(children[0].mean(axis=0), 0.5, atol=0.1)
+
+
+def test_a_front_that_fails_when_verified_keeps_its_evaluations(monkeypatch):
+    def fail(rows, judge):
+        raise InputError("none of the designs could be computed with the verification sample")
+
+    monkeypatch.setattr(search_module, "verified", fail)
+    with pytest.raises(InputError, match="16 evaluated designs are kept") as error:
+        search_module.search(ROBUST, population=8, generations=2, shown=None, polish=False)
+    assert len(error.value.search.evaluated) == 16

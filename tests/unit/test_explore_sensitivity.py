@@ -5,7 +5,9 @@ import warnings
 import numpy as np
 import pytest
 
+import deboom
 from deboom.errors import InputError
+from deboom.explore import sensitivity
 from deboom.explore.sensitivity import (
     SensitivityInputs,
     design_inputs,
@@ -16,7 +18,7 @@ from deboom.explore.sensitivity import (
     sobol_indices,
     tolerance_inputs,
 )
-from deboom.explore.space import DesignSpace, stiffness_factor_space
+from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
 from known_indices import SobolG
 
 G = SobolG((0.0, 1.0, 9.0))
@@ -146,3 +148,61 @@ def test_an_index_within_its_interval_is_zero():
     assert inert.zero[:, 0].tolist() == [False, True, True]
     assert inert.total[1:, 0].tolist() == [0.0, 0.0]
     assert sobol_indices(noise, G.inputs.names, ["y"], seed=1).total[0, 0] != found.total[0, 0]
+
+
+ISHIGAMI = ResponseFunction(
+    lambda x: (np.sin(x[:, :1]) + 7.0 * np.sin(x[:, 1:2]) ** 2
+               + 0.1 * x[:, 2:] ** 4 * np.sin(x[:, :1])),
+    ("x1", "x2", "x3"), ("y",), "1",
+)  # fmt: skip
+CUBE = DesignSpace(
+    ISHIGAMI.variable_names, ("1",) * 3, *np.array([[0.0], [-np.pi], [np.pi], [0.0]]) * np.ones(3)
+)
+
+
+def test_second_order_indices_and_groups_of_the_ishigami_function():
+    found = deboom.sobol(ISHIGAMI, CUBE, n=4096, second_order=True)
+    pairs = found.pair_table.set_index(["variable", "with"])["second [1]"]
+    assert pairs["x1", "x3"] == pytest.approx(0.2437, abs=0.02)
+    assert abs(pairs["x1", "x2"]) < 0.02
+    assert found.table["first [1]"].tolist() == pytest.approx([0.3139, 0.4424, 0.0], abs=0.02)
+    assert found.problem["names"] == ["x1", "x2", "x3"]
+    grouped = deboom.sobol(ISHIGAMI, CUBE, n=4096, groups={"both": ["x1", "x3"]}).table
+    assert grouped.set_index("variable")["total [1]"].to_dict() == pytest.approx(
+        {"both": 0.5576, "x2": 0.4424}, abs=0.02
+    )
+    with pytest.raises(InputError, match="second_order=True"):
+        _ = deboom.sobol(ISHIGAMI, CUBE, n=8).pair_table
+
+
+def test_distributions_by_input_and_the_sum_of_responses():
+    add = ResponseFunction(lambda x: np.hstack([x, 2.0 * x]), ("a", "b"), ("a", "b", "c", "d"), "1")
+    space = add.design_space()
+    inputs = {"a": ("norm", 1.0, 0.3), "b": ("triang", 0.8, 1.2, 0.5)}
+    table = deboom.sobol(add, space, n=1024, inputs=inputs).table
+    of_sum = table[table["response"] == sensitivity.SUM].set_index("variable")["first [1]"]
+    variance = {"a": 0.09, "b": 0.4**2 / 24.0}
+    shares = {name: value / sum(variance.values()) for name, value in variance.items()}
+    assert of_sum.to_dict() == pytest.approx(shares, abs=0.02)
+    three = ResponseFunction(lambda x: x.sum(axis=1), ("a", "b", "c"), ("y",), "1")
+    effects = deboom.morris(three, three.design_space(), groups={"both": ["a", "b"]}).table
+    # members of a group step up or down: together they move the sum by 0.8 or not at all
+    both, alone = effects["mu* [1]"]
+    assert (0.2 < both < 0.6, round(alone, 6)) == (True, 0.4)
+    assert effects["sigma [1]"].isna().tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ({"groups": {"g": ["x9"]}}, "no variable 'x9'"),
+        ({"groups": {"g": ["x1"], "h": ["x1"]}}, "in the groups 'g' and 'h'"),
+        ({"groups": {"g": ["x1", "x2", "x3"]}}, "nothing to compare"),
+        ({"inputs": {"x9": ("unif", 0, 1)}}, "no variable 'x9'"),
+        ({"inputs": {"x1": ("cauchy", 0, 1)}}, "choose one of"),
+        ({"inputs": {"x1": ("norm", 0, -1)}}, "stdev must be > 0"),
+    ],
+)
+def test_groups_and_distributions_that_cannot_be_are_refused(arguments, words):
+    with pytest.raises(InputError, match=words):
+        deboom.sobol(ISHIGAMI, CUBE, n=8, **arguments)

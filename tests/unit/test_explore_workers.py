@@ -3,7 +3,9 @@
 import doctest
 import os
 import signal
+import subprocess
 import sys
+import threading
 from dataclasses import fields, replace
 
 import numpy as np
@@ -92,12 +94,41 @@ def test_workers_that_always_die_end_the_search_with_a_sentence(monkeypatch):
 
 
 def test_a_model_that_cannot_travel_is_refused():
-    local = ResponseFunction(lambda x: MODEL(x), MODEL.variable_names, MODEL.response_names, "1")
+    lock = threading.Lock()
+    local = ResponseFunction(lambda x: (lock, MODEL(x))[1], MODEL.variable_names,
+                             MODEL.response_names, "1")  # fmt: skip
     with (
         pytest.raises(InputError, match="cannot travel to other processes"),
         workers_for(replace(ROBUST, evaluate=local), workers=2),
     ):
         pass
+
+
+SCRIPT = """
+import numpy as np
+import deboom
+
+class Table:
+    variable_names, response_names, response_unit = ("a", "b"), ("y",), "dB"
+    def __init__(self):
+        self.rows = np.random.default_rng(1).normal(size=(400, 400))  # more than a pipe holds
+    def __call__(self, x):
+        return ((x - 0.9) ** 2).sum(axis=1, keepdims=True) + 0.0 * self.rows[0, 0]
+
+model = Table()
+space = deboom.ResponseFunction(model, ("a", "b"), ("y",), "dB").design_space()
+robust = deboom.Robust(model, space, draws=16)
+budget = dict(population=8, generations=2, polish=False, verified_with=16)
+one, two = (deboom.search(robust, workers=n, **budget) for n in (1, 2))
+print(np.array_equal(one.values.objectives, two.values.objectives))
+"""
+
+
+def test_a_script_without_a_guard_and_its_large_class_reach_the_workers(tmp_path):
+    (tmp_path / "script.py").write_text(SCRIPT)
+    words = [sys.executable, tmp_path / "script.py"]
+    done = subprocess.run(words, capture_output=True, text=True, check=False, timeout=300)
+    assert done.stdout == "True\n", done.stderr
 
 
 def test_what_cannot_be_is_refused():

@@ -1,13 +1,16 @@
 """Tables of designs: a user's own, and a whole DOE there and back."""
 
+import json
+
 import numpy as np
 import pandas as pd
 import pytest
 
+import deboom
 from deboom.errors import InputError
 from deboom.explore.doe import doe_frame, run_doe
 from deboom.explore.space import DesignSpace, ResponseFunction, stiffness_factor_space
-from deboom.files.doe_table import read_designs
+from deboom.files.doe_table import read_plan
 
 SPACE = stiffness_factor_space(("EnM x", "TSM x"), half_width=0.15)
 DESIGNS = np.array([[1.0, 1.0], [0.9, 1.1], [1.15, 0.85]])
@@ -32,7 +35,7 @@ def test_designs_in_any_column_order(tmp_path, suffix):
     path = tmp_path / f"designs.{suffix}"
     frame = pd.DataFrame({"TSM x [1]": DESIGNS[:, 1], "EnM x [1]": DESIGNS[:, 0]})
     frame.to_csv(path, index=False) if suffix == "csv" else frame.to_excel(path, index=False)
-    assert np.array_equal(read_designs(path, SPACE), DESIGNS)
+    assert np.array_equal(read_plan(path, SPACE), DESIGNS)
 
 
 def test_units_are_converted_and_foreign_ones_kept(tmp_path):
@@ -41,7 +44,38 @@ def test_units_are_converted_and_foreign_ones_kept(tmp_path):
     )
     path = tmp_path / "designs.csv"
     path.write_text("k [N/m],hardness [shore A]\n250000,55\n", encoding="utf-8")
-    assert read_designs(path, space) == pytest.approx(np.array([[250.0, 55.0]]))
+    assert read_plan(path, space) == pytest.approx(np.array([[250.0, 55.0]]))
+
+
+def state(**changes):
+    """Return what the interactive page saves, variables in an order of its own."""
+    pinned = [{"name": "P1", "design": [0.9, 1.1]}]
+    whole = {"variables": ["TSM x", "EnM x"], "design": [1.1, 0.9], "pinned": pinned}
+    return json.dumps({**whole, **changes})
+
+
+def test_saved_designs_come_with_their_pins(tmp_path):
+    path = tmp_path / "saved.json"
+    path.write_text(state(), encoding="utf-8")
+    assert np.array_equal(read_plan(path, SPACE), [[0.9, 1.1], [1.1, 0.9]])
+
+
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        ("[1]", "saved.json is no state that the interactive page saved"),
+        ("{", "saved.json is no state that the interactive page saved"),
+        (state(design=[1.0]), "saved.json is no state that the interactive page saved"),
+        (state(variables=["TSM x", "Du x"]), "'Du x' is in only one of both"),
+        (state(design=[1.0, 1.2]), "its design has 'EnM x' 1.2, outside its bounds 0.85 to 1.15"),
+        (state(design=[1.0, None]), "its design has 'EnM x' nan, outside its bounds"),
+    ],
+)
+def test_a_state_that_does_not_fit_is_refused_in_one_sentence(tmp_path, text, sentence):
+    path = tmp_path / "saved.json"
+    path.write_text(text, encoding="utf-8")
+    with pytest.raises(InputError, match=sentence):
+        read_plan(path, SPACE)
 
 
 @pytest.mark.parametrize(
@@ -55,7 +89,7 @@ def test_bad_tables_are_refused_in_one_sentence(tmp_path, text, sentence):
     path = tmp_path / "designs.csv"
     path.write_text(text, encoding="utf-8")
     with pytest.raises(InputError, match=sentence):
-        read_designs(path, SPACE)
+        read_plan(path, SPACE)
 
 
 def test_a_whole_doe_is_a_table(doe):
@@ -70,3 +104,44 @@ def test_names_that_would_collide_are_refused():
     model = ResponseFunction(levels, SPACE.names, ("EnM x", "plan"), "dB(A)")
     with pytest.raises(InputError, match="'EnM x' has the name of another column"):
         doe_frame(run_doe(model, SPACE, DESIGNS, name="n", plan="p"))
+
+
+TABLE = pd.DataFrame(
+    {
+        "ID": np.arange(12),
+        "a [N/mm]": np.linspace(200.0, 300.0, 12),
+        "b": [3.0, 1.0, 2.0] * 4,
+        "y [dB]": [*np.linspace(60.0, 49.0, 11), np.nan],
+        "z [dB]": [*np.linspace(40.0, 50.0, 11), 30.0],
+    }
+)
+
+
+@pytest.mark.parametrize("suffix", ["csv", "xlsx"])
+def test_designs_evaluated_elsewhere_correlate_and_have_a_front(tmp_path, suffix):
+    path = tmp_path / f"table.{suffix}"
+    TABLE.to_csv(path, index=False) if suffix == "csv" else TABLE.to_excel(path, index=False)
+    experiment = deboom.read_designs(path, ["y", "z"])
+    assert experiment.doe.space.labels == ("a [N/mm]", "b [1]")
+    assert experiment.doe.n_failed == 1
+    assert deboom.correlation(experiment, resamples=100).pearson[0, 1] == pytest.approx(-1.0)
+    assert len(experiment.front()) == 11
+    assert experiment.front(["y"])["y [dB]"].tolist() == [49.0]
+    with pytest.raises(InputError, match="no response"):
+        experiment.front(["x"])
+
+
+@pytest.mark.parametrize(
+    ("changes", "responses", "words"),
+    [
+        ({}, ["w"], "w"),
+        ({"z [dB]": None, "z [Pa]": 1.0}, ["y", "z"], "the units Pa, dB"),
+        ({"b": "soft"}, ["y"], "'soft' is no finite number"),
+        ({"y [dB]": np.nan}, ["y"], "fill them in"),
+    ],
+)
+def test_tables_of_others_that_cannot_be_are_refused(tmp_path, changes, responses, words):
+    frame = TABLE.assign(**changes).drop(columns=[k for k, v in changes.items() if v is None])
+    frame.to_csv(tmp_path / "table.csv", index=False)
+    with pytest.raises(InputError, match=words):
+        deboom.read_designs(tmp_path / "table.csv", responses)

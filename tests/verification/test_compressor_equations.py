@@ -4,6 +4,8 @@ The references are point masses, energies, roots of polynomials and single equat
 bracketing; they share no code with the equations. The page docs/compressor-physics.md names each.
 """
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.linalg import eigh
@@ -202,6 +204,20 @@ def test_eq_54_55_one_mount_meets_the_root_of_its_equation():
     found = amplitude_dependent_response(
         mass_matrix(7.2, INERTIA), stiffness, force, LINES, rows, tolerance=1e-11, relaxation=0.5
     )
+    static = np.diag([3e4, 1e4, 1e4, 1.0, 1.0, 1.0])
+    # v_s∞ + 1/(m_s s + s_0) with its drop 1/s_0 and its scale s_0/m_s
+    real, imaginary = (
+        model.HyperbolicAmplitude(limit, 1 / offset, offset / slope)
+        for limit, slope, offset in ((0.8, 3e4, 4.0), (0.5, 1e4, 2.0))
+    )
+    mounts = model.MountsOverStroke(np.zeros((1, 3)), static[np.newaxis], real, imaginary)
+    softening = model.CompressorModel(7.2, np.zeros(3), INERTIA, static, GAIN, mounts)
+    modelled = softening.motion(force, LINES)
+    struck = softening.inertance(LINES) @ force[:, :, np.newaxis]
+    without = replace(softening, mounts=None).motion(force, LINES)
+    assert deviation(-(OMEGA**2)[:, np.newaxis] * without, struck[:, :, 0]) < 1e-9
+    with pytest.raises(InputError, match="leave the strokes out"):
+        replace(softening, mounts=None).apparent_mass(LINES, np.full((LINES.size, 1), 1e-5))
     for line in range(0, LINES.size, 20):
 
         def excess(log_stroke, gain=gain[line], line=line):
@@ -210,6 +226,7 @@ def test_eq_54_55_one_mount_meets_the_root_of_its_equation():
 
         root = np.exp(brentq(excess, np.log(1e-8), np.log(1.0), xtol=1e-14, rtol=1e-14))
         assert abs(found.displacement[line, 0]) == pytest.approx(root, rel=1e-9)
+        assert abs(modelled[line, 0]) == pytest.approx(root, rel=1e-7)
 
 
 def test_eq_58_hysteretic_damping_has_no_time_domain():

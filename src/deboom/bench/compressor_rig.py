@@ -59,17 +59,17 @@ class Sheet:
     @property
     def sensor_positions(self) -> RealArray:
         """Places of the accelerometers, shape (n, 3) [m]."""
-        return np.array([row.position for row in self.sensors]) - self.origin
+        return np.reshape([row.position for row in self.sensors], (-1, 3)) - self.origin
 
     @property
     def impact_positions(self) -> RealArray:
         """Places of the impacts, shape (m, 3) [m]."""
-        return np.array([row.position for row in self.impacts]) - self.origin
+        return np.reshape([row.position for row in self.impacts], (-1, 3)) - self.origin
 
     @property
     def impact_directions(self) -> RealArray:
         """Unit vectors along which the hammer pushes, shape (m, 3) [1]."""
-        return np.array([row.direction for row in self.impacts])
+        return np.reshape([row.direction for row in self.impacts], (-1, 3))
 
     @property
     def across(self) -> RealArray:
@@ -103,7 +103,7 @@ class Placed:
 
     def response_rows(self) -> RealArray:
         """Return motion of the virtual point → channels, shape (3 n, 6) [1, m]."""
-        angles = np.array([row.angles for row in self.sheet.sensors])
+        angles = np.reshape([row.angles for row in self.sheet.sensors], (-1, 3))
         turned = rotation_matrix(angles) @ rotation_matrix(self.sensor_turn)
         rows = forward_matrices(self.sheet.sensor_positions + self.sensor_offset, turned)
         return np.asarray((1 + self.sensor_gain).reshape(-1, 1) * rows)

@@ -327,31 +327,45 @@ def point_sheets(compressor: Compressor) -> tuple[rig.Sheet, ...]:
     Impacts of one place share a node.
     """
     places = [*compressor.positions, *(hose.end for hose in compressor.hoses)]
-    sheets = []
-    for number, (name, point) in enumerate(zip(POINTS, places, strict=True)):
-        short, node = f"{name[0].upper()}{name[-1]}", 3 * number
-        glued = zip(BODY_SENSOR_OFFSETS, np.deg2rad(BODY_SENSOR_ANGLES), strict=True)
-        sensors = [
-            PlacedSensor(
-                f"{short} S{k + 1}",
-                FIRST_SENSOR_NODE + node + k,
-                triple(point + offset, SHEET_DIGITS),
-                triple(angles),
-            )
-            for k, (offset, angles) in enumerate(glued)
-        ]
-        impacts = [
-            PlacedImpact(
-                f"{short} I{k + 1}{axis}",
-                FIRST_IMPACT_NODE + node + k,
-                triple(point + offset, SHEET_DIGITS),
-                triple(push),
-            )
-            for k, (offset, signs) in enumerate(zip(IMPACT_OFFSETS, PUSHES, strict=True))
-            for axis, push in zip("xyz", np.diag(signs).astype(float), strict=True)
-        ]
-        sheets.append(rig.Sheet(tuple(sensors), tuple(impacts), point))
-    return tuple(sheets)
+    return tuple(
+        sheet_around(f"{name[0].upper()}{name[-1]}", 3 * number, point)
+        for number, (name, point) in enumerate(zip(POINTS, places, strict=True))
+    )
+
+
+def sheet_around(
+    short: str,
+    node: int,
+    point: RealArray,
+    angles: Sequence[tuple[float, float, float]] = BODY_SENSOR_ANGLES,
+) -> rig.Sheet:
+    """Plan three accelerometers and nine impacts around a point, with names that begin alike.
+
+    - `node`: added to `FIRST_SENSOR_NODE` and `FIRST_IMPACT_NODE`, which these and the next two
+      numbers take.
+    - `point` (3,): [m]; `angles`: of each accelerometer [deg].
+    """
+    glued = zip(BODY_SENSOR_OFFSETS, np.deg2rad(angles), strict=True)
+    sensors = [
+        PlacedSensor(
+            f"{short} S{k + 1}",
+            FIRST_SENSOR_NODE + node + k,
+            triple(point + offset, SHEET_DIGITS),
+            triple(turn),
+        )
+        for k, (offset, turn) in enumerate(glued)
+    ]
+    impacts = [
+        PlacedImpact(
+            f"{short} I{k + 1}{axis}",
+            FIRST_IMPACT_NODE + node + k,
+            triple(point + offset, SHEET_DIGITS),
+            triple(push),
+        )
+        for k, (offset, signs) in enumerate(zip(IMPACT_OFFSETS, PUSHES, strict=True))
+        for axis, push in zip("xyz", np.diag(signs).astype(float), strict=True)
+    ]
+    return rig.Sheet(tuple(sensors), tuple(impacts), point)
 
 
 def draw_setup(
@@ -405,36 +419,54 @@ def strike_body(
     transfer = microphone * car.noise_transfer(lines)
     accelerance = -((2 * np.pi * lines) ** 2)[:, None, None] * car.receptance(lines)
     seen = block_diag(*(placed.response_rows() for placed in setup)) @ accelerance
-    pulse = _pulse(plan.pulse, lines)
     noise = np.full(seen.shape[1], plan.response_noise)
     colour = np.outer(np.sqrt(1 + (plan.corner / lines) ** 2), np.append(noise, 0.0))
     colour[:, -1] = cabin_noise
-    deviation = colour * np.sqrt(plan.duration) / 2
-
     functions, coherences = [], []
     for number, placed in enumerate(setup):
         columns = slice(len(DOFS) * number, len(DOFS) * (number + 1))
         answer = np.concatenate([seen[:, :, columns], transfer[:, None, columns]], axis=1)
-        n_impact = len(placed.sheet.impacts)
-        wrenches = placed.scattered_wrenches(plan.hits, plan.scatter, generator)
-        impulses = plan.impulse * generator.uniform(*plan.spread, (plan.hits, n_impact))
-        for impact in range(n_impact):
-            push = impulses[:, impact, None] * pulse
-            response = np.einsum("fca,ha,hf->hfc", answer, wrenches[:, impact], push)
-            response = response + deviation * complex_normal(response.shape, generator)
-            force = (1 + placed.hammer_gain) * push + (
-                plan.force_noise * plan.impulse * complex_normal(push.shape, generator)
-            )
-            estimate, coherence = rig.first_estimate(force, response)
-            functions.append(estimate)
-            coherences.append(coherence[:, -1])
-    matrix = np.stack(functions, axis=2)
+        estimate, coherence = strike_point(answer, placed, plan, colour, generator)
+        functions.append(estimate)
+        coherences.append(coherence[:, -1])
+    matrix = np.concatenate(functions, axis=2)
     return BodyFrfs(
         frequency=lines,
         pressure=matrix[:, -1],
-        coherence=np.stack(coherences, axis=1),
+        coherence=np.concatenate(coherences, axis=1),
         acceleration=matrix[:, :-1],
     )
+
+
+def strike_point(
+    answer: ComplexArray,
+    placed: rig.Placed,
+    plan: rig.HitPlan,
+    noise: RealArray,
+    generator: np.random.Generator,
+) -> tuple[ComplexArray, RealArray]:
+    """Strike all impacts around a point and estimate functions and coherences, (f, c, m) each.
+
+    - `answer` (f, c, 6): channels per load at the point.
+    - `noise` (f, c): amplitude spectral density of each channel's noise [1/√Hz].
+    """
+    lines, n_impact = plan.lines, len(placed.sheet.impacts)
+    pulse = _pulse(plan.pulse, lines)
+    deviation = noise * np.sqrt(plan.duration) / 2
+    wrenches = placed.scattered_wrenches(plan.hits, plan.scatter, generator)
+    impulses = plan.impulse * generator.uniform(*plan.spread, (plan.hits, n_impact))
+    functions, coherences = [], []
+    for impact in range(n_impact):
+        push = impulses[:, impact, None] * pulse
+        response = np.einsum("fca,ha,hf->hfc", answer, wrenches[:, impact], push)
+        response = response + deviation * complex_normal(response.shape, generator)
+        force = (1 + placed.hammer_gain) * push + (
+            plan.force_noise * plan.impulse * complex_normal(push.shape, generator)
+        )
+        estimate, coherence = rig.first_estimate(force, response)
+        functions.append(estimate)
+        coherences.append(coherence)
+    return np.stack(functions, axis=2), np.stack(coherences, axis=2)
 
 
 def _pulse(duration: float, frequency: RealArray) -> RealArray:

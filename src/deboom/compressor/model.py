@@ -12,7 +12,17 @@ from deboom.arrays import ComplexArray, RealArray, RealOrComplexArray, checked
 from deboom.common import DOFS
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
-from deboom.physics.rigid_body import mass_matrix, mount_stiffness_matrix, rigid_body_modes
+from deboom.physics.forced_response import (
+    SMALLEST_AMPLITUDE,
+    ConvergenceError,
+    forced_response,
+)
+from deboom.physics.rigid_body import (
+    forward_matrices,
+    mass_matrix,
+    mount_stiffness_matrix,
+    rigid_body_modes,
+)
 
 GAIN_PARAMETERS = (
     "real limit",
@@ -88,6 +98,70 @@ class GainFactor:
         return np.pi / 2 * rise
 
 
+@checked(limit=">-inf <inf", drop=">-inf <inf", scale=">0 <inf")
+class HyperbolicAmplitude:
+    """Real or imaginary part of a factor that falls from rest to a limit at large strokes.
+
+    `limit`: factor at large strokes [1]; `drop`: what is lost from rest to there, negative where
+    the part grows [1]; `scale`: stroke at which half of it is lost [m]. InputError: a number that
+    is not finite, or a scale that is not positive.
+
+    ``limit + drop/(1 + s/scale)``: ``v_s∞ + 1/(m_s s + s_0)`` of the thesis's eq. 54 and 55, with
+    ``v_s∞ = limit``, ``s_0 = 1/drop``, ``m_s = 1/(drop·scale)``.
+    """
+
+    limit: float
+    drop: float
+    scale: float
+
+    def at(self, stroke: npt.ArrayLike) -> RealArray:
+        """Compute the factor at strokes [m], shape of the strokes [1]."""
+        return np.asarray(self.limit + self.drop / (1 + np.asarray(stroke, float) / self.scale))
+
+
+def mount_strokes(positions: RealArray, displacement: ComplexArray) -> RealArray:
+    """Compute the largest distance of each mount from rest over a turn.
+
+    `positions` (n, 3): of the mounts, from the virtual point [m]; `displacement` (n_frequency, 6):
+    of the virtual point, complex peak [m, rad]. Returns (n_frequency, n) [m].
+
+    ``|Re(x e^{jφ})|² = (xᴴx + Re(e^{2jφ} xᵀx))/2`` is largest at ``(xᴴx + |xᵀx|)/2``: an unbalance
+    drives ellipses, whose root of the sum of squares is up to √2 times as large.
+    """
+    moved = (displacement @ forward_matrices(positions).T).reshape(len(displacement), -1, 3)
+    squares = np.sum(np.abs(moved) ** 2, axis=2) + np.abs(np.sum(moved**2, axis=2))
+    return np.asarray(np.sqrt(squares / 2))
+
+
+@checked(positions="n 3", stiffness="n 6 6")
+class MountsOverStroke:
+    """Mounts whose stiffness depends on their own stroke s_i, thesis, eq. 52 to 55.
+
+    - `positions` (n, 3): places of the mounts, from the virtual point [m].
+    - `stiffness` (n, 6, 6): what each of them adds to K_VP [N/m, N/rad, N m/rad].
+    - `real`, `imaginary`: factors on both parts of the gain, common to all mounts.
+    - raises InputError: shapes that do not fit together.
+    """
+
+    positions: RealArray
+    stiffness: RealArray
+    real: HyperbolicAmplitude
+    imaginary: HyperbolicAmplitude
+
+    def strokes(self, displacement: ComplexArray) -> RealArray:
+        """Compute the `mount_strokes` of a displacement."""
+        return mount_strokes(self.positions, displacement)
+
+    def matrices(self, gain: ComplexArray, strokes: npt.ArrayLike) -> ComplexArray:
+        """Compute the dynamic stiffness at the virtual point, shape (n_frequency, 6, 6).
+
+        `gain` (n_frequency,): under the hammer [1]; `strokes` (n_frequency, n) [m].
+        """
+        real = gain.real[:, np.newaxis] * self.real.at(strokes)
+        imaginary = gain.imag[:, np.newaxis] * self.imaginary.at(strokes)
+        return np.asarray(np.tensordot(real + 1j * imaginary, self.stiffness, axes=1))
+
+
 def gain_numbers(values: npt.ArrayLike, reference: float) -> RealArray:
     """Compute the six numbers of the gain factor whose real part is 1 at the reference line.
 
@@ -134,6 +208,8 @@ GRID = 1001
 NEARNESS = tuple(np.linspace(0.0, 0.95, 39))
 """Squared ratios of the highest line to the body's first resonance."""
 _LARGEST_STEPS = 200
+STEADY = 1e-9
+"""Relative change of a stroke at which a steady state has been reached [1]."""
 
 
 def applied(matrices: RealOrComplexArray, vectors: RealOrComplexArray) -> ComplexArray:
@@ -169,7 +245,9 @@ class CompressorModel:
     - `inertia` (3, 3): inertia about the centre of gravity, products with their sign as matrix
       elements [kg m²].
     - `stiffness` (6, 6): K_VP, static, real and symmetric [N/m, N/rad, N m/rad].
-    - `gain`: gain common to all mounts; ``v(f) K_VP`` is the dynamic stiffness.
+    - `gain`: gain common to all mounts; ``v(f) K_VP`` is the dynamic stiffness under the hammer.
+    - `mounts`: how each mount's stiffness depends on its stroke, ``v(f, s)`` (thesis, eq. 52 to
+      55); None where nothing is known of it.
     - raises InputError: shapes; asymmetry; a mass or principal moment that is not positive;
       principal moments that no distribution of mass can have (one is larger than the sum of the
       other two).
@@ -180,6 +258,7 @@ class CompressorModel:
     inertia: RealArray
     stiffness: RealArray
     gain: GainFactor
+    mounts: MountsOverStroke | None = None
 
     def __post_init__(self) -> None:
         for matrix, name in ((self.inertia, "inertia"), (self.stiffness, "stiffness")):
@@ -200,28 +279,80 @@ class CompressorModel:
         """Mass matrix at the virtual point, shape (6, 6) [kg, kg m, kg m²]."""
         return mass_matrix(self.mass, self.inertia, self.centre)
 
-    def mount_part(self, frequency: npt.ArrayLike) -> ComplexArray:
-        """Compute what the mounts take off the mass matrix, ``v K_VP/ω²``, (n_frequency, 6, 6)."""
-        lines = np.asarray(frequency, dtype=float)
-        factor = self.gain.at(lines) / (2 * np.pi * lines) ** 2
-        return np.asarray(factor[:, np.newaxis, np.newaxis] * self.stiffness)
+    def dynamic_stiffness(
+        self, frequency: npt.ArrayLike, strokes: npt.ArrayLike | None = None
+    ) -> ComplexArray:
+        """Compute the dynamic stiffness of all mounts at the virtual point, (n_frequency, 6, 6).
 
-    def apparent_mass(self, frequency: npt.ArrayLike) -> ComplexArray:
+        `frequency` (n_frequency,): lines [Hz]; `strokes` (n_frequency, n): peak of each mount [m];
+        left out, the mounts are as under the hammer. InputError: strokes for a model without
+        `mounts`.
+        """
+        gain = self.gain.at(frequency)
+        if strokes is None:
+            return np.asarray(gain[:, np.newaxis, np.newaxis] * self.stiffness)
+        if self.mounts is None:
+            raise InputError(
+                "nothing is known of how the mounts of this compressor soften: leave the strokes "
+                "out, or take the model of `deboom unbalance --softening hyperbola`"
+            )
+        return self.mounts.matrices(gain, strokes)
+
+    def mount_part(
+        self, frequency: npt.ArrayLike, strokes: npt.ArrayLike | None = None
+    ) -> ComplexArray:
+        """Compute what the mounts take off the mass matrix, ``v K_VP/ω²``, (n_frequency, 6, 6)."""
+        square = (2 * np.pi * np.asarray(frequency, dtype=float)) ** 2
+        stiffness = self.dynamic_stiffness(frequency, strokes)
+        return np.asarray(stiffness / square[:, np.newaxis, np.newaxis])
+
+    def apparent_mass(
+        self, frequency: npt.ArrayLike, strokes: npt.ArrayLike | None = None
+    ) -> ComplexArray:
         """Compute force per acceleration at the virtual point.
 
-        `frequency` (n_frequency,): lines above 0 [Hz]. Returns (n_frequency, 6, 6) [kg, kg m, kg
-        m²]. InputError: a line at or below 0 Hz.
+        `frequency` (n_frequency,): lines above 0 [Hz]; `strokes` as of `dynamic_stiffness`. Returns
+        (n_frequency, 6, 6) [kg, kg m, kg m²]. InputError: a line at or below 0 Hz.
 
-        ``AM = M − v(f) K_VP/ω²``, from the thesis's eq. 48-61 with the sign of its damping term
+        ``AM = M − v(f, s) K_VP/ω²``, from the thesis's eq. 48-61 with the sign of its damping term
         mended.
         """
         if np.any(np.asarray(frequency, dtype=float) <= 0):
             raise InputError("a line at 0 Hz has no apparent mass: start above it")
-        return np.asarray(self.mass_matrix - self.mount_part(frequency))
+        return np.asarray(self.mass_matrix - self.mount_part(frequency, strokes))
 
-    def inertance(self, frequency: npt.ArrayLike) -> ComplexArray:
+    def inertance(
+        self, frequency: npt.ArrayLike, strokes: npt.ArrayLike | None = None
+    ) -> ComplexArray:
         """Compute acceleration per force, the inverse of `apparent_mass` line by line."""
-        return np.asarray(np.linalg.inv(self.apparent_mass(frequency)))
+        return np.asarray(np.linalg.inv(self.apparent_mass(frequency, strokes)))
+
+    def motion(self, load: npt.ArrayLike, frequency: npt.ArrayLike) -> ComplexArray:
+        """Compute how the virtual point moves under loads, on mounts that soften with their stroke.
+
+        `load` (n_frequency, 6): at the virtual point, complex peak [N, N m]; `frequency`
+        (n_frequency,): lines above 0 [Hz]. Returns displacements, (n_frequency, 6), complex peak
+        [m, rad]. InputError: loads that do not fit the lines; ConvergenceError: no steady state.
+
+        A fixed point per line, taken half-way at a time, since near a resonance stiffness and
+        stroke drive each other. Without `mounts` it is what `inertance` says.
+        """
+        lines = np.asarray(frequency, dtype=float)
+        force = np.asarray(load, dtype=complex)
+        struck = self.dynamic_stiffness(lines)
+        displacement = forced_response(self.mass_matrix, struck, force, lines)
+        if self.mounts is None:
+            return displacement
+        strokes = self.mounts.strokes(displacement)
+        for _ in range(_LARGEST_STEPS):
+            stiffness = self.dynamic_stiffness(lines, strokes)
+            displacement = forced_response(self.mass_matrix, stiffness, force, lines)
+            step = self.mounts.strokes(displacement) - strokes
+            strokes = strokes + step / 2
+            if np.all(np.abs(step) <= STEADY * (strokes + SMALLEST_AMPLITUDE)):
+                return displacement
+        worst = lines[int(np.abs(step).max(axis=1).argmax())]
+        raise ConvergenceError(f"stroke and stiffness of the mounts find no rest at {worst:g} Hz")
 
 
 @checked(frequency="6", loss_factor="6", shapes="6 6", energy="6 6")

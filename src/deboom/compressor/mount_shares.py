@@ -11,7 +11,8 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from deboom.arrays import ComplexArray, RealArray, checked, derivatives
-from deboom.compressor.identify import Identification
+from deboom.compressor.identification import Identification
+from deboom.compressor.model import HyperbolicAmplitude, MountsOverStroke, mount_strokes
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
@@ -265,18 +266,12 @@ class SofteningMounts:
     stiffness: RealArray
 
     def strokes(self, frequency: RealArray, motion: ComplexArray) -> RealArray:
-        """Compute the largest distance of each mount from rest over a turn.
+        """Compute the `mount_strokes` of a motion.
 
         `frequency` (n_frequency,): lines [Hz]; `motion` (n_frequency, 6): acceleration of the
         virtual point [m/s², rad/s²]. Returns (n_frequency, n) [m].
-
-        ``|Re(x e^{jφ})|² = (xᴴx + Re(e^{2jφ} xᵀx))/2`` is largest at ``(xᴴx + |xᵀx|)/2``: an
-        unbalance drives ellipses, whose root of the sum of squares is up to √2 times as large.
         """
-        displacement = motion / (2 * np.pi * frequency[:, np.newaxis]) ** 2
-        moved = (displacement @ forward_matrices(self.positions).T).reshape(len(motion), -1, 3)
-        squares = np.sum(np.abs(moved) ** 2, axis=2) + np.abs(np.sum(moved**2, axis=2))
-        return np.asarray(np.sqrt(squares / 2))
+        return mount_strokes(self.positions, motion / (2 * np.pi * frequency[:, np.newaxis]) ** 2)
 
     def matrices(
         self, frequency: RealArray, mounts: ComplexArray, motion: ComplexArray
@@ -338,6 +333,16 @@ class HyperbolicMounts(SofteningMounts):
         """
         numbers = np.asarray(values, dtype=float)[::2]
         return np.asarray(np.tensordot(numbers, self._over(stroke), axes=1), dtype=complex)
+
+    def over_stroke(self, values: RealArray) -> MountsOverStroke:
+        """Return the mounts that the unknowns, (4,) [1], stand for."""
+        real_limit, imaginary_limit, real_drop, imaginary_drop = np.asarray(values).tolist()
+        return MountsOverStroke(
+            self.positions,
+            self.stiffness,
+            HyperbolicAmplitude(1 + real_limit, real_drop, self.scale),
+            HyperbolicAmplitude(1 + imaginary_limit, imaginary_drop, self.scale),
+        )
 
     def _over(self, stroke: npt.ArrayLike) -> RealArray:
         """One, and what is left of a softening at a stroke."""

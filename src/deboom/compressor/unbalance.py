@@ -11,9 +11,10 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.choices import SofteningLaw
-from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
-from deboom.compressor.identify import ALARM, Identification, calibration_of
-from deboom.compressor.model import ModalTable
+from deboom.compressor.hose_presence import hoses_in_sweep
+from deboom.compressor.identification import ALARM, HosePresence, Identification
+from deboom.compressor.identify import calibration_of
+from deboom.compressor.model import CompressorModel, ModalTable
 from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.routes import (
     CALIBRATED_MEASUREMENT,
@@ -172,6 +173,19 @@ class Unbalance(Tabled):
         columns = ["unit", "amplitude", "from", "to", "standard deviation", "phase [°]"]
         table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
         return table.rename_axis("source").reset_index()
+
+    @property
+    def model(self) -> CompressorModel:
+        """The compressor of the hammer test, with how its mounts soften where a hyperbola says it.
+
+        The hyperbola is that of the chosen route, or else of another one that has fitted one.
+        """
+        struck = self.identification.calibrated.model
+        for result in (self.chosen, *self.routes):
+            fit, law = result.fit, result.fit.change
+            if isinstance(law, HyperbolicMounts):
+                return replace(struck, mounts=law.over_stroke(fit.line_values[fit.change_slice]))
+        return struck
 
     @property
     def used(self) -> tuple[OperatingSweep, ...]:

@@ -15,7 +15,7 @@ import heapq
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
-from typing import Any, NamedTuple, Protocol, runtime_checkable
+from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
 
 import numpy as np
 from scipy.optimize import minimize
@@ -118,8 +118,7 @@ def objectives_and_gradients(
     objective by the responses: ``1/n`` for the mean, ``(y_tr − mean_r) / (σ_r (n − 1))`` for the
     sigma of plain moments.
     """
-    model = robust.evaluate
-    assert isinstance(model, Differentiable)
+    model = cast(Differentiable, robust.evaluate)
     made_per_design = 1.0 + robust.space.relative_sigma * robust.scatter(design)
     values, pull_back = model.linearised(design * made_per_design)
     moments = robust.prepared(design).derivatives(values)

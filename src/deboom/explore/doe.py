@@ -6,6 +6,7 @@ the space-filling plans say more per design.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.stats import qmc
 
 from deboom.arrays import BoolArray, RealArray, checked
 from deboom.errors import InputError
+from deboom.explore.front import nondominated
 from deboom.explore.space import (
     DesignSpace,
     Evaluate,
@@ -21,6 +23,7 @@ from deboom.explore.space import (
     check_same_names,
     generator,
     responses,
+    said,
     sobol_points,
 )
 from deboom.tabled import Tabled
@@ -29,6 +32,10 @@ SAME = 1e-9
 """Designs closer than this part of the bounds' width in every variable are one design [1]."""
 MOST_CORNERS = 16
 """Variables of the largest full factorial: a plan of more designs is a slip of the keyboard."""
+_CODES: dict[type[Exception], str] = {
+    **dict.fromkeys((ArithmeticError, *ArithmeticError.__subclasses__()), "arithmetic"),
+    np.linalg.LinAlgError: "singular",
+}
 _RESERVED = ("doe", "design", "plan", "failure")
 
 
@@ -145,7 +152,8 @@ class Doe:
     - `designs` (n, k): designs, each once [units of the space].
     - `responses` (n, r): responses, NaN where the design failed [response_unit].
     - `failures`: reason why a design has no responses: ``not finite``, a value that is no number,
-      ``arithmetic`` an arithmetic error, ``singular`` equations without a solution; else empty.
+      ``arithmetic`` an arithmetic error, ``singular`` equations without a solution, or the error
+      that the model raised; else empty.
     - `plan`: plan that the designs came from, in words.
     """
 
@@ -187,7 +195,8 @@ def run_doe(
 ) -> Doe:
     """Evaluate designs (n, k) within the bounds and keep them all, in their order, each once.
 
-    - raises InputError: no design, one outside of the bounds, or a model of other variables.
+    - raises InputError: no design, one outside of the bounds, or a model of other variables; a
+      model that raises an error for every design, which the text shows.
     """
     check_same_names("the model has the variables", evaluate.variable_names, space.names)
     designs = checked_within(space, designs)
@@ -195,6 +204,11 @@ def run_doe(
         raise InputError("the plan has no design: there is nothing to evaluate")
     designs = designs[~_repeated(space, designs)]
     values, failures = _evaluated(evaluate, designs)
+    if not set(failures) & {"", "not finite"}:
+        raise InputError(
+            f"the model fails at every design ({len(designs)}), at the first one with "
+            f"'{failures[0]}': evaluate the nominal design alone"
+        )
     return Doe(
         name=name,
         space=space,
@@ -235,12 +249,13 @@ def _evaluated(evaluate: Evaluate, designs: RealArray) -> tuple[RealArray, list[
     """Responses and failure codes; one bad design does not take the others with it."""
     try:
         values, failure = responses(evaluate, designs), "not finite"
-    except (ArithmeticError, np.linalg.LinAlgError) as error:
+    except Exception as error:
+        words = said(error)
         if len(designs) > 1:
             parts = [_evaluated(evaluate, design[np.newaxis]) for design in designs]
             codes = [code for _, part in parts for code in part]
             return np.concatenate([part for part, _ in parts]), codes
-        failure = "singular" if isinstance(error, np.linalg.LinAlgError) else "arithmetic"
+        failure = _CODES.get(type(error), words)
         values = np.full((1, len(evaluate.response_names)), np.nan)
     failed = np.asarray(~np.isfinite(values).all(axis=1))
     values = np.where(failed[:, np.newaxis], np.nan, values)
@@ -295,6 +310,24 @@ class Experiment(Tabled):
         total = table[[f"{name} [{unit}]" for name in names]].sum(axis=1, skipna=False)
         mean = total / (len(names) * self.n_lines)
         return table.assign(**{f"sum [{unit}]": total, f"mean per line [{unit}]": mean})
+
+    def front(self, minimised: Sequence[str] | None = None) -> pd.DataFrame:
+        """Return the rows of the table that no other design beats.
+
+        - `minimised`: names of the responses that are to be small; by default all.
+        - raises InputError: a name that is no response; no design with responses.
+        """
+        names = self.doe.response_names
+        wanted = tuple(minimised) if minimised is not None else names
+        missing = [name for name in wanted if name not in names]
+        if missing or not wanted:
+            raise InputError(f"no response {missing}: minimise some of {list(names)}")
+        if self.doe.failed.all():
+            raise InputError("no design has responses: there is no front")
+        columns = [names.index(name) for name in wanted]
+        rows = np.flatnonzero(~self.doe.failed)
+        best = nondominated(self.doe.responses[rows][:, columns])
+        return pd.DataFrame(self.table.iloc[rows[best]])
 
 
 def doe(model: Evaluate, space: DesignSpace, *, n: int = 256, seed: int = 1) -> Experiment:

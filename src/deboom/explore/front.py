@@ -359,6 +359,7 @@ class Difference(Tabled):
       from the draws and the searches.
     - `noise`, `verdict`: largest difference that `REAL_FROM` still calls chance, NaN if not known,
       and what follows.
+    - `left_out`: designs of either that fail under the common draws, and are left out.
     """
 
     value: float
@@ -366,6 +367,21 @@ class Difference(Tabled):
     search_error: float
     noise: float
     verdict: FrontVerdict
+    left_out: tuple[int, int] = (0, 0)
+
+    @property
+    def text(self) -> str:
+        """The verdict in words, and what would decide it."""
+        size = f"{100.0 * self.value:+.2f} % of the common box, noise ±{100.0 * self.noise:.2f} %"
+        words = f"{self.verdict.value} ({size})"
+        if self.verdict is FrontVerdict.open:
+            words += f"; what would decide: {ENOUGH_SEEDS} seeds of each (searches={ENOUGH_SEEDS})"
+        if any(self.left_out):
+            words += (
+                f"; {self.left_out[0]} designs of the first and {self.left_out[1]} of the second "
+                "fail under the common draws and are left out"
+            )
+        return words + "."
 
     @property
     def table(self) -> pd.DataFrame:
@@ -383,8 +399,9 @@ def difference(first: Contestant, second: Contestant) -> Difference:
     variance for integrals of smooth functions", Annals of Statistics 25, 1997); what all fronts
     have in common cancels. The searches: from three seeds on the standard error over the seeds;
     with fewer, the gain of the last fifth of a search's generations stands for its standard
-    deviation. ``t`` is Student's, two-sided at `REAL_FROM`, with the degrees of freedom of B. L.
-    Welch (Biometrika 34, 1947).
+    deviation, which may be far too large: what it cannot tell from chance is not decided. ``t`` is
+    Student's, two-sided at `REAL_FROM`, with the degrees of freedom of B. L. Welch (Biometrika 34,
+    1947).
     """
     if first.merit.shape[1] != second.merit.shape[1]:
         raise InputError(f"{first.name} and {second.name} are not judged by the same draws")
@@ -398,6 +415,8 @@ def difference(first: Contestant, second: Contestant) -> Difference:
         return Difference(value, draw_error, search_error, float("nan"), FrontVerdict.open)
     noise = _student(parts, error) * error
     verdict = FrontVerdict.real if abs(value) > noise else FrontVerdict.noise
+    if verdict is FrontVerdict.noise and min(len(first.merit), len(second.merit)) < ENOUGH_SEEDS:
+        verdict = FrontVerdict.open
     return Difference(value, draw_error, search_error, noise, verdict)
 
 

@@ -87,6 +87,17 @@ class SearchResult:
         return np.asarray(~self.evaluated.failed & ~self.evaluated.feasible)
 
 
+class UnverifiedSearchError(InputError):
+    """A search whose designs all fail under the draws of the verification.
+
+    - `search`: the search with every evaluation.
+    """
+
+    def __init__(self, words: str, search: SearchResult) -> None:
+        super().__init__(words)
+        self.search = search
+
+
 def merge(searches: Sequence[SearchResult]) -> SearchResult:
     """Return several searches of one problem, such as of several seeds, as one.
 
@@ -383,10 +394,33 @@ class Front(Tabled):
         return pd.DataFrame({POINT: np.arange(1, len(designs) + 1), **columns})
 
     def convergence(self) -> pd.DataFrame:
-        """Tabulate the hypervolume of the front so far, as the search saw it, by generation."""
+        """Tabulate how far the front so far was from the last one, by generation.
+
+        The gap is what the front lacks to the last one of the search, descents included, in the
+        first objective: its mean over the range of the second, per response and line; of three
+        objectives and more the share of the hypervolume.
+        """
         volume = self.search.hypervolume
-        generation = np.arange(1, len(volume) + 1)
-        return pd.DataFrame({"generation": generation, "hypervolume [dB²]": volume})
+        gap, label = self._gap
+        return pd.DataFrame(
+            {
+                "generation": np.arange(1, len(volume) + 1),
+                "hypervolume [dB²]": volume,
+                f"gap {label}": gap,
+            }
+        )
+
+    @property
+    def _gap(self) -> tuple[RealArray, str]:
+        """What the front of each generation lacks to the last one, and its unit in brackets."""
+        front, reference = self.search.front.objectives, self.search.reference_point
+        last = hypervolume(front, reference)
+        left = np.maximum(last - self.search.hypervolume, 0.0)
+        if self.robust.objectives != (MEAN_SUM, SIGMA_SUM):
+            return PERCENT * left / (last or 1.0), "[% of the hypervolume]"
+        width = float(reference[1] - front[:, 1].min()) if len(front) else 0.0
+        unit = self.model.response_unit.replace("dB(A)", "dB")
+        return left / (width or 1.0) * self.per_line, f"[{unit}]"
 
     def compared(self, designs: Mapping[str, tuple[RobustValues, int]]) -> pd.DataFrame:
         """Tabulate both objectives of named rows of verified values, per response and line.
@@ -455,13 +489,13 @@ class Front(Tabled):
         )
 
     def convergence_picture(self) -> Any:
-        """Draw the hypervolume over the generations."""
+        """Draw what the front lacks to the last one over the generations, see `convergence`."""
         from deboom import plot
 
-        volume = self.search.hypervolume * self.per_line**2
-        panel = plot.CurvePanel("", np.arange(1, volume.size + 1), {"hypervolume": volume})
+        gap, label = self._gap
+        panel = plot.CurvePanel("", np.arange(1, gap.size + 1), {"gap to the last front": gap})
         return plot.curve_panels(
-            [panel], x_label="generation [1]", y_label="hypervolume [dB²]", columns=1
+            [panel], x_label="generation [1]", y_label=f"gap left {label}", columns=1
         )
 
     @property
@@ -561,12 +595,14 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     -------
     Difference
         First minus second, as a share of the hypervolume of their common box [1]; ``noise``, the
-        largest difference that 99 % still call chance; ``verdict``.
+        largest difference that 99 % still call chance; ``verdict``; ``text``, with what would
+        decide. Designs that fail under the common draws are left out and counted.
 
     Raises
     ------
     InputError
-        Fronts of other variables or responses; draws that cannot be.
+        Fronts of other variables or responses; a front whose designs all fail; draws that cannot
+        be.
 
     Examples
     --------
@@ -575,18 +611,25 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
     >>> robust = deboom.Robust(model, model.design_space(), draws=64)
     >>> front = deboom.search(robust, population=8, generations=4)
     >>> deboom.compare(front, front).verdict.value
-    'within noise'
+    'not decided'
     """
     names = [(one.variables, one.responses) for one in (first, second)]
     if names[0] != names[1]:
         raise InputError(f"fronts of {names[0]} and {names[1]} do not compare: search both alike")
     judges = common_judges(first.robust, draws, seed)
-    by_set = [
-        [values.objectives for values in judges.by_set(front.search.front.designs)]
-        for front in (first, second)
-    ]
+    by_set, left_out = [], []
+    for front in (first, second):
+        sets = judges.by_set(front.search.front.designs)
+        failed = np.any([values.failed for values in sets], axis=0)
+        if failed.all():
+            raise InputError(
+                f"all {failed.size} designs of a front fail under the common draws: there is "
+                "nothing to compare"
+            )
+        by_set.append([values.objectives[~failed] for values in sets])
+        left_out.append(int(failed.sum()))
     box = common_box([np.mean(values, axis=0) for values in by_set])
-    return difference(
+    verdict = difference(
         *(
             Contestant(
                 name,
@@ -596,3 +639,4 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
             for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
         )
     )
+    return replace(verdict, left_out=(left_out[0], left_out[1]))

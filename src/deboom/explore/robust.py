@@ -36,7 +36,11 @@ from deboom.explore.space import (
     check_same_names,
     checked_model,
     responses,
+    said,
 )
+
+MOST_OBJECTIVES = 5
+"""Objectives of a search: of more, nearly every design is on the front."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -257,6 +261,11 @@ class Robust:
     def _check(self) -> None:
         if len(self.objectives) < 2:
             raise InputError("a search for a front needs at least two objectives")
+        if len(self.objectives) > MOST_OBJECTIVES:
+            raise InputError(
+                f"a search for a front of {len(self.objectives)} objectives finds hardly a design "
+                f"that another one beats: take at most {MOST_OBJECTIVES}, and limits for the others"
+            )
         names = self.space.names
         model = checked_model(self.evaluate)
         check_same_names("the model has the variables", model.variable_names, names)
@@ -411,7 +420,7 @@ class Robust:
         try:
             values = responses(self.evaluate, self.made(design))
         except Exception as error:
-            _said(error)
+            said(error)
             return 1.0, np.nan
         computed = np.isfinite(values).all(axis=1)
         mean = values[computed].mean(axis=0).sum() if computed.any() else np.nan
@@ -447,7 +456,7 @@ class Robust:
                 for one in (*self.objectives, *limited)
             ]
         except Exception as error:
-            return failed, _said(error)
+            return failed, said(error)
         statistics = np.concatenate([mean, sigma, [mean_error, sigma_error], objectives])
         if not np.all(np.isfinite(statistics)):
             return failed, "a statistic of the responses is not finite"
@@ -488,22 +497,6 @@ class Robust:
         if self.nominal_mean:
             mean = responses(self.evaluate, design[None, :])[0]
         return np.array([self._number(one, design, made, values, mean, sigma) for one in numbers])
-
-
-LONGEST_MESSAGE = 400
-"""Characters that are kept of what a model said of a design that failed."""
-
-
-def _said(error: Exception) -> str:
-    """Return what a model said of a design; raise what is wrong with the question itself.
-
-    An `InputError` is about the question, unless it words an error of the user's own function.
-    """
-    cause = error.__cause__ if isinstance(error, InputError) else error
-    if cause is None or isinstance(cause, InputError):
-        raise error
-    words = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
-    return words[:LONGEST_MESSAGE]
 
 
 @checked(of_response="m r", rest="r", of_sum="m")

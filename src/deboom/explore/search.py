@@ -35,7 +35,7 @@ from deboom.explore.descent import converged_front, is_smooth
 from deboom.explore.doe import checked_within, latin_hypercube
 from deboom.explore.front import hypervolume, pareto_front, replicates, thinned, verified
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
-from deboom.explore.result import Front, SearchResult, merge
+from deboom.explore.result import Front, SearchResult, UnverifiedSearchError, merge
 from deboom.explore.robust import (
     Around,
     DesignLimits,
@@ -645,7 +645,7 @@ def search(
     InputError
         A budget, draws or a seed that cannot be; an algorithm for one objective; a model that
         carries its limits itself; limits that no design keeps; a front that fails under the new
-        draws.
+        draws: its evaluations are the error's ``search``.
 
     Examples
     --------
@@ -698,11 +698,19 @@ def search(
     elif gradients and shown is not None:
         notes.append("Its picks then went on by gradient.")
     judge = replicates(robust, verified_with, seed=seed)
+    try:
+        values = verified(rows, judge)
+    except InputError as error:
+        raise UnverifiedSearchError(
+            f"{error}; the {result.n_evaluated} evaluated designs are kept: `search.evaluated` of "
+            "this error, and the checkpoint of a run",
+            result,
+        ) from error
     return Front(
         robust=robust,
         search=result,
         searched=rows,
-        values=verified(rows, judge),
+        values=values,
         judge=judge,
         note=" ".join(notes),
     )

@@ -11,7 +11,7 @@ from __future__ import annotations
 import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -35,7 +35,7 @@ _FEWEST = 8  # base points; with fewer a resample may have no variance at all
 
 @checked(lower="k", upper="k", sigma="k")
 class SensitivityInputs:
-    """Independent variables with their distributions: all uniform, or all gaussian and cut.
+    """Independent variables with their distributions: uniform, gaussian and cut, or as stated.
 
     - `names`: variables, in the order of a design's columns.
     - `lower`, `upper` (k,): bounds, outside of which no variable comes [units of the variables].
@@ -43,6 +43,8 @@ class SensitivityInputs:
       lies midway between the bounds [units of the variables]. By default the variables are uniform.
     - `groups`, optional: group that each variable belongs to: the members of a group vary together,
       and one index stands for all. By default each variable stands for itself.
+    - `stated`, optional: SALib's distribution of a variable by its name, with its numbers, such as
+      ``("triang", 0.8, 1.2, 0.5)``; the others as above.
     - raises InputError: names the variable with reversed or equal bounds, or without a standard
       deviation; one group only.
     """
@@ -52,14 +54,19 @@ class SensitivityInputs:
     upper: RealArray
     sigma: RealArray | None = None
     groups: tuple[str, ...] = ()
+    stated: Mapping[str, Sequence[Any]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
+        unknown = [name for name in self.stated if name not in self.names]
+        if unknown:
+            raise InputError(f"no variable '{unknown[0]}': use some of {list(self.names)}")
         if self.groups and len(set(self.groups)) == 1:
             raise InputError(
                 f"all variables are in the group '{self.groups[0]}': there is nothing to compare, "
                 "name at least two groups"
             )
         varies = self.lower < self.upper
+        varies |= np.array([name in self.stated for name in self.names])
         if self.sigma is not None:
             varies &= self.sigma > 0.0
         if not varies.all():
@@ -88,11 +95,12 @@ class SensitivityInputs:
             for values in (self.lower, self.upper)
         )
         kind = "uniform" if self.sigma is None else f"gaussian, cut at ±{TRUNCATION:g} σ,"
-        return f"{kind} from {low} to {high}"
+        stated = [f"{name} {' '.join(map(str, each))}" for name, each in self.stated.items()]
+        return "; ".join([f"{kind} from {low} to {high}", *stated])
 
     def grouped(self, groups: Sequence[str]) -> SensitivityInputs:
         """Return the same variables in groups, see `SensitivityInputs`."""
-        return SensitivityInputs(self.names, self.lower, self.upper, self.sigma, tuple(groups))
+        return replace(self, groups=tuple(groups))
 
 
 def design_inputs(space: DesignSpace) -> SensitivityInputs:
@@ -191,7 +199,7 @@ def sobol_designs(
     from SALib.sample import sobol
 
     _check_base(n_base)
-    with _nothing_global():
+    with _nothing_global(), _distributions_in_words():
         designs = sobol.sample(
             salib_problem(inputs), n_base, calc_second_order=pairs, seed=checked_seed(seed)
         )
@@ -253,6 +261,13 @@ def sobol_indices(
 
     columns = _by_output(analyse, array)
     return SobolIndices(tuple(factors), names, n_base, n_resamples, *columns)
+
+
+def without_pairs(values: RealArray, n_factors: int) -> RealArray:
+    """Return the responses that `sobol_indices` takes of those to designs with ``pairs=True``."""
+    blocks = values.reshape(-1, 2 * n_factors + 2, values.shape[1])
+    kept = np.concatenate([blocks[:, : n_factors + 1], blocks[:, -1:]], axis=1)
+    return np.asarray(kept.reshape(-1, values.shape[1]))
 
 
 def pair_indices(
@@ -353,7 +368,7 @@ def morris_designs(inputs: SensitivityInputs, n_trajectories: int, *, seed: int)
 
     if n_trajectories < 2:
         raise InputError(f"{n_trajectories} paths of Morris's method: take at least 2, better 50")
-    with _nothing_global():
+    with _nothing_global(), _distributions_in_words():
         designs = morris.sample(
             salib_problem(inputs), n_trajectories, num_levels=LEVELS, seed=checked_seed(seed)
         )
@@ -425,7 +440,14 @@ def salib_problem(inputs: SensitivityInputs) -> dict[str, Any]:
     if inputs.sigma is not None:
         columns += [0.5 * (inputs.lower + inputs.upper), inputs.sigma]
         problem["dists"] = ["truncnorm"] * inputs.n_variables
-    problem["bounds"] = np.column_stack(columns).tolist()
+    bounds = np.column_stack(columns).tolist()
+    if inputs.stated:
+        kinds = problem.get("dists", ["unif"] * inputs.n_variables)
+        for place, name in enumerate(inputs.names):
+            if name in inputs.stated:
+                kinds[place], *bounds[place] = inputs.stated[name]
+        problem["dists"] = kinds
+    problem["bounds"] = bounds
     if inputs.groups:
         problem["groups"] = list(inputs.groups)
     return problem
@@ -509,6 +531,56 @@ def _nothing_global() -> Iterator[None]:
         warnings.formatwarning = layout
 
 
+@contextmanager
+def _distributions_in_words() -> Iterator[None]:
+    """Turn what SALib says of a distribution into a refusal."""
+    try:
+        yield
+    except (ValueError, TypeError, IndexError) as error:
+        if isinstance(error, InputError):
+            raise
+        raise InputError(
+            f"a distribution of the inputs cannot be ({' '.join(str(error).split())}): give its "
+            "name and numbers as SALib takes them, such as ('triang', 0.8, 1.2, 0.5)"
+        ) from error
+
+
+SUM = "sum of the responses"
+"""Output beside several responses: what a search minimises."""
+
+
+def _varied(
+    space: DesignSpace,
+    groups: Mapping[str, Sequence[str]] | None,
+    inputs: Mapping[str, Sequence[Any]] | None,
+) -> SensitivityInputs:
+    """Return variables within their bounds, or as stated, perhaps in groups."""
+    result = replace(design_inputs(space), stated=dict(inputs or {}))
+    if not groups:
+        return result
+    of: dict[str, str] = {}
+    for group, members in groups.items():
+        for name in members:
+            if name not in space.names:
+                raise InputError(f"group '{group}': no variable '{name}' in {list(space.names)}")
+            if name in of:
+                raise InputError(f"variable '{name}' is in the groups '{of[name]}' and '{group}'")
+            of[name] = group
+    return result.grouped([of.get(name, name) for name in space.names])
+
+
+def _with_sum(values: RealArray, names: Sequence[str]) -> tuple[RealArray, tuple[str, ...]]:
+    """Add the sum to several responses."""
+    if len(names) == 1 or np.ptp(values.sum(axis=1)) == 0.0:
+        return values, tuple(names)
+    return np.column_stack([values, values.sum(axis=1)]), (*names, SUM)
+
+
+def _named_problem(inputs: SensitivityInputs) -> dict[str, Any]:
+    """Return SALib's problem dictionary with the variables' own names."""
+    return salib_problem(inputs) | {"names": list(inputs.names)}
+
+
 @dataclass(frozen=True, eq=False)
 class Sensitivities(Tabled):
     """Indices of an analysis by SALib.
@@ -523,37 +595,71 @@ class Sensitivities(Tabled):
         Unit of the responses.
     n_lines : int
         Lines that each response is the sum of.
+    pairs : PairIndices, optional
+        Second-order indices.
     """
 
     problem: Mapping[str, Any]
     indices: SobolIndices | MorrisEffects
     unit: str
     n_lines: int = 1
+    pairs: PairIndices | None = None
 
     @property
     def table(self) -> pd.DataFrame:
-        """One row per variable and response."""
+        """One row per variable, or group, and response; intervals are half widths."""
         indices = self.indices
         if isinstance(indices, SobolIndices):
             columns = {
                 "first [1]": indices.first,
                 "total [1]": indices.total,
                 "total ± 95 % [1]": indices.total_interval,
+                "first ± 95 % [1]": indices.first_interval,
+                "interaction [1]": indices.interaction,
+                "interaction ± 95 % [1]": indices.interaction_interval,
             }
         else:
             columns = {
                 f"mu* [{self.unit}]": indices.mu_star,
                 f"sigma [{self.unit}]": indices.sigma,
                 f"mu* per line [{self.unit}]": indices.mu_star / self.n_lines,
+                f"mu* ± 95 % [{self.unit}]": indices.mu_star_interval,
             }
         rows = pd.MultiIndex.from_product(
             (indices.factors, indices.outputs), names=("variable", "response")
         ).to_frame(index=False)
         return rows.assign(**{name: values.ravel() for name, values in columns.items()})
 
+    @property
+    def pair_table(self) -> pd.DataFrame:
+        """One row per pair of variables and response: what both do together only.
+
+        - raises InputError: without second-order indices.
+        """
+        if self.pairs is None:
+            raise InputError("there are no second-order indices: ask with second_order=True")
+        names, places = self.pairs.factors, np.triu_indices(len(self.pairs.factors), 1)
+        first, second = (np.take(names, each) for each in places)
+        rows = {
+            "variable": np.repeat(first, len(self.pairs.outputs)),
+            "with": np.repeat(second, len(self.pairs.outputs)),
+            "response": np.tile(self.pairs.outputs, len(first)),
+            "second [1]": self.pairs.second[places].ravel(),
+            "second ± 95 % [1]": self.pairs.second_interval[places].ravel(),
+        }
+        return pd.DataFrame(rows)
+
 
 def sobol(
-    model: Evaluate, space: DesignSpace, *, n: int = 1024, seed: int = 1, resamples: int = 100
+    model: Evaluate,
+    space: DesignSpace,
+    *,
+    n: int = 1024,
+    seed: int = 1,
+    resamples: int = 100,
+    groups: Mapping[str, Sequence[str]] | None = None,
+    inputs: Mapping[str, Sequence[Any]] | None = None,
+    second_order: bool = False,
 ) -> Sensitivities:
     """Return Sobol indices of every response, computed by SALib.
 
@@ -567,17 +673,26 @@ def sobol(
         Base points, a power of two from 8; n (k + 2) designs are evaluated.
     seed, resamples : int
         Seed from 1 and bootstrap resamples of the intervals, at least 2.
+    groups : mapping of str to sequence of str, optional
+        Variables that vary together and have one index, by the name of the group; the others stand
+        for themselves.
+    inputs : mapping of str to sequence, optional
+        SALib's distribution of a variable with its numbers, such as
+        ``{"TSM x": ("norm", 1.0, 0.05)}``; the others are uniform within their bounds.
+    second_order : bool
+        Whether pairs have indices, too, in ``pair_table``; n (2 k + 2) designs are evaluated.
 
     Returns
     -------
     Sensitivities
-        First and total indices, shape (k, r) [1], with 95 % intervals; ``problem`` is SALib's
-        dictionary.
+        First and total indices, shape (k, r) [1], with 95 % intervals, also of the sum of several
+        responses; ``problem`` is SALib's dictionary.
 
     Raises
     ------
     InputError
-        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
+        Wrong names, groups, distributions, counts or seed; a response that does not vary or is not
+        finite, by name.
 
     Examples
     --------
@@ -588,17 +703,27 @@ def sobol(
     [0.2, 0.8]
     """
     check_fits(model, space)
-    inputs = design_inputs(space)
-    designs = sobol_designs(inputs, n, seed=seed)
+    varied = _varied(space, groups, inputs)
+    designs = sobol_designs(varied, n, seed=seed, pairs=second_order)
     values = responses(model, space.made_whole(designs))
-    names, outputs = space.names, model.response_names
-    indices = sobol_indices(values, names, outputs, seed=seed, n_resamples=resamples)
+    values, outputs = _with_sum(values, model.response_names)
+    names, pairs, alone = varied.factors, None, values
+    if second_order:
+        pairs = pair_indices(values, names, outputs, seed=seed, n_resamples=resamples)
+        alone = without_pairs(values, len(names))
+    indices = sobol_indices(alone, names, outputs, seed=seed, n_resamples=resamples)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(salib_problem(inputs), indices, model.response_unit, lines)
+    return Sensitivities(_named_problem(varied), indices, model.response_unit, lines, pairs)
 
 
 def morris(
-    model: Evaluate, space: DesignSpace, *, trajectories: int = 50, seed: int = 1
+    model: Evaluate,
+    space: DesignSpace,
+    *,
+    trajectories: int = 50,
+    seed: int = 1,
+    groups: Mapping[str, Sequence[str]] | None = None,
+    inputs: Mapping[str, Sequence[Any]] | None = None,
 ) -> Sensitivities:
     """Return the elementary effects of Morris of every response, computed by SALib.
 
@@ -612,17 +737,24 @@ def morris(
         Trajectories, at least 2; each takes k + 1 designs.
     seed : int
         Seed from 1.
+    groups : mapping of str to sequence of str, optional
+        Variables that vary together and have one index, by the name of the group; the others stand
+        for themselves.
+    inputs : mapping of str to sequence, optional
+        SALib's distribution of a variable with its numbers, such as
+        ``{"TSM x": ("norm", 1.0, 0.05)}``; the others are uniform within their bounds.
 
     Returns
     -------
     Sensitivities
-        ``mu*`` and ``sigma``, shape (k, r) [unit of the responses]; ``problem`` is SALib's
-        dictionary.
+        ``mu*`` and ``sigma``, shape (k, r) [unit of the responses], also of the sum of several
+        responses; sigma of a group is NaN. ``problem`` is SALib's dictionary.
 
     Raises
     ------
     InputError
-        Wrong names, counts or seed; a response that does not vary or is not finite, by name.
+        Wrong names, groups, distributions, counts or seed; a response that does not vary or is not
+        finite, by name.
 
     Examples
     --------
@@ -633,9 +765,10 @@ def morris(
     [1.0, 2.0]
     """
     check_fits(model, space)
-    inputs = design_inputs(space)
-    designs = morris_designs(inputs, trajectories, seed=seed)
+    varied = _varied(space, groups, inputs)
+    designs = morris_designs(varied, trajectories, seed=seed)
     values = responses(model, space.made_whole(designs))
-    effects = morris_analysis(inputs, designs, values, model.response_names, seed=seed)
+    values, outputs = _with_sum(values, model.response_names)
+    effects = morris_analysis(varied, designs, values, outputs, seed=seed)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(salib_problem(inputs), effects, model.response_unit, lines)
+    return Sensitivities(_named_problem(varied), effects, model.response_unit, lines)

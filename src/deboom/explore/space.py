@@ -267,6 +267,22 @@ def responses(evaluate: Evaluate, designs: RealArray) -> RealArray:
     return values
 
 
+LONGEST_MESSAGE = 400
+"""Characters that are kept of what a model said of a design that failed."""
+
+
+def said(error: Exception) -> str:
+    """Return what a model said of a design; raise what is wrong with the question itself.
+
+    An `InputError` is about the question, unless it words an error of the user's own function.
+    """
+    cause = error.__cause__ if isinstance(error, InputError) else error
+    if cause is None or isinstance(cause, InputError):
+        raise error
+    words = str(error) if isinstance(error, InputError) else f"{type(error).__name__}: {error}"
+    return words[:LONGEST_MESSAGE]
+
+
 def checked_model(model: Evaluate) -> Evaluate:
     """Return a model that says its names and unit, or refuse it with the remedy."""
     needed = ("variable_names", "response_names", "response_unit")

@@ -2,6 +2,9 @@
 
 Every design is computed alone, so that a batch can be cut anywhere: it is cut into one chunk per
 worker, and the rows come back in their order. A worker that dies costs time, nothing else.
+
+Processes are those of loky (joblib): they do not run the main script again, so that it needs no
+``if __name__ == "__main__"``, and what a script or a notebook defines travels by value.
 """
 
 from __future__ import annotations
@@ -14,17 +17,17 @@ import threading
 import time
 from abc import abstractmethod
 from collections.abc import Iterator, Sequence
-from concurrent.futures import CancelledError, ProcessPoolExecutor
+from concurrent.futures import CancelledError
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import AbstractContextManager, contextmanager, nullcontext
 from functools import cache
 from importlib import import_module, metadata
-from multiprocessing import get_context, parent_process
-from multiprocessing.reduction import ForkingPickler
 from pickle import PicklingError
 from typing import Any
 
+import cloudpickle
 import numpy as np
+from joblib.externals.loky import ProcessPoolExecutor
 from threadpoolctl import ThreadpoolController, threadpool_limits
 
 from deboom.arrays import RealArray
@@ -39,6 +42,8 @@ RECOUNT_S = 2.0
 """How long a count of a cluster's workers holds [s]."""
 WORKER_S = 60.0
 """Wait for a cluster's first worker, or for another one when the last has died [s]."""
+PARENT_S = 1.0
+"""Time between two looks of a worker process whether its parent is there [s]."""
 SAME_ON_WORKERS = ("deboom", "numpy", "scipy")
 """Packages whose versions decide the last bit of a result."""
 
@@ -81,8 +86,7 @@ def workers_for(
 ) -> AbstractContextManager[RobustEvaluation]:
     """Return where a robust response is computed, as a context.
 
-    - `robust`: response such as `Robust`, whose rows do not depend on each other. Beyond
-      one process it consists of objects of importable modules.
+    - `robust`: response such as `Robust`, whose rows do not depend on each other.
     - `workers`: processes on this machine; 1 stays in this process.
     - `scheduler`, optional: address of an existing Dask cluster, such as ``tcp://node7:8786``.
     - raises InputError: workers and a cluster that cannot be; a response that cannot travel to
@@ -115,21 +119,21 @@ def workers_for(
 def _process_pool(robust: RobustEvaluation, workers: int) -> Iterator[RobustEvaluation]:
     """Compute on several processes of this machine."""
     try:
-        ForkingPickler.dumps(robust)
-    except (PicklingError, AttributeError, TypeError) as error:
+        cloudpickle.dumps(robust)
+    except (PicklingError, AttributeError, TypeError, ValueError) as error:
         raise InputError(
-            f"the model cannot travel to other processes ({error}): make it of classes and "
-            "functions of an importable module, outside of the study script, or take one worker"
+            f"the model cannot travel to other processes ({error}): let it open files, locks and "
+            "connections when it is called, or take one worker"
         ) from None
     pool = _ProcessPool(robust, workers)
     try:
         yield pool
     finally:
-        pool.executor.shutdown(wait=True, cancel_futures=True)
+        pool.executor.shutdown(wait=True, kill_workers=True)
 
 
 class _ProcessPool(SpreadResponse):
-    """A pool of spawned processes that is made anew when one of them dies."""
+    """A pool of processes that is made anew when one of them dies."""
 
     def __init__(self, robust: RobustEvaluation, workers: int) -> None:
         self.n_workers = workers
@@ -148,25 +152,28 @@ _carried: list[
 
 
 def process_pool(workers: int, robust: RobustEvaluation | None = None) -> ProcessPoolExecutor:
-    """Return a pool of spawned processes that end with this one, with a response to compute."""
-    return ProcessPoolExecutor(workers, get_context("spawn"), _begin_worker, (robust,))
+    """Return a pool of processes that end with this one, with a response to compute."""
+    # what stands in the working folder is no module of theirs
+    safe = {"PYTHONSAFEPATH": "1"}
+    return ProcessPoolExecutor(
+        workers, initializer=_begin_worker, initargs=(os.getpid(), robust), env=safe
+    )
 
 
-def _begin_worker(robust: RobustEvaluation | None) -> None:
+def _begin_worker(parent: int, robust: RobustEvaluation | None) -> None:
     # it ends with its parent, however that ends, and leaves Ctrl-C to it
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    threading.Thread(target=_end_with_parent, daemon=True).start()
+    threading.Thread(target=_end_with, args=(parent,), daemon=True).start()
     import_module("scipy.linalg")  # what is loaded later would have threads of its own
     threadpool_limits(1, "blas")
     if robust is not None:
         _carried[:] = [robust]
 
 
-def _end_with_parent() -> None:
-    parent = parent_process()
-    if parent is not None:
-        parent.join()
-        os._exit(1)
+def _end_with(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(PARENT_S)
+    os._exit(1)
 
 
 def _compute_carried(designs: RealArray) -> RobustValues:

@@ -8,18 +8,28 @@ from typing import Any
 
 import numpy as np
 
-from deboom.compressor.identify import Identification
-from deboom.compressor.model import GAIN_PARAMETERS
+from deboom.compressor.identification import Identification
+from deboom.compressor.model import (
+    GAIN_PARAMETERS,
+    CompressorModel,
+    GainFactor,
+    HyperbolicAmplitude,
+    MountsOverStroke,
+)
 from deboom.compressor.parameters import MinimalParameters
 from deboom.errors import InputError
 from deboom.files.disk import read_document
 
 FORMAT = "deboom identified compressor"
 VERSION = 1
+KIND = "identified compressor: `deboom identify` writes one"
+REMEDY = "identify the compressor again"
 
 
 def compressor_document(
-    identification: Identification, inputs_sha256: Mapping[str, str]
+    identification: Identification,
+    inputs_sha256: Mapping[str, str],
+    mounts: MountsOverStroke | None = None,
 ) -> dict[str, Any]:
     """Put a compressor into words and numbers that JSON knows; units stand in the keys.
 
@@ -28,6 +38,7 @@ def compressor_document(
     channels and from newtons of each impact to the wrench there.
 
     - `inputs_sha256`: name of each file of the hammer test → its hash.
+    - `mounts`: how each mount softens with its stroke, where it is known.
     """
     calibrated = identification.calibrated
     model, n = calibrated.model, calibrated.values.size
@@ -65,7 +76,50 @@ def compressor_document(
         "bands_hz": [list(band) for band in identification.options.bands],
         "alarms": list(identification.alarms),
         "inputs_sha256": dict(inputs_sha256),
+    } | ({} if mounts is None else {"mounts_over_stroke": _in_words(mounts)})
+
+
+def read_compressor_model(path: Path) -> CompressorModel:
+    """Read an identified compressor.
+
+    - raises InputError: the file is missing, no JSON, of another format or version, or lacks a
+      number of the model.
+    """
+    document = read_document(path, FORMAT, VERSION, KIND, REMEDY)
+    try:
+        mounts = document.get("mounts_over_stroke")
+        return CompressorModel(
+            mass=float(document["mass_kg"]),
+            centre=np.array(document["centre_of_gravity_m"], dtype=float),
+            inertia=np.array(document["inertia_about_centre_kg_m2"], dtype=float),
+            stiffness=np.array(document["stiffness_at_virtual_point"], dtype=float),
+            gain=GainFactor.of([document["gain"][name] for name in GAIN_PARAMETERS]),
+            mounts=None if mounts is None else _mounts(mounts),
+        )
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{path} has no compressor to read ({error}): {REMEDY}") from None
+
+
+def _in_words(mounts: MountsOverStroke) -> dict[str, Any]:
+    factors = {
+        part: {"limit": law.limit, "drop": law.drop, "scale_m": law.scale}
+        for part, law in (("real", mounts.real), ("imaginary", mounts.imaginary))
     }
+    return {
+        "positions_m": mounts.positions.tolist(),
+        "stiffness_at_virtual_point": mounts.stiffness.tolist(),
+        "factor": "limit + drop/(1 + stroke/scale_m), on each part of the gain",
+    } | factors
+
+
+def _mounts(words: Mapping[str, Any]) -> MountsOverStroke:
+    real, imaginary = (
+        HyperbolicAmplitude(float(law["limit"]), float(law["drop"]), float(law["scale_m"]))
+        for law in (words["real"], words["imaginary"])
+    )
+    positions = np.array(words["positions_m"], dtype=float)
+    stiffness = np.array(words["stiffness_at_virtual_point"], dtype=float)
+    return MountsOverStroke(positions, stiffness, real, imaginary)
 
 
 def read_fitted_bands(path: Path) -> tuple[tuple[tuple[float, float], ...], dict[str, str]]:
@@ -74,12 +128,9 @@ def read_fitted_bands(path: Path) -> tuple[tuple[tuple[float, float], ...], dict
     - raises InputError: the file is missing, no JSON, of another format or version, or has no
       bands or hashes that can be read.
     """
-    kind = "identified compressor: `deboom identify` writes one"
-    document = read_document(path, FORMAT, VERSION, kind, "identify the compressor again")
+    document = read_document(path, FORMAT, VERSION, KIND, REMEDY)
     try:
         bands = tuple((float(low), float(high)) for low, high in document["bands_hz"])
         return bands, {str(name): str(of) for name, of in document["inputs_sha256"].items()}
     except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(
-            f"{path} lacks bands or hashes ({error}): identify the compressor again"
-        ) from None
+        raise InputError(f"{path} lacks bands or hashes ({error}): {REMEDY}") from None

@@ -18,6 +18,7 @@ from deboom.explore.front import verification_response
 from deboom.explore.robust import Robust
 from deboom.explore.selection import at_nominal, variables_without_effect
 from deboom.explore.space import DesignSpace
+from deboom.files.doe_table import read_plan
 from deboom.files.front_table import FILES, FRONT, FrontTable
 from deboom.files.run_folder import (
     RECORD,
@@ -115,14 +116,18 @@ class ComparedRun:
         }
         return json.dumps([self.entry.study, options], sort_keys=True)
 
-    def picked(self, pick: Pick) -> RealArray:
+    def picked(self, pick: Pick | Path) -> RealArray:
         """Return a design of the front by name, as the search found it, (k,) [units of the space].
+
+        Of a file of designs, see `deboom.files.doe_table.read_plan`, the first one counts.
 
         Raises
         ------
         InputError
-            The front has no design of this name.
+            The front has no design of this name; a file that cannot be read.
         """
+        if isinstance(pick, Path):
+            return np.asarray(read_plan(pick, self.model.space)[0])
         if pick not in self.front.picks:
             raise InputError(
                 f"{self.entry.folder / FRONT} names no design '{pick}': none is better than "
@@ -135,6 +140,11 @@ class ComparedRun:
         """Files that a comparison reads."""
         names = (RECORD, *FILES)
         return tuple(p for name in names if (p := self.entry.folder / name).is_file())
+
+
+def design_name(pick: Pick | Path) -> str:
+    """Return the name of a design in words and file names: its pick, or its file."""
+    return pick.stem if isinstance(pick, Path) else pick.value
 
 
 DRAWS = 1024
@@ -188,13 +198,13 @@ class SupplierStudy:
         Finished, checked, with its model built again.
     runs : Runs
         Platform and load cases with the forces of the run.
-    pick : Pick
-        The design that is wanted.
+    pick : Pick or Path
+        The design that is wanted, or a file that holds it.
     """
 
     run: ComparedRun
     runs: Runs
-    pick: Pick
+    pick: Pick | Path
 
     @property
     def platform(self) -> Platform:

@@ -120,7 +120,7 @@ def read_inertances(path: Path, places: Places) -> Frf:
     - raises InputError: an FRF that is missing, doubled, at an unknown node, of other lines, real,
       or of another unit than acceleration over force.
     """
-    matrix = _of_type(path, FRF)
+    matrix = functions_of_type(path, FRF)
     matrix.check_known(places.responses, places.references)
     dofs = (places.responses, places.references)
     return matrix.frf(*dofs, "acceleration", "m/s^2/N", ACCELERATION_PER_FORCE)
@@ -130,7 +130,7 @@ def read_coherences(
     path: Path, responses: Sequence[Dof], references: Sequence[Dof]
 ) -> tuple[RealArray, RealArray]:
     """Read lines (f,) [Hz] and ordinary coherences (f, n_response, n_reference), 0 to 1 [1]."""
-    matrix = _of_type(path, COHERENCE)
+    matrix = functions_of_type(path, COHERENCE)
     values = matrix.values(responses, references, ordinate="", unit="", is_complex=False).real
     values = np.abs(values)  # a channel against its axis turns the sign, which a coherence has not
     raw = [function.values for function in matrix.functions]
@@ -139,7 +139,7 @@ def read_coherences(
     return matrix.axis, np.minimum(values, 1.0)
 
 
-def _of_type(path: Path, kind: int) -> FunctionMatrix:
+def functions_of_type(path: Path, kind: int) -> FunctionMatrix:
     """Functions of one type."""
     functions = [function for function in read_uff(path) if function.function_type == kind]
     if not functions:

@@ -134,23 +134,59 @@ def culprit_of_excitation(point: VirtualPoint, measured: Frf, tolerances: Tolera
     return find_culprit(point.geometry, rows.reshape(-1, len(point.channels)), tolerances)
 
 
-def explain_rotation_order(
+@dataclass(frozen=True)
+class RotationOrder:
+    """How the angles of a position sheet were read, and by which order the sensors agree best.
+
+    - `disagreement`, `left`: rms of what no rigid motion explains, relative to the rms signal, read
+      as stated and read by the best order [1].
+    """
+
+    stated: str
+    best: str
+    disagreement: float
+    left: float
+
+    @property
+    def another(self) -> bool:
+        """Whether another order than the stated one leaves less than `HALVED`."""
+        return self.best != self.stated and self.left < HALVED * self.disagreement
+
+    @property
+    def words(self) -> str:
+        """A clause."""
+        read = f"the angles of the position sheet were read as {self.stated}"
+        if self.another:
+            return (
+                f"{read}; read as {self.best} the disagreement falls from "
+                f"{100 * self.disagreement:.2g} to {100 * self.left:.2g} %: write a column "
+                f"rotation_order with {self.best} into it"
+            )
+        return f"{read}, and no other order fits better by much"
+
+
+def best_rotation_order(
     sensors: Sequence[Sensor], measured: Spectrum | Frf, switched_off: Sequence[str] = ()
-) -> str:
-    """Say how the angles of a position sheet were read, and by which order the sensors agree.
+) -> RotationOrder:
+    """Read the angles of a position sheet by every order of rotations, and compare.
 
     - `sensors`: of one rigid body, as the sheet states them.
     - `measured`: their channels.
-    - returns a clause; an order other than the stated one is named if less than `HALVED` of the
-      disagreement (rms) is left with it.
     """
     stated = sensors[0].rotation_order
     angles = [_angles(sensor) for sensor in sensors]
-    left = {}
+    left: dict[str, float] = {}
+    tried: dict[str, RealArray] = {}
     for order in ROTATION_ORDERS:
+        orientations = np.array([rotation_matrix(angle, order) for angle in angles])
+        alike = [other for other, seen in tried.items() if np.allclose(orientations, seen)]
+        if alike:
+            left[order] = left[alike[0]]
+            continue
+        tried[order] = orientations
         turned = [
-            replace(sensor, orientation=rotation_matrix(angle, order))
-            for sensor, angle in zip(sensors, angles, strict=True)
+            replace(sensor, orientation=orientation)
+            for sensor, orientation in zip(sensors, orientations, strict=True)
         ]
         geometry = sensor_geometry(turned, switched_off=switched_off)
         point = virtual_point(geometry)
@@ -158,13 +194,32 @@ def explain_rotation_order(
         states = _motion_states(geometry, lines)
         left[order] = math.sqrt(states.disagreement(geometry.forward))
     best = min(left, key=lambda order: left[order])
-    read = f"the angles of the position sheet were read as {stated}"
-    if best != stated and left[best] < HALVED * left[stated]:
-        return (
-            f"{read}; read as {best} the disagreement falls from {100 * left[stated]:.2g} to "
-            f"{100 * left[best]:.2g} %: write a column rotation_order with {best} into it"
-        )
-    return f"{read}, and no other order fits better by much"
+    return RotationOrder(stated, best, left[stated], left[best])
+
+
+def explain_rotation_order(
+    sensors: Sequence[Sensor], measured: Spectrum | Frf, switched_off: Sequence[str] = ()
+) -> str:
+    """Say how the angles of a position sheet were read, and by which order the sensors agree.
+
+    - returns a clause; an order other than the stated one is named if less than `HALVED` of the
+      disagreement (rms) is left with it.
+    """
+    return best_rotation_order(sensors, measured, switched_off).words
+
+
+def refuse_other_rotation_order(
+    sensors: Sequence[Sensor], measured: Frf, stated: PlacementTolerances, whose: str
+) -> None:
+    """Refuse angles that were stated by another order of rotations than the sheet says.
+
+    - raises InputError: with the order by which the sensors agree, where the disagreement as stated
+      exceeds what the tolerances allow.
+    """
+    order = best_rotation_order(sensors, measured)
+    allowed = SIGNIFICANT * math.hypot(stated.sensor_gain, stated.sensor_angle)
+    if order.another and order.disagreement > allowed:
+        raise InputError(f"{whose}: its sensors contradict each other: {order.words}")
 
 
 def _angles(sensor: Sensor) -> RealArray:

@@ -14,7 +14,7 @@ import numpy as np
 import numpy.typing as npt
 from scipy.linalg import solve_triangular
 
-from deboom.arrays import ComplexArray, RealArray, checked, frozen_copy
+from deboom.arrays import ComplexArray, RealArray, checked, checked_array, frozen_copy
 from deboom.common import DOFS
 from deboom.errors import InputError
 from deboom.measurement.channels import (
@@ -162,6 +162,7 @@ class Conditioning:
 
     - `condition_number`: condition number of the forward matrix with rotations counted as motion at
       `length`; infinite where the rank is short [1].
+    - `length`: characteristic length; 0 where no rotations are asked for [m].
     - `redundancy` (n_channel,): share of an error in one channel that shows in its own residual, 0
       … 1; a fault in a channel of redundancy 0 cannot be noticed [1].
     """
@@ -171,30 +172,37 @@ class Conditioning:
     length: float
     worst_seen: str
     redundancy: RealArray
+    n_motion: int = len(RIGID_MOTIONS)
 
     @property
     def complete(self) -> bool:
         """Whether every motion is seen."""
-        return self.rank == len(RIGID_MOTIONS)
+        return self.rank == self.n_motion
 
 
-def conditioning(geometry: ChannelGeometry) -> Conditioning:
-    """Judge a position sheet before any measurement.
+def conditioning(geometry: ChannelGeometry, motions: Sequence[str] = RIGID_MOTIONS) -> Conditioning:
+    """Judge a position sheet before any measurement, for all motions or the translations alone.
 
     ``redundancy = 1 − diag V V⁺``. Without the scaling the condition number depends on the unit of
     length (three sensors of a published rig 30 mm from their virtual point: 49 in metres, 1.5
     scaled).
     """
-    scaled = geometry.forward / geometry.scale
+    turning = len(motions) == len(RIGID_MOTIONS)
+    # translations have no length, and need none: all channels may sit at the point
+    scale = geometry.scale if turning else np.ones(len(motions))
+    scaled = geometry.forward[:, : len(motions)] / scale
     singular, directions = np.linalg.svd(scaled)[1:]
+    worst = np.zeros(len(RIGID_MOTIONS))
+    worst[: len(motions)] = directions[-1] / scale
     rank = int(np.count_nonzero(singular > singular[0] / SINGULAR))
     complete = rank == scaled.shape[1]
     left = np.linalg.svd(scaled, full_matrices=False)[0]
     return Conditioning(
         rank=rank,
+        n_motion=len(motions),
         condition_number=float(singular[0] / singular[-1]) if complete else np.inf,
-        length=geometry.length,
-        worst_seen=_in_words(directions[-1] / geometry.scale, geometry),
+        length=geometry.length if turning else 0.0,
+        worst_seen=_in_words(worst, geometry),
         redundancy=np.clip(1.0 - np.sum(left[:, :rank] ** 2, axis=1), 0.0, 1.0),
     )
 
@@ -203,7 +211,7 @@ def _in_words(motion: RealArray, geometry: ChannelGeometry) -> str:
     """Describe a motion at the virtual point: the axis it turns about, the way it goes."""
     shift, turn = motion[:3], motion[3:]
     angle = float(np.linalg.norm(turn))
-    if angle * geometry.length < 0.1 * np.linalg.norm(shift):
+    if angle == 0 or angle * geometry.length < 0.1 * np.linalg.norm(shift):
         return f"translation along {_vector(shift / np.linalg.norm(shift))}"
     axis = turn / angle
     on_axis = geometry.position + np.cross(axis, shift) / angle
@@ -215,12 +223,12 @@ def _vector(values: RealArray) -> str:
     return "(" + ", ".join(f"{np.round(value, 3) + 0.0:g}" for value in values) + ")"
 
 
-@checked(forward="n 6", inverse="6 n")
+@checked(forward="n k", inverse="k n")
 class VirtualPoint:
     """A point whose motion the channels determine; made by `virtual_point`.
 
-    - `forward` (n_channel, 6): motion of the point → channels [1, m].
-    - `inverse` (6, n_channel): channels → motion of the point [1, 1/m].
+    - `forward` (n_channel, n_motion): motion of the point → channels [1, m].
+    - `inverse` (n_motion, n_channel): channels → motion of the point [1, 1/m].
     """
 
     geometry: ChannelGeometry
@@ -249,29 +257,42 @@ def channel_values(point: VirtualPoint, measured: Spectrum | Frf) -> ComplexArra
     return measured.select(point.channels).values[:, np.newaxis, :]
 
 
-def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
+def virtual_point(
+    geometry: ChannelGeometry,
+    *,
+    weight: npt.ArrayLike | None = None,
+    motions: Sequence[str] = RIGID_MOTIONS,
+) -> VirtualPoint:
     """Make the transformation between channels and the motion of their virtual point.
 
     Parameters
     ----------
     geometry : ChannelGeometry
         Levers and directions of the channels, see `sensor_geometry`.
+    weight : array_like, shape (n_channel,), optional
+        Weight of each channel's squared residual, above 0, such as 1 over the variance of its
+        noise; by default all alike.
+    motions : sequence of str
+        All six motions, or ``("x", "y", "z")`` for a point that does not turn: a force without
+        moment.
 
     Returns
     -------
     VirtualPoint
-        ``forward``, (n_channel, 6), from body motion to channels [1, m]; ``inverse``,
-        (6, n_channel), back [1, 1/m]; ``conditioning``.
+        ``forward``, (n_channel, n_motion), from the point's motion to channels [1, m];
+        ``inverse``, (n_motion, n_channel), back [1, 1/m]; ``conditioning``.
 
     Raises
     ------
     InputError
-        Channels that do not determine every motion: fewer than three triaxial sensors, sensors on
-        one line, too many channels switched off.
+        Channels that do not determine every motion: for six fewer than three triaxial sensors,
+        sensors on one line, too many channels switched off. A weight that is not positive. Motions
+        that are neither all six nor the translations.
 
     Notes
     -----
-    ``V⁺ = (Vᵀ V)⁻¹ Vᵀ`` (thesis, eq. 27), computed by QR with scaled columns: the normal equations
+    ``V⁺ = (Vᵀ W V)⁻¹ Vᵀ W`` (thesis, eq. 27, where W = I; weights: van der Seijs, van den Bosch,
+    Rixen and de Klerk, ECCOMAS 2013), computed by QR with scaled columns: the normal equations
     would square the condition number. V is real, so the real and the imaginary part are transformed
     alike. For impacts the same row ``[d, r × d]`` gives, transposed, the load at the point.
 
@@ -288,19 +309,41 @@ def virtual_point(geometry: ChannelGeometry) -> VirtualPoint:
     >>> np.allclose(point.inverse @ point.forward, np.eye(6))
     True
     """
-    state = conditioning(geometry)
+    motions = tuple(motions)
+    if motions not in (RIGID_MOTIONS, RIGID_MOTIONS[:3]):
+        raise InputError(
+            f"a virtual point has the motions {', '.join(RIGID_MOTIONS)}, or x, y, z alone, not "
+            f"{', '.join(motions)}"
+        )
+    state = conditioning(geometry, motions)
     if not state.complete:
         owners = list(dict.fromkeys(geometry.owners))
+        needed = (
+            "three triaxial sensors, or places of excitation, that are not on one line are needed"
+            if motions == RIGID_MOTIONS
+            else "channels along three directions are needed"
+        )
         raise InputError(
             f"virtual point at {geometry.position.tolist()} m: the {len(geometry.channels)} "
-            f"channels of {', '.join(owners)} show only {state.rank} of 6 motions "
+            f"channels of {', '.join(owners)} show only {state.rank} of {len(motions)} motions "
             f"(scaled condition number infinite, characteristic length {state.length:.3g} m); not "
-            f"seen: {state.worst_seen}; three triaxial sensors, or places of excitation, that are "
-            "not on one line are needed"
+            f"seen: {state.worst_seen}; {needed}"
         )
-    orthonormal, triangle = np.linalg.qr(geometry.forward / geometry.scale)
-    inverse = solve_triangular(triangle, orthonormal.T) / geometry.scale[:, np.newaxis]
-    return VirtualPoint(geometry, state, geometry.forward, inverse)
+    root = np.ones(len(geometry.channels))
+    if weight is not None:
+        given = checked_array(weight, f"{len(root)}", "weights of the channels")
+        if not np.all(given > 0):
+            channel = geometry.channels[int(np.argmin(given))]
+            raise InputError(
+                f"the weight of {channel} is {given.min():g}: a weight is above 0; switch off a "
+                "channel that shall not count"
+            )
+        root = np.sqrt(given)
+    forward = geometry.forward[:, : len(motions)]
+    scale = geometry.scale if motions == RIGID_MOTIONS else np.ones(len(motions))
+    orthonormal, triangle = np.linalg.qr(root[:, np.newaxis] * forward / scale)
+    inverse = solve_triangular(triangle, orthonormal.T * root) / scale[:, np.newaxis]
+    return VirtualPoint(geometry, state, forward, inverse)
 
 
 def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
@@ -312,8 +355,9 @@ def motion_at_point(point: VirtualPoint, measured: Spectrum) -> Spectrum:
     chosen = measured.select(point.channels)
     if not isinstance(chosen.unit, str):
         raise InputError(f"a motion needs channels of one unit, not of {', '.join(chosen.units)}")
-    units = motion_units(RIGID_MOTIONS, chosen.unit)
-    return Spectrum(measured.frequency, chosen.values @ point.inverse.T, RIGID_MOTIONS, units)
+    motions = RIGID_MOTIONS[: len(point.inverse)]
+    units = motion_units(motions, chosen.unit)
+    return Spectrum(measured.frequency, chosen.values @ point.inverse.T, motions, units)
 
 
 def virtual_point_frf(
@@ -335,10 +379,11 @@ def virtual_point_frf(
     values, (above, below) = chosen.values, unit_sides(chosen.unit)
     of_outputs, of_inputs = (above,) * len(outputs), (below,) * len(inputs)
     if response is not None:
-        values, outputs = response.inverse @ values, RIGID_MOTIONS
-        of_outputs = motion_units(RIGID_MOTIONS, above)
+        values, outputs = response.inverse @ values, RIGID_MOTIONS[: len(response.inverse)]
+        of_outputs = motion_units(outputs, above)
     if excitation is not None:
-        values, inputs = values @ excitation.inverse.T, RIGID_LOADS
-        of_inputs = load_units(RIGID_LOADS, below)
+        values = values @ excitation.inverse.T
+        inputs = RIGID_LOADS[: len(excitation.inverse)]
+        of_inputs = load_units(inputs, below)
     unit = SideUnits(of_outputs, of_inputs)
     return replace(measured, values=values, outputs=outputs, inputs=inputs, unit=unit)

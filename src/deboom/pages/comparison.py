@@ -187,6 +187,8 @@ class Comparison:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
         alike = [name for name, found in pairs.items() if found.verdict is not FrontVerdict.real]
+        if FrontVerdict.real not in verdicts:
+            return f"No front is better than chance may make it: {best}; {'; '.join(alike)}."
         return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
 
     def gap(self, first: str, second: str) -> float:
@@ -315,7 +317,13 @@ def comparison_report(study: Comparison) -> Report:
     )
     if len(study.pairs) == 1:
         report.tile(found.verdict.value, f"{first} against {second}")
-    report.tile(study.best, "has the best front")
+    told = any(
+        study.best in pair and one.verdict is FrontVerdict.real for pair, one in study.pairs.items()
+    )
+    report.tile(
+        study.best if told else "none",
+        "has the best front" if told else "of the fronts is better than chance may make it",
+    )
     if len(study.pairs) == 1:
         change = f"{signed(PERCENT * found.value, 2)} %"
         report.tile(change, "hypervolume, first minus second")
@@ -526,12 +534,12 @@ def verdict_sentence(study: Comparison, pair: tuple[str, str]) -> str:
     """Say in one sentence what came out for two configurations."""
     first, second = pair
     found = study.pairs[pair]
-    if found.verdict is FrontVerdict.open:
-        return (
-            f"{first} against {second}: not decided, a single run that keeps no convergence.csv "
-            f"does not say how far to trust it; run {ENOUGH_SEEDS} seeds of each."
-        )
     value, noise = PERCENT * found.value, PERCENT * found.noise
+    if found.verdict is FrontVerdict.open:
+        why = "a single run that keeps no convergence.csv does not say how far to trust it"
+        if np.isfinite(noise):
+            why = f"{signed(value, 2)} % hypervolume, and fewer seeds may err by ±{noise:.2f} %"
+        return f"{first} against {second}: not decided, {why}; run {ENOUGH_SEEDS} seeds of each."
     if found.verdict is FrontVerdict.noise:
         return (
             f"{first} against {second}: within noise ({signed(value, 2)} % hypervolume; chance "

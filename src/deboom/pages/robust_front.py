@@ -533,12 +533,13 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     blocks: list[str | Table] = []
     if view.limits is not None:
         numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        bounds = view.limits.limits.limits
         limited = pd.DataFrame(
             {
-                "number": [f"{one.response} [{one.unit}]" for one in view.limits.limits.limits],
+                "number": [f"{limit.response} [{limit.unit}]" for limit in bounds],
                 "today": numbers[0],
                 "after": numbers[1],
-                "allowed": [_allowed(one) for one in view.limits.limits.limits],
+                "allowed": [_allowed(limit) for limit in bounds],
             }
         )
         carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
@@ -592,10 +593,10 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
         others = np.delete(change, odd, axis=1).mean(axis=1)
-        own = int(change[:, odd].argmin())
+        row = int(change[:, odd].argmin())
         text += (
-            f" Best for {names[odd]} alone would be {signed(change[own, odd], 1)} dB there and "
-            f"{signed(others[own], 1)} dB in the others; best-mean gives "
+            f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
+            f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
         )
@@ -670,9 +671,9 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.section(
         "The picks",
-        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
-        "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
-        f"least scatter. Here: {'; '.join(names)}.{missing}",
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
+        "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
+        f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
     )
     report.table(
         "picks",
@@ -875,8 +876,8 @@ def _search(report: Report, view: PlatformFront) -> None:
     report.figure(
         "convergence",
         view.front.convergence_picture,
-        "Hypervolume of the front over the generations, before gradients; flat means that more "
-        "generations would not have helped.",
+        "What the front lacks to the last one at equal σ, on average over its range, before "
+        "gradients; flat means that more generations would not have helped.",
     )
 
 

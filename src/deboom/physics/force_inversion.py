@@ -81,6 +81,7 @@ CROSS_VALIDATED = Inversion()
     freedom="f",
     residual="f",
     noise_gain="f p",
+    gain="f p m",
 )
 class InvertedForces:
     """Forces out of an inversion, and how much of them to believe.
@@ -98,6 +99,8 @@ class InvertedForces:
     - `noise_gain` (n_frequency, n_path): standard deviation of each force for responses with a
       noise of 1 [N per unit of the responses], or for the noise that was given [N]. What
       regularisation takes away from the force itself comes on top.
+    - `gain` (n_frequency, n_path, n_indicator): force per response at the chosen amounts, the
+      regularised inverse of the matrix [N per unit of the responses].
     """
 
     force: ComplexArray
@@ -106,6 +109,7 @@ class InvertedForces:
     freedom: RealArray
     residual: RealArray
     noise_gain: RealArray
+    gain: ComplexArray
 
 
 def invert_for_forces(
@@ -150,6 +154,7 @@ def invert_for_forces(
             f"{n_path} unknown forces from {n_indicator} indicators: measure at least as many "
             "responses as there are paths, better twice as many"
         )
+    row_scale: RealArray = np.ones(responses.shape)
     names = tuple(path_names) or tuple(f"path {path}" for path in range(n_path))
     if noise is not None:
         axes = "m" if np.ndim(noise) == 1 else "f m"
@@ -176,6 +181,7 @@ def invert_for_forces(
         freedom=filters.sum(axis=1),
         residual=np.linalg.norm(unexplained, axis=1) / np.where(size > 0, size, 1.0),
         noise_gain=np.linalg.norm(gains, axis=2),
+        gain=np.einsum("fnk,fmk,fm->fnm", gains, left.conj(), row_scale),
     )
 
 

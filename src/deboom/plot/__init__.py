@@ -3,6 +3,7 @@
 A picture of one panel takes ``ax`` and returns its Axes, a grid its Figure; `mode_shapes` returns
 PNG bytes. `deboom.report` makes files of all and closes them. matplotlib is imported inside the
 functions, so that studies start fast; no global setting survives. Same arguments, same bytes.
+May import no other package.
 """
 
 from typing import TYPE_CHECKING
@@ -22,6 +23,7 @@ from deboom.plot.levels import LineMap, line_maps, vector_sum
 from deboom.plot.maps import PointMap, places, point_maps
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
+from deboom.plot.sketches import axes_sketch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -35,6 +37,7 @@ __all__ = [
     "Intervals",
     "LineMap",
     "PointMap",
+    "axes_sketch",
     "box_intervals",
     "clustered_matrix",
     "curve_matrix",

@@ -76,6 +76,15 @@ GLOSSARY: Mapping[str, str] = {
         "Sound pressure at the ear per force at one mount and axis of one vehicle, in Pa/N, "
         "measured on the vehicle without its engine."
     ),
+    "blocked force": (
+        "The force with which a source would push at a receiver that does not give way, in N, or "
+        "the moment in N m. It belongs to the source alone, whatever it stands on."
+    ),
+    "virtual point": (
+        "The place to which several sensors and hammer blows around it are referred, as if one "
+        "could measure three translations and three rotations, and push with three forces and "
+        "three moments, right there."
+    ),
     "prescribed motion": (
         "The engine's motion at the mounts is taken as measured and kept while stiffnesses "
         "change. In high gears this tends to understate the effect of a change (on the virtual "
@@ -100,6 +109,10 @@ GLOSSARY: Mapping[str, str] = {
     "within noise": (
         "A difference that other draws and other seeds could have given as well. A real "
         "difference is larger than chance explains at 99 %."
+    ),
+    "not decided": (
+        "Two fronts of fewer than three seeds each differ by less than their searches may still "
+        "miss: three seeds of each would decide."
     ),
     "sensitivity index": (
         "The share of an output's variance that a variable is behind, between 0 and 1, when all "

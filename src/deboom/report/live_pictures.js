@@ -160,18 +160,18 @@ const pitchOf = (rows) => Math.max(11, Math.min(21, Math.floor(232 / rows)));
 
 let reach = 0; // of the axis of ±10 %: it stays while bars move a little
 function drawTornado() {
-  const { band } = session, place = byId("live-tornado");
-  if (!band) return;
+  const { steps } = session, place = byId("live-tornado");
+  if (!steps) return;
   const list = shownVehicles(), mean = (change, k) => averaged(everyVehicle.map((v) => change[k * V + v]));
   const rows = heardVariables().filter((k) => (k >= N) === session.loss);
   byId("live-tornado-of").textContent = `dB, bars: mean of ${list.length}`;
   const width = Math.max(280, place.clientWidth), pitch = pitchOf(rows.length), height = pitch * rows.length + 16;
   const label = Math.min(110, 14 + 6.5 * Math.max(...rows.map((k) => names[k].length))), middle = label + 8 + (width - label - 54) / 2;
-  const need = Math.max(1e-3, ...rows.flatMap((k) => list.flatMap((v) => [band.softer[k * V + v], band.stiffer[k * V + v]]).map(Math.abs)));
+  const need = Math.max(1e-3, ...rows.flatMap((k) => list.flatMap((v) => [steps.softer[k * V + v], steps.stiffer[k * V + v]]).map(Math.abs)));
   if (need > reach || need < 0.45 * reach) reach = 1.15 * need;
-  const scale = (width - label - 54) / 2 / reach;
+  const scale = (width - label - 54) / 2 / reach, digits = reach < 0.05 ? 3 : 2;
   place.replaceChildren();
-  const words = (k) => `${names[k]}: stiffer ${signed(mean(band.stiffer, k), 2)} dB, softer ${signed(mean(band.softer, k), 2)} dB`;
+  const words = (k) => `${names[k]}: stiffer ${signed(mean(steps.stiffer, k), digits)} dB, softer ${signed(mean(steps.softer, k), digits)} dB`;
   const svg = element(place, "svg", { viewBox: `0 0 ${width} ${height}`, height, role: "img", "aria-label": rows.map(words).join("; ") });
   element(svg, "text", { x: middle - 6, y: 10, "text-anchor": "end" }, "◂ quieter");
   element(svg, "text", { x: middle + 6, y: 10 }, "louder ▸");
@@ -179,15 +179,15 @@ function drawTornado() {
     const y = 16 + pitch * row, half = pitch / 2 - 2, { colour } = mountOf(k);
     element(svg, "line", { x1: label, x2: width - 42, y1: y + pitch / 2, y2: y + pitch / 2, stroke: FAINT });
     element(svg, "text", { x: label - 6, y: y + pitch / 2 + 4, "text-anchor": "end", class: "strong" }, names[k]);
-    for (const [change, fill, top] of [[band.softer, "#fff", 1], [band.stiffer, colour, half + 1]]) {
+    for (const [change, fill, top] of [[steps.softer, "#fff", 1], [steps.stiffer, colour, half + 1]]) {
       const value = mean(change, k) * scale;
       title(element(svg, "rect", { x: middle + Math.min(0, value), width: Math.max(0.5, Math.abs(value)), y: y + top, height: half, fill, stroke: colour, "stroke-width": 1.2 }), words(k));
     }
     for (const v of list) {
-      const chosen = v === session.chosen, value = band.stiffer[k * V + v];
-      title(element(svg, "circle", { cx: middle + value * scale, cy: y + half + 1 + half / 2, r: chosen ? 4 : 2.8, fill: chosen ? vehicles[v].colour : "#fff", stroke: vehicles[v].colour, "stroke-width": 1.4 }), `${vehicles[v].name}, ${names[k]} 10 % stiffer: ${signed(value, 2)} dB`);
+      const chosen = v === session.chosen, value = steps.stiffer[k * V + v];
+      title(element(svg, "circle", { cx: middle + value * scale, cy: y + half + 1 + half / 2, r: chosen ? 4 : 2.8, fill: chosen ? vehicles[v].colour : "#fff", stroke: vehicles[v].colour, "stroke-width": 1.4 }), `${vehicles[v].name}, ${names[k]} +10 %: ${signed(value, digits)} dB`);
     }
-    element(svg, "text", { x: width, y: y + pitch / 2 + 4, "text-anchor": "end" }, signed(mean(band.stiffer, k), 2));
+    element(svg, "text", { x: width, y: y + pitch / 2 + 4, "text-anchor": "end" }, signed(mean(steps.stiffer, k), digits));
   });
   element(svg, "line", { x1: middle, x2: middle, y1: 12, y2: height, stroke: GREY });
 }

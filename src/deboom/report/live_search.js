@@ -18,8 +18,9 @@ function improved(model, price, data, wish) {
   const share = wish.vehicleWeights.map((weight) => weight / total);
   const summed = (values) => share.reduce((sum, part, v) => sum + (part ? part * values[v] : 0), 0);
   const noise = ofSigma ? null : model.scatterEnergy(model.ones, weights, coupled);
+  const counted = weights.findIndex((weight) => weight > 0); // a load case that is computed anyway
   const judged = (x) => {
-    const { mean, sigma } = model.band(x, 0, weights, coupled);
+    const { mean, sigma } = model.band(x, counted, weights, coupled);
     return { mean: mean.map((sum) => sum / F), sigma: sigma.map((sum) => sum / F) };
   };
   const worst = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, one) => Math.max(most, one), -Infinity);
@@ -172,36 +173,50 @@ function quadraticStep(slope, rows, radius, h, x, { groups, lower, upper }) {
   return d;
 }
 
-// ---- the worker: band and ±10 % of a design, or an improvement; the newest design replaces older ones
+// ---- the worker: band, then ±10 % of a design, or an improvement; the newest design replaces older ones
 
-function answer({ model, price, data }, message) {
-  const { wish, id, x, shown, weights, coupled } = message;
-  if (wish === "improve") return { wish, id, ...improved(model, price, data, message) };
+function bandOf({ model }, { id, x, shown, weights, coupled }) {
   const started = performance.now(), band = model.band(x, shown, weights, coupled);
+  return { wish: "band", id, ...band, ms: performance.now() - started };
+}
+
+function stepsOf({ model }, { id, x, weights, coupled }) {
   const [softer, stiffer] = model.steps(x, weights, coupled);
-  return { wish, id, ...band, softer, stiffer, ms: performance.now() - started };
+  return { wish: "steps", id, softer, stiffer };
+}
+
+function improvementOf({ model, price, data }, message) {
+  return { wish: "improve", id: message.id, ...improved(model, price, data, message) };
 }
 
 function prepared(data) {
   return { data, model: makeModel(data), price: makePrice(data) };
 }
 
-function workInWorker() {
-  let model = null, waiting = null;
-  onmessage = ({ data: message }) => {
-    if (message.data) {
-      model = prepared(message.data);
-    } else if (message.wish === "improve") {
-      postMessage(answer(model, message));
-    } else {
-      if (!waiting) setTimeout(() => {
-        const newest = waiting;
-        waiting = null;
-        postMessage(answer(model, newest));
-      });
-      waiting = message;
-    }
+// answer messages one after the other, with room between for a newer one: `say` gets the answers
+function answering(parts, say) {
+  let waiting = null, busy = false;
+  function next() {
+    busy = waiting !== null;
+    if (!busy) return;
+    const message = waiting;
+    waiting = null;
+    if (message.wish === "improve") say(improvementOf(parts, message));
+    else say(message.wish === "steps" ? stepsOf(parts, message) : bandOf(parts, message));
+    if (message.wish === "band" && !waiting) waiting = { ...message, wish: "steps" };
+    setTimeout(next);
+  }
+  return (message) => {
+    waiting = message;
+    if (!busy) setTimeout(next);
+    busy = true;
   };
 }
 
-if (typeof document === "undefined" && typeof importScripts === "function") workInWorker();
+if (typeof document === "undefined" && typeof importScripts === "function") {
+  let answer = null;
+  onmessage = ({ data: message }) => {
+    if (message.data) answer = answering(prepared(message.data), postMessage);
+    else answer(message);
+  };
+}

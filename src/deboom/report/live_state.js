@@ -25,6 +25,7 @@ const session = {
   sameAs: {}, // mount → mount whose part it shares
   pinned: [], // { name, design }
   band: null, // what the worker said last; `fresh` if of this design
+  steps: null, // what ±10 % of each factor does
 };
 const undo = [];
 let today = {}; // of the motion, load case and weights on show
@@ -42,7 +43,11 @@ const share = (weights) => {
   return Array.from(weights, (weight) => weight / total);
 };
 const caseShares = () => share(session.caseWeights);
-const countedWeights = () => Array.from(session.vehicleWeights, (weight, v) => (shownVehicles().includes(v) ? weight : 0));
+// weights of the vehicles on show; alike where all of them have weight 0
+function countedWeights() {
+  const list = shownVehicles(), none = list.every((v) => !session.vehicleWeights[v]);
+  return Array.from(session.vehicleWeights, (weight, v) => (list.includes(v) ? (none ? 1 : weight) : 0));
+}
 const vehicleShares = () => share(countedWeights());
 const meanLimits = () => session.limits.mean.map((limit, v) => (Number.isNaN(limit) ? today.band.mean[v] / F : limit));
 const averaged = (values) => vehicleShares().reduce((sum, part, v) => sum + (part ? part * values[v] : 0), 0);
@@ -72,7 +77,7 @@ function valued(x) {
 
 function setToday() {
   today = { ...valued(model.ones), band: model.band(model.ones, session.shown, caseShares(), session.coupled) };
-  session.band = null;
+  session.band = session.steps = null;
 }
 
 // numbers of a pinned design, over the draws
@@ -163,7 +168,9 @@ function take(given) {
   const caseWeights = Float64Array.from(cases, (one) => one.weight);
   numbers(caseWeights, weights.load_cases, cases.map((one) => one.name));
   if (caseWeights.every((weight) => weight >= 0) && caseWeights.some((weight) => weight > 0)) session.caseWeights = caseWeights;
-  numbers(session.vehicleWeights, weights.vehicles, vehicleNames);
+  const vehicleWeights = nothing(V, 1);
+  numbers(vehicleWeights, weights.vehicles, vehicleNames);
+  if (vehicleWeights.every((weight) => weight >= 0)) session.vehicleWeights = vehicleWeights;
   session.sameAs = Object.fromEntries(Object.entries(given.same_part || {}).filter((pair) => pair.every((name) => data.mounts.some((mount) => mount.name === name))));
   session.pinned = (given.pinned || []).map(({ name, design }) => ({ name: String(name), design: within(design) }));
   session.x = within(given.design);
@@ -191,6 +198,10 @@ let latest = 0;
 const worker = startWorker((reply) => {
   if (reply.id !== latest) return;
   if (reply.wish === "improve") return arrive(reply);
+  if (reply.wish === "steps") {
+    session.steps = reply;
+    return drawTornado();
+  }
   timing.band.push(reply.ms);
   reply.fresh = true;
   // the same draw of today's parts and of these: what a car gains, part by part
@@ -202,12 +213,10 @@ const worker = startWorker((reply) => {
   session.band = reply;
   drawCurves();
   drawCards();
-  drawTornado();
-  if (reply.spoken) announce();
 });
 
 function startWorker(then) {
-  const here = { postMessage: (message) => setTimeout(() => message.id === latest && then(answer({ model, price, data }, message))) };
+  const here = { postMessage: answering({ model, price, data }, then) };
   try {
     const made = new Worker(URL.createObjectURL(new Blob([byId("live-script").textContent], { type: "text/javascript" })));
     const target = { to: made };

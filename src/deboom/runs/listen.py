@@ -10,6 +10,7 @@ import numpy as np
 from deboom.choices import Pick
 from deboom.errors import InputError
 from deboom.files.disk import made_folder, replace_bytes, replace_text
+from deboom.files.front_run import design_name
 from deboom.files.sound import run_up_files
 from deboom.names import path_inside
 from deboom.physics.sound_level import RUN_UP_RATE
@@ -18,7 +19,12 @@ from deboom.vehicles.booming_model import BoomingModel
 
 
 def write_run_ups(
-    folder: Path, *, pick: Pick, seconds: float, studies: Path | None, out: Path | None = None
+    folder: Path,
+    *,
+    pick: Pick | Path,
+    seconds: float,
+    studies: Path | None,
+    out: Path | None = None,
 ) -> list[Path]:
     """Write a WAV file per vehicle and design, and what they mean.
 
@@ -26,7 +32,7 @@ def write_run_ups(
     ----------
     folder : Path
         Finished run of a front study.
-    pick : Pick
+    pick : Pick or Path
         Design of the front beside today's.
     seconds : float
         Time from the first to the last frequency of the order [s].
@@ -55,7 +61,7 @@ def write_run_ups(
         raise InputError(
             f"run {folder} has no pressure at an ear: only fronts of mounts can be heard"
         )
-    designs = {"today": run.model.space.nominal, pick.value: run.picked(pick)}
+    designs = {"today": run.model.space.nominal, design_name(pick): run.picked(pick)}
     pressure = model.pressure(np.array(list(designs.values())))
     rows = np.moveaxis(pressure, 1, 0).reshape(-1, pressure.shape[-1])
     sounds, scale = run_up_files(rows, model.frequency, seconds, RUN_UP_RATE)

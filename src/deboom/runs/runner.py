@@ -309,6 +309,8 @@ def resume_study(
     """
     entry = find_run(out, study.name, wanted)
     if entry.finished:
+        if given:
+            arguments_of(entry, study, given)  # of another question there is no result here
         return entry.folder
     arguments = arguments_of(entry, study, given)
     record = _record(study, arguments)
@@ -467,6 +469,7 @@ def _save(
     saved = [run.folder / name for name in (*results, *figures, PAGE)]
     shown = {
         "headlines": {label: value for value, label in report.tiles},
+        "verdict": report.verdict,
         "files_sha256": hash_files(saved, relative_to=run.folder),
     }
     run.save_json(RECORD, {**used, **shown})

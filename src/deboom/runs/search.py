@@ -17,6 +17,7 @@ from deboom.explore.result import Front, SearchResult
 from deboom.explore.robust import DesignLimits, Limits, Robust, chosen
 from deboom.explore.search import VERIFIED, Checkpoint, search, searched
 from deboom.explore.space import Requirements
+from deboom.files.doe_table import read_plan
 from deboom.files.run_folder import CheckpointFolder
 from deboom.report import Report
 from deboom.runs.options import at_least
@@ -195,6 +196,10 @@ class ThoroughSearchOptions(SearchOptions):
         int, Option(help="Seeds from seed upwards, into one front.", callback=at_least(1))
     ] = 1
     polish: Annotated[bool, Option(help="The front, or its picks, go on by gradient.")] = True
+    begin: Annotated[
+        Path | None,
+        Option(help="Designs to begin with: saved by the interactive page, or a table of them."),
+    ] = None
 
     def verified(
         self,
@@ -213,8 +218,13 @@ class ThoroughSearchOptions(SearchOptions):
         Picks that make no vehicle louder make no booming peak louder either.
 
         - `name`: of the folder within the run, and of the progress bar.
-        - `begin` (n, k): designs to begin with, beside a Latin hypercube [units of the space].
+        - `begin` (n, k): designs to begin with, beside those of the option and a Latin hypercube
+          [units of the space].
         """
+        if self.begin is not None:
+            own = read_plan(self.begin, robust.space)
+            begin = own if begin is None else np.unique(np.vstack([begin, own]), axis=0)
+            inputs = (*inputs, self.begin)
         with progress_bar(name) as bar:
             front = search(
                 robust,

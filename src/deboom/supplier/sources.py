@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from openpyxl import load_workbook
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     AcceptanceBox,
@@ -21,7 +23,7 @@ from deboom.files.acceptance import (
     read_solution_box,
     read_specification,
 )
-from deboom.files.front_run import SupplierStudy
+from deboom.files.front_run import SupplierStudy, design_name
 from deboom.files.platform import platform_sha256
 from deboom.files.run_folder import RunEntry, check_files, hash_files, read_run
 from deboom.files.tables import read_frame
@@ -124,11 +126,11 @@ def _tolerances(study: SupplierStudy, path: Path) -> dict[str, float]:
     entry = _run("--tolerances", path, ALLOCATION, "tolerance_allocation")
     front, arguments = study.run.entry, entry.record["arguments"]
     record = hash_files([front.folder / "run.json"], relative_to=front.folder)["run.json"]
-    known = record in entry.record["inputs_sha256"].values()
-    if not known or arguments["pick"] != study.pick.value or arguments["point"] is not None:
+    known, name = record in entry.record["inputs_sha256"].values(), design_name(study.pick)
+    if not known or arguments["pick"] != name or arguments["point"] is not None:
         raise InputError(
             f"--tolerances {path}: its tolerances belong to another design: run "
-            f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {study.pick.value}"
+            f"tolerance_allocation --from-run {front.folder.as_posix()} --pick {name}"
         )
     table = read_frame(entry.folder / ALLOCATION, ("variable",))
     return dict(zip(table["variable"], table["cheapest ± [%]"] / 100.0, strict=True))
@@ -178,6 +180,17 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
     return found
 
 
+def middle_design(
+    study: SupplierStudy, intervals: Mapping[str, tuple[float, float] | None]
+) -> RealArray:
+    """Return the design in the middle of all bands, today's where there is none, (k,) [1]."""
+    design = np.array(study.wanted)
+    for direction in study.directions:
+        band = intervals[direction.name]
+        design[direction.column] = 1.0 if band is None else 0.5 * sum(band)
+    return design
+
+
 _CONTEXT = 30
 
 
@@ -189,17 +202,21 @@ def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
 def platform_secrets(platform: Platform, entry: RunEntry) -> tuple[str, ...]:
     """Return the same of any run on a platform."""
     vehicles = platform.fleet.vehicles
-    paths = [path for folder in (platform.folder, entry.folder) for path in _spellings(folder)]
-    secrets = [
+    names = [
         *(vehicle.name for vehicle in vehicles),
         *(vehicle.group for vehicle in vehicles),
         platform.name,
         platform.title,
         platform.description,
-        str(entry.record.get("question", "")),
-        entry.study,
-        *paths,
+        *_spellings(platform.folder),
     ]
+    return secrets_of_run(entry, names)
+
+
+def secrets_of_run(entry: RunEntry, names: Sequence[str]) -> tuple[str, ...]:
+    """Return names that nobody else may read with what a run tells: its name, study and paths."""
+    of_run = (str(entry.record.get("question", "")), entry.study, entry.name)
+    secrets = [*names, *of_run, *_spellings(entry.folder)]
     return tuple(dict.fromkeys(secret for secret in secrets if secret.strip()))
 
 

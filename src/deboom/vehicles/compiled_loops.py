@@ -27,8 +27,9 @@ COUPLED_LANES = 64
 FLEXIBLE_LANES = 16
 """Designs side by side: the buffers of the loops stay in the first-level cache."""
 
-SLOPE_LANES = 64
-"""Designs side by side where slopes are summed: as many as a search for branches has draws."""
+SLOPE_LANES, FEW_LANES = 64, 16
+"""Designs side by side where slopes are summed, and where there are no more than a few, such as the
+draws that find the branches of a front. Loops of other lanes may round the last bit otherwise."""
 
 GROUP = 16
 """Lines multiplied before the product is checked."""
@@ -156,7 +157,9 @@ def prescribed_loop(n_variables: int) -> Callable[..., None]:
 
 
 @lru_cache
-def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callable[..., None]:
+def coupled_loop(
+    n_body: int, n_end: int, n_paths: int, oblique: bool, lanes: int
+) -> Callable[..., None]:
     """Return the loop for coupled motion with `n_body` springs of the powertrain.
 
     As many lie along each axis, or they are oblique. Each wheel end has `n_end` springs.
@@ -166,7 +169,6 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
     amplitudes; it writes as `prescribed_loop` does. Where no stiffness follows the amplitude, a
     line takes one sweep.
     """
-    lanes = COUPLED_LANES
     # of the factory, because what is kept on disk is found by them
     most_sweeps, calms, steps = MOST_SWEEPS, (CALM, CALMER), (LEAST_STEP, MOST_STEP)
     n_mounts, n_entries = n_body // 3, 21 if oblique else 0
@@ -198,12 +200,12 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
             for line in range(n_lines):
                 _scale(factors[chunk], tables.variables, tables.stiffness[line], k, lanes)
                 if ratio.shape[0] > 0:
-                    _multiply(ratio[chunk, line], k)
+                    _multiply(ratio[chunk, line], k, lanes)
                 for m in range(n_follows):
                     nominal[m] = k[tables.follows[m]]
                 moving[:] = 1.0
                 for sweep in range(most_sweeps):
-                    _follow(tables, line, reached, nominal, k)
+                    _follow(tables, line, reached, nominal, k, lanes)
                     # the flag is a constant of the factory: one branch is left
                     for entry in range(n_entries):
                         for part in range(2):
@@ -233,10 +235,12 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
                                 z[axis, 5, part, lane] = cc
                     if oblique:
                         _inertia(tables.mass_matrix, tables.squared[line], rigid)
-                        _solve_whole(whole, tables.load[line], rigid, q)
+                        _solve_whole(whole, tables.load[line], rigid, q, lanes)
                         _displace_oblique(q, tables.forward, u, lanes)
                     else:
-                        _solve(z, tables.load[line], tables.mass_matrix, tables.squared[line], q)
+                        _solve(
+                            z, tables.load[line], tables.mass_matrix, tables.squared[line], q, lanes
+                        )
                         _displace(q, levers, u, lanes)
                     for end in range(tables.end_mass.size):
                         load = tables.end_load[line, end]
@@ -251,15 +255,17 @@ def coupled_loop(n_body: int, n_end: int, n_paths: int, oblique: bool) -> Callab
                             for s in range(n_end):
                                 u[first + s, 0, lane] = moved.real
                                 u[first + s, 1, lane] = moved.imag
-                    if not _compare(tables, line, u, reached, after, moving, change, tolerance):
+                    if not _compare(
+                        tables, line, u, reached, after, moving, change, tolerance, lanes
+                    ):
                         break
                     for calm in calms:
                         if sweep >= calm:
-                            _halve(reached, after)
-                    _take(reached, after, moving)
+                            _halve(reached, after, lanes)
+                    _take(reached, after, moving, lanes)
                 for lane in range(lanes):
                     trusted[chunk, lane] &= moving[lane] == 0.0
-                _foresee(reached, before, steps)
+                _foresee(reached, before, steps, lanes)
                 _push(k, u, tables.path, force, lanes)
                 for vehicle in range(n_vehicles):
                     real = tables.transfer_real[line, vehicle]
@@ -393,10 +399,10 @@ def _scale(x, variables, stiffness, k, lanes):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _multiply(ratio, k):  # type: ignore[no-untyped-def]
+def _multiply(ratio, k, lanes):  # type: ignore[no-untyped-def]
     """Multiply stiffnesses by complex ratios."""
     for s in range(ratio.shape[0]):
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             changed = complex(k[s, 0, lane], k[s, 1, lane]) * complex(
                 ratio[s, 0, lane], ratio[s, 1, lane]
             )
@@ -405,7 +411,7 @@ def _multiply(ratio, k):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _follow(tables, line, reached, nominal, k):  # type: ignore[no-untyped-def]
+def _follow(tables, line, reached, nominal, k, lanes):  # type: ignore[no-untyped-def]
     """Write the stiffness of springs that follow the amplitude, at ratios of the nominal one."""
     for m in range(tables.follows.size):
         s = tables.follows[m]
@@ -416,7 +422,7 @@ def _follow(tables, line, reached, nominal, k):  # type: ignore[no-untyped-def]
             tables.cubic[line, m, 2],
             tables.cubic[line, m, 3],
         )
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             t = min(max(reached[m, lane], lowest), highest)
             real = c0.real + t * (c1.real + t * (c2.real + t * c3.real))
             imag = c0.imag + t * (c1.imag + t * (c2.imag + t * c3.imag))
@@ -425,7 +431,7 @@ def _follow(tables, line, reached, nominal, k):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _solve(z, load, mass, squared, q):  # type: ignore[no-untyped-def]
+def _solve(z, load, mass, squared, q, lanes):  # type: ignore[no-untyped-def]
     """Solve the impedance ``Z q = F`` of the powertrain.
 
     Springs lie along the axes, so the translations do not couple with each other: each is
@@ -438,7 +444,7 @@ def _solve(z, load, mass, squared, q):  # type: ignore[no-untyped-def]
     m_x_ry, m_x_rz, m_y_rz = squared * mass[0, 4], squared * mass[0, 5], squared * mass[1, 5]
     j_x, j_y, j_z = squared * mass[3, 3], squared * mass[4, 4], squared * mass[5, 5]
     j_xy, j_xz, j_yz = squared * mass[3, 4], squared * mass[3, 5], squared * mass[4, 5]
-    for lane in range(COUPLED_LANES):
+    for lane in range(lanes):
         # springs and inertia
         inv_x = _inverse(z[0, 0, 0, lane] - m, z[0, 0, 1, lane])
         inv_y = _inverse(z[1, 0, 0, lane] - m, z[1, 0, 1, lane])
@@ -502,7 +508,7 @@ def _inertia(mass, squared, inertia):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _solve_whole(z, load, inertia, q):  # type: ignore[no-untyped-def]
+def _solve_whole(z, load, inertia, q, lanes):  # type: ignore[no-untyped-def]
     """Solve the impedance ``Z q = F`` of a powertrain on oblique springs.
 
     Every motion couples with every other: LDLᵀ of the symmetric 6×6 system, written out so that a
@@ -510,7 +516,7 @@ def _solve_whole(z, load, inertia, q):  # type: ignore[no-untyped-def]
     the springs by columns, `inertia` that of ``ω² M``.
     """
     f_0, f_1, f_2, f_3, f_4, f_5 = load[0], load[1], load[2], load[3], load[4], load[5]
-    for lane in range(COUPLED_LANES):
+    for lane in range(lanes):
         z_00 = complex(z[0, 0, lane] - inertia[0], z[0, 1, lane])
         z_10 = complex(z[1, 0, lane] - inertia[1], z[1, 1, lane])
         z_20 = complex(z[2, 0, lane] - inertia[2], z[2, 1, lane])
@@ -634,45 +640,45 @@ def _displace(q, levers, u, lanes):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _compare(tables, line, u, reached, after, moving, change, tolerance):  # type: ignore[no-untyped-def]
+def _compare(tables, line, u, reached, after, moving, change, tolerance, lanes):  # type: ignore[no-untyped-def]
     """Compare the amplitudes with those the stiffnesses were taken at; say whether any moves."""
     change[:] = -1.0
     for m in range(tables.follows.size):
         s, inverse = tables.follows[m], 1.0 / tables.amplitude[line, m]
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             real, imag = u[s, 0, lane], u[s, 1, lane]
             ratio = inverse * np.sqrt(real * real + imag * imag)
             after[m, lane] = ratio
             beyond = abs(ratio - reached[m, lane]) - tolerance * ratio
             change[lane] = max(change[lane], beyond)
     n_moving = 0.0
-    for lane in range(COUPLED_LANES):
+    for lane in range(lanes):
         moving[lane] = moving[lane] if change[lane] > 0.0 else 0.0
         n_moving += moving[lane]
     return n_moving > 0.0
 
 
 @_helper
-def _halve(reached, after):  # type: ignore[no-untyped-def]
+def _halve(reached, after, lanes):  # type: ignore[no-untyped-def]
     """Let the logarithms of the amplitudes go only half of the way."""
     for m in range(after.shape[0]):
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             after[m, lane] = np.sqrt(reached[m, lane] * after[m, lane])
 
 
 @_helper
-def _take(reached, after, moving):  # type: ignore[no-untyped-def]
+def _take(reached, after, moving, lanes):  # type: ignore[no-untyped-def]
     """Take the new amplitudes of lanes that still move; the others keep theirs, bit for bit."""
     for m in range(after.shape[0]):
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             reached[m, lane] = after[m, lane] if moving[lane] > 0.0 else reached[m, lane]
 
 
 @_helper
-def _foresee(reached, before, steps):  # type: ignore[no-untyped-def]
+def _foresee(reached, before, steps, lanes):  # type: ignore[no-untyped-def]
     """Guess the amplitudes of the next line: their last change goes on."""
     for m in range(before.shape[0]):
-        for lane in range(COUPLED_LANES):
+        for lane in range(lanes):
             step = min(max(reached[m, lane] / before[m, lane], steps[0]), steps[1])
             before[m, lane] = reached[m, lane]
             reached[m, lane] *= step
@@ -694,13 +700,12 @@ def _push(k, u, path, force, lanes):  # type: ignore[no-untyped-def]
 
 
 @lru_cache
-def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
+def prescribed_slopes_loop(n_variables: int, lanes: int) -> Callable[..., None]:
     """Return the loop that writes sums of levels and their slopes for prescribed motion.
 
-    It reads and writes as that of `prescribed_loop`, with `SLOPE_LANES`, and writes
-    ``Σ_f Re(C_fk / p_f)`` to `slopes` (chunk, v, k, lane).
+    It reads and writes as that of `prescribed_loop`, and writes ``Σ_f Re(C_fk / p_f)`` to `slopes`
+    (chunk, v, k, lane).
     """
-    lanes = SLOPE_LANES
 
     @_compile
     def run(factors, table, products, slopes, trusted):  # type: ignore[no-untyped-def]
@@ -741,13 +746,13 @@ def prescribed_slopes_loop(n_variables: int) -> Callable[..., None]:
 
 @lru_cache
 def coupled_slopes_loop(
-    n_body: int, n_end: int, n_paths: int, oblique: bool, n_vehicles: int
+    n_body: int, n_end: int, n_paths: int, oblique: bool, n_vehicles: int, lanes: int
 ) -> Callable[..., None]:
     """Return the loop that pulls weights of the vehicles' levels back to the design variables.
 
-    It reads factors (chunk, k, lane) with `SLOPE_LANES`, weights (chunk, o, v, lane) and
-    `MotionTables` of springs that follow no amplitude; it writes
-    ``Σ_fv w_ov Re(∂p_vf/∂x_k / p_vf)`` to `slopes` (chunk, o, k, lane).
+    It reads factors (chunk, k, lane), weights (chunk, o, v, lane) and `MotionTables` of springs
+    that follow no amplitude; it writes ``Σ_fv w_ov Re(∂p_vf/∂x_k / p_vf)`` to `slopes` (chunk, o,
+    k, lane).
 
     With the impedance ``Z = Σ_i x_i K_i v_i v_iᵀ − ω² M``, symmetric, the motion is ``q = Z⁻¹ F``
     and the adjoint of one set of weights ``t = Z⁻¹ Σ_i x_i K_i Y_i v_i`` with the transfer
@@ -755,7 +760,6 @@ def coupled_slopes_loop(
     serve both solutions, so that a set of weights costs one substitution, whatever the number of
     vehicles.
     """
-    lanes = SLOPE_LANES
     n_mounts = n_body // 3
 
     @_compile
@@ -859,9 +863,9 @@ def coupled_slopes_loop(
                         else:
                             pushed[s] = 0.0
                     if oblique:
-                        _load_oblique(pushed, tables.forward, t, lanes)
+                        _load_oblique(pushed, tables.forward, t, n_body, lanes)
                     else:
-                        _load_along_axes(pushed, tables.levers, t, lanes)
+                        _load_along_axes(pushed, tables.levers, t, n_mounts, lanes)
                     _substitute(z, t, oblique, lanes)
                     if oblique:
                         _displace_oblique(t, tables.forward, pushed, lanes)
@@ -1017,9 +1021,8 @@ def _substitute(z, q, oblique, lanes):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _load_along_axes(pushed, levers, t, lanes):  # type: ignore[no-untyped-def]
+def _load_along_axes(pushed, levers, t, n_mounts, lanes):  # type: ignore[no-untyped-def]
     """Write the load of forces of springs along the axes, ``Σ v f``."""
-    n_mounts = levers.shape[1]
     for axis in range(3):
         # a turn about this axis moves springs along the axes before the last and before it
         first, second = (axis + 2) % 3, (axis + 1) % 3
@@ -1038,12 +1041,12 @@ def _load_along_axes(pushed, levers, t, lanes):  # type: ignore[no-untyped-def]
 
 
 @_helper
-def _load_oblique(pushed, forward, t, lanes):  # type: ignore[no-untyped-def]
+def _load_oblique(pushed, forward, t, n_body, lanes):  # type: ignore[no-untyped-def]
     """Write the load of forces of oblique springs, ``Σ v f``."""
     for motion in range(6):
         for part in range(2):
             for lane in range(lanes):
                 total = 0.0
-                for s in range(forward.shape[0]):
+                for s in range(n_body):
                     total += forward[s, motion] * pushed[s, part, lane]
                 t[motion, part, lane] = total

@@ -73,6 +73,10 @@ class LevelSum:
             lanes = compiled_loops.PRESCRIBED_LANES
         elif isinstance(self.case, FlexibleMotion):
             lanes = compiled_loops.FLEXIBLE_LANES
+        return self._in_chunks(designs, lanes)
+
+    def _in_chunks(self, designs: RealArray, lanes: int) -> RealArray:
+        """Return the sums from compiled loops, and in numpy of designs that they cannot tell."""
         level = np.empty((len(designs), self.scale_level.size))
         for first in range(0, len(designs), CHUNKS * lanes):
             rows = designs[first : first + CHUNKS * lanes]
@@ -85,7 +89,8 @@ class LevelSum:
     def linearised(self, designs: RealArray) -> tuple[RealArray, PullBack]:
         """Return the sums of designs (n, k), (n, v) [dB re 1 Pa], and the pull-back of weights.
 
-        The pull-back maps weights (o, n, v) to ``Σ_v w_onv ∂level_nv/∂x_nk``, (o, n, k).
+        The pull-back maps weights (o, n, v) to ``Σ_v w_onv ∂level_nv/∂x_nk``, (o, n, k). A few
+        designs take narrower loops, whose last bit may differ from that of many.
         """
         if self.tables is not None and isinstance(self.case, PathContributions):
             return self._prescribed_slopes(designs)
@@ -95,9 +100,13 @@ class LevelSum:
                 by_vehicle = self.case.neper_gradient(rows)
             return np.asarray(np.einsum("onv,nvk->onk", weights, by_vehicle))
 
+        # the compiled adjoint knows neither amplitudes nor bodies that give way
+        compiled = self.tables is not None and not isinstance(
+            self.case, AmplitudeMotion | FlexibleMotion
+        )
+
         def pull_back(weights: RealArray) -> RealArray:
-            # the compiled adjoint knows neither amplitudes nor bodies that give way
-            if self.tables is None or isinstance(self.case, AmplitudeMotion | FlexibleMotion):
+            if not compiled:
                 return np.asarray(DECIBEL * plain(designs, weights))
             slopes = self._coupled_slopes(designs, weights)
             lost = ~np.isfinite(slopes).all(axis=(0, 2))
@@ -105,18 +114,20 @@ class LevelSum:
                 slopes[:, lost] = plain(designs[lost], weights[:, lost])
             return np.asarray(DECIBEL * slopes)
 
+        if compiled:
+            return self._in_chunks(designs, _slope_lanes(designs)), pull_back
         return self(designs), pull_back
 
     def _coupled_slopes(self, designs: RealArray, weights: RealArray) -> RealArray:
         """Return ``Σ_fv w_onv Re(∂p/∂x_k / p)`` of coupled motion, shape (o, n, k)."""
         from deboom.vehicles import compiled_loops
 
-        lanes, (n_sets, n, n_vehicles) = compiled_loops.SLOPE_LANES, weights.shape
+        lanes, (n_sets, n, n_vehicles) = _slope_lanes(designs), weights.shape
         factors = _in_lanes(designs, lanes)
         by_design = weights.transpose(1, 0, 2).reshape(n, -1)
         lined = _in_lanes(by_design, lanes).reshape(len(factors), n_sets, n_vehicles, lanes)
         slopes = np.empty((len(factors), n_sets, designs.shape[1], lanes))
-        run = compiled_loops.coupled_slopes_loop(*self._loop_sizes, n_vehicles)
+        run = compiled_loops.coupled_slopes_loop(*self._loop_sizes, n_vehicles, lanes)
         with np.errstate(all="ignore"):
             run(factors, lined, self.tables, slopes)
         flat = slopes.transpose(1, 0, 3, 2).reshape(n_sets, -1, designs.shape[1])
@@ -126,13 +137,13 @@ class LevelSum:
         """Return what `linearised` does for prescribed motion, from one compiled loop."""
         from deboom.vehicles import compiled_loops
 
-        lanes, n = compiled_loops.SLOPE_LANES, len(designs)
+        lanes, n = _slope_lanes(designs), len(designs)
         factors = np.ascontiguousarray(_in_lanes(designs, lanes)[:, self.columns])
         n_vehicles, n_lines = self.tables.shape[:2]
         products = np.empty((len(factors), n_vehicles, -(-n_lines // compiled_loops.STORED), lanes))
         slopes = np.empty((len(factors), n_vehicles, self.columns.size, lanes))
         trusted = np.ones((len(factors), lanes), dtype=bool)
-        run = compiled_loops.prescribed_slopes_loop(self.columns.size)
+        run = compiled_loops.prescribed_slopes_loop(self.columns.size, lanes)
         with np.errstate(all="ignore"):
             run(factors, self.tables, products, slopes, trusted)
         level, trust = self._settled(designs, products, trusted)
@@ -178,7 +189,7 @@ class LevelSum:
                 run = compiled_loops.flexible_loop(self.tables.variables.size)
                 run(factors, self.tables, products, trusted)
             else:
-                run = compiled_loops.coupled_loop(*self._loop_sizes)
+                run = compiled_loops.coupled_loop(*self._loop_sizes, lanes)
                 tolerance, ratio = (
                     getattr(self.case, "tolerance", TOLERANCE),
                     self._ratio(designs, lanes),
@@ -246,6 +257,14 @@ def level_sum(case: Case, *, compiled: bool) -> LevelSum:
             tables = _motion_tables(case, exponents) if compiled else None
     scale_level = 20.0 * np.log10(2.0) * exponents.sum(axis=1)
     return LevelSum(case, columns, tables if compiled else None, scale_level)
+
+
+def _slope_lanes(designs: RealArray) -> int:
+    """Return how many designs the loops of slopes take side by side."""
+    from deboom.vehicles import compiled_loops
+
+    few = len(designs) <= compiled_loops.FEW_LANES
+    return compiled_loops.FEW_LANES if few else compiled_loops.SLOPE_LANES
 
 
 def _in_lanes(rows: RealArray, lanes: int) -> RealArray:

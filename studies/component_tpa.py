@@ -1,0 +1,660 @@
+"""Which forces does a source bring into any car, and what will it sound like in another one?
+
+A source is struck and run where it stands: functions of the assembly and responses in operation
+give its blocked forces, which belong to it alone. They are held against sensors that were left out,
+against hits on the source, and against the ears; then they are put into another receiver, whose own
+functions and mounts are joined to the free source. Without --test a virtual drive unit is measured
+and held against its truth. docs/validation.md has the errors of many of them.
+
+Keys of summary.json: completeness (of the interface, median over the lines, 1 is complete),
+condition_number (of the inversion, median), trusted_lines_percent (on which intervals of forces
+hold), on_board_db (largest over runs and left-out sensors, predicted over measured),
+on_board_coherence (least of the runs, median over the lines), sound_db (largest over runs and ears,
+predicted over measured), loudest (point that brings most to the first ear in the first run),
+receiver_sound_db (as sound_db, on the other receiver), blocked_error_percent (largest of the runs,
+trusted lines), blocked_coverage_percent and sound_coverage_percent (of the 90 % intervals), where
+the truth is known; n_doubts, seconds.
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+import pandas as pd
+from typer import Option
+
+from deboom import plot
+from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.component import ComponentPlan
+from deboom.bench.component_writer import write_component_test
+from deboom.choices import CalibrationLevel
+from deboom.errors import InputError
+from deboom.files.component_test import read_component_test, read_receiver
+from deboom.measurement.component_tpa import (
+    INCOMPLETE,
+    MOST_ATTENUATED,
+    ComponentTpa,
+    InReceiver,
+    RunTpa,
+    component_tpa,
+    in_receiver,
+    level_difference,
+)
+from deboom.measurement.quality import quality_table
+from deboom.measurement.uncertainty import COVERAGE
+from deboom.physics.force_inversion import CROSS_VALIDATED, PLAIN, Choice, Inversion
+from deboom.physics.sound_level import REFERENCE_PRESSURE
+from deboom.plot import CurvePanel
+from deboom.plot.style import signed
+from deboom.report import Report
+from deboom.runs.options import Seed
+from deboom.runs.progress import counted, progress_bar
+from deboom.runs.result import RunContext
+
+STEPS = 4
+SHOWN = 4
+"""Points and loads that the page ranks and draws."""
+UNTRUSTED = "noise of the functions hides a load"
+MEASURED, PREDICTED = "measured", "of the blocked forces"
+RULES = {
+    "cross-validation": CROSS_VALIDATED,
+    "l-curve": Inversion(amount=Choice.L_CURVE),
+    "none": PLAIN,
+}
+"""Ways to invert, as the option names them."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which source was tested, and where it goes."""
+
+    seed: Seed = 1
+    level: Annotated[
+        CalibrationLevel, Option(help="How well the virtual sensors are calibrated and placed.")
+    ] = CalibrationLevel.C2
+    test: Annotated[Path | None, Option(help="Folder with component.toml.")] = None
+    receiver: Annotated[
+        Path | None, Option(help="Folder with receiver.toml: where the source goes.")
+    ] = None
+    regularisation: Annotated[
+        str,
+        Option(help="What chooses how much is held back: cross-validation, l-curve or none."),
+    ] = "cross-validation"
+    unmeasured_point: Annotated[
+        bool, Option(help="Without --test: a bracket joins source and car, unmeasured.")
+    ] = False
+    airborne: Annotated[
+        float, Option(help="Without --test: energy through the air over that of the structure.")
+    ] = 0.0
+
+    def __post_init__(self) -> None:
+        if self.regularisation not in RULES:
+            raise InputError(
+                f"--regularisation {self.regularisation}: use one of {', '.join(RULES)}"
+            )
+        if self.test is None and self.receiver is not None:
+            raise InputError("--receiver needs --test, the source that is put into it")
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """What the virtual bench knows of a run: forces (f, 6 n_point), sound (f, n_ear)."""
+
+    blocked: ComplexArray
+    sound: ComplexArray
+    second_sound: ComplexArray
+
+
+@dataclass(frozen=True, eq=False)
+class Measured:
+    """A test with what follows from it; truth by the name of the run, none for a real one."""
+
+    result: ComponentTpa
+    moved: tuple[InReceiver, ...]
+    truth: dict[str, Truth]
+    inputs: tuple[Path, ...]
+
+
+def prepare(options: Options) -> Inversion:
+    """Return the rule of the inversion."""
+    return RULES[options.regularisation]
+
+
+def run(rule: Inversion, options: Options, context: RunContext | None = None) -> Report:
+    """Measure or read a test, analyse it, and report."""
+    del context  # nothing here is long enough to be resumed
+    started = time.perf_counter()
+    with progress_bar("component TPA") as bar:
+        step = counted(bar, STEPS)
+        if options.test is not None:
+            step("reading the test")
+            measured = analysed(options.test, options.receiver, rule, options.seed)
+            return reported(measured, time.perf_counter() - started)
+        step("measuring a virtual drive unit")
+        plan = ComponentPlan(unmeasured_point=options.unmeasured_point, airborne=options.airborne)
+        with tempfile.TemporaryDirectory(prefix="deboom-") as scratch:
+            folder = Path(scratch) / "test"
+            write_component_test(folder, options.seed, options.level, plan, truth_seed=options.seed)
+            step("inverting")
+            started = time.perf_counter()
+            measured = analysed(folder, folder / "receiver", rule, options.seed, known=True)
+        return reported(measured, time.perf_counter() - started)
+
+
+def analysed(
+    folder: Path, receiver: Path | None, rule: Inversion, seed: int, *, known: bool = False
+) -> Measured:
+    """Read a test, invert it, and put the source into the other receiver."""
+    test = read_component_test(folder)
+    result = component_tpa(test, rule, seed=seed)
+    moved: tuple[InReceiver, ...] = ()
+    inputs = test.input_files
+    if receiver is not None:
+        other = read_receiver(receiver)
+        moved = in_receiver(result, other)
+        inputs += other.input_files
+    return Measured(result, moved, _truth(folder, result) if known else {}, () if known else inputs)
+
+
+def _truth(folder: Path, result: ComponentTpa) -> dict[str, Truth]:
+    """Read what the bench knows, of the stated loads and on the lines of each run."""
+    known = {}
+    for run in result.runs:
+        with np.load(folder / "truth" / f"{run.name.replace(' ', '_')}.npz") as truth:
+            loads = truth["blocked"].reshape(len(run.frequency), -1, 6)
+            stated = len(result.test.points[0].motions)
+            known[run.name] = Truth(
+                loads[:, :, :stated].reshape(len(loads), -1),
+                truth["pressure"],
+                truth["second_pressure"],
+            )
+    return known
+
+
+def reported(measured: Measured, seconds: float) -> Report:
+    """Report one test."""
+    result = measured.result
+    test, first = result.test, result.runs[0]
+    report = Report(
+        f"Component TPA: {test.name}",
+        "Which blocked forces does this source bring into any receiver, how far may they be "
+        "believed, which of them make the sound, and what will it be in another receiver?",
+    )
+    report.explain("SPL", "noise transfer function", "blocked force", "virtual point")
+    report.inputs += measured.inputs
+    report.warn(*result.doubts)
+    report.summary |= _summary(measured, seconds)
+    _headlines(report, measured)
+    _asked(report, result)
+    _sound(report, result)
+    _forces(report, measured)
+    _on_board(report, result)
+    _interface(report, result)
+    if measured.moved:
+        _other_receiver(report, measured)
+    _quality(report, result)
+    for run in result.runs:
+        report.table(f"blocked_forces_{_stem(run.name)}", force_table(run))
+    report.facts["runs"] = ", ".join(run.name for run in result.runs)
+    report.facts["first run"] = first.name
+    return report
+
+
+def _summary(measured: Measured, seconds: float) -> dict[str, float | int | str]:
+    """Headline numbers; the docstring above has the keys."""
+    result = measured.result
+    runs = result.runs
+    summary: dict[str, float | int | str] = {}
+    if result.completeness is not None:
+        summary["completeness"] = result.completeness.median
+    summary["condition_number"] = float(np.median(runs[0].inversion.condition_number))
+    summary["trusted_lines_percent"] = 100 * float(np.mean([run.trusted.mean() for run in runs]))
+    levels = np.concatenate([np.abs(run.on_board_level) for run in runs])
+    if levels.size:
+        summary["on_board_db"] = float(levels.max())
+        summary["on_board_coherence"] = min(float(np.median(run.by_line)) for run in runs)
+    summary["sound_db"] = max(
+        float(np.abs(level_difference(run.sound.values, run.measured_sound.values, 0)).max())
+        for run in runs
+    )
+    ranks = runs[0].ranking(result.test.ears[0])
+    summary["loudest"] = str(ranks["contribution"].iloc[0])
+    heard = [moved for moved in measured.moved if moved.measured is not None]
+    if heard:
+        summary["receiver_sound_db"] = max(float(np.abs(_moved_level(one)).max()) for one in heard)
+    if measured.truth:
+        errors, forces, sounds = zip(*(_against(measured, run) for run in runs), strict=True)
+        summary["blocked_error_percent"] = max(errors)
+        summary["blocked_coverage_percent"] = float(np.mean(forces))
+        summary["sound_coverage_percent"] = float(np.mean(sounds))
+    summary["n_doubts"] = len(result.doubts)
+    summary["seconds"] = seconds
+    return summary
+
+
+def _against(measured: Measured, run: RunTpa) -> tuple[float, float, float]:
+    """Error of the blocked forces on trusted lines, and coverages of forces and sound [%]."""
+    truth, kept = measured.truth[run.name], run.trusted
+    found = run.blocked.force.values
+    error = np.linalg.norm((found - truth.blocked)[kept]) / np.linalg.norm(truth.blocked[kept])
+    forces = run.force_interval().holds(np.abs(truth.blocked))[kept]
+    sounds = run.sound_interval().holds(np.abs(truth.sound))
+    return 100 * float(error), 100 * float(forces.mean()), 100 * float(sounds.mean())
+
+
+def _moved_level(moved: InReceiver) -> RealArray:
+    """Level of predicted over measured energy at the ears of the other receiver [dB]."""
+    assert moved.measured is not None
+    lines = np.isin(np.round(moved.measured.frequency, 6), np.round(moved.sound.frequency, 6))
+    return level_difference(moved.sound.values, moved.measured.values[lines], 0)
+
+
+def _headlines(report: Report, measured: Measured) -> None:
+    """Show what a hurried reader takes away."""
+    result = measured.result
+    summary = report.summary
+    ear, first = result.test.ears[0], result.runs[0]
+    top = first.ranking(ear).iloc[0]
+    report.tile(
+        str(top["contribution"]),
+        f"brings most to {ear} in {first.name}: without it "
+        f"{signed(float(top['without it, the level changes by [dB]']), 1)} dB",
+    )
+    if "on_board_db" in summary:
+        report.tile(
+            f"{float(summary['on_board_db']):.1f} dB",
+            f"largest error at a sensor left out; coherence {summary['on_board_coherence']:.3f}",
+        )
+    if "completeness" in summary:
+        report.tile(f"{float(summary['completeness']):.3f}", "completeness of the interface")
+    report.tile(f"{float(summary['sound_db']):.1f} dB", "largest error at an ear, all lines")
+    if "receiver_sound_db" in summary:
+        report.tile(
+            f"{float(summary['receiver_sound_db']):.1f} dB",
+            "largest error at an ear of the other receiver",
+        )
+    if "blocked_error_percent" in summary:
+        report.tile(
+            f"{float(summary['blocked_error_percent']):.0f} %",
+            f"error of the blocked forces on trusted lines, against the truth; intervals of "
+            f"{100 * COVERAGE:.0f} % hold it in {summary['blocked_coverage_percent']:.0f} %",
+        )
+
+
+def _asked(report: Report, result: ComponentTpa) -> None:
+    """Say what was asked, and with which data."""
+    test = result.test
+    points = "; ".join(f"{p.name} ({len(p.motions)} degrees of freedom)" for p in test.points)
+    runs = "; ".join(
+        f"{run.name}: {run.frequency.size} lines, {run.frequency[0]:g}–{run.frequency[-1]:g} Hz"
+        + (f", order {run.order:g}" if run.order else "")
+        for run in result.runs
+    )
+    report.section(
+        "What was asked, and with which data",
+        f"Source and receiver meet at {points}. Hits around each point, {test.n_averages} per "
+        f"function, give the assembly's functions from {sum(len(p.motions) for p in test.points)} "
+        f"loads to {len(test.indicator_channels)} indicator channels, "
+        f"{len(test.on_board_channels)} channels that are left out, and "
+        f"{', '.join(test.ears)}. Runs: {runs}.\n\n"
+        "The responses in operation times the inverse of these functions are the blocked forces: "
+        "those with which the source would push at a receiver that does not give way. They are the "
+        "source's own, whatever it stands on. What each of them brings to an ear is force times "
+        "the assembly's function.\n\n"
+        f"Intervals hold with {100 * COVERAGE:.0f} %. They include noise of operation and "
+        "functions, place, direction and gain of the hammer, and of the microphones; not a point "
+        "or moment that is missing.",
+        folded=True,
+    )
+
+
+def _level(pressure: ComplexArray | RealArray) -> RealArray:
+    """Level of a peak amplitude, without weighting [dB]."""
+    least = np.finfo(float).tiny
+    return np.asarray(
+        20 * np.log10(np.maximum(np.abs(pressure), least) / (np.sqrt(2) * REFERENCE_PRESSURE))
+    )
+
+
+def _sound(report: Report, result: ComponentTpa) -> None:
+    """Show which loads make the sound, and whether they make all of it."""
+    ear, first = result.test.ears[0], result.runs[0]
+    report.section(
+        "What reaches the ear",
+        f"Contributions at {ear}, {first.name}: force times function, over all lines. Levels do "
+        "not add up, as loads cancel; the last column says what the sound would lose without one.",
+    )
+    ranks = pd.concat(
+        [
+            run.ranking(each).assign(run=run.name, ear=each)
+            for run in result.runs
+            for each in result.test.ears
+        ],
+        ignore_index=True,
+    )
+    ranks = ranks[["contribution", *ranks.columns.drop("contribution")]]
+    here = ranks[(ranks["run"] == first.name) & (ranks["ear"] == ear)]
+    loads = here[here["what"] == "load"].head(SHOWN)
+    shown = pd.concat([here[here["what"] == "point"], loads]).drop(columns=["run", "ear"])
+    report.table(
+        "contributions",
+        ranks,
+        f"All points, and the {len(loads)} loudest loads.",
+        shown=shown,
+        decimals={"share of the energy [1]": 2},
+    )
+    report.figure(
+        "contributions",
+        partial(_contribution_panels, result),
+        "Level at the first ear: the sum of all loads and the loudest points, and what was "
+        "measured. Where the sum misses the measured curve, sound came another way.",
+    )
+    report.figure(
+        "sound",
+        partial(_sound_panels, result.runs),
+        f"Sound of the blocked forces against the microphones. Shade: {100 * COVERAGE:.0f} % "
+        "interval.",
+    )
+
+
+def _contribution_panels(result: ComponentTpa) -> plot.Figure:
+    ear = result.test.ears[0]
+    panels = []
+    for run in result.runs:
+        parts, points = run.contributions(ear), [p.name for p in result.test.points]
+        owners = [load.rpartition(" ")[0] for load in run.blocked.force.channels]
+        curves = {
+            point: _level(parts[:, [k for k, o in enumerate(owners) if o == point]].sum(axis=1))
+            for point in points[:SHOWN]
+        }
+        curves["all loads"] = _level(parts.sum(axis=1))
+        curves[MEASURED] = _level(run.measured_sound.select((ear,)).values[:, 0])
+        panels.append(CurvePanel(f"{run.name}, {ear}", run.frequency, curves))
+    return plot.curve_panels(
+        panels, y_label="level [dB]", columns=1, dashed=(MEASURED,), depth=60.0
+    )
+
+
+def _sound_panels(runs: Sequence[RunTpa]) -> plot.Figure:
+    panels = []
+    for run in runs:
+        interval = run.sound_interval()
+        for column, ear in enumerate(run.sound.channels):
+            ends = (_level(interval.lower[:, column]), _level(interval.upper[:, column]))
+            curves = {
+                PREDICTED: _level(run.sound.values[:, column]),
+                MEASURED: _level(run.measured_sound.values[:, column]),
+            }
+            title = f"{run.name}, {ear}"
+            panels.append(CurvePanel(title, run.frequency, curves, ranges={PREDICTED: ends}))
+    return plot.curve_panels(
+        panels, y_label="level [dB]", columns=2, dashed=(MEASURED,), share_y=True
+    )
+
+
+def _forces(report: Report, measured: Measured) -> None:
+    """Show the blocked forces of the first run with their intervals."""
+    result, first = measured.result, measured.result.runs[0]
+    hidden = 100 * (1 - first.trusted.mean())
+    report.section(
+        "Blocked forces",
+        f"Magnitudes in {first.name}; the tables blocked_forces have every run. Hatched, "
+        f"{hidden:.0f} % of the lines: the noise of the functions shrinks the load that the "
+        f"indicators see least by more than {100 * MOST_ATTENUATED:.0f} %, so that its interval "
+        "does not hold. So it is where the source resonates as if its points were held, and where "
+        "it moves as a rigid body: loads that only squeeze it move nothing. The sound needs none "
+        "of these loads. Better functions help: harder or more hits.",
+    )
+    truth = measured.truth.get(first.name)
+    for kind, unit, stem in (("forces", "N", "forces"), ("moments", "N m", "moments")):
+        columns = [k for k, u in enumerate(first.blocked.force.units) if u == unit]
+        if columns:
+            report.figure(
+                f"blocked_{stem}",
+                partial(_force_panels, result, columns, unit, truth),
+                f"Blocked {kind}. Shade: {100 * COVERAGE:.0f} % interval."
+                + (" The truth of the virtual source is for comparison only." if truth else ""),
+            )
+
+
+def _force_panels(
+    result: ComponentTpa, columns: Sequence[int], unit: str, truth: Truth | None
+) -> plot.Figure:
+    run = result.runs[0]
+    interval = run.force_interval()
+    panels = []
+    for k in columns:
+        curves = {"blocked": interval.value[:, k]}
+        if truth is not None:
+            curves["truth"] = np.abs(truth.blocked[:, k])
+        panels.append(
+            CurvePanel(
+                run.blocked.force.channels[k],
+                run.frequency,
+                curves,
+                ranges={"blocked": (interval.lower[:, k], interval.upper[:, k])},
+                masked={UNTRUSTED: ~run.trusted},
+                logarithmic=True,
+            )
+        )
+    dashed = ("truth",) if truth is not None else ()
+    return plot.curve_panels(panels, y_label=f"magnitude [{unit}]", columns=3, dashed=dashed)
+
+
+def force_table(run: RunTpa) -> pd.DataFrame:
+    """Write the blocked forces of a run: real and imaginary part, and the interval."""
+    force, interval = run.blocked.force, run.force_interval()
+    columns: dict[str, object] = {"frequency [Hz]": force.frequency}
+    for k, (name, unit) in enumerate(zip(force.channels, force.units, strict=True)):
+        columns |= {
+            f"{name} real [{unit}]": force.values[:, k].real,
+            f"{name} imag [{unit}]": force.values[:, k].imag,
+            f"{name} from [{unit}]": interval.lower[:, k],
+            f"{name} to [{unit}]": interval.upper[:, k],
+        }
+    trusted = np.where(run.trusted, "yes", "no")
+    return pd.DataFrame(columns | {"interval holds": trusted})
+
+
+def _on_board(report: Report, result: ComponentTpa) -> None:
+    """Show whether the blocked forces explain sensors that were left out."""
+    report.section(
+        "Do they explain what was left out?",
+        "Sensors that took no part in the inversion: predicted from the blocked forces against "
+        "measured. Agreement is necessary, no proof: a load that a sensor hardly sees may be "
+        "wrong.",
+    )
+    frames = [
+        pd.DataFrame(
+            {
+                "sensor": run.on_board.predicted.channels,
+                "run": run.name,
+                "predicted over measured [dB]": run.on_board_level,
+                "coherence [1]": run.on_board_coherence,
+                "relative error [1]": run.on_board.relative_error,
+            }
+        )
+        for run in result.runs
+        if run.on_board is not None
+    ]
+    if not frames:
+        report.text("No sensor was left out: name one or more as on_board in component.toml.")
+        return
+    report.table(
+        "on_board",
+        pd.concat(frames, ignore_index=True),
+        "Over all lines: level of the energies, coherence of the complex spectra, and norm of the "
+        "difference over that of the measured one.",
+        {"coherence [1]": 3, "relative error [1]": 3},
+    )
+    report.figure(
+        "on_board",
+        partial(_on_board_panels, result.runs),
+        "Acceleration at the sensors left out, root of the sum of squares: of the blocked forces "
+        "against measured; and their coherence over the sensors, line by line.",
+    )
+
+
+def _on_board_panels(runs: Sequence[RunTpa]) -> plot.Figure:
+    panels = []
+    for run in runs:
+        if run.on_board is not None:
+            sums = [
+                np.linalg.norm(side.values, axis=1)
+                for side in (run.on_board.predicted, run.on_board.measured)
+            ]
+            curves = dict(zip((PREDICTED, MEASURED), sums, strict=True))
+            panels += [
+                CurvePanel(run.name, run.frequency, curves, y_label="[m/s²]", logarithmic=True),
+                CurvePanel(
+                    run.name, run.frequency, {"coherence": run.by_line}, y_label="coherence [1]"
+                ),
+            ]
+    return plot.curve_panels(panels, columns=2, dashed=(MEASURED,))
+
+
+def _interface(report: Report, result: ComponentTpa) -> None:
+    """Show completeness of interface and excitation, and the condition of the inversion."""
+    complete, run = result.completeness, result.runs[0]
+    words = (
+        "Hits on the source beside its interface are loads that are known: if loads at the stated "
+        f"points reproduce what they do elsewhere, the interface is complete. Below {INCOMPLETE:g} "
+        "a point, such as a hose, or a moment is missing."
+        if complete is not None
+        else "Nobody struck the source beside its interface, so that nothing says whether it is "
+        "complete."
+    )
+    report.section(
+        "Interface and inversion",
+        f"{words} The condition number, columns scaled to one norm, says how much noise the "
+        "inversion may amplify; the freedom how many directions of load took part.",
+    )
+    panels = []
+    if complete is not None:
+        panels.append(
+            CurvePanel(
+                "interface",
+                complete.frequency,
+                {"completeness": complete.per_line},
+                levels={"asked": INCOMPLETE},
+                y_label="completeness [1]",
+            )
+        )
+    panels += [
+        CurvePanel(
+            run.name,
+            run.frequency,
+            {"condition number": run.inversion.condition_number},
+            y_label="condition number [1]",
+            logarithmic=True,
+        ),
+        CurvePanel(
+            run.name,
+            run.frequency,
+            {"freedom": run.inversion.freedom},
+            y_label="directions that took part [1]",
+        ),
+    ]
+    report.figure(
+        "interface",
+        lambda: plot.curve_panels(panels, columns=3),
+        "Completeness of the interface, condition number and freedom of the inversion.",
+    )
+    lines = pd.DataFrame(
+        {
+            "frequency [Hz]": run.frequency,
+            "condition number [1]": run.inversion.condition_number,
+            "freedom [1]": run.inversion.freedom,
+            "explained [1]": run.explained,
+            "attenuation [1]": run.repeated.attenuation,
+        }
+    )
+    if complete is not None:
+        rows = np.searchsorted(complete.frequency, run.frequency)
+        lines["completeness [1]"] = complete.per_line[rows]
+    report.table("lines", lines)
+
+
+def _other_receiver(report: Report, measured: Measured) -> None:
+    """Show the source in another receiver."""
+    moved = measured.moved
+    joints = (
+        "The free source, the receiver on its own and what joins them are coupled by "
+        "frequency-based substructuring; the blocked forces stay. Intervals are those of the "
+        "forces: errors of the functions of receiver and free source are in none."
+    )
+    report.section(f"On another receiver: {moved[0].receiver}", joints)
+    report.figure(
+        "receiver_sound",
+        partial(_receiver_panels, moved),
+        "Sound at its ears, predicted"
+        + (" against measured with the source in place." if moved[0].measured else "."),
+    )
+    ranks = pd.concat(
+        [
+            one.ranking(ear).assign(run=one.run, ear=ear)
+            for one in moved
+            for ear in one.sound.channels
+        ],
+        ignore_index=True,
+    )
+    ranks = ranks[["contribution", *ranks.columns.drop("contribution")]]
+    here = ranks[(ranks["run"] == moved[0].run) & (ranks["ear"] == moved[0].sound.channels[0])]
+    report.table(
+        "receiver_contributions",
+        ranks,
+        f"Points, and the {SHOWN} loudest loads, at {moved[0].sound.channels[0]} in "
+        f"{moved[0].run}.",
+        {"share of the energy [1]": 2},
+        shown=pd.concat(
+            [here[here["what"] == "point"], here[here["what"] == "load"].head(SHOWN)]
+        ).drop(columns=["run", "ear"]),
+    )
+
+
+def _receiver_panels(moved: Sequence[InReceiver]) -> plot.Figure:
+    panels = []
+    for one in moved:
+        interval = one.sound_interval()
+        for column, ear in enumerate(one.sound.channels):
+            curves = {PREDICTED: _level(one.sound.values[:, column])}
+            if one.measured is not None:
+                curves[MEASURED] = _level(one.measured.values[: len(curves[PREDICTED]), column])
+            ends = (_level(interval.lower[:, column]), _level(interval.upper[:, column]))
+            title = f"{one.run}, {ear}"
+            panels.append(CurvePanel(title, one.sound.frequency, curves, ranges={PREDICTED: ends}))
+    dashed = (MEASURED,) if moved[0].measured is not None else ()
+    return plot.curve_panels(panels, y_label="level [dB]", columns=2, dashed=dashed, share_y=True)
+
+
+def _quality(report: Report, result: ComponentTpa) -> None:
+    """Show the consistency of sensors and hits around every point."""
+    report.section(
+        "Sensors and hits",
+        "Around every point sensors and hits must agree on one rigid motion and load.",
+        folded=True,
+    )
+    rows = [
+        {"check": row.pop("check"), "point": name, **row}
+        for name, checks in result.quality.items()
+        for row in quality_table(checks)
+    ]
+    if rows:
+        report.table("quality", pd.DataFrame(rows), "Checks of the virtual points.")
+    unjudged = [name for name, checks in result.quality.items() if not checks]
+    if unjudged:
+        report.text(
+            f"Too few sensors or hits to judge: {', '.join(unjudged)}. Three triaxial sensors and "
+            "six hits that are not on one line would do."
+        )
+
+
+def _stem(name: str) -> str:
+    return "".join(c if c.isalnum() else "_" for c in name)

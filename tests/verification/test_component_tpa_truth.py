@@ -1,0 +1,172 @@
+"""Component TPA on benches that were never seen: blocked forces, sound, another receiver.
+
+The bench solves source and bodies as one structure of beams, by mass and stiffness; the analysis
+inverts functions and couples receptances. Without noise both agree to rounding.
+"""
+
+import shutil
+
+import numpy as np
+import pytest
+
+from deboom.bench import ComponentPlan, write_component_test
+from deboom.bench.component import (
+    ALUMINIUM,
+    BEARINGS,
+    Section,
+    beam_matrices,
+    bolted,
+    draw_component,
+)
+from deboom.files.component_test import read_component_test, read_receiver
+from deboom.measurement.component_tpa import component_tpa, in_receiver, level_difference
+from deboom.physics.force_inversion import PLAIN
+
+SEED, TRUTH = 7, 11
+
+
+def truth_of(folder, run):
+    with np.load(folder / "truth" / f"{run.name.replace(' ', '_')}.npz") as truth:
+        return dict(truth)
+
+
+def error(values, truth):
+    return np.linalg.norm(values - truth) / np.linalg.norm(truth)
+
+
+PLAN = {"points": 2, "line_step": 4.0}
+
+
+@pytest.fixture(scope="module")
+def exact(tmp_path_factory):
+    """Two points, no noise, sound through the air as well: the folder and its analysis."""
+    folder = tmp_path_factory.mktemp("exact") / "test"
+    plan = ComponentPlan(**PLAN, airborne=1.0)
+    write_component_test(folder, SEED, plan=plan, truth_seed=TRUTH, noise_free=True)
+    return folder, component_tpa(read_component_test(folder), PLAIN)
+
+
+@pytest.fixture(scope="module")
+def noisy(tmp_path_factory):
+    """Three points with all errors of a laboratory."""
+    folder = tmp_path_factory.mktemp("noisy") / "test"
+    write_component_test(folder, SEED, plan=ComponentPlan(line_step=4.0), truth_seed=TRUTH)
+    return folder, component_tpa(read_component_test(folder))
+
+
+def test_a_beam_of_the_bench_is_the_printed_one():
+    """Free-free bending: ω L² √(m/EI) = 4.730² (Blevins, table 8-1), by 12 elements."""
+    section, length, n = Section(1e-4, 2e-9, 3e-9, ALUMINIUM), 0.9, 12
+    places = np.linspace([0.1, 0.2, 0.3], [0.1 + length, 0.2, 0.3], n + 1)
+    mass, stiffness = np.zeros((2, 6 * (n + 1), 6 * (n + 1)))
+    for k in range(n):
+        ends = slice(6 * k, 6 * k + 12)
+        of_mass, of_stiffness = beam_matrices(places[k], places[k + 1], section)
+        mass[ends, ends] += of_mass
+        stiffness[ends, ends] += of_stiffness
+    squared = np.linalg.eigvals(np.linalg.solve(mass, stiffness)).real
+    elastic = np.sort(np.sqrt(squared[squared > 1e-6 * squared.max()]))
+    modulus, density = ALUMINIUM
+    per_length = density * section.area
+    printed = 4.7300407**2 / length**2 * np.sqrt(modulus * section.bending / per_length)
+    # both bending planes alike
+    assert elastic[:2] == pytest.approx([printed, printed], rel=1e-4)
+
+
+def test_blocked_forces_of_the_bench_move_the_body_as_the_loads_inside_do():
+    lines = np.array([31.0, 77.0, 118.0])
+    truth = draw_component(ComponentPlan(points=2), lines, TRUTH)
+    whole = bolted(truth.source, truth.first.body, truth.plan.joints)
+    body = truth.first.body.nodes
+    inside = whole.answer(lines, body, BEARINGS) @ truth.loads["steady 1"][:, :, None]
+    blocked = whole.answer(lines, body, truth.plan.names) @ truth.blocked("steady 1")[:, :, None]
+    assert error(blocked, inside) < 1e-10
+
+
+def test_without_noise_the_truth_is_found_to_rounding(exact):
+    folder, result = exact
+    for run in result.runs:
+        truth = truth_of(folder, run)
+        assert error(run.blocked.force.values, truth["blocked"]) < 1e-5
+        assert error(run.sound.values, truth["pressure"]) < 1e-7
+        assert np.abs(run.on_board_level).max() < 1e-4
+    assert result.completeness.median == pytest.approx(1.0, abs=1e-6)
+    # half of the sound came through the air, which only the ears tell
+    assert len(result.doubts) == 4
+    assert all("it came through the air" in doubt for doubt in result.doubts)
+
+
+def test_in_another_receiver_the_source_sounds_as_the_whole_structure_does(exact):
+    folder, result = exact
+    for moved in in_receiver(result, read_receiver(folder / "receiver")):
+        run = result.run(moved.run)
+        assert error(moved.sound.values, truth_of(folder, run)["second_pressure"]) < 1e-6
+        assert error(moved.measured.values, moved.sound.values) < 1e-6
+
+
+def test_contributions_add_up_and_are_those_of_the_true_forces(exact):
+    folder, result = exact
+    run = result.runs[0]
+    truth = truth_of(folder, run)
+    true = truth["transfer"][:, 0] * truth["blocked"]
+    parts = run.contributions("driver ear")
+    assert error(parts, true) < 1e-5
+    assert np.allclose(parts.sum(axis=1), run.sound.values[:, 0])
+    ranks = run.ranking("driver ear").set_index("contribution")
+    energies = np.sum(np.abs(true) ** 2, axis=0)
+    loudest = run.blocked.force.channels[int(np.argmax(energies))]
+    loads = ranks[ranks["what"] == "load"]
+    assert loads.index[0] == loudest
+    assert loads["share of the energy [1]"].sum() == pytest.approx(1.0)
+
+
+def test_with_all_errors_of_a_laboratory(noisy):
+    """Trusted lines; docs/validation.md has twenty benches."""
+    folder, result = noisy
+    for run in result.runs:
+        truth, kept = truth_of(folder, run), run.trusted
+        assert kept.mean() > 0.5
+        assert error(run.blocked.force.values[kept], truth["blocked"][kept]) < 0.15
+        assert np.abs(level_difference(run.sound.values, truth["pressure"], 0)).max() < 1.0
+        assert np.abs(run.on_board_level).max() < 1.5
+        assert np.median(run.by_line) > 0.99
+        held = run.force_interval().holds(np.abs(truth["blocked"]))[kept]
+        assert 0.65 < held.mean() <= 1.0
+    assert result.completeness.median > 0.99
+    assert all(check.passed is not False for checks in result.quality.values() for check in checks
+               if check.name.startswith("conditioning"))  # fmt: skip
+
+
+def test_hits_in_other_places_move_forces_but_not_the_sound(exact):
+    """The sound carries the errors of the same hits in force and function: they cancel."""
+    _, result = exact
+    run = result.runs[0]
+    forces, sound = run.force_interval(), run.sound_interval()
+    width = [np.median(one.upper / one.lower) for one in (forces, sound)]
+    assert width[0] > 1.1
+    assert width[1] < width[0]
+
+
+def test_an_unmeasured_point_is_told_by_hits_on_the_source(tmp_path):
+    plan = ComponentPlan(**PLAN, unmeasured_point=True)
+    write_component_test(tmp_path / "hose", SEED, plan=plan, truth_seed=TRUTH, noise_free=True)
+    result = component_tpa(read_component_test(tmp_path / "hose"))
+    assert result.completeness.median < 0.9999
+    run = result.runs[0]
+    truth = truth_of(tmp_path / "hose", run)
+    assert error(run.blocked.force.values, truth["blocked"]) > 1e-3
+
+
+def test_without_rotations_the_interface_is_incomplete(exact, tmp_path):
+    """Three degrees of freedom per point are stated where moments act as well."""
+    folder = tmp_path / "three"
+    shutil.copytree(exact[0], folder)
+    path = folder / "component.toml"
+    text = path.read_text(encoding="utf-8")
+    path.write_text(text.replace("degrees_of_freedom = 6", "degrees_of_freedom = 3"), "utf-8")
+    result = component_tpa(read_component_test(folder))
+    run = result.runs[0]
+    assert set(run.blocked.force.units) == {"N"}
+    assert run.blocked.force.values.shape[1] == 6
+    assert result.completeness.median < 0.95
+    assert "The interface is incomplete" in result.doubts[0]

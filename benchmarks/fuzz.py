@@ -53,6 +53,7 @@ VALUES = (None, True, -1, 1e308, 2**70, "", "x", [], {}, [[[[]]]], {"a": {}}, "9
 
 
 DATA = Path(__file__).parents[1] / "studies" / "data"
+TEST_DATA = Path(__file__).parents[1] / "tests" / "data"
 sys.path += [str(Path(__file__).parents[1] / "tests" / name) for name in ("", "unit", "studies")]
 """Valid files of some kinds come from the tests."""
 
@@ -193,6 +194,37 @@ def _read_time_data(folder: Path) -> None:
             read_time_signals(path, ["A1 x", "TSM z", "driver ear"])
 
 
+def _other_programs(folder: Path) -> None:
+    from test_files_pyfbs_sheets import published_sheets, workbook
+    from test_files_sdynpy_npz import delivered
+
+    folder.mkdir()
+    for name in ("two_masses_sort1.pch", "two_masses_sort1.csv"):
+        shutil.copy(TEST_DATA / "nastran-punch" / name, folder)
+    for name in ("TestLab_161_164_18_15_82.uff", "uff55_translation_rotation.uff"):
+        shutil.copy(TEST_DATA / "pyuff-vendor-files" / name, folder)
+    delivered(folder)
+    workbook(folder / "pyfbs.xlsx", published_sheets())
+
+
+def _read_other_programs(folder: Path) -> None:
+    from deboom.files.function_table import read_nodal
+    from deboom.files.inertance_test import read_placed
+    from deboom.files.rows import PlacedSensor
+    from deboom.files.uff_geometry import read_uff_geometry
+    from deboom.files.uff_modes import read_uff_modes
+
+    for path in sorted(folder.iterdir()):
+        if path.suffix in (".pch", ".npz"):
+            read_nodal(path)
+        elif path.name.startswith("TestLab"):
+            read_uff_geometry(path)
+        elif path.suffix == ".uff":
+            read_uff_modes(path)
+        elif path.suffix == ".xlsx":
+            read_placed(path, PlacedSensor)
+
+
 def _delivery(folder: Path) -> None:
     from test_accept import box_of, table_of
 
@@ -278,6 +310,7 @@ KINDS: dict[str, tuple[Callable[[Path], None], Callable[[Path], object]]] = {
     "library": (_library, command("library", "show", "@/a.db")),
     "import": (_library, command("library", "import", "@/new.db", "@/a.json")),
     "time data": (_time_data, _read_time_data),
+    "other programs": (_other_programs, _read_other_programs),
     "compressor model": (
         of_tests("test_files_compressor_model:DOCUMENT", "a.json", json.dumps),
         reader("files.compressor_model:read_fitted_bands", "a.json"),

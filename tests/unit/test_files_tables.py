@@ -423,3 +423,9 @@ def test_faults_of_a_sheet_do_not_speak_of_commas(tmp_path):
     sentence = "column 'dz' is missing; the columns are impact, node, dx, dy, dz, x, y, z"
     assert str(caught.value).endswith(sentence)
     assert "sheet 'impacts'" in str(caught.value)
+
+
+@pytest.mark.parametrize("label", ["x" * 100_000, "m/" * 40 + "s", "m" + "/s" * 12])
+def test_a_label_without_end_is_no_unit(label):
+    with pytest.raises(InputError, match="unknown unit"):
+        parse_unit(label)

@@ -8,6 +8,7 @@ model, such as ``mm`` and ``MPa``. Results follow exp(+iωt), as Nastran's and d
 
 from __future__ import annotations
 
+import math
 import re
 from collections import defaultdict
 from collections.abc import Iterator, Mapping, Sequence
@@ -242,7 +243,9 @@ def _titled(path: Path, number: int, block: _Block, line: str) -> _Block:
     if key == "FREQUENCY":
         return replace(block, frequency=_number(path, number, value), point=None)
     if key == "POINT ID":
-        return replace(block, point=int(_number(path, number, value.split()[0])), frequency=None)
+        return replace(
+            block, point=int(_number(path, number, (value.split() or [""])[0])), frequency=None
+        )
     if key.endswith(" OUTPUT"):
         forms = {"REAL-IMAGINARY": False, "MAGNITUDE-PHASE": True}
         return replace(block, polar=forms.get(key.removesuffix(" OUTPUT")))
@@ -283,7 +286,10 @@ def _entry(path: Path, number: int, block: _Block, lines: Sequence[str]) -> _Ent
 
 def _number(path: Path, line: int, text: str) -> float:
     try:
-        return float(_SHORT_EXPONENT.sub(r"E\1", text))
+        value = float(_SHORT_EXPONENT.sub(r"E\1", text))
+        if not math.isfinite(value):
+            raise ValueError
+        return value
     except ValueError:
         raise InputError(
             f"{path} line {line}: '{text[:30]}' is no number: punch it again"

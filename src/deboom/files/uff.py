@@ -569,6 +569,22 @@ def read_sets(
     return tuple(sets), _scale(path, file, there)
 
 
+@contextlib.contextmanager
+def numbers_that_fit(path: Path) -> Iterator[None]:
+    """Make one sentence of numbers in data sets that are of other length or range than stated.
+
+    - raises InputError: the block fails on them.
+    """
+    try:
+        yield
+    except InputError:
+        raise
+    except (ValueError, OverflowError, IndexError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: a data set is damaged: its numbers do not fit together; export the file again"
+        ) from None
+
+
 def write_sets(path: Path, sets: Sequence[Mapping[str, Any]]) -> None:
     """Write data set 164 (SI), then others as pyuff takes them; complete or not at all.
 

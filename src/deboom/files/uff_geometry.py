@@ -14,7 +14,7 @@ from deboom.arrays import IntArray, RealArray
 from deboom.errors import InputError
 from deboom.files.rows import PlacedImpact, PlacedSensor
 from deboom.files.schema import refuse_all
-from deboom.files.uff import UffFunction, read_sets
+from deboom.files.uff import UffFunction, numbers_that_fit, read_sets
 from deboom.files.units import parse_unit
 
 NODES, AXES_OF_TEST, AXES_OF_FE, TRACES = (15, 2411), 18, 2420, 82
@@ -78,10 +78,14 @@ def read_uff_geometry(path: Path | str, length: str | None = None) -> UffGeometr
     """
     path = Path(path)
     sets, scale = read_sets(path, (*NODES, AXES_OF_TEST, AXES_OF_FE, TRACES))
-    blocks = [each for each in sets if each["type"] in NODES]
-    if not blocks:
+    if not any(each["type"] in NODES for each in sets):
         raise InputError(f"{path} has no nodes (data sets 15 or 2411): export the geometry")
-    factor = _length(path, scale, length)
+    with numbers_that_fit(path):
+        return _geometry(path, sets, _length(path, scale, length))
+
+
+def _geometry(path: Path, sets: Sequence[Mapping[str, Any]], factor: float) -> UffGeometry:
+    blocks = [each for each in sets if each["type"] in NODES]
     systems = _systems(path, sets)
     nodes = np.concatenate([np.asarray(block["node_nums"], dtype=int) for block in blocks])
     doubled = sorted({int(node) for node in nodes if np.count_nonzero(nodes == node) > 1})

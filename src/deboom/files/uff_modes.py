@@ -12,7 +12,7 @@ import numpy as np
 from deboom.arrays import ComplexArray, IntArray, RealArray
 from deboom.errors import InputError
 from deboom.files.function_table import Dof
-from deboom.files.uff import read_sets, write_sets
+from deboom.files.uff import numbers_that_fit, read_sets, write_sets
 from deboom.files.uff_geometry import UffGeometry
 from deboom.measurement.modal import ModalModel
 
@@ -87,6 +87,11 @@ def read_uff_modes(path: Path | str) -> UffModes:
     sets, _ = read_sets(path, (MODES,))
     if not sets:
         raise InputError(f"{path} has no modes (data set 55): export the shapes of the modes")
+    with numbers_that_fit(path):
+        return _modes(path, sets)
+
+
+def _modes(path: Path, sets: Sequence[Mapping[str, Any]]) -> UffModes:
     facts = [_mode(path, number, content) for number, content in enumerate(sets, 1)]
     nodes = np.unique(np.concatenate([np.asarray(each["node_nums"], dtype=int) for each in sets]))
     shapes = np.zeros((len(sets), nodes.size, 3), dtype=complex)

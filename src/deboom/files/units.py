@@ -121,6 +121,10 @@ _AMPLITUDE = re.compile(r"[\s_(](rms|RMS|pk|PK|peak|Peak|p-p|pkpk|eff)\)?$")
 _ELECTRICAL = re.compile(r"[mµu]?V(olts?)?|EU|[Cc]ounts?|[Dd]igits?")
 
 
+LONGEST_LABEL, MOST_RATIOS = 80, 5
+"""Characters and ratios of a label; of more, every reading would take without end."""
+
+
 @dataclass(frozen=True)
 class Unit:
     """A unit label and its way into SI.
@@ -145,6 +149,8 @@ def parse_unit(label: str, si: str = "") -> Unit:
     - raises InputError: an unknown label, one of several meanings, or none at all. A unit is never
       guessed.
     """
+    if len(label) > LONGEST_LABEL or label.count("/") > MOST_RATIOS:
+        raise InputError(f"unknown unit {label[:20]!r} ...: use one such as mm, N or Pa/N")
     text = _plain(label)
     if not text:
         raise InputError("a unit is missing: write one, such as mm, N or Pa/N")

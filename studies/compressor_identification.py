@@ -26,7 +26,7 @@ from typing import Annotated
 from typer import Option
 
 from deboom.choices import CalibrationLevel
-from deboom.compressor.identify import IdentifyOptions
+from deboom.compressor.identification import IdentifyOptions
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.pages.compressor_identification import (
     STEPS,

@@ -463,17 +463,17 @@ def _answer(
     fleet, best = view.fleet, view.best
     before, after = mean_levels(fleet, best)
     change = after - before
-    today, build = (view.stiffness(one) for one in (view.front.robust.space.nominal, best))
+    today, build = (view.stiffness(design) for design in (view.front.robust.space.nominal, best))
     ratio = build / today
     moves = listed(
         tuple(f"{name} to {share:.2f}" for name, share in zip(view.names, ratio, strict=True))
     )
     loudest = [
-        max(changes, key=lambda one: one.level_before)
+        max(changes, key=lambda peak: peak.level_before)
         for changes in fleet.peak_changes(best).values()
         if changes
     ]
-    falls = sorted(one.level_after - one.level_before for one in loudest)
+    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
     top = (
         f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
         if falls

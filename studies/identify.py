@@ -31,7 +31,7 @@ from typing import Annotated, ClassVar
 import numpy as np
 from typer import Argument, Option
 
-from deboom.compressor.identify import IdentifyOptions
+from deboom.compressor.identification import IdentifyOptions
 from deboom.compressor.virtual_point_fit import THESIS_BANDS
 from deboom.measurement.compressor_test import InertanceTest, refuse_contradictions
 from deboom.measurement.free_body import free_body

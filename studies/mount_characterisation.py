@@ -4,34 +4,25 @@ Accelerometers on the powertrain and force cells under its mounts, in 27 runs wi
 gears 5 to 7, become operating dynamic stiffness, response surfaces and an error budget. Without
 --campaign the virtual test bench measures a campaign first; its truth is used for comparison alone.
 
-With --second-engine, or with a campaign of another engine (--second), the page also asks whether
-these mounts predict the forces of an engine they were not characterised under (thesis, 3.6.2). The
-premises differ: held-out runs are the same engine's with the same sensors, the second engine has
-another order, motion and sensors. Its mounts come from --campaign or, alone, from a --library.
+The study second_engine asks whether these mounts predict the forces of an engine that they were not
+characterised under.
 
 What it showed on six virtual benches: x and z are identified, with a true error of at most 2.1 %
 rms (median bench). The y stiffnesses of the three powertrain mounts are not: half a degree of
-misalignment hides them. Forces of a second engine are predicted to 1 to 2 % rms along x, 1 to 6 %
-along z. What carries over is the static force along the mount's main axis; neither wheel torque nor
-the static force across does.
+misalignment hides them.
 
 Keys of summary.json, with <dir> such as TSM_x: r2_real_<dir>, r2_imag_<dir>, r2_force_real_<dir>,
 r2_force_imag_<dir> [%] (surface against its own lines; with _held_out surfaces fitted without the
 check runs against those); truth_error_percent_<dir> (rms error of |K| against the bench's truth;
 with _held_out on held-out runs); half_width_95_percent_<dir>
 (error budget); coverage_95_percent_<dir> (lines whose truth is inside the stated band);
-n_identified (directions); seconds (one mount set, with its error budget). Of a second engine:
-second_r2_force_real_<dir>, second_r2_force_imag_<dir> [%]; second_rms_force_percent_<dir> (rms
-error over rms of the force); second_peak_db_<dir> (largest difference of a run's highest force);
-second_inside_percent_<dir> (lines within the measured region; the others are not predicted);
-second_truth_error_percent_<dir>; second_static_difference_n_<dir> (kinematic model against cells,
-main axis); second_seconds.
+n_identified (directions); seconds (one mount set, with its error budget).
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import Annotated
@@ -65,12 +56,6 @@ from deboom.pages.mount_characterisation import (
     usable_maps,
 )
 from deboom.pages.mount_figures import append_maps, append_runs, append_sensors, transfer_panels
-from deboom.pages.second_engine import (
-    SecondEngine,
-    append_second_engine,
-    given_engine,
-    virtual_engine,
-)
 from deboom.plot import CurvePanel
 from deboom.report import Report
 from deboom.runs.options import Seed, at_least
@@ -95,25 +80,11 @@ class Options:
     models: Annotated[bool, Option(help="Other models of the stiffness beside.")] = False
     self_calibration: Annotated[bool, Option(help="Let chains calibrate themselves.")] = True
     noise_free: Annotated[bool, Option(help="Virtual benches without any error.")] = False
-    second_engine: Annotated[bool, Option(help="Another virtual engine on these mounts.")] = False
-    second: Annotated[Path | None, Option(help="Campaign of another engine on them.")] = None
-    library: Annotated[str | None, Option(help="Its mounts, instead of --campaign.")] = None
-    library_campaign: Annotated[
-        str | None, Option(help="Campaign whose mounts the library has.")
-    ] = None
 
     def __post_init__(self) -> None:
-        measured = self.campaign is not None or self.second is not None
-        virtual = self.noise_free or self.second_engine
-        if measured and virtual:
+        if self.campaign is not None and self.noise_free:
             raise InputError(
-                "--noise-free and --second-engine ask for virtual benches: leave them out, or "
-                "--campaign and --second"
-            )
-        if self.second is None and self.library is not None:
-            raise InputError(
-                "a library has no lines to characterise: name another engine with "
-                "--second, or leave --library out"
+                "--noise-free asks for a virtual bench: leave it out, or leave --campaign out"
             )
 
 
@@ -128,43 +99,16 @@ def prepare(options: Options) -> CharacteriseOptions:
 
 
 def run(how: CharacteriseOptions, options: Options, context: RunContext | None = None) -> Report:
-    """Measure, characterise, compare and report; then another engine on the same mounts."""
+    """Measure or read a campaign, characterise, compare and report."""
     del context  # nothing here is long enough to be resumed
-    report: Report | None = None
-    over_force = replace(how, preload=Preload.STATIC_FORCE)
-    engine: SecondEngine | None = None
     with progress_bar("mount characterisation") as progress:
         if options.campaign is not None:
             bench = characterise_given(options.campaign, options.mount_set, how, progress)
-            report = reported(bench, options, bench.input_files)
-        elif options.second is None:
-            bench = characterise_virtual(
-                options.seed, options.mount_set, how, progress, noise_free=options.noise_free
-            )
-            report = reported(bench, options)
-            if options.second_engine:
-                engine = virtual_engine(options.seed, options.mount_set, over_force, progress)
-        if options.second is not None:
-            engine = given_engine(
-                options.second,
-                options.campaign,
-                options.library,
-                options.library_campaign,
-                options.mount_set,
-                over_force,
-                progress,
-            )
-    if report is None:
-        report = Report(
-            "Another engine on mounts of the library",
-            "Do mounts that were characterised under one engine predict the forces that another "
-            "engine measures on them?",
+            return reported(bench, options, bench.input_files)
+        bench = characterise_virtual(
+            options.seed, options.mount_set, how, progress, noise_free=options.noise_free
         )
-        report.explain("dynamic stiffness")
-    if engine is not None:
-        append_second_engine(report, engine)
-        report.inputs += [] if options.second is None else engine.input_files
-    return report
+        return reported(bench, options)
 
 
 def reported(first: CharacterisedBench, options: Options, inputs: tuple[Path, ...] = ()) -> Report:

@@ -30,13 +30,14 @@ from deboom.pages.correlation import (
     correlation_study,
 )
 from deboom.pages.motion import report_runs
-from deboom.pages.robust_front import PlatformFront, front_report
+from deboom.pages.platform_front import PlatformFront
+from deboom.pages.robust_front import front_report
 from deboom.pages.sensitivity import Analysis, SensitivityPlan, sensitivity, sensitivity_report
 from deboom.report import Report
 from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
@@ -45,7 +46,7 @@ FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
 PARTS = {
-    "Front": (4, ("What to build", "The picks", "What the supplier")),
+    "Front": (4, ("What the designs trade", "The picks", "What the supplier")),
     "Sensitivity": (2, ("Stiffness by stiffness",)),
     "DOE and groups": (1, ("Which vehicles can share", "Groups", "Vehicle by vehicle")),
     "Vehicles": (0, ()),
@@ -125,6 +126,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         front=front,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),
+        run=run_name(context, "u06_platform"),
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
@@ -159,6 +161,10 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     for part, (count, _) in PARTS.items():
         if part in parts:
             report.tiles += parts[part].tiles[:count]
+    front_part = parts["Front"]
+    others = [parts[name].verdict for name in ("DOE and groups", "Sensitivity") if name in parts]
+    report.answer(front_part.verdict, *front_part.remarks, *others)
+    report.panels += front_part.panels
     report.section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"

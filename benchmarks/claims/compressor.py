@@ -49,6 +49,7 @@ from scipy.stats import binom
 from claims import CASES, Claim, at_least, at_most, between, draws, in_processes, over_draws
 from deboom.bench.compressor_rig import OperationPlan
 from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
+from deboom.bench.truth import UnbalanceTruth, read_unbalance_truth
 from deboom.choices import CalibrationLevel
 from deboom.common import DOFS
 from deboom.compressor.acceptance import (
@@ -63,13 +64,13 @@ from deboom.compressor.acceptance import (
     stiffness_characteristic,
     unbalance_characteristic,
 )
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import RouteResult, Unbalance, UnbalanceOptions, unbalance
 from deboom.files.inertance_test import read_inertance_test
 from deboom.files.operating_test import read_operating_test
 from deboom.measurement.compressor_test import InertanceTest
 from deboom.pages.compressor_identification import CompressorTruth, errors_of, read_compressor_truth
-from deboom.pages.compressor_unbalance import UnbalanceTruth, read_unbalance_truth
 
 N_PARTS = draws(4000)
 STATES = {

@@ -32,8 +32,10 @@ from deboom.bench.fleet import load_fleet, noise_transfer
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.platform_writer import write_platform
 from deboom.bench.powertrain import load_bench, read_data
+from deboom.bench.truth import read_unbalance_truth
 from deboom.choices import CalibrationLevel
-from deboom.compressor.identify import IdentifyOptions, identify
+from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import CALIBRATED_MEASUREMENT, UnbalanceOptions, unbalance
 from deboom.explore.doe import latin_hypercube
 from deboom.explore.sensitivity import design_inputs, fast_sobol_indices, sobol_designs
@@ -41,7 +43,6 @@ from deboom.explore.space import DesignSpace, stiffness_factor_space
 from deboom.files.operating_test import read_operating_test
 from deboom.mounts.mount import not_identified
 from deboom.pages.compressor_identification import errors_of, read_compressor_truth
-from deboom.pages.compressor_unbalance import read_unbalance_truth
 from deboom.physics.sound_level import spl
 from deboom.vehicles.booming_peaks import PressureComparison
 

@@ -22,8 +22,9 @@ import pandas as pd
 from claims import CASES, Claim, in_processes, over_draws
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.operating_map import Preload
-from deboom.pages.second_engine import engine_numbers, virtual_engine
+from deboom.runs.runner import load_study
 
+STUDY = load_study("second_engine").module
 SETS = ("M1", "M2", "M3", "M4", "M5")
 
 
@@ -51,8 +52,8 @@ def claims() -> list[Claim]:
 
 def _bench(seed: int) -> pd.DataFrame:
     options = CharacteriseOptions(preload=Preload.STATIC_FORCE, draws=20)  # no row shows a budget
-    done = virtual_engine(seed, SETS[(seed - 1) % len(SETS)], options, lambda *_: None)
-    return engine_numbers(done).assign(seed=seed)
+    done = STUDY.virtual_engine(seed, SETS[(seed - 1) % len(SETS)], options, lambda *_: None)
+    return STUDY.engine_numbers(done).assign(seed=seed)
 
 
 def _over(

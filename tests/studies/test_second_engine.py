@@ -1,4 +1,4 @@
-"""A second engine in the study of mounts at a tiny budget, through the same command as a user."""
+"""The study of a second engine at a tiny budget, through the same command as a user."""
 
 from dataclasses import replace
 
@@ -12,12 +12,11 @@ from deboom.bench.powertrain import load_second_engine
 from deboom.errors import InputError
 from deboom.mounts.characterise import CharacteriseOptions
 from deboom.mounts.library import open_library
-from deboom.pages import second_engine
 from deboom.runs.campaigns import characterise_into_library
 from deboom.runs.runner import load_study, run_study
 from pinned_pages import hold
 
-STUDY = load_study("mount_characterisation")
+STUDY = load_study("second_engine")
 OPTIONS = CharacteriseOptions()
 FIRST = replace(training_plan("M1"), shaker_repeats=1, frequency=np.arange(20.0, 80.5, 3.0))
 SECOND = replace(
@@ -68,11 +67,11 @@ def test_stiffness_across_follows_the_force_along_the_main_axis(finished):
 def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     plans = (replace(FIRST, runs=FIRST.runs[::5]), replace(SECOND, runs=SECOND.runs[:1]))
     said = []
-    done = second_engine.virtual_engine(2, "M1", OPTIONS, lambda *s: said.append(s), plans)
+    done = STUDY.module.virtual_engine(2, "M1", OPTIONS, lambda *s: said.append(s), plans)
     assert (done.title, done.campaign.name) == ("bench 2", "virtual_bench_502")
     assert done.campaign.order == 2.0
     assert not any(path.exists() for path in done.input_files)
-    steps = second_engine.STEPS_PER_ENGINE
+    steps = STUDY.module.STEPS_PER_ENGINE
     assert said[-1][:2] == (steps, steps)
 
 
@@ -81,7 +80,6 @@ def test_both_engines_are_measured_on_virtual_benches_without_files_that_stay():
     [
         ({"second": None}, "name another engine with --second"),
         ({"library": None}, "give one of both"),
-        ({"noise_free": True}, "leave them out, or"),
         ({"mount_set": "M7"}, "no mount fits"),
     ],
 )

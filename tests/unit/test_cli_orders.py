@@ -11,10 +11,10 @@ from command_line import call
 from deboom.bench.campaign import CampaignPlan, TimeRunPlan
 from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.operating_run import PlannedRun
+from deboom.bench.truth import read_set_truth
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
 from deboom.mounts.library import open_library
-from deboom.pages.mount_characterisation import read_set_truth
 from deboom.runs import campaigns as characterisation_library
 
 RUNS = tuple(

@@ -9,7 +9,8 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.compressor.calibrate import hold_out_lines
 from deboom.compressor.identifiability import quantities, quantity_deviations
-from deboom.compressor.identify import ALARM, IdentifyOptions, identify, misplaced
+from deboom.compressor.identification import ALARM, IdentifyOptions, misplaced
+from deboom.compressor.identify import identify
 from deboom.errors import InputError
 from deboom.files.inertance_test import read_inertance_test
 from deboom.pages.compressor_identification import read_compressor_truth

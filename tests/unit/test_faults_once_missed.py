@@ -5,8 +5,8 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from deboom.compressor.hose_presence import HosePresence
 from deboom.compressor.hoses import HIT_SCATTER, HammerEvidence
+from deboom.compressor.identification import HosePresence
 from deboom.compressor.sources import Band, unbalance_curve
 from deboom.explore.box import bernstein_gap
 from deboom.explore.front import thinned

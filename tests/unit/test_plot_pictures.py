@@ -331,6 +331,10 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
             interactive=f"front/{day}/interactive.html" if question == "New?" else "",
             special="sampler <fresh>",
             call="deboom run",
+            platform="u06 <2>",
+            verdict="Soften TSM x: −3 dB & more.",
+            thumbnail=f"front/{day}/figures/spl_curves.png",
+            sheets={"sheet TSM": f"front/{day}/supplier/sheet%20TSM.html"},
         )
 
     page = render_overview([card("2026-01-01", "Old?"), card("2026-02-02", "New?")], ["a < b"])
@@ -339,3 +343,6 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
     assert all(words in page for words in shown)
     assert "Old?" not in page
     assert page.count("explore the front") == 1
+    shown = ("u06 &lt;2&gt;", "Soften TSM x: −3 dB &amp; more.", 'href="front/2026-02-02/supplier/')
+    assert all(words in page for words in shown)
+    assert page.count('<img src="front/') == 2

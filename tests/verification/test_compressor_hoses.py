@@ -24,7 +24,8 @@ from deboom.compressor.hoses import (
     port_forces,
     sweep_pairs,
 )
-from deboom.compressor.identify import IdentifyOptions, identify
+from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.model import applied
 from deboom.compressor.routes import CALIBRATED_MEASUREMENT
 from deboom.compressor.unbalance import UnbalanceOptions, unbalance

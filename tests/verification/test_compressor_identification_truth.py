@@ -15,7 +15,8 @@ from deboom.compressor.identifiability import (
     quantities,
     quantity_deviations,
 )
-from deboom.compressor.identify import IdentifyOptions, frac, identify, modal_likeness
+from deboom.compressor.identification import IdentifyOptions
+from deboom.compressor.identify import frac, identify, modal_likeness
 from deboom.compressor.mount_shares import mount_shares
 from deboom.compressor.parameters import MinimalParameters
 from deboom.compressor.thesis_fit import fit_thesis_parameters, thesis_bounds, thesis_start

@@ -18,6 +18,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.layout import CELL_OFFSETS
 from deboom.bench.operating_run import PlannedRun, true_run
 from deboom.bench.powertrain import load_bench, load_second_engine
+from deboom.bench.truth import read_set_truth
 from deboom.files.campaign import read_campaign, read_time_run
 from deboom.measurement.campaign import ShakerRun
 from deboom.measurement.channels import Frf, Spectrum
@@ -27,7 +28,6 @@ from deboom.measurement.virtual_point import sensor_geometry
 from deboom.mounts.characterise import characterise
 from deboom.mounts.measuring_chain import LARGEST_MISFIT, NEWTON
 from deboom.mounts.response_surface import DynamicStiffnessSurface
-from deboom.pages.mount_characterisation import read_set_truth
 from deboom.physics.dynamic_stiffness import force_at_virtual_point
 from deboom.physics.rigid_body import forward_matrices
 from deboom.runs.campaigns import described

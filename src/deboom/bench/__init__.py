@@ -1,6 +1,6 @@
 """Virtual test bench with known truth: each function writes the files of one measurement.
 
-Depends on: physics, files.
+May import `physics` and `files`; what identifies knows it no further.
 """
 
 import lazy_loader

@@ -13,7 +13,7 @@ from scipy.special import ndtri
 from deboom.arrays import RealArray, checked
 from deboom.common import DOFS
 from deboom.compressor.identifiability import propagated
-from deboom.compressor.identify import ALARM, Identification
+from deboom.compressor.identification import ALARM, Identification
 from deboom.compressor.model import CompressorModel
 from deboom.compressor.unbalance import Unbalance
 from deboom.errors import InputError

@@ -10,7 +10,6 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
@@ -31,12 +30,10 @@ from deboom.compressor.hoses import (
     sweep_pairs,
 )
 from deboom.compressor.identifiability import Knowledge, knowledge
+from deboom.compressor.identification import Identification
 from deboom.compressor.unbalance_load import RotationSense
 from deboom.measurement.compressor_test import HoseDrawing, HoseState, OperatingTest
 from deboom.tabled import Tabled
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
 
 ALARM = 1.5
 """Reduced χ above which the hoses are not the beams that were fitted."""

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 import numpy as np
 from scipy.stats import gamma
@@ -20,6 +19,7 @@ from deboom.compressor.hoses import (
     running_mass,
     sweep_pairs,
 )
+from deboom.compressor.identification import HOSE_ALARM, HosePresence, Identification
 from deboom.compressor.model import applied
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gas_columns, rotor_columns
@@ -27,17 +27,10 @@ from deboom.compressor.virtual_point_fit import thinned
 from deboom.measurement.channels import Frf
 from deboom.measurement.compressor_test import HoseDrawing, OperatingSweep, OperatingTest
 
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-
 REACTION_BANDS = ((30.0, 60.0), (60.0, 90.0), (90.0, 120.0), (120.0, 150.0))
 """In which the reaction is judged; the upper end belongs to the last only [Hz]."""
 PRESENT_FROM = 0.99
 """Share of tests without hoses that stay below the floor."""
-ALARM = 1.5
-"""Misfit without hoses above which something besides rotor, gas and mounts is at work."""
-EXPLAINED = 0.4
-"""Part of the squared misfit that the drawn hoses must take away to count as its cause."""
 MODEL_ERROR = 0.01
 """Relative error that compressor and placement bring into load or inertance, 1 σ [1]."""
 REFINEMENTS = 12
@@ -157,51 +150,6 @@ def hose_reaction(pair: SweepPair, apparent_mass: ComplexArray, length: float) -
     return HoseReaction(pair.pressure, reaction, tuple(judged))
 
 
-@dataclass(frozen=True)
-class HosePresence:
-    """Whether a measurement that is said to be free of hoses shows them.
-
-    `where`: sweep or hammer test; `misfit`: of the best explanation without hoses, in units of
-    noise and of one percent of the signal [1]; `misfit_with_hoses`: of the best one with hoses that
-    are near the drawn ones; as `misfit` where nothing is left to explain [1].
-    """
-
-    where: str
-    misfit: float
-    misfit_with_hoses: float
-
-    @property
-    def explained(self) -> float:
-        """Part of the squared misfit that the hoses take away [1]."""
-        return 1 - (self.misfit_with_hoses / self.misfit) ** 2
-
-    @property
-    def unexplained(self) -> bool:
-        """Whether more than rotor, gas and mounts is at work."""
-        return self.misfit > ALARM
-
-    @property
-    def visible(self) -> bool:
-        """Whether that is the drawn hoses."""
-        return self.unexplained and self.explained > EXPLAINED
-
-    @property
-    def statement(self) -> str:
-        """One sentence for the report."""
-        if not self.unexplained:
-            return f"{self.where}: no hose shows (misfit {self.misfit:.2f}, alarm at {ALARM:g})."
-        missed = f"{self.where} is missed by {self.misfit:.1f} times its uncertainty without hoses"
-        if self.visible:
-            return (
-                f"{missed}, and the drawn hoses explain {self.explained:.0%} of that: they were "
-                "attached, whatever the label says."
-            )
-        return (
-            f"{missed}, and the drawn hoses explain {self.explained:.0%} of that only: something "
-            "else is at work, such as a flexible receiver or a hose unlike its drawing."
-        )
-
-
 def hoses_in_sweep(
     sweep: OperatingSweep,
     hoses: Sequence[HoseDrawing],
@@ -213,7 +161,7 @@ def hoses_in_sweep(
     """Look for the drawn hoses in one sweep, whatever it is said to be.
 
     `rotor_inertia`: polar moment of the rotor [kg m²]. Returns None where fewer than 20 lines lie
-    in `SOUGHT_IN`. InputError: other sensors, or a misfit above `ALARM` and no drawing.
+    in `SOUGHT_IN`. InputError: other sensors, or a misfit above `HOSE_ALARM` and no drawing.
 
     ``AM a = S x + δ (v K/ω²) a + s (K_h/ω²) a``: rotor and gas have five numbers over the whole
     run-up, the mounts a smooth change δ, and only hoses resonate in between. Least squares in x, δ,
@@ -259,7 +207,7 @@ def hoses_in_hammer_test(
     """Look for the drawn hoses in a hammer test that is said to be without them.
 
     `length`: characteristic length by which rotations are scaled [m]. Returns None where fewer than
-    20 lines lie in `SOUGHT_IN`. InputError: a misfit above `ALARM` and no drawing.
+    20 lines lie in `SOUGHT_IN`. InputError: a misfit above `HOSE_ALARM` and no drawing.
 
     ``H = H (M − v(f) K/ω²) H − s H (K_h/ω²) H`` with H as measured: one step from the measurement
     itself, linear in M, K and s. M and K are any 6×6 matrices and v runs through real and imaginary
@@ -332,7 +280,7 @@ def _presence(
     squares = float(left @ left)
     best = squares
     misfit = float(np.sqrt(squares / size))
-    for _ in range(REFINEMENTS if misfit > ALARM else 0):
+    for _ in range(REFINEMENTS if misfit > HOSE_ALARM else 0):
         now = [changed_hose(hose, row) for hose, row in zip(hoses, numbers, strict=True)]
         whole = columns_of(hose_matrices(now, lines).point[np.newaxis])
         slopes = point_derivatives(hoses, numbers, lines).reshape(-1, lines.size, 6, 6)

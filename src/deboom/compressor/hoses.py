@@ -8,13 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray, derivatives
 from deboom.compressor.calibrate import deviation_from_coherence
+from deboom.compressor.identification import Identification
 from deboom.compressor.routes import FactorOverFrequency
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.compressor.virtual_point_fit import thinned
@@ -33,10 +34,6 @@ from deboom.physics.viscoelastic_beam import (
     beam_stiffness,
     frame_along,
 )
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
-
 
 BEAM_NUMBERS = ("tension", "torsion", "bending", "line_mass", "loss_factor")
 """What is identified of each hose, by logarithms: EA, GJ, EI, mass per length, loss factor."""

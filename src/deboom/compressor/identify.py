@@ -4,13 +4,11 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
 
 import numpy as np
 import numpy.typing as npt
-import pandas as pd
 
-from deboom.arrays import BoolArray, RealArray, checked
+from deboom.arrays import BoolArray, RealArray
 from deboom.compressor.calibrate import (
     HoldOut,
     Prior,
@@ -21,21 +19,15 @@ from deboom.compressor.calibrate import (
     self_calibrate,
     with_misfit,
 )
-from deboom.compressor.hose_presence import HosePresence, hoses_in_hammer_test
-from deboom.compressor.identifiability import Knowledge, knowledge, quantities, quantity_deviations
-from deboom.compressor.model import (
-    CompressorModel,
-    ModalTable,
-    RigidLimit,
-    modal_table,
-    rigid_limit,
-)
+from deboom.compressor.hose_presence import hoses_in_hammer_test
+from deboom.compressor.identifiability import knowledge
+from deboom.compressor.identification import ALARM, Identification, IdentifyOptions
+from deboom.compressor.model import CompressorModel, modal_table, rigid_limit
 from deboom.compressor.parameters import N_MASS, N_STIFFNESS, MinimalParameters
 from deboom.compressor.virtual_point_fit import (
     START_GAIN,
     THESIS_BANDS,
     Bounds,
-    PointFit,
     fit_at_virtual_point,
     in_bands,
     linear_start,
@@ -52,20 +44,15 @@ from deboom.measurement.compressor_test import (
     spread,
 )
 from deboom.measurement.culprit import tolerances_of_all
-from deboom.measurement.quality import QualityCheck, quality_of_frf
-from deboom.measurement.sensors import PlacementTolerances
+from deboom.measurement.quality import quality_of_frf
 from deboom.measurement.virtual_point import (
-    VirtualPoint,
     impact_geometry,
     sensor_geometry,
     virtual_point,
     virtual_point_frf,
 )
 from deboom.physics.frf import FrfForm, mac
-from deboom.tabled import Tabled
 
-ALARM = 1.5
-"""Reduced χ above this: flexible receiver, hoses, wrong symmetry; do not trust the model."""
 GAIN_DEVIATION = (0.6, 0.8, 0.15, 0.8, 0.8)
 """How widely rubbers differ from `START_GAIN`, 1 σ, in the order of `GAIN_SHAPE_NAMES`."""
 SANE_DEVIATIONS = 6.0
@@ -74,8 +61,6 @@ PLAUSIBLE_DENSITY = (50.0, 2e4)
 """Of a body with the found mass and radius of gyration, from foam to lead [kg/m³]."""
 WRONG_SCALE = 2.0
 """Factor by which no tolerance and no flexible body moves the mass from that of the scales."""
-MISPLACED = 5.0
-"""Standard deviations of its tolerance beyond which something is not where the sheet has it."""
 MASS_LINE = 60.0
 """Line from which the load of the mounts is some percent of the body's inertia [Hz]."""
 SMALLEST_LINES, LARGEST_LINES = 12, 48
@@ -92,96 +77,6 @@ PRIOR = Prior(
 """Nothing is known beforehand but the shape of the gain."""
 
 Step = Callable[[str], None]
-
-
-@checked(largest_lines=">=12")
-class IdentifyOptions:
-    """What the identification looks at.
-
-    - `bands`: lines of the fit [Hz]; the thesis's by default.
-    - `largest_lines`: number of lines of the fit; denser lines are thinned evenly, since placement
-      and not noise limits it.
-    - `smallest_coherence`: median over the lines of the fit below which nothing is identified [1].
-    - raises InputError: fewer than 12 lines.
-    """
-
-    bands: tuple[tuple[float, float], ...] = THESIS_BANDS
-    largest_lines: int = 72
-    smallest_coherence: float = 0.8
-
-
-@dataclass(frozen=True, eq=False)
-class Identification(Tabled):
-    """Everything that a hammer test says of a compressor.
-
-    The result is `calibrated`: compressor and placement together, all else leads there or judges
-    it. `length`: radius of gyration, by which rotations are scaled [m]; `response`, `excitation`,
-    `inertance`: as the position sheet has them, all lines [1/kg, 1/(kg m), 1/(kg m²)]; `fitted`
-    (n_frequency,): lines of the fit; `start` (35,): linear start; `point`: fit with the placement
-    of the sheet; `knowledge`: posterior against prior; `held_out`: lines not fitted between the
-    ends of all bands; `hoses`: search for the drawn hoses, None where none are drawn.
-    """
-
-    test: InertanceTest
-    options: IdentifyOptions
-    length: float
-    quality: tuple[QualityCheck, ...]
-    response: VirtualPoint
-    excitation: VirtualPoint
-    inertance: Frf
-    raw: RawInertance
-    fitted: BoolArray
-    start: RealArray
-    point: PointFit
-    calibrated: SelfCalibration
-    knowledge: Knowledge
-    modes: ModalTable
-    rigid: RigidLimit
-    held_out: tuple[HoldOut, ...]
-    hoses: HosePresence | None = None
-
-    @property
-    def table(self) -> pd.DataFrame:
-        """Mass, centre, inertia, stiffness and gain with their standard deviations."""
-        identified = quantities(self.calibrated.model)
-        return pd.DataFrame(
-            {
-                "quantity": identified.names,
-                "unit": identified.units,
-                "value": identified.values,
-                "standard deviation": quantity_deviations(self.calibrated),
-            }
-        )
-
-    @property
-    def alarms(self) -> tuple[str, ...]:
-        """Reasons not to trust the model, in words; empty where there are none."""
-        alarms = [f"{doubt[:1].upper()}{doubt[1:]}." for doubt in self.test.doubts]
-        if self.hoses is not None and self.hoses.visible:
-            alarms.append(self.hoses.statement)
-        if self.calibrated.reduced_chi > ALARM:
-            alarms.append(
-                f"The residuals are {self.calibrated.reduced_chi:.2f} times the noise (alarm at "
-                f"{ALARM:g}): a flexible receiver, hoses, or mounts that differ in their gain. The "
-                "stiffness is that of the mounts with what carries them."
-            )
-        for check in self.held_out:
-            if check.reduced_chi > ALARM:
-                alarms.append(
-                    f"Held out, {check.what} are missed by {check.reduced_chi:.2f} times the noise "
-                    f"(alarm at {ALARM:g}), {check.relative_error:.1%} of their size."
-                )
-        off = misplaced(self.calibrated, self.test.tolerances)
-        if off:
-            alarms.append(
-                f"Further from the sheet than its tolerances allow: {', '.join(off[:4])}"
-                + (f" and {len(off) - 4} more." if len(off) > 4 else ".")
-            )
-        if not self.rigid.is_rigid:
-            alarms.append(self.rigid.statement)
-        if not self.calibrated.converged:
-            alarms.append("The self-calibration stopped before it converged.")
-        return tuple(alarms)
 
 
 def identify(
@@ -365,17 +260,6 @@ def _start(
     _refuse_implausible_body(test, model, length)
     refuse_drawing(test)
     return parametrisation, parametrisation.values_of(model)
-
-
-def misplaced(calibration: SelfCalibration, tolerances: PlacementTolerances) -> tuple[str, ...]:
-    """Name what lies over 5 σ off the sheet, such as ``A3 position y (-56 σ)``, worst first."""
-    scores: RealArray = calibration.errors / calibration.placement.deviations(tolerances)
-    worst = np.argsort(-np.abs(scores))
-    return tuple(
-        f"{calibration.placement.names[n]} ({scores[n]:+.0f} σ)"
-        for n in worst
-        if abs(scores[n]) > MISPLACED
-    )
 
 
 def _refuse_low_coherence(test: InertanceTest, lines: BoolArray, options: IdentifyOptions) -> None:

@@ -4,22 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, TypeVar, cast
 
 import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import ComplexArray, RealArray
 from deboom.compressor.calibrate import Placement, SelfCalibration
+from deboom.compressor.identification import Identification
 from deboom.compressor.model import applied
 from deboom.compressor.unbalance_load import RotationSense, gyroscopic_mass
 from deboom.measurement.channels import Spectrum
 from deboom.measurement.compressor_test import OperatingSweep
 from deboom.measurement.quality import RigidConsistency, response_consistency
 from deboom.measurement.virtual_point import VirtualPoint, motion_at_point
-
-if TYPE_CHECKING:
-    from deboom.compressor.identify import Identification
 
 ROUNDING = 1e-13
 """Relative to the largest, of eigenvalues of a covariance [1]."""

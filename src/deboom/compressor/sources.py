@@ -10,7 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from deboom.arrays import BoolArray, ComplexArray, RealArray, RealOrComplexArray
-from deboom.compressor.identify import ALARM
+from deboom.compressor.identification import ALARM
 from deboom.compressor.model import applied
 from deboom.compressor.routes import OperatingLoad, RouteModel, mount_covariance, noise_covariance
 from deboom.compressor.source_fit import SourceFit

@@ -10,7 +10,7 @@ import numpy as np
 
 from deboom.arrays import RealArray
 from deboom.compressor.identifiability import Identifiability, Knowledge, identifiability, knowledge
-from deboom.compressor.identify import Identification
+from deboom.compressor.identification import Identification
 from deboom.compressor.model import CompressorModel, gain_from_parameters, mounts_at_virtual_point
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters
 from deboom.compressor.virtual_point_fit import (

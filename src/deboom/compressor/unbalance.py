@@ -11,8 +11,9 @@ import pandas as pd
 
 from deboom.arrays import ComplexArray, RealArray, checked
 from deboom.choices import SofteningLaw
-from deboom.compressor.hose_presence import HosePresence, hoses_in_sweep
-from deboom.compressor.identify import ALARM, Identification, calibration_of
+from deboom.compressor.hose_presence import hoses_in_sweep
+from deboom.compressor.identification import ALARM, HosePresence, Identification
+from deboom.compressor.identify import calibration_of
 from deboom.compressor.model import CompressorModel, ModalTable
 from deboom.compressor.mount_shares import HyperbolicMounts, SofteningMounts, softening_mounts
 from deboom.compressor.routes import (

@@ -1,5 +1,5 @@
 """Designs in, responses out: plans, robustness, searches, sensitivity, boxes and shared parts.
 
 This package knows no physics. pymoo stands behind `search`, SALib behind `sensitivity`, moocore
-behind `front`.
+behind `front`. May import `plot` alone, with which a front draws itself.
 """

@@ -1,1 +1,4 @@
-"""The only package that reads and writes files. Depends on: measurement, mounts."""
+"""The only package that reads and writes files: readers, writers, checks, run folders.
+
+May import `physics`, `explore`, `measurement`, `mounts`, `vehicles` and `compressor`.
+"""

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -225,13 +226,16 @@ def write_solution_box(path: Path, box: AcceptanceBox) -> None:
 
 
 def box_file(path: Path) -> Path:
-    """Return the file of a box: the path itself, or the box of a run folder.
+    """Return the file of a box: the path itself, or the box of a run, see `read_run`.
 
     Raises
     ------
     InputError
         A folder without one.
     """
+    if not path.exists():
+        with suppress(InputError):  # whoever reads the file says that it is not there
+            path = read_run(path).folder
     if not path.is_dir():
         return path
     if not (path / BOX_FILE).is_file():

@@ -1,1 +1,1 @@
-"""What a measured channel is, and how channels become a virtual point. Depends on: physics."""
+"""What a measured channel is, and how channels become a virtual point. May import `physics`."""

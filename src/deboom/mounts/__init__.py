@@ -1,1 +1,1 @@
-"""One mount: characterise, model, keep. Depends on: physics, measurement."""
+"""One mount: characterise, model, keep. May import `physics` and `measurement`."""

@@ -20,7 +20,8 @@ from deboom.bench.compressor_truth import CompressorPlan
 from deboom.bench.compressor_writer import write_compressor_test
 from deboom.choices import CalibrationLevel, CompressorCase
 from deboom.compressor.identifiability import ALONE, PRIOR_DOMINATED, REFERENCE_FREQUENCY
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.model import CompressorModel, GainFactor
 from deboom.compressor.mount_shares import MountShares, mount_shares
 from deboom.compressor.parameters import MinimalParameters, ThesisParameters

@@ -26,7 +26,8 @@ from deboom.compressor.cabin_noise import (
     noise_bands,
     running_in_car,
 )
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.errors import InputError
 from deboom.files.electric_car import read_electric_car
 from deboom.measurement.compressor_test import HoseState

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
@@ -11,80 +10,29 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.bench.truth import UnbalanceTruth, read_unbalance_truth
 from deboom.compressor.acceptance import ComponentLimits, ComponentVerdict, component_verdicts
 from deboom.compressor.hose_presence import HoseReaction, hose_reactions
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.unbalance import (
     RouteResult,
-    SweepUnbalance,
     Unbalance,
     UnbalanceOptions,
     unbalance,
 )
 from deboom.errors import InputError
 from deboom.files.compressor_model import read_fitted_bands
-from deboom.files.disk import read_arrays
 from deboom.files.operating_test import read_operating_test
 from deboom.files.run_folder import hash_files
 from deboom.measurement.compressor_test import HoseState, OperatingTest
 
-TRUTH_FILE = Path("truth") / "operation.json"
 MODEL_FILE = "compressor_model"
 """Stem of the file of an identified compressor in a run."""
-SAME_LINE = 1e-6
-"""Largest relative distance of a line of a sweep from one of the truth [1]."""
 STEPS = 12
 """Of `measured_unbalance`, for progress."""
 AUTOMATIC = "auto"
 """Route d, or e where the mounts have changed, no hose is seen and the hammer test has no alarm."""
-
-
-@dataclass(frozen=True, eq=False)
-class UnbalanceTruth:
-    """What truly turns and pushes.
-
-    - `path`: where it was read.
-    - `static`, `dynamic`: of all sources together [kg m, kg m²].
-    - `loads` (n_frequency, 6): sweep → load at the virtual point at its lines, gas included [N, N
-      m]; sweeps over time have none.
-    - `lines` (n_frequency,): sweep → its lines [Hz].
-    """
-
-    path: Path
-    static: complex
-    dynamic: complex
-    loads: Mapping[str, ComplexArray]
-    lines: Mapping[str, RealArray]
-
-    def load_of(self, sweep: SweepUnbalance) -> ComplexArray | None:
-        """Return the load at the lines of a sweep (n_frequency, 6) [N, N m]; None where unknown."""
-        if sweep.sweep not in self.loads:
-            return None
-        lines = self.lines[sweep.sweep]
-        places = np.argmin(np.abs(lines[:, np.newaxis] - sweep.frequency), axis=0)
-        if not np.allclose(lines[places], sweep.frequency, rtol=SAME_LINE, atol=0.0):
-            return None  # nothing is interpolated
-        return np.asarray(self.loads[sweep.sweep][places])
-
-
-def read_unbalance_truth(folder: Path) -> UnbalanceTruth:
-    """Read the truth beside a virtual operating test.
-
-    - raises InputError: a truth file that is missing or cannot be read.
-    """
-    path = folder / TRUTH_FILE
-    try:
-        content = json.loads(path.read_text(encoding="utf-8"))
-        static = complex(*content["static_unbalance_kg_m"])
-        dynamic = complex(*content["dynamic_unbalance_kg_m2"])
-        loads, lines = {}, {}
-        for number, name in enumerate(content["sweeps"]):
-            arrays = read_arrays(path.parent / f"{number}.npz", "write the virtual test again")
-            loads[str(name)], lines[str(name)] = arrays["load"], arrays["frequency"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path} is no truth of a running compressor: {error}") from None
-    return UnbalanceTruth(path, static, dynamic, loads, lines)
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 import pandas as pd
 
@@ -13,15 +11,13 @@ from deboom.choices import Pick
 from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.pages.front import before_and_after, report_heard
+from deboom.pages.platform_front import PlatformFront
 from deboom.physics.rigid_body import forward_matrices
 from deboom.plot.correlations import MOST
 from deboom.plot.style import ACCENT, MUTED, mount_colours, mount_of, vehicle_colours
 from deboom.report import Report
 from deboom.vehicles.fleet import Fleet
 from deboom.vehicles.limits import natural_frequencies
-
-if TYPE_CHECKING:
-    from deboom.pages.robust_front import PlatformFront
 
 PEAKS = 5
 """Booming peaks whose paths are drawn: the loudest of each vehicle, the loudest vehicles first."""

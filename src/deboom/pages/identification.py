@@ -18,7 +18,8 @@ from deboom.compressor.identifiability import (
     gain_deviation,
     quantities,
 )
-from deboom.compressor.identify import ALARM, frac, modal_likeness
+from deboom.compressor.identification import ALARM
+from deboom.compressor.identify import frac, modal_likeness
 from deboom.compressor.model import gain_from_parameters
 from deboom.compressor.mount_shares import MountShares
 from deboom.compressor.virtual_point_fit import START_GAIN

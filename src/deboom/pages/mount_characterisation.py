@@ -14,13 +14,13 @@ import numpy.typing as npt
 import pandas as pd
 from scipy.spatial import cKDTree
 
-from deboom.arrays import ComplexArray, RealArray
+from deboom.arrays import ComplexArray
 from deboom.bench.campaign import NO_ERRORS, TRAINING_RUNS, CampaignErrors, CampaignPlan
 from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.truth import SetTruth, read_set_truth
 from deboom.common import Progress
 from deboom.errors import InputError
 from deboom.files.campaign import read_campaign
-from deboom.files.disk import read_arrays
 from deboom.measurement.campaign import OperatingRun
 from deboom.measurement.force_transfer import ForceTransferMatrix, force_transfer_matrix
 from deboom.measurement.quality import quality_in_operation, quality_table
@@ -35,65 +35,6 @@ from deboom.mounts.response_surface import (
     compare_models,
     standard_models,
 )
-from deboom.names import path_inside
-
-
-@dataclass(frozen=True, eq=False)
-class SetTruth:
-    """True stiffness of all mounts of one set, run by run.
-
-    - `path`: where it was read.
-    - `runs`, `channels`: names along the first and the last axis.
-    - `frequency` (n_frequency,): [Hz].
-    - `stiffness` (n_run, n_frequency, n_channel): complex dynamic stiffness [N/m].
-    """
-
-    path: Path
-    runs: tuple[str, ...]
-    channels: tuple[str, ...]
-    frequency: RealArray
-    stiffness: ComplexArray
-
-    def at(self, measured: OperatingMap) -> ComplexArray:
-        """Return the true stiffness at every line of a map, shape (n,) [N/m].
-
-        - raises InputError: a line, run or channel that the truth does not know.
-        """
-        labels, inverse = np.unique(measured.run, return_inverse=True)
-        places = []
-        for label in labels:
-            run, _, piece = str(label).partition(" ")
-            channel = " ".join(filter(None, (measured.mount, piece, measured.axis)))
-            if run not in self.runs or channel not in self.channels:
-                raise InputError(f"{self.path}: no truth of channel {channel} in run {run}")
-            places.append((self.runs.index(run), self.channels.index(channel)))
-        rows = np.searchsorted(self.frequency, measured.frequency - 1e-6)
-        known = self.frequency[np.minimum(rows, self.frequency.size - 1)]
-        if not np.allclose(known, measured.frequency, rtol=0, atol=1e-6):
-            raise InputError(f"{self.path}: its frequency lines are not those of the campaign")
-        run_place, channel_place = np.array(places)[inverse].T
-        return np.asarray(self.stiffness[run_place, rows, channel_place])
-
-
-def read_set_truth(campaign_folder: Path, mount_set: str) -> SetTruth | None:
-    """Read the truth of a virtual campaign.
-
-    - `campaign_folder`: folder of ``campaign.toml``.
-    - `mount_set`: parts on the bench.
-    - returns none for a campaign that nobody knows the truth of.
-    """
-    path = path_inside(Path(campaign_folder), f"truth/{mount_set}.npz")
-    if not path.is_file():
-        return None
-    arrays = read_arrays(path, "write the virtual campaign again")
-    return SetTruth(
-        path=path,
-        runs=tuple(arrays["runs"].tolist()),
-        channels=tuple(arrays["channels"].tolist()),
-        frequency=arrays["frequency"],
-        stiffness=arrays["stiffness"],
-    )
-
 
 CHECK_CASES = ((5, 120.0), (5, 220.0), (6, 120.0), (6, 160.0), (6, 220.0), (7, 220.0))
 """Gear and torque limit [N m] of the full-load runs that surfaces are judged with: thesis, 3.5."""

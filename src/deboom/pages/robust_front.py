@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -12,14 +11,11 @@ import pandas as pd
 from deboom import plot
 from deboom.arrays import RealArray
 from deboom.choices import Pick
-from deboom.common import N_PER_MM, PERCENT, listed
-from deboom.errors import InputError
-from deboom.explore.front import VERIFICATION, nondominated, unbeaten
+from deboom.common import PERCENT, listed
+from deboom.explore.front import VERIFICATION, nondominated
 from deboom.explore.moments import MEAN_SUM, SIGMA_SUM
 from deboom.explore.result import Front
-from deboom.explore.robust import DesignLimits, Limit, Robust, RobustValues, chosen
-from deboom.files.uncertain_index import uncertain_index
-from deboom.measurement.channels import LoadCase
+from deboom.explore.robust import Limit, Robust
 from deboom.pages.front import report_front
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
@@ -31,27 +27,15 @@ from deboom.pages.front_answer import (
     vehicle_table,
 )
 from deboom.pages.front_pictures import heard_by_the_driver, pictures_behind
-from deboom.pages.motion import MotionReport, factor_name, motion_name, motion_report
-from deboom.plot.style import mount_colours, signed, vehicle_colours
+from deboom.pages.motion import factor_name, motion_name
+from deboom.pages.platform_front import FURTHER, PlatformFront
+from deboom.plot.style import mount_colours, signed
 from deboom.report import Report, Step, Table
-from deboom.vehicles.booming_model import BoomingModel, Motion
-from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet_front import FleetFront, same_designs
-from deboom.vehicles.free_directions import NOTICEABLE, DirectionFreedom, Need, free_directions
-from deboom.vehicles.limits import mount_price
-from deboom.vehicles.platform import Platform, Runs
-from deboom.vehicles.predicted_change import ChangeParts, change_parts
+from deboom.vehicles.fleet_front import same_designs
+from deboom.vehicles.free_directions import NOTICEABLE, Need
 
-TELLING = 0.9
-"""Share of the change that the parts named on top bring alone, at least [1]."""
-AT_THE_EDGE = 0.005
-"""Distance from a bound of the search at which a factor lies there [1]."""
-FURTHER = 0.1
-"""How much further than the search a factor at its edge is tried [1]."""
 BESIDE_WIDTH = 3.6
 """Width of figures that share a row [inch]."""
-MEASURED_AGAIN = 40
-"""Draws of all measurements behind the interval of the change."""
 MOST_PARTS = 8
 """Directions that the first screen names, those that bring most."""
 TERMS = (
@@ -69,260 +53,6 @@ TERMS = (
     "noise transfer function",
     "prescribed motion",
 )
-
-
-@dataclass(frozen=True, eq=False, kw_only=True)
-class PlatformFront:
-    """The front of a platform's mount stiffnesses, and what its report needs beside it.
-
-    Levels are those of the first load case; objectives are those of all.
-
-    Parameters
-    ----------
-    front : Front
-        The front, verified.
-    runs : Runs
-        Platform, vehicles and load cases of the search.
-    every : BoomingModel or None
-        The same model in all load cases of the platform; None where they do not allow it.
-    prescribed : Front or None
-        The same search with prescribed motion.
-    limits : DesignLimits or None
-        What designs had to keep.
-    target : float or None
-        Level that cars shall not exceed [dB(A)]; None: each vehicle's level of today.
-    run : str
-        Folder of the run, for the commands that come next.
-    """
-
-    front: Front
-    runs: Runs
-    every: BoomingModel | None = None
-    prescribed: Front | None = None
-    limits: DesignLimits | None = None
-    target: float | None = None
-    run: str = "results/u06_robust_front/latest"
-
-    @property
-    def platform(self) -> Platform:
-        """With the forces of the search, measured or from response surfaces."""
-        return self.runs.platform
-
-    @property
-    def load_case(self) -> LoadCase:
-        """The load case whose levels are shown."""
-        return self.platform.load_case(self.index.load_case_names[0])
-
-    @property
-    def stiffness_variables(self) -> tuple[str, ...]:
-        """Variables that are stiffness factors; loss factors come after them."""
-        return tuple(name for mount in self.platform.mounts for name in mount.variables)
-
-    @cached_property
-    def motion_report(self) -> MotionReport:
-        """What there is to say about motion and stiffness factors, checked at the picks."""
-        return motion_report(self.index, np.stack(list(self.front.named_designs.values())))
-
-    @property
-    def index(self) -> BoomingModel:
-        """The model of the search."""
-        model = self.front.model
-        assert isinstance(model, BoomingModel)
-        return model
-
-    @cached_property
-    def fleet(self) -> FleetFront:
-        """Levels and booming peaks of the load case that is shown."""
-        return FleetFront(self.front, self.load_case.order)
-
-    @property
-    def best(self) -> RealArray:
-        """Best-mean, shape (k,)."""
-        return self.front.pick_designs[Pick.best_mean]
-
-    @property
-    def cars_target(self) -> RealArray:
-        """Level that cars of each vehicle shall not exceed, shape (v,) [dB(A)]."""
-        if self.target is None:
-            return self.fleet.todays_levels
-        return np.full(len(self.fleet.vehicles), self.target)
-
-    @cached_property
-    def certainty(self) -> ChangeParts | None:
-        """What best-mean's change may be; None where no interval is known.
-
-        Known is it for coupled motion with factors of the dynamic stiffness.
-        """
-        if self.index.motion is not Motion.coupled or factor_name(self.index) == Factor.part.value:
-            return None
-        both = np.stack([self.front.robust.space.nominal, self.best])
-        try:
-            uncertain = uncertain_index(self.index, self.platform, self.runs.parts)
-            drawn = [
-                np.diff(again(both), axis=0)[0] / self.index.n_lines
-                for again in uncertain.draws(MEASURED_AGAIN, self.front.search.seed)
-            ]
-        except InputError:
-            return None
-        return change_parts(
-            self.fleet.splv_change(self.best),
-            drawn,
-            receptance=any(v.receptance is not None for v in self.runs.fleet.vehicles),
-            prescribed=self.with_prescribed_motion,
-            old_stops=self.as_softer_rubber,
-        )
-
-    @cached_property
-    def with_prescribed_motion(self) -> float:
-        """Mean change by best-mean if the powertrain's motion stays as measured [dB]."""
-        loss = self.index.loss_factors
-        model = (
-            self.prescribed.model
-            if self.prescribed is not None
-            else self.runs.model(Motion.prescribed, self.index.factor, loss_factors=loss)
-        )
-        both = np.asarray(model(np.stack([self.front.robust.space.nominal, self.best])))
-        return float((both[1] - both[0]).mean() / self.index.n_lines)
-
-    @cached_property
-    def evaluated_changes(self) -> RealArray:
-        """Change of each vehicle by the designs that the search evaluated, (n, v) [dB]."""
-        evaluated = self.front.search.evaluated
-        today = self.front.robust(self.front.robust.space.nominal[np.newaxis]).mean
-        kept = ~evaluated.failed
-        return np.asarray((evaluated.mean[kept] - today) / self.index.n_lines)
-
-    @property
-    def sigma_range(self) -> float:
-        """By how much σ differs over the front, per vehicle and line [dB]."""
-        return float(np.ptp(self.front.values.sigma_sum[self.front.nondominated])) * (
-            self.front.per_line
-        )
-
-    @property
-    def colours(self) -> dict[str, str]:
-        """Colour of each vehicle, the same on every page of the platform."""
-        return vehicle_colours(self.platform.fleet.names)
-
-    @property
-    def worst_vehicle(self) -> int:
-        """Row of the vehicle that best-mean helps least."""
-        return self.fleet.worst_vehicle(self.front.pick_designs[Pick.best_mean])
-
-    @cached_property
-    def nominal_stiffness(self) -> RealArray:
-        """Mean |K| in the band at factor 1, of `stiffness_variables` [N/mm]; nan: not measured."""
-        band = (float(self.fleet.frequency[0]), float(self.fleet.frequency[-1]))
-        return self.runs.stiffness(self.load_case, band) * N_PER_MM
-
-    @property
-    def stiffness_state(self) -> str:
-        """State that `nominal_stiffness` holds at, in words."""
-        first, last = self.fleet.frequency[[0, -1]]
-        return (
-            f"the mean |K| in operation, {self.load_case.title}, {first:g}–{last:g} Hz; the "
-            "supplier's sheet has the same factors at the state of its test"
-        )
-
-    @cached_property
-    def freedom(self) -> DirectionFreedom:
-        """How far each variable may leave best-mean before a vehicle changes noticeably."""
-        return free_directions(
-            self.index,
-            self.front.pick_designs[Pick.best_mean],
-            self.front.robust.space,
-            without_effect=self.front.without_effect,
-        )
-
-    @cached_property
-    def telling(self) -> list[int]:
-        """Variables that bring `TELLING` of best-mean's change alone, the strongest first."""
-        today, best = self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]
-        alone = np.where(np.eye(len(best), dtype=bool), best, today)
-        order = np.argsort(
-            [self.fleet.splv_change(design).mean() for design in alone], kind="stable"
-        )
-        whole = self.fleet.splv_change(best).mean()
-        columns = [int(column) for column in order]
-        for count in range(1, len(columns)):
-            if self.only(columns[:count]).mean() <= TELLING * whole:
-                return columns[:count]
-        return columns
-
-    def only(self, columns: list[int]) -> RealArray:
-        """Change of each vehicle if only some variables go to best-mean, shape (v,) [dB]."""
-        design = self.front.robust.space.nominal.copy()
-        design[columns] = self.front.pick_designs[Pick.best_mean][columns]
-        return self.fleet.splv_change(design)
-
-    def edges(self, design: RealArray) -> list[int]:
-        """Variables with an effect whose factor lies at a bound of the search."""
-        space = self.front.robust.space
-        at = (design <= space.lower + AT_THE_EDGE) | (design >= space.upper - AT_THE_EDGE)
-        free = np.isin(self.front.variables, self.front.without_effect)
-        return [int(column) for column in np.flatnonzero(at & ~free)]
-
-    @property
-    def beyond(self) -> float:
-        """What the telling variables at an edge bring, moved on by `FURTHER` [dB]."""
-        space, best = self.front.robust.space, self.front.pick_designs[Pick.best_mean]
-        moved = best.copy()
-        for column in set(self.edges(best)) & set(self.telling):
-            moved[column] += FURTHER if best[column] > space.nominal[column] else -FURTHER
-        return float((self.fleet.splv_change(moved) - self.fleet.splv_change(best)).mean())
-
-    @cached_property
-    def as_softer_rubber(self) -> float:
-        """Mean change by best-mean if its factors mean the rubber alone [dB]; nan: not known."""
-        if factor_name(self.index) == Factor.part.value or self.index.loss_factors:
-            return float("nan")
-        try:
-            part = self.runs.model(Motion.coupled, Factor.part)
-            both = part(
-                np.stack([self.front.robust.space.nominal, self.front.pick_designs[Pick.best_mean]])
-            )
-        except InputError:
-            return float("nan")
-        return float((both[1] - both[0]).mean() / self.index.n_lines)
-
-    @cached_property
-    def price(self) -> pd.DataFrame | str:
-        """Sag, travel and modes of today's design and the picks, or why they are not known."""
-        designs = {
-            name: x[: len(self.stiffness_variables)] for name, x in self.front.named_designs.items()
-        }
-        try:
-            requirements = mount_price(self.runs, self.index.factor)
-            numbers = requirements(np.stack(list(designs.values())))
-        except InputError as error:
-            return str(error)
-        labels = [f"{name} [{q.unit}]" for q in requirements.quantities for name in q.names]
-        return pd.DataFrame({"number": labels, **dict(zip(designs, numbers, strict=True))})
-
-    @cached_property
-    def by_load_case(self) -> pd.DataFrame:
-        """Change of the mean level by each pick in each load case and vehicle, no scatter [dB]."""
-        if self.every is None:
-            return pd.DataFrame()
-        designs, rows = np.stack(list(self.front.named_designs.values())), []
-        for name in self.every.load_case_names:
-            level = self.every.levels(designs, name).mean(axis=2)
-            for vehicle, changes in zip(self.fleet.vehicles, (level[1:] - level[0]).T, strict=True):
-                rows.append(
-                    {"load case": name, "vehicle": vehicle}
-                    | dict(zip((f"{pick} [dB]" for pick in self.front.picks), changes, strict=True))
-                )
-        return pd.DataFrame(rows)
-
-    @cached_property
-    def judged_prescribed(self) -> dict[str, RobustValues]:
-        """The front of prescribed motion as this model judges it, by its label."""
-        if self.prescribed is None:
-            return {}
-        values = self.front.judge(self.prescribed.values.designs)
-        rows = np.flatnonzero(unbeaten(values))
-        rows = rows[np.argsort(values.mean_sum[rows], kind="stable")]
-        return {"found with prescribed motion": chosen(values, rows)}
 
 
 def front_report(view: PlatformFront) -> Report:
@@ -533,12 +263,13 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     blocks: list[str | Table] = []
     if view.limits is not None:
         numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        bounds = view.limits.limits.limits
         limited = pd.DataFrame(
             {
-                "number": [f"{one.response} [{one.unit}]" for one in view.limits.limits.limits],
+                "number": [f"{limit.response} [{limit.unit}]" for limit in bounds],
                 "today": numbers[0],
                 "after": numbers[1],
-                "allowed": [_allowed(one) for one in view.limits.limits.limits],
+                "allowed": [_allowed(limit) for limit in bounds],
             }
         )
         carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
@@ -592,10 +323,10 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
         others = np.delete(change, odd, axis=1).mean(axis=1)
-        own = int(change[:, odd].argmin())
+        row = int(change[:, odd].argmin())
         text += (
-            f" Best for {names[odd]} alone would be {signed(change[own, odd], 1)} dB there and "
-            f"{signed(others[own], 1)} dB in the others; best-mean gives "
+            f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
+            f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
         )
@@ -670,9 +401,9 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.section(
         "The picks",
-        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
-        "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
-        f"least scatter. Here: {'; '.join(names)}.{missing}",
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
+        "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
+        f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
     )
     report.table(
         "picks",

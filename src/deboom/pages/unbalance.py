@@ -12,6 +12,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.bench.truth import UnbalanceTruth
 from deboom.compressor.acceptance import DYNAMIC, STATIC, overall
 from deboom.compressor.routes import OperatingMotion
 from deboom.compressor.sources import UnbalanceCurve, case_name
@@ -19,11 +20,7 @@ from deboom.compressor.unbalance import RouteResult, SweepUnbalance
 from deboom.files.compressor_model import compressor_document
 from deboom.pages.component_sheet import append_verdicts
 from deboom.pages.compressor_identification import in_words
-from deboom.pages.compressor_unbalance import (
-    MODEL_FILE,
-    MeasuredUnbalance,
-    UnbalanceTruth,
-)
+from deboom.pages.compressor_unbalance import MODEL_FILE, MeasuredUnbalance
 from deboom.plot import CurvePanel
 from deboom.plot.style import signed
 from deboom.report import Report

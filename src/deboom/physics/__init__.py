@@ -1,1 +1,1 @@
-"""Equations only: arrays in, arrays out. Depends on: nothing."""
+"""Equations only: arrays in, arrays out; numpy and scipy. May import no other package."""

@@ -3,6 +3,7 @@
 A picture of one panel takes ``ax`` and returns its Axes, a grid its Figure; `mode_shapes` returns
 PNG bytes. `deboom.report` makes files of all and closes them. matplotlib is imported inside the
 functions, so that studies start fast; no global setting survives. Same arguments, same bytes.
+May import no other package.
 """
 
 from typing import TYPE_CHECKING
@@ -19,7 +20,7 @@ from deboom.plot.distributions import grouped_pairs, joint_scatter, strips
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
-from deboom.plot.maps import PointMap, point_maps
+from deboom.plot.maps import PointMap, places, point_maps
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
 from deboom.plot.sketches import axes_sketch
@@ -51,6 +52,7 @@ __all__ = [
     "objective_grid",
     "parallel_coordinates",
     "pareto_front",
+    "places",
     "point_maps",
     "scatter_matrix",
     "spl_curves",

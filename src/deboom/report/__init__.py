@@ -1,4 +1,4 @@
-"""Reports: what a study found, as a page and files. Depends on: plain tables, arrays, pictures."""
+"""Reports: what a study found, as a page and files. May import `plot` alone."""
 
 from deboom.report.report import PAGE, SUMMARY, Report, Scalar, Sound, Step, Table
 

@@ -1,4 +1,5 @@
 """Run a study: its options, its folder, its record, and how a finished run is opened again.
 
-May import every other package but `deboom.cli`; studies import it, and it imports no study.
+May import `supplier`, `pages`, `report`, `plot`, `bench`, `files`, `vehicles`, `compressor`,
+`mounts`, `measurement`, `physics` and `explore`. Studies import it; it imports no study.
 """

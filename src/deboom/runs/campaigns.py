@@ -15,6 +15,7 @@ from deboom.bench.campaign_writer import write_campaign
 from deboom.bench.fleet import load_fleet
 from deboom.bench.layout import LOAD_CASES
 from deboom.bench.powertrain import DRAWING, load_bench
+from deboom.bench.truth import read_vehicle_truth
 from deboom.bench.vehicle_writer import write_vehicle
 from deboom.common import Progress
 from deboom.errors import InputError
@@ -26,7 +27,6 @@ from deboom.files.campaign import (
     read_campaign,
     read_time_run,
 )
-from deboom.files.disk import read_arrays
 from deboom.files.library_export import write_library_json
 from deboom.files.run_folder import hash_files
 from deboom.files.schema import load_toml
@@ -48,7 +48,6 @@ from deboom.mounts.characterise import (
 )
 from deboom.mounts.characterised_mount import CharacterisedMount, MapPoints
 from deboom.mounts.library import MountLibrary, open_library
-from deboom.names import path_inside
 from deboom.vehicles.synthesis import DrivenVehicle, DrivenVehicles, VehicleTruth, bench_sets
 
 
@@ -295,10 +294,10 @@ def _driven(folder: Path, run: str, mount_set: str) -> DrivenVehicle:
 
 def _truth(folder: Path, run: str) -> VehicleTruth | None:
     """Read the truth of a virtual vehicle; None for a vehicle that nobody knows the truth of."""
-    paths = [path_inside(folder, f"truth/{name}.npz") for name in (run, "vehicle")]
-    if not all(path.is_file() for path in paths):
+    arrays = read_vehicle_truth(folder, run)
+    if arrays is None:
         return None
-    driven, body = (read_arrays(path, "write the virtual vehicle again") for path in paths)
+    driven, body = arrays
     frequency = driven["frequency"].real
     ears, interfaces = (tuple(body[name].tolist()) for name in ("ears", "interfaces"))
     transfer = body["noise_transfer"]

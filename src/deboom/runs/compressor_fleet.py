@@ -43,7 +43,8 @@ from deboom.compressor.cabin_index import (
 )
 from deboom.compressor.cabin_noise import RunningInCar, running_in_car
 from deboom.compressor.hoses import hose_matrices
-from deboom.compressor.identify import Identification, IdentifyOptions, identify
+from deboom.compressor.identification import Identification, IdentifyOptions
+from deboom.compressor.identify import identify
 from deboom.compressor.sources import case_name, source_loads
 from deboom.compressor.unbalance_load import gyroscopic_mass
 from deboom.errors import InputError

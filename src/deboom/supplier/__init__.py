@@ -1,5 +1,5 @@
 """What a mount supplier gets and sends back: sheet, workbook, delivery, acceptance.
 
-May import `deboom.pages`, `deboom.report`, `deboom.plot` and what stands below them; no runs, no
-command line.
+May import `pages`, `report`, `plot`, `files`, `vehicles`, `compressor`, `mounts`, `measurement`,
+`physics` and `explore`; it knows neither runs nor a command line.
 """

@@ -1,1 +1,4 @@
-"""Receivers and the population of vehicles. Depends on: physics, explore, measurement, mounts."""
+"""Receivers and the population of vehicles: what a driver hears of a design.
+
+May import `physics`, `explore`, `measurement` and `mounts`.
+"""

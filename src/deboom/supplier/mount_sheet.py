@@ -516,9 +516,11 @@ class MountSheet(PartSheet):
             points=pd.concat(points, ignore_index=True) if points else pd.DataFrame(),
             caption=say(
                 "Dots: today's part in the vehicle, torque only. Curves: today's part and the band "
-                "at amplitude and frequency of the test, where measurements back them.",
+                "at amplitude and frequency of the test, where measurements back them. Static "
+                "curves: today's part, and what nominal value and band make of it.",
                 "Punkte: heutiges Teil im Fahrzeug, nur Drehmoment. Kurven: heutiges Teil und Band "
-                "bei Amplitude und Frequenz der Prüfung, soweit gemessen.",
+                "bei Amplitude und Frequenz der Prüfung, soweit gemessen. Statische Kennlinien: "
+                "heutiges Teil, und was Nennwert und Band daraus machen.",
             ),
         )
 

@@ -45,16 +45,6 @@ from deboom.vehicles.platform import Runs
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
-PARTS = {
-    "Front": (4, ("What to build", "The picks", "What the supplier")),
-    "Sensitivity": (2, ("Stiffness by stiffness",)),
-    "DOE and groups": (1, ("Which vehicles can share", "Groups", "Vehicle by vehicle")),
-    "Vehicles": (0, ()),
-}
-"""Steps in the order of the page: tiles at its top, and beginnings of the sections it shows.
-
-The sections of the DOE fold: a tile answers which vehicles go together.
-"""
 SAME_DOE = ("doe", "n_designs", "n_failed")
 """What the vehicles of a group would say of the DOE once more."""
 
@@ -157,9 +147,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
     report.inputs += [options.search.begin] if options.search.begin else []
-    for part, (count, _) in PARTS.items():
-        if part in parts:
-            report.tiles += parts[part].tiles[:count]
     report.section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"
@@ -173,17 +160,16 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     if fleet is None:
         report.section("DOE and groups", NOTHING)
-    for name, (_, shown) in PARTS.items():
-        if name not in parts:
-            continue
-        step, folded = parts[name], name == "DOE and groups"
-        step.sections = [
-            replace(section, folded=folded or section.folded)
-            for title in shown
-            for section in step.sections
-            if section.title.startswith(title)
-        ]
-        report.include(step, name, names=names[name])
+    for name in ("Front", "Sensitivity", "DOE and groups", "Vehicles"):
+        if name in parts:
+            folded = name == "DOE and groups"  # the first screen says which vehicles go together
+            report.include(parts[name], name, names=names[name], leading=True, folded=folded)
+    beside = [
+        f"{value} {label}."
+        for name, count in (("DOE and groups", 1), ("Sensitivity", 2))
+        for value, label in (parts[name].tiles[:count] if name in parts else ())
+    ]
+    report.panel("Which vehicles go together, which stiffness leads", *beside)
     report_runs(report, model.everyone)
     return report
 

@@ -403,6 +403,7 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
         "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
         f"least scatter. Here: {'; '.join(names)}.{missing}",
+        leads=True,
     )
     report.table(
         "picks",
@@ -502,6 +503,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "What the supplier should build",
         "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
         f"{view.stiffness_state}.",
+        leads=True,
     )
     report.figure(
         "stiffness_bars",

@@ -1,16 +1,30 @@
 """Make the pictures of README and guides again, and the run in results/: ``make pictures``."""
 
+import contextlib
 import shutil
+import sys
 import tempfile
+import time
 from pathlib import Path
 
 from deboom.bench.compressor_writer import write_operating_test
+from deboom.runs.interactive_page import write_interactive_page
 from deboom.runs.runner import load_study, run_study
+from deboom.runs.supplier_sheets import supplier_sheets
+from deboom.supplier.sources import SheetFiles
 
 ROOT = Path(__file__).parents[1]
+sys.path.append(str(ROOT / "tests"))
+
+from browser_samples import Browser  # noqa: E402
+
 PLATFORM = ROOT / "studies" / "data" / "u06_f39_f45"
 PARTS = ROOT / "docs" / "guides" / "delivered_parts.csv"
 EXAMPLE = ROOT / "results" / "u06_sensitivity" / "example"
+SCREEN, A4 = (1440, 900), (820, 1160)
+"""Width and height of photographed pages [px]."""
+PAINTED_S = 5.0
+"""Wait until a page has computed what it shows [s]."""
 PICTURES = ("spl_curves", "pareto_front", "stiffness_bars", "sobol", "families")
 
 
@@ -18,14 +32,15 @@ def main() -> None:
     """Run the study with its default budget, and copy its best figures."""
     target = ROOT / "docs" / "pictures"
     target.mkdir(exist_ok=True)
-    with tempfile.TemporaryDirectory() as name:
-        folder = Path(name)
+    with tempfile.TemporaryDirectory() as name, contextlib.chdir(name):
+        folder = Path("results")  # commands on the pages name it, as a user's do
         run = run_study(load_study(ROOT / "studies" / "u06_platform.py"), folder, {"seed": 1})
         for stem in PICTURES:
             _keep(run, stem, target, stem)
         front = run_study(load_study(ROOT / "studies" / "u06_robust_front.py"), folder, {"seed": 1})
         box = run_study(load_study(ROOT / "studies/solution_box.py"), folder, {"front": front})
         _keep(box, "box", target, "acceptance_box")
+        _first_pages(front, box, target)
         given = {"box": box, "parts": PARTS, "platform": PLATFORM, "uncertainty": 0.02}
         delivery = run_study(load_study(ROOT / "studies" / "accept.py"), folder, given)
         _keep(delivery, "parts", target, "delivery")
@@ -34,6 +49,27 @@ def main() -> None:
         unbalance = run_study(study, folder, {"folder": test})
         _keep(unbalance, "figure_61a_static", target, "unbalance")
         _finished_run(folder)
+
+
+def _first_pages(front: Path, box: Path, target: Path) -> None:
+    """Photograph what README shows first: a first screen, a sheet, the page that computes."""
+    sheets = supplier_sheets(front, mount="TSM", files=SheetFiles(box=box))
+    sheet = next(path for path in sheets.files if path.suffix == ".html")
+    live = write_interactive_page(front, studies=None)
+    pages = (
+        ("first_screen", front / "report.html", SCREEN),
+        ("supplier_sheet", sheet, A4),
+        ("live_page", live, SCREEN),
+    )
+    browser = Browser()
+    try:
+        for name, page, (width, height) in pages:
+            browser.open(page, width, height)
+            time.sleep(PAINTED_S)
+            (target / f"{name}.png").write_bytes(browser.picture())
+            print(target / f"{name}.png")
+    finally:
+        browser.close()
 
 
 def _finished_run(folder: Path) -> None:

@@ -10,8 +10,9 @@ part, both measured at one state on one machine. Parts nearer to an end of their
 of the cars that get these parts are predicted.
 
 What comes out: pass, fail or undecided for every part and batch with the reason, Cp and Cpk per
-axis with their lower bounds, and the levels of the cars that get their mounts from the batch;
-tables, figures, report.html, and supplier.html without a word of the vehicles. Keys of
+axis with their lower bounds, against the Cpk that a sheet demands, and the levels of the cars that
+get their mounts from the batch; tables, figures, report.html, and supplier.html with the rules that
+were applied and without a word of the vehicles. Keys of
 summary.json: n_parts, n_passed, n_failed, n_undecided; n_batches, n_batches_passed,
 n_batches_failed; cpk_at_least_smallest (95 % confidence), pieces_inside_at_least_smallest
 (share of a batch inside the box, lower end), cars_within_limit_smallest, share_stated. The last
@@ -23,6 +24,7 @@ deboom report RUN --supplier --box BOX, fill in the workbook, then deboom accept
 from __future__ import annotations
 
 from dataclasses import dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -130,5 +132,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         progress(1, 1, "done")
     files = () if model.platform is None else model.platform.input_files
     report = delivery_report(delivery, (model.box, options.parts, *files))
-    report.attach("supplier.html", supplier_verdict(delivery, model.language).html().encode())
+    judged_on = datetime.now(UTC).date().isoformat()
+    page = supplier_verdict(delivery, model.language, judged_on)
+    report.attach("supplier.html", page.html().encode())
     return report

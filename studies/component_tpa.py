@@ -88,7 +88,7 @@ class Options:
         Option(help="What chooses how much is held back: cross-validation, l-curve or none."),
     ] = "cross-validation"
     unmeasured_point: Annotated[
-        bool, Option(help="Without --test: a hose joins source and car that nobody measured.")
+        bool, Option(help="Without --test: a bracket joins source and car, unmeasured.")
     ] = False
     airborne: Annotated[
         float, Option(help="Without --test: energy through the air over that of the structure.")

@@ -47,7 +47,6 @@ from deboom.explore.sensitivity import (
     sobol_designs,
 )
 from deboom.explore.space import DesignSpace
-from deboom.files.tables import workbook_bytes
 from deboom.pages.front import report_front, report_heard
 from deboom.pages.front_answer import (
     VEHICLE_DECIMALS,
@@ -84,7 +83,7 @@ TRIED = 11
 """Values of each stiffness that are tried for it."""
 TILES = 2
 """Stiffnesses that the page begins with: those that matter most."""
-PLACES, SHEET = "places", "supplier_sheet"
+PLACES = "places"
 
 
 class Parts(Enum):
@@ -364,7 +363,7 @@ def stiffness_sobol(model: MountedFleet, space: DesignSpace, n: int, *, seed: in
 
 
 def front_report(view: MountFront, options: Options, limits: DesignLimits, run: str) -> Report:
-    """Report which mounts make the cars quiet, with the sheet for their supplier; `run`: name."""
+    """Report which mounts make the cars quiet; `run`: name."""
     low, high = band_of(options.band)
     report = Report(
         "Mounts of the compressor: quiet cars in spite of scatter",
@@ -464,17 +463,17 @@ def _answer(
     fleet, best = view.fleet, view.best
     before, after = mean_levels(fleet, best)
     change = after - before
-    today, build = (view.stiffness(one) for one in (view.front.robust.space.nominal, best))
+    today, build = (view.stiffness(design) for design in (view.front.robust.space.nominal, best))
     ratio = build / today
     moves = listed(
         tuple(f"{name} to {share:.2f}" for name, share in zip(view.names, ratio, strict=True))
     )
     loudest = [
-        max(changes, key=lambda one: one.level_before)
+        max(changes, key=lambda peak: peak.level_before)
         for changes in fleet.peak_changes(best).values()
         if changes
     ]
-    falls = sorted(one.level_after - one.level_before for one in loudest)
+    falls = sorted(peak.level_after - peak.level_before for peak in loudest)
     top = (
         f"each car's loudest peak changes by {signed(falls[0], 1)} to {signed(falls[-1], 1)} dB, "
         if falls
@@ -554,6 +553,7 @@ def _answer(
         Step("deboom run compressor_robust_front --reach 0.6", "let stiffness go further"),
         Step("deboom run compressor_robust_front --travel 1.5", "let mounts travel further"),
         Step(f"deboom report {run} --interactive", "try other designs in a page"),
+        Step(f"deboom report {run} --supplier", "the sheet for whoever makes the mounts"),
     )
 
 
@@ -657,41 +657,20 @@ def _cars(report: Report, view: MountFront) -> None:
 
 
 def _matters(report: Report, view: MountFront, options: Options) -> None:
-    """Show which stiffness is worth a supplier's effort, and write the supplier's sheet."""
+    """Show which stiffness is worth a supplier's effort."""
     report.section(
         "What matters to whoever makes the mounts",
         "Importance is the share of the variance of the level that a stiffness is behind, alone "
         "and with others, when all vary within the bounds of the search; mean over the cars. "
-        f"{view.leading} matters most. {SHEET}.html is the page for the supplier.",
+        f"{view.leading} matters most. `deboom report RUN --supplier` writes the sheet that the "
+        "supplier quotes and signs, in English or German, with names or without.",
     )
     report.table("sobol", index_table(view.sobol, "stiffness"))
-    wanted = _requirements(view, options)
     caption = (
         "Required stiffness. Importance: share of the variance of the level within the range "
         "searched. Share of sigma: of the scatter between cars as built."
     )
-    report.table("requirements", wanted, caption)
-
-    cars = report.tables["cars"].drop(columns=["level before [dB(A)]", "level after [dB(A)]"])
-    conditions = _conditions(view, options)
-    sheet = Report(
-        "Mounts of the refrigerant compressor",
-        f"Dynamic stiffness |K| at {view.model.reference_line:g} Hz that makes "
-        f"{len(view.fleet.vehicles)} electric cars quiet, and what its tolerance costs.",
-        compact=True,
-    )
-    sheet.tile(f"{signed(float(view.change.mean()), 1)} dB", "first order, mean of the cars")
-    sheet.tile(view.leading, "matters most")
-    sheet.section("Requirement")
-    sheet.table(None, wanted, caption)
-    sheet.section("Effect")
-    sheet.table(None, cars, "Mean level of the lines, and its scatter.")
-    sheet.section("Conditions")
-    sheet.table(None, conditions, "Under which these hold.")
-    tables = {"requirement": wanted, "effect": cars, "designs": report.tables["picks"]}
-    book = workbook_bytes({**tables, "conditions": conditions}, sheet.title)
-    report.attach(f"{SHEET}.html", sheet.html().encode("utf-8"))
-    report.attach(f"{SHEET}.xlsx", book)
+    report.table("requirements", _requirements(view, options), caption)
 
 
 def _requirements(view: MountFront, options: Options) -> pd.DataFrame:
@@ -715,33 +694,6 @@ def _requirements(view: MountFront, options: Options) -> pd.DataFrame:
         PERCENT * float(shares[columns].sum()) for columns in view.groups.values()
     ]
     return table
-
-
-def _conditions(view: MountFront, options: Options) -> pd.DataFrame:
-    """List under which conditions the requirement holds, and where it comes from."""
-    index = view.index
-    places = "; ".join(
-        f"{mount.name} " + ", ".join(f"{1e3 * value:.1f}" for value in mount.position)
-        for mount in index.mounts
-    )
-    cases = zip(index.case_names, index.weights, strict=True)
-    batch = f", {PERCENT * options.batch:g} % of the variance from batch to batch"
-    rows = {
-        "mounts": f"{'one part number' if options.identical else 'one part per mount'}; places "
-        f"x, y, z from the virtual point [mm]: {places}",
-        "directions": "axial along the axis of the mount, radial across it, both alike",
-        "stiffness": "magnitude of the complex dynamic stiffness; loss factor as today",
-        "band": f"{index.frequency[0]:g}–{index.frequency[-1]:g} Hz, first order",
-        "pressures": ", ".join(f"{name} (weight {weight:.2g})" for name, weight in cases),
-        "tolerance": f"± {PERCENT * options.tolerance:g} % is three standard deviations"
-        + (batch if options.identical else ""),
-        "places": f"± {options.place_tolerance:g} mm is three standard deviations",
-        "travel": f"under 1 g at most {options.travel:g} times today's; reached "
-        f"{view.travel(view.best):.2f}",
-        "hoses": "as identified" if options.hoses is Hoses.identified else "left out",
-        "source": "study compressor_robust_front; its options are in run.json beside this sheet",
-    }
-    return pd.DataFrame({"condition": list(rows), "value": list(rows.values())})
 
 
 def _trust(report: Report, view: MountFront, options: Options) -> None:

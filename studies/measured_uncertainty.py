@@ -54,7 +54,7 @@ from deboom.measurement.uncertainty import (
 from deboom.pages.motion import motion_report, report_runs
 from deboom.plot import IntervalPanel
 from deboom.plot.style import signed
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.runs.made_parts import ScatterOptions
 from deboom.runs.options import Seed
 from deboom.runs.platform_options import MotionOptions, PlatformOptions
@@ -63,6 +63,7 @@ from deboom.runs.rebuilt import compared_run
 from deboom.runs.result import RunContext
 from deboom.runs.search import SearchOptions
 from deboom.vehicles.fleet import Band, lines_inside
+from deboom.vehicles.free_directions import NOTICEABLE
 from deboom.vehicles.platform import Runs
 from deboom.vehicles.platform_uncertainty import PRIOR, transfer_sources
 from deboom.vehicles.uncertain_data import (
@@ -93,6 +94,8 @@ TWICE = 0.5
 HERE = "change, these vehicles and load cases"
 SERIES = "change, any vehicle and load case"
 LEVEL = "level, these vehicles and load cases"
+MOST_NEXT = 6
+"""Measurements that the first screen lists."""
 AS_IT_IS = "none: as it is"
 
 Questions = dict[str, tuple[VariancePart, ...]]
@@ -185,7 +188,54 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     report.tile(f"{level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A)", "mean level, today's")
     report.tile(f"{100 * repeated.quieter[place]:.0f} %", f"{design} is quieter than today's")
-    report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
+    half, series = float(change.half_width[place]), _half_width(following, scope)
+    enough = half < NOTICEABLE
+    if enough:
+        report.tile("nothing", f"to be measured for these vehicles: ±{half:.2f} dB is not heard")
+    else:
+        report.tile(f"−{gain:.0f} %", f"of the change's interval by: {nearest}")
+    next_one = (
+        f"nothing needs to be measured for these vehicles (±{half:.2f} dB is not heard)"
+        if enough
+        else f"next measure: {nearest}, {gain:.0f} % narrower"
+    )
+    report.answer(
+        f"{design} changes the mean level by {signed(float(change.value[place]), 1)} ± "
+        f"{half:.2f} dB in these vehicles (90 %); {next_one}.",
+        f"For any vehicle and load case of the group: ± {series:.1f} dB; next measure: "
+        f"{nearest_of_series}, {gain_of_series:.0f} % narrower."
+        if scope == SERIES
+        else "",
+        f"Errors of measurement alone; what the model leaves out stands on the page of the front. "
+        f"Today's mean level: {level.value[0]:.1f} ± {level.half_width[0]:.1f} dB(A).",
+    )
+    changes = repeated.interval(lambda drawn: _change(drawn.level))
+    levels = repeated.interval(lambda drawn: drawn.level)
+    each = pd.DataFrame(
+        {
+            "vehicle": list(repeated.vehicles),
+            "today [dB(A)]": levels.value[0],
+            "± [dB]": levels.half_width[0],
+            "change [dB]": changes.value[place],
+            "from [dB]": changes.lower[place],
+            "to [dB]": changes.upper[place],
+        }
+    )
+    one_digit = {"± [dB]": 1, "change [dB]": 1, "from [dB]": 1, "to [dB]": 1}
+    report.panel("Each vehicle", Table(each, "", one_digit), "90 % intervals.", wide=True)
+    report.panel(
+        "What to measure next",
+        Table(
+            following[["measurement", f"{scope}, ± [dB]"]].head(MOST_NEXT),
+            "",
+            {f"{scope}, ± [dB]": 2},
+        ),
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom run measured_uncertainty --vehicle FOLDER", "errors from your own vehicles"),
+        Step("deboom run measured_uncertainty --front RUN", "for the picks of a front"),
+    )
     priors = sources.loc[sources["from"] == PRIOR, "source"]
     report.warn(
         f"Stated, not measured: {', '.join(priors)}. Measure some vehicles in two ways "
@@ -569,6 +619,11 @@ def _best_next(following: pd.DataFrame, question: str) -> tuple[str, float]:
     gains = following[f"{question}: narrower by [%]"]
     row = int(gains.to_numpy().argmax())
     return str(following["measurement"].iloc[row]), float(gains.iloc[row])
+
+
+def _half_width(following: pd.DataFrame, question: str) -> float:
+    """Return the half width of a question as it is [dB]."""
+    return float(following[f"{question}, ± [dB]"].iloc[0])
 
 
 def _columns(

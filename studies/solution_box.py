@@ -448,7 +448,7 @@ def _answer(
     report: Report, study: BoxStudy, certainty: Interval, options: Options, what: str, run: str
 ) -> None:
     """Fill the first screen: intervals, vehicles, how sure the share is, and what comes next."""
-    check, box, asked = study.solution.verified, study.box, study.question
+    check, box, limit = study.solution.verified, study.box, study.question.limit
     origin = limit_origin(options.limit_below_today)
     needed = ~study.on_bounds & study.effective
     ends = [
@@ -499,15 +499,17 @@ def _answer(
             dict.fromkeys(("from [1]", "to [1]"), 2)
             | dict.fromkeys(("from [N/mm]", "to [N/mm]", "today [N/mm]"), 0),
         ),
-        f"From and to: shares of today's stiffness. N/mm are the {study.condition}.",
+        "From and to: shares of today's stiffness. N/mm are the mean |K| of a piece in operation, "
+        f"{study.runs.cases[0][0].title}, {study.index.frequency[0]:g}–"
+        f"{study.index.frequency[-1]:g} Hz.",
         wide=True,
     )
     today = study.response(study.space.nominal[np.newaxis])[0]
-    levels = study.shown_excess + asked.limit
+    levels = study.shown_excess + limit
     each = pd.DataFrame(
         {
             "vehicle": list(study.vehicles),
-            "limit [dB(A)]": asked.limit,
+            "limit [dB(A)]": limit,
             "today [dB(A)]": today,
             "in the box [dB(A)]": levels.mean(axis=0),
             "P95 [dB(A)]": np.quantile(levels, 0.95, axis=0),

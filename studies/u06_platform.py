@@ -37,7 +37,7 @@ from deboom.report import Report
 from deboom.runs.options import Sampler, Seed, at_least, robust_response, tolerance_sample
 from deboom.runs.platform_options import MotionOptions, PlatformOptions, in_all_load_cases
 from deboom.runs.progress import progress_bar
-from deboom.runs.result import RunContext
+from deboom.runs.result import RunContext, run_name
 from deboom.runs.search import ThoroughSearchOptions
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
@@ -116,6 +116,7 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         front=front,
         runs=runs,
         every=in_all_load_cases(options.platform, runs, options.motion),
+        run=run_name(context, "u06_platform"),
     )
     half, spread = options.half_width, options.tolerance
     plan = SensitivityPlan(
@@ -164,12 +165,8 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         if name in parts:
             folded = name == "DOE and groups"  # the first screen says which vehicles go together
             report.include(parts[name], name, names=names[name], leading=True, folded=folded)
-    beside = [
-        f"{value} {label}."
-        for name, count in (("DOE and groups", 1), ("Sensitivity", 2))
-        for value, label in (parts[name].tiles[:count] if name in parts else ())
-    ]
-    report.panel("Which vehicles go together, which stiffness leads", *beside)
+    others = [parts[name] for name in ("DOE and groups", "Sensitivity") if name in parts]
+    report.remarks += [other.verdict for other in others]
     report_runs(report, model.everyone)
     return report
 

@@ -4,6 +4,7 @@ No driver package is needed: messages are JSON, separated by zero bytes, on the 
 (to the browser) and 4 (from it).
 """
 
+import base64
 import json
 import os
 import select
@@ -111,6 +112,10 @@ class Browser:
             "Emulation.setDeviceMetricsOverride",
             width=width, height=height, deviceScaleFactor=1, mobile=False,
         )  # fmt: skip
+
+    def picture(self):
+        """Return what the window shows, as PNG."""
+        return base64.b64decode(self._send("Page.captureScreenshot", format="png")["data"])
 
     def scripts(self, allowed):
         """Switch JavaScript on or off for pages opened from now on."""

@@ -21,6 +21,7 @@ from .explore.sensitivity import morris as morris
 from .explore.sensitivity import sobol as sobol
 from .explore.space import DesignSpace as DesignSpace
 from .explore.space import ResponseFunction as ResponseFunction
+from .explore.surrogate import surrogate_search as surrogate_search
 from .explore.tolerance_allocation import allocate_tolerances as allocate_tolerances
 from .files.acceptance import read_delivered_parts as read_delivered_parts
 from .files.acceptance import read_solution_box as read_solution_box

@@ -64,6 +64,7 @@ class FolderKind(Enum):
     compressor = "compressor"
     operation = "operation"
     car = "car"
+    component = "component"
     hammer = "hammer"
 
 

@@ -40,7 +40,7 @@ class StudyCommand(TyperCommand):
 
 
 COMMANDS = {
-    "Start": ("new", "check"),
+    "Start": ("new", "check", "look"),
     "Studies": ("studies", "run"),
     "Measurements": ("characterise", "orders", "identify", "unbalance"),
     "Results": ("list", "show", "serve", "report", "compare", "listen", "driven"),
@@ -98,6 +98,7 @@ app.add_typer(bench_app, name="bench")
 app.add_typer(library_app, name="library")
 app.command()(new)
 app.command()(check)
+add_study("look")
 app.command()(characterise)
 app.command()(orders)
 app.command("list")(list_)

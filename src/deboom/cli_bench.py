@@ -377,7 +377,7 @@ def component(
     unmeasured_point: Annotated[
         bool,
         typer.Option(
-            "--unmeasured-point", help="A hose joins source and body that nobody measured."
+            "--unmeasured-point", help="A bracket joins source and body that nobody measured."
         ),
     ] = False,
     airborne: Annotated[

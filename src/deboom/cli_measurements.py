@@ -129,6 +129,35 @@ def import_mounts(
     typer.echo(f"{len(mounts)} mounts imported")
 
 
+@library_app.command("rig")
+def import_rig(
+    library: Where,
+    folder: Annotated[Path, typer.Argument(help="Folder of a mount on a rig, with rig.toml.")],
+    table: Annotated[
+        Path | None,
+        typer.Option(help="Write the 3 x 3 stiffness of the first preload, for receiver.toml."),
+    ] = None,
+    replace: Annotated[
+        bool, typer.Option("--replace", help="Exchange a mount that is there already.")
+    ] = False,
+) -> None:
+    """Import a mount that was measured on a rig: ISO 10846-2 direct, or -3 indirect.
+
+    Its dynamic transfer stiffness per preload, along every axis that was excited; lines on which
+    the output side moves within 20 dB of the input side count as not valid. A library that is
+    missing is made.
+    """
+    from deboom.files.mount_rig import read_mount_rig, write_stiffness
+    from deboom.mounts.library import open_library
+
+    rig = read_mount_rig(folder)
+    with open_library(library, create=True) as opened:
+        opened.add([rig.campaign], [rig.mount], replace=replace)
+    if table is not None:
+        write_stiffness(table, rig.stiffness[0])
+    typer.echo(_described(rig.mount))
+
+
 @library_app.command()
 def export(
     library: Where,

@@ -76,11 +76,12 @@ def report(
 ) -> None:
     """Write further pages from a finished run: for a mount supplier, or to explore its front.
 
-    --supplier: two pages of A4 and a workbook per mount: one nominal stiffness, one band and one
-    state per direction, the test of a part, what the process must show, what it is worth. --box
-    gives bands and limits, --tolerances bands where no box was made, --sharing part numbers;
-    programme.toml beside the platform gives drawing, volumes, weight forces and test conditions.
-    Of a run of u06_sensitivity: how much hangs on each direction of a mount, per vehicle.
+    --supplier: two pages of A4 and a workbook per mount, of an engine or, from a run of
+    compressor_robust_front, of a compressor: one nominal stiffness, one band and one state per
+    direction, the test of a part, the rules of acceptance, what the process must show, what it is
+    worth. --box gives bands and limits, --tolerances bands where no box was made, --sharing part
+    numbers; programme.toml beside the platform gives drawing, volumes, weight forces and test
+    conditions. Of a run of u06_sensitivity: how much hangs on each direction, per vehicle.
     A sheet that is there is not overwritten: --out names the folder of the next revision.
     --interactive: one offline page with the model in it. Sliders change every stiffness, the page
     computes the levels of all vehicles with their scatter and improves a design within limits;

@@ -14,12 +14,16 @@ from command_line import call, refused
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     BoxResponse,
+    SheetDirection,
+    SupplierSpecification,
     checksum,
     read_delivered_parts,
     read_solution_box,
     write_solution_box,
 )
+from deboom.files.platform import read_platform
 from deboom.runs.overview import command_of
+from deboom.supplier.acceptance import supplier_verdict
 from deboom.supplier.delivery import Demand, PartVerdict, judged_delivery, limited_axes
 from pinned_pages import hold
 
@@ -61,7 +65,7 @@ def test_verdicts_at_the_ends_of_the_interval(tmp_path):
     verdicts = [one.verdict for one in delivery.parts]
     assert verdicts == [PartVerdict.passed] * 2 + [PartVerdict.failed] * 2 + [PartVerdict.passed]
     assert delivery.batches[0].verdict is PartVerdict.failed
-    assert delivery.batches[0].reason == "2 of 5 parts are outside"
+    assert delivery.batches[0].reason() == "2 of 5 parts are outside"
     # with 2 % uncertainty nothing near an end is decided
     verdicts = [one.verdict for one in judged(tmp_path, [0.81, 0.99, 1.01, 1.03, 0.9], 0.02).parts]
     assert verdicts == [PartVerdict.undecided] * 3 + [PartVerdict.failed, PartVerdict.passed]
@@ -71,7 +75,7 @@ def test_few_parts_leave_a_batch_undecided_and_many_pass_it(tmp_path):
     scatter = np.linspace(-0.03, 0.03, 4)
     few = judged(tmp_path, 0.9 + scatter).batches[0]
     assert few.verdict is PartVerdict.undecided
-    assert "measure more" in few.reason
+    assert "measure more" in few.reason()
     many = judged(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 30)).batches[0]
     assert many.verdict is PartVerdict.passed
     assert many.pieces.low > 0.99
@@ -92,6 +96,51 @@ def test_copied_measurements_are_named(tmp_path):
         judged(tmp_path, [0.9, 0.9, 0.9])
 
 
+def test_a_batch_in_a_corner_passes_and_the_supplier_reads_why_it_is_named(tmp_path):
+    demand = Demand.of_box(box_of(limit=40.0))  # which no car keeps
+    parts = read_delivered_parts(
+        table_of(tmp_path, 0.9 + np.linspace(-0.03, 0.03, 30)), limited_axes(demand)
+    )
+    delivery = judged_delivery(demand, parts, read_platform(PLATFORM), 0.0, seed=1)
+    assert delivery.batches[0].verdict is PartVerdict.passed
+    for language, reason in (("en", "lies in a corner of the box"), ("de", "liegt in einer Ecke")):
+        page = supplier_verdict(delivery, language, "2026-11-26").html()
+        assert page.count(reason) == 1
+        assert demand.checksum[:12] in page
+        assert "2026-11-26" in page
+        assert "U06" not in page
+
+
+@pytest.mark.parametrize(
+    ("spread", "verdict"), [(0.002, "shown"), (0.02, "open"), (0.05, "missed")]
+)
+def test_a_capability_is_held_against_the_cpk_that_was_demanded(tmp_path, spread, verdict):
+    demand = Demand.of_box(box_of())
+    assert demand.cpk is None
+    values = 0.9 + spread * np.array([-1.2, -0.9, -0.6, -0.3, 0.0, 0.0, 0.3, 0.6, 0.9, 1.2])
+    measured = judged(tmp_path, values).batches[0].capabilities["x"]
+    assert demand.capability_verdict(measured) is None
+    sheet = SupplierSpecification(
+        mount="TSM",
+        revision="",
+        language="en",
+        box_sha256="",
+        share_stated=0.95,
+        uncertainty=None,
+        directions=(SheetDirection(name="TSM x", duty="free", **STATELESS),),
+        cpk=1.33,
+    )
+    assert replace(demand, sheet=sheet).capability_verdict(measured).value == verdict
+
+
+STATELESS = dict.fromkeys(
+    (
+        *("lower", "upper", "today_n_per_mm", "loss_factor", "preload_n", "preload_mm"),
+        *("amplitude_mm", "frequency_hz", "static_rate_n_per_mm"),
+    )
+)
+
+
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
     """Run the command on a good batch, with the shipped platform."""
@@ -110,7 +159,6 @@ def test_the_command_writes_a_run(run):
 
 def test_levels_are_those_of_the_model_at_the_middle(run):
     # U06-1 with x at 0.9 of all mounts, the middle of the box
-    from deboom.files.platform import read_platform
     from deboom.vehicles.booming_model import Motion
 
     platform = read_platform(PLATFORM)
@@ -133,7 +181,7 @@ def test_ratios_to_todays_part_need_no_reference(tmp_path):
     parts = read_delivered_parts(path, axes, over_today=True)
     delivery = judged_delivery(box, parts, None, 0.0, seed=1, over_today=True)
     assert [one.verdict for one in delivery.parts] == [PartVerdict.passed, PartVerdict.failed]
-    assert delivery.parts[1].reason == "x outside: 1.020 of today's, asked 0.800 to 1.000"
+    assert delivery.parts[1].reason() == "x outside: 1.020 of today's, asked 0.800 to 1.000"
     with pytest.raises(InputError, match="asks nothing of 'XY x', only of EnM x"):
         judged_delivery(box, [replace(parts[0], mount="XY")], None, 0.0, 1, over_today=True)
     with pytest.raises(InputError, match="N/mm"):

@@ -9,10 +9,12 @@ import pytest
 from compare_samples import COMPARE, compare_runs
 from openpyxl import load_workbook
 
+from command_line import call, refused
 from deboom.compressor.cabin_index import mount_variables
 from deboom.errors import InputError
 from deboom.measurement.compressor_test import CompressorMount
 from deboom.runs.runner import load_study, run_study
+from deboom.supplier.sources import page_text, workbook_text
 from pinned_pages import hold, run_aloud
 
 STUDY = load_study("compressor_robust_front")
@@ -54,14 +56,44 @@ def test_runs_get_a_verdict_in_any_order(runs, tmp_path, monkeypatch):
     pd.testing.assert_frame_equal(*fronts)
 
 
-def test_the_cars_become_quieter_by_the_exact_model_too_and_the_supplier_gets_a_workbook(
-    finished, summary
-):
+def test_the_cars_become_quieter_by_the_exact_model_too(finished, summary):
     hold(finished, "compressor_robust_front")
     assert summary["exact_mean_change_db"] == pytest.approx(summary["mean_change_db"], abs=0.3)
     assert summary["travel_ratio"] <= 1.2
-    book = load_workbook(finished / "supplier_sheet.xlsx", read_only=True)
-    assert book.sheetnames == ["requirement", "effect", "designs", "conditions"]
+
+
+def test_the_supplier_gets_the_sheet_of_every_mount(finished, summary, tmp_path):
+    call("report", finished, "--supplier", "--out", tmp_path)
+    hold(tmp_path / "supplier_sheet_mounts.html", "supplier_compressor")
+    book = load_workbook(tmp_path / "supplier_sheet_mounts.xlsx", read_only=True)
+    head, axial, radial = book["data block"].iter_rows(values_only=True)
+    rows = [dict(zip(head, row, strict=True)) for row in (axial, radial)]
+    required = pd.read_csv(finished / "requirements.csv").set_index("requirement")
+    for row, name in zip(rows, ("mounts axial", "mounts radial"), strict=True):
+        wanted = required.loc[name]
+        assert row["direction"] == name
+        ratio = wanted["wanted / today [1]"]
+        assert row["nominal, of today's [%]"] == pytest.approx(100.0 * ratio)
+        assert row["from, of today's [%]"] == pytest.approx(100.0 * ratio * 0.85)
+        for key, column in (("nominal |K|", "wanted"), ("today |K|", "today")):
+            assert row[f"{key} [N/mm]"] == pytest.approx(wanted[f"{column} [N/mm]"], rel=1e-9)
+    worth = dict(zip(*list(book["worth"].iter_rows(values_only=True))[::2], strict=True))
+    share = required.loc["mounts radial", "share of sigma [%]"]
+    assert worth["share of the scatter [%]"] == pytest.approx(share, rel=1e-6)
+
+
+def test_an_anonymous_german_sheet_of_a_compressor_names_no_car_run_or_level(finished, tmp_path):
+    words = ("--supplier", "--anonymous", "--language", "de", "--out", tmp_path)
+    call("report", finished, *words)
+    html = (tmp_path / "supplier_sheet_mounts_anonymous.html").read_text(encoding="utf-8")
+    book = (tmp_path / "supplier_sheet_mounts_anonymous.xlsx").read_bytes()
+    told = page_text(html) + workbook_text(book)
+    cars = [f"EV-{number}" for number in range(1, 6)]
+    for secret in (*cars, finished.name, "compressor_robust_front", "dB(A)", "deboom report"):
+        assert secret not in told
+    assert all(word in told for word in ("Kompressorlager", "bevorzugt", "ISO 10846-2"))
+    refused(("report", finished, "--supplier", "--mount", "EnM"), "no mount 'EnM': use mounts")
+    refused(("report", finished, "--supplier", "--box", "b.json"), "belong to a platform's mounts")
 
 
 MOUNTS = [CompressorMount(f"mount {n}", np.ones(3), np.zeros(3), np.ones(3)) for n in (1, 2)]

@@ -56,7 +56,7 @@ def test_a_powertrain_that_is_not_held_stably_costs_its_modes_only(
     monkeypatch.setattr(NaturalFrequencies, "solved", unstable)
     small = {"generations": 1, "population": 4, "samples": 2, "band": (30.0, 33.0)}
     page = (run(tmp_path, quick_front, **small) / "report.html").read_text(encoding="utf-8")
-    assert "sag, travel and modes is not known: the stiffness has a negative direction" in page
+    assert "Sag, travel and modes are not known: the stiffness has a negative direction" in page
     assert "modes of the powertrain are not known: the stiffness has a negative" in page
 
 

@@ -224,6 +224,7 @@ def test_designs_of_an_experiment_have_a_page_of_the_same_kind(folder, tmp_path)
     run = run_study(platform, tmp_path, asked)
     page = write_interactive_page(run, studies=STUDIES)
     data, doe = data_of(page.read_text(encoding="utf-8")), pd.read_csv(run / "doe.csv")
+    assert data_of(page.read_text(encoding="utf-8"), "live-header")["starts"] == []
     axes = {axis["name"]: axis["values"] for axis in data["axes"]}
     lines = len(data["frequency"])
     for vehicle in VEHICLES:

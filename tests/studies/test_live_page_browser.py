@@ -175,6 +175,14 @@ def test_parts_that_share_a_stiffness_move_together(page):
     assert x[2] == x[5] == 0.8
 
 
+def test_a_design_beyond_the_sliders_is_set_to_their_ends_and_said_so(page):
+    page.value("axes.find(axis => axis.name === 'TSM z').values[1] = 1.5; pin('a', 1)")
+    page.focus("#to-live")
+    page.key("Enter")
+    assert design(page)[8] == 1.2
+    assert page.text("#live-said").endswith("so set to its end: TSM z.")
+
+
 def test_load_cases_and_weights_change_the_levels(page):
     _, robust = live_front()
     titles = "[...document.querySelectorAll('#live-case option')].map(one => one.textContent)"
@@ -223,6 +231,24 @@ def test_arrow_keys_read_a_curve(page):
     assert at[0] == 3
     assert said.startswith(f"U06-1: {at[1]:.0f}/min: ")
     assert ", today " in said
+
+
+def test_a_pointer_reads_all_curves_at_one_speed(page):
+    page.value("document.getElementById('live-today').click()")
+    fresh(page)
+    x, y, width = page.value(
+        "(b => [b.x, b.y + b.height / 2, b.width])"
+        "(document.querySelector('#live-curves svg').getBoundingClientRect())"
+    )
+    page.drag((x + width / 2, y))
+    line = page.value("live.session.line")
+    speed = page.value(f"live.data.cases[0].speed[{line}]")
+    levels = live_front()[1].evaluate.levels(np.ones((1, 12)))[0, :2, line]
+    shown = "[...document.querySelectorAll('#live-curves svg > text:last-of-type')]"
+    read = page.value(f"{shown}.map(text => text.textContent)")
+    for words, level in zip(read, levels, strict=False):
+        assert words.startswith(f"{speed:.0f}/min: {level:.1f} (")
+        assert words.endswith(f"today {level:.1f}")
 
 
 def test_every_control_has_a_name(page):

@@ -169,3 +169,18 @@ def test_lines_that_no_surface_knows_are_refused_or_measured_by_choice(quick_fro
     folder = run(tmp_path, quick_front, **small, mounts=MountSource.library_inside)
     page = (folder / "report.html").read_text(encoding="utf-8")
     assert "TSM x (1 of 241 lines are outside)" in page
+
+
+def test_tolerances_may_be_variables_too(tmp_path):
+    folder = run(tmp_path, load_study(STUDY), free_tolerances=True)
+    table = pd.read_csv(folder / "free_tolerances.csv")
+    price = table["price over today's [1]"]
+    tolerances = table.filter(regex="^tolerance")
+    assert list(tolerances.columns) == [f"tolerance {m} ± [%]" for m in ("EnM", "GeM", "TSM", "Du")]
+    assert tolerances.min().min() >= 5.0
+    assert tolerances.max().max() <= 25.0
+    directions = np.array([3, 3, 3, 3])
+    expected = (15.0 / tolerances.to_numpy()) @ directions / directions.sum()
+    np.testing.assert_allclose(price, expected, rtol=1e-9)
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "At no higher price than today" in page

@@ -7,7 +7,7 @@ import pytest
 
 from deboom.errors import InputError
 from deboom.explore.front import verification_response
-from deboom.explore.moments import Estimator
+from deboom.explore.moments import Estimator, Objective
 from deboom.explore.robust import Robust
 from deboom.explore.scatter import (
     FreshGaussianSampler,
@@ -19,9 +19,11 @@ from deboom.explore.scatter import (
     part_structure,
     sobol_sample,
 )
+from deboom.explore.search import nsga2
 from deboom.explore.space import ResponseFunction, generator, stiffness_factor_space
 from deboom.explore.tolerance_allocation import (
     Allocator,
+    FreeTolerances,
     ShareTarget,
     SigmaTarget,
     ToleranceCost,
@@ -407,3 +409,58 @@ def test_shares_at_their_ends(h, b):
 def test_what_cannot_be_made_is_refused(make, words):
     with pytest.raises(InputError, match=words):
         make()
+
+
+def linear_robust(**changes):
+    model = Linear([[1.0, 2.0, 3.0]])
+    space = stiffness_factor_space(model.variable_names)
+    sample = sobol_sample(3, 128, seed=1)
+    return Robust(model, space, sample, estimator=Estimator(1), **changes)
+
+
+GROUPS = {"A": ["M x0", "M x2"], "B": ["M x1"]}
+
+
+def test_tolerances_as_variables_are_those_of_a_response_that_has_them():
+    """For a linear response: σ² = Σ (a x t/3)² m₂, m₂ of the cut normal; price mean(0.15/t)."""
+    robust = linear_robust()
+    free = FreeTolerances(robust, GROUPS, 0.05, 0.25)
+    assert free.space.names[3:] == ("tolerance A", "tolerance B")
+    design = np.array([1.1, 0.9, 1.0, 0.06, 0.2])
+    values = free(design[np.newaxis])
+    tolerance = np.array([0.06, 0.2, 0.06])
+    space = replace(robust.space, tolerance=tolerance)
+    fixed = replace(robust, space=space)(design[np.newaxis, :3])
+    np.testing.assert_array_equal(values.objectives[:, :2], fixed.objectives)
+    sigma = np.sqrt(SECOND * np.sum(([1.0, 2.0, 3.0] * design[:3] * tolerance / 3.0) ** 2))
+    assert values.sigma_sum[0] == pytest.approx(sigma, rel=0.01)
+    assert values.objectives[0, 2] == pytest.approx(np.mean(0.15 / tolerance))
+    today = free(free.space.nominal[np.newaxis])
+    np.testing.assert_array_equal(
+        today.objectives[0], [*robust(robust.space.nominal[np.newaxis]).objectives[0], 1.0]
+    )
+
+
+def test_a_front_over_tolerances_trades_sigma_for_price():
+    free = FreeTolerances(linear_robust(), GROUPS, 0.05, 0.25)
+    front = nsga2(free, 16, 12, seed=1).front
+    assert front.designs.shape[1] == 5
+    order = np.argsort(front.objectives[:, 2])
+    cheap, dear = front.sigma_sum[order[0]], front.sigma_sum[order[-1]]
+    assert front.objectives[order[-1], 2] > 1.5 * front.objectives[order[0], 2]
+    assert dear < 0.5 * cheap
+
+
+@pytest.mark.parametrize(
+    ("groups", "bounds", "changes", "words"),
+    [
+        ({"A": ["M x9"]}, (0.05, 0.25), {}, "name variables that scatter"),
+        ({"A": ["M x0"], "B": ["M x0"]}, (0.05, 0.25), {}, "each in one group"),
+        (GROUPS, (0.2, 0.25), {}, "hold today's, 0.15, 0.15"),
+        (GROUPS, (0.0, 0.25), {}, "give bounds above 0"),
+        (GROUPS, (0.05, 0.25), {"limits": [Objective("mean").at_most(9.0)]}, "without limits"),
+    ],
+)
+def test_tolerances_that_cannot_vary_are_refused(groups, bounds, changes, words):
+    with pytest.raises(InputError, match=words):
+        FreeTolerances(linear_robust(**changes), groups, *bounds)

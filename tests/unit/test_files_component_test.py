@@ -13,8 +13,6 @@ from deboom.errors import InputError
 from deboom.files.component_test import (
     read_component_test,
     read_receiver,
-    read_stiffness,
-    stiffness_columns,
 )
 from deboom.files.uff import read_uff, write_uff
 from deboom.measurement.component_test import MountJoint
@@ -184,13 +182,6 @@ def test_mounts_are_rigid_parametric_or_measured(result, written, folder):
     table.iloc[1:].to_csv(path, index=False)
     with pytest.raises(InputError, match="its lines are not those of the functions"):
         read_receiver(folder / "receiver")
-
-
-def test_a_stiffness_table_that_does_not_rise(tmp_path):
-    columns = [f"{name} [{unit}]" for name, unit in stiffness_columns().items()]
-    pd.DataFrame(np.ones((2, 19)), columns=columns).to_csv(tmp_path / "k.csv", index=False)
-    with pytest.raises(InputError, match="do not rise from line to line"):
-        read_stiffness(tmp_path / "k.csv")
 
 
 def test_a_stiffness_stated_by_half_is_refused(folder):

@@ -3,13 +3,16 @@
 import os
 import re
 import shutil
+import struct
 import sys
+from functools import partial
 from pathlib import Path
 
 import asammdf
 import h5py
 import nptdms
 import numpy as np
+import pandas as pd
 import pytest
 from broken_files import edited
 from scipy.io import savemat, wavfile
@@ -145,7 +148,37 @@ def wav(path, signals, time, kind=np.float32):
     path.with_suffix(".csv").write_text("\n".join([*rows, ""]))
 
 
+def rf64(path, signals, time):
+    """Write the head of files above 4 GiB: sizes of 64 bits in a chunk of their own."""
+    wav(path, signals, time)
+    data = path.read_bytes()
+    place = data.index(b"data")
+    (size,) = struct.unpack("<I", data[place + 4 : place + 8])
+    ds64 = struct.pack("<4sIQQQI", b"ds64", 28, len(data) + 36 - 8, size, len(time), 0)
+    tail = data[12:place] + b"data" + b"\xff" * 4 + data[place + 8 :]
+    path.write_bytes(b"RF64" + b"\xff" * 4 + b"WAVE" + ds64 + tail)
+
+
+def table(path, signals, time, first="time [s]"):
+    columns = {first: time * {"time [s]": 1.0, "time [ms]": 1e3}[first]}
+    columns |= {f"{name} [{unit}]": values for name, (unit, values) in signals.items()}
+    frame = pd.DataFrame(columns)
+    frame.to_csv(path, index=False) if path.suffix == ".csv" else frame.to_excel(path, index=False)
+
+
+def table_with_rate(path, signals, time):
+    columns = {f"{name} [{unit}]": values for name, (unit, values) in signals.items()}
+    frame = pd.DataFrame(columns | {"sample rate [Hz]": ""})
+    frame.loc[0, "sample rate [Hz]"] = f"{1 / (time[1] - time[0]):g}"
+    frame.to_csv(path, index=False)
+
+
 WRITERS = {
+    "rf64": (rf64, "run.wav", 1e-6),
+    "csv": (table, "run.csv", 1e-12),
+    "csv in ms": (partial(table, first="time [ms]"), "run.csv", 1e-12),
+    "csv with rate": (table_with_rate, "run.csv", 1e-12),
+    "xlsx": (table, "run.xlsx", 1e-12),
     "mdf": (mdf, "run.mf4", 1e-12),
     "tdms": (tdms, "run.tdms", 1e-12),
     "hdf5": (hdf5, "run.h5", 1e-12),
@@ -483,6 +516,16 @@ REFUSED = {
         "'A1 x' has raw numbers and states no scale: export it scaled",
     ),
     "wav cut": (cut("wav", 0.7), "bytes: copy it again"),
+    "rf64 cut": (cut("rf64", 0.7), "bytes: copy it again"),
+    "csv without time": (changed("csv", "time [s]", "t [s]"), "have a column 'time [s]', or a c"),
+    "csv without unit of time": (changed("csv", "time [s]", "time"), "column 'time' has no unit"),
+    "csv time in Hz": (changed("csv", "time [s]", "time [Hz]"), "is not in s or a multiple"),
+    "csv no number": (changed("csv", "0.0,0.0,0.3", "0.0,,0.3"), "line 2, column 'A1 x [g]': ''"),
+    "csv two rates": (
+        changed("csv with rate", "Hz]\n0.0,0.3,0.0,2048", "Hz]\n0.0,0.3,0.0,-1"),
+        "column 'sample rate [Hz]': state one number of samples per second",
+    ),
+    "xlsx cut": (cut("xlsx", 0.5), "is no Excel file"),
     "wav without calibration": (without_calibration, "write run.csv beside it"),
     "wav full scale": (changed("wav", "A1 x,", "A1 x,-", "run.csv"), "is not positive: state it"),
     "famos": (data("run.dat", b"|CF,2,1,1;"), "is an imc FAMOS file: time data are read from UFF"),

@@ -290,3 +290,26 @@ def test_the_filled_sheet_is_the_delivery_that_the_guide_tells_of():
         counts[name] = counts.get(name, 0) + 1
     told = dict(re.findall(r"^\| ((?:TSM|Du) \w\d) \| (\d+) \|", TEXT, flags=re.M))
     assert {name: str(count) for name, count in counts.items()} == told
+
+
+def test_tasks_of_a_pymoo_user_run_in_their_lines(tmp_path, monkeypatch):
+    """Every block of the guide runs; a block behind a count of lines has no more."""
+    monkeypatch.chdir(tmp_path)
+    text = GUIDE.with_name("for-pymoo-users.md").read_text(encoding="utf-8")
+    names = {}
+    for part in text.split("\n## "):
+        blocks = re.findall(r"```python\n(.*?)```", part, flags=re.S)
+        for block in blocks:
+            exec(compile(block, "for-pymoo-users.md", "exec"), names)
+        count = re.search(r": (\d+) lines?$", part.splitlines()[0])
+        if count:
+            (block,) = blocks or re.findall(r"```\n(.*?)```", part, flags=re.S)
+            lines = [line for line in block.splitlines() if line and "import" not in line]
+            assert len(lines) <= int(count[1]), part.splitlines()[0]
+    assert "nearest-to-ideal" in names["front"].picks
+    assert len(names["limited"].limits.numbers) == 1
+    assert names["again"].doe.n_failed == 0
+    # a quick machine ends by its generations
+    assert names["short"].search.stopped.endswith(("ended after 1 s", "100 generations"))
+    assert "what would decide" in names["verdict"] or "real" in names["verdict"]
+    assert not names["costly"].table.empty

@@ -187,6 +187,8 @@ joint = picture("joint_scatter", TWO_GROUPS, colours=GROUP_COLOURS)
 REPEATS = {"today": [50.0, 50.1, 50.05], "best-mean": [47.0, 47.2, 47.1]}
 strips = picture("strips", {"level [dB(A)]": REPEATS, "σ [dB]": REPEATS})
 ONE_GROUP = {"U06": TWO_GROUPS["U06"]}
+PART_AXES = {"x rearward": (1.0, 0.0, 0.0), "y right": (0.0, 2.0, 0.0), "z up": (0.0, 0.0, 1.0)}
+sketch = picture("axes_sketch", PART_AXES)
 
 VARIANTS = {
     "pairs": [pairs, partial(pairs, ONE_GROUP)],
@@ -197,6 +199,7 @@ VARIANTS = {
         curves,
         *(partial(curves, (panel(without=part),)) for part in FULL),
         *(partial(curves, **way) for way in ({"order": 1.5}, {"dashed": ()})),
+        partial(curves, (panel(x_label="deflection [mm]"),)),
         *(partial(curves, **way) for way in ({"log_frequency": True}, {"fitted": ((20, 30),)})),
         partial(curves, (panel(logarithmic=True),)),
     ],
@@ -212,6 +215,7 @@ VARIANTS = {
     "clusters": [clusters],
     "grid": [grid],
     "chart": [chart, partial(chart, stable=[True, True, False])],
+    "sketch": [sketch, *(partial(sketch, PART_AXES, axis) for axis in PART_AXES.values())],
 }
 
 
@@ -286,6 +290,9 @@ REFUSED = [
     (lambda: shapes(body(motion=np.zeros((2, 3, 3)))), "2 modes and 4 points are named"),
     (lambda: shapes(body(motion=np.full((2, 4, 3), np.nan))), "motion is not finite"),
     (lambda: shapes(body(normals=[[0.0, 0.0, 1.0]] * 4)), "no point of the carrier"),
+    (lambda: sketch({}), "no axis to draw"),
+    (lambda: sketch({"x": (0.0, 0.0, 0.0)}), "has no length"),
+    (lambda: sketch({"x": (np.nan, 0.0, 0.0)}), "not finite"),
     (lambda: chart(stable=[True]), "one flag for every pole"),
     (lambda: chart(pole_order=[4]), "different lengths"),
 ]
@@ -324,6 +331,10 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
             interactive=f"front/{day}/interactive.html" if question == "New?" else "",
             special="sampler <fresh>",
             call="deboom run",
+            platform="u06 <2>",
+            verdict="Soften TSM x: −3 dB & more.",
+            thumbnail=f"front/{day}/figures/spl_curves.png",
+            sheets={"sheet TSM": f"front/{day}/supplier/sheet%20TSM.html"},
         )
 
     page = render_overview([card("2026-01-01", "Old?"), card("2026-02-02", "New?")], ["a < b"])
@@ -332,3 +343,6 @@ def test_overview_escapes_and_shows_the_newest_run_of_a_study_first():
     assert all(words in page for words in shown)
     assert "Old?" not in page
     assert page.count("explore the front") == 1
+    shown = ("u06 &lt;2&gt;", "Soften TSM x: −3 dB &amp; more.", 'href="front/2026-02-02/supplier/')
+    assert all(words in page for words in shown)
+    assert page.count('<img src="front/') == 2

@@ -219,11 +219,12 @@ def test_no_input_can_add_markup():
 
 
 def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
-    frame = pd.DataFrame({"direction": ["x", EVIL], "K [N/mm]": [-1.25, 3.5]})
+    frame = pd.DataFrame({"direction": ["x", EVIL], "K [N/mm]": [-1.25, 3.5], "Cpk [1]": 1.33})
     pages = {}
     for language in ("en", "de"):
         sheet = Sheet(EVIL, EVIL, language)
         sheet.fields({"drawing": "", "part": EVIL})
+        sheet.rules((EVIL, "second"))
         sheet.table(frame, EVIL, {"K [N/mm]": 2}, {(1, "K [N/mm]"): EVIL, (0, "gone"): "1"})
         pages[language] = sheet.html()
         assert "<script" not in pages[language]
@@ -232,6 +233,8 @@ def test_a_sheet_has_the_decimal_sign_of_its_language_and_marks_what_moved():
     assert "to be agreed" in pages["en"]
     assert "−1,25" in pages["de"]
     assert "noch zu vereinbaren" in pages["de"]
+    assert '<span class="unit">1</span>' in pages["de"]
+    assert Document(pages["en"]).every("li") == [({}, EVIL), ({}, "second")]
     with pytest.raises(InputError, match="needs a caption"):
         Sheet("A").figure(PNG, " ")
 

@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 from scipy import signal
 
+from deboom.errors import InputError
 from deboom.physics.sound_level import (
     a_weighting,
     band_energy_level,
     energy_sum,
+    hearing_threshold,
     mean_level,
     peak_level,
     run_up_sound,
@@ -152,3 +154,17 @@ def test_a_run_up_passes_each_pressure_at_its_line():
     length = np.abs(signal.hilbert(sound[:, 0]))
     at = np.array([5, 10, 25]) * 4096
     assert length[at] == pytest.approx([0.3, 0.5, 0.35], rel=0.01)
+
+
+def test_the_threshold_of_hearing_is_that_of_iso_226_and_near_terhardts_formula():
+    lines = np.array([20.0, 31.5, 50.0, 100.0, 200.0, 1000.0])
+    unweighted = hearing_threshold(lines) - a_weighting(lines)
+    np.testing.assert_allclose(unweighted, [78.5, 59.5, 44.0, 26.5, 14.4, 2.4], atol=1e-9)
+    # E. Terhardt, Hearing Research 1, 1979: 3.64 f^-0.8 - 6.5 exp(-0.6 (f - 3.3)²), f in kHz
+    between = np.geomspace(20.0, 1000.0, 60)
+    kilo = between / 1000.0
+    formula = 3.64 * kilo**-0.8 - 6.5 * np.exp(-0.6 * (kilo - 3.3) ** 2) + 1e-3 * kilo**4
+    assert np.abs(hearing_threshold(between) - a_weighting(between) - formula).max() < 6.0
+    assert np.all(np.diff(hearing_threshold(between)) < 0.6)
+    with pytest.raises(InputError, match="known here up to 1000 Hz, not at 1200 Hz"):
+        hearing_threshold(1200.0)

@@ -49,7 +49,7 @@ LONGITUDINAL = Section(7.0e-4, 6.0e-7, 8.0e-7, STEEL)
 CROSS_MEMBER = Section(5.0e-4, 3.0e-7, 4.0e-7, STEEL)
 BRACKET = Section(4.0e-4, 1.2e-7, 1.6e-7, STEEL)
 HOUSING = Section(1.5e-3, 6.0e-7, 8.0e-7, ALUMINIUM)
-HOSE = Section(1.0e-4, 8.0e-9, 8.0e-9, ALUMINIUM)
+STRAY_BRACKET = Section(3.0e-4, 6.0e-8, 6.0e-8, ALUMINIUM)
 
 
 def beam_matrices(
@@ -198,7 +198,8 @@ def mounted(
 
 
 POINT_PLACES = ((0.55, -0.34, -0.02), (0.60, 0.33, 0.03), (0.98, 0.04, -0.08), (0.78, 0.20, 0.16))
-"""Where the source is bolted to the body, the last one the port of a hose or bracket [m]."""
+"""Where the source is bolted to the body, the last one by a bracket that nobody measured [m]."""
+STRAY = "stray bracket"
 BEARINGS, HOUSINGS = ("bearing 1", "bearing 2"), ("housing 1", "housing 2")
 """Where the source is shaken from inside, and where a hammer reaches its housing."""
 PANELS = ("L2", "L4", "R2", "R4", "C1", "C3")
@@ -217,7 +218,7 @@ class ComponentPlan:
 
     - `points`: places at which the source is bolted, 1 to 3.
     - `unmeasured_rotations`: state and report translations alone, though moments act as well.
-    - `unmeasured_point`: a hose joins source and body besides, which nobody measured.
+    - `unmeasured_point`: a bracket joins source and body besides, which nobody measured.
     - `airborne`: energy of the sound that reaches the ears through the air, over that through the
       structure [1].
     - `line_step`: between the lines of functions and spectra [Hz].
@@ -248,14 +249,14 @@ class ComponentPlan:
     @property
     def joints(self) -> tuple[str, ...]:
         """Points at which source and body are truly joined."""
-        return (*self.names, "hose") if self.unmeasured_point else self.names
+        return (*self.names, STRAY) if self.unmeasured_point else self.names
 
 
 def places_of(plan: ComponentPlan) -> dict[str, RealArray]:
     """Return the place of every joint, shape (3,) [m]."""
     places = dict(zip(plan.names, POINT_PLACES, strict=False))
     if plan.unmeasured_point:
-        places["hose"] = POINT_PLACES[-1]
+        places[STRAY] = POINT_PLACES[-1]
     return {name: np.array(place) for name, place in places.items()}
 
 
@@ -273,7 +274,7 @@ def draw_source(plan: ComponentPlan, generator: np.random.Generator) -> Frame:
     }
     scale = np.exp(0.15 * generator.standard_normal(len(places)))
     arms = [
-        ("core", node, _scaled(HOSE if node == "hose" else HOUSING, factor))
+        ("core", node, _scaled(STRAY_BRACKET if node == STRAY else HOUSING, factor))
         for node, factor in zip(places, scale, strict=True)
         if node != "core"
     ]

@@ -131,7 +131,7 @@ def largest_box(
     Parameters
     ----------
     question : BoxQuestion
-        What is asked.
+        Response, limits, share that must keep them, and bounds.
     seed : int
         Seed from 1 upwards. Same seed, same box, whatever the number of workers.
     points : sequence of array, shape (k,)
@@ -171,9 +171,10 @@ def largest_box(
     >>> limit = model(np.ones((1, 12)))[0] - 1.0 * model.n_lines
     >>> question = deboom.BoxQuestion(model, limit, 0.9, space.lower, space.upper)
     >>> quick = BoxEffort(starts=1, calibration=4096, verification=4096)
-    >>> found = deboom.largest_box(question, seed=1, effort=quick)
-    >>> found.table.set_index("variable").loc["TSM x", "to"] < 1
-    np.True_
+    >>> solution = deboom.largest_box(question, seed=1, effort=quick)
+    >>> upper = solution.table.set_index("variable")["to"]
+    >>> round(float(upper["TSM x"]), 1)  # × today's stiffness
+    0.9
     """
     checked_seed(seed)
     if workers < 1:

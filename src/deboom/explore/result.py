@@ -629,7 +629,7 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
         by_set.append([values.objectives[~failed] for values in sets])
         left_out.append(int(failed.sum()))
     box = common_box([np.mean(values, axis=0) for values in by_set])
-    found = difference(
+    verdict = difference(
         *(
             Contestant(
                 name,
@@ -639,4 +639,4 @@ def compare(first: Front, second: Front, *, draws: int = 1024, seed: int = 1) ->
             for name, sets, front in zip(("first", "second"), by_set, (first, second), strict=True)
         )
     )
-    return replace(found, left_out=(left_out[0], left_out[1]))
+    return replace(verdict, left_out=(left_out[0], left_out[1]))

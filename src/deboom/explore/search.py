@@ -653,8 +653,8 @@ def search(
     >>> model = deboom.ResponseFunction(lambda x: (x - 0.9) ** 2, ("a",), ("y",), "dB")
     >>> robust = deboom.Robust(model, model.design_space(), draws=64)
     >>> front = deboom.search(robust, population=8, generations=4)
-    >>> abs(front.pick_designs["best-mean"][0] - 0.9) < 0.01
-    np.True_
+    >>> round(float(front.pick_designs["best-mean"][0]), 2)
+    0.9
     """
     if not isinstance(robust, Robust):
         raise InputError(

@@ -549,7 +549,7 @@ SUM = "sum of the responses"
 """Output beside several responses: what a search minimises."""
 
 
-def _asked(
+def _varied(
     space: DesignSpace,
     groups: Mapping[str, Sequence[str]] | None,
     inputs: Mapping[str, Sequence[Any]] | None,
@@ -703,17 +703,17 @@ def sobol(
     [0.2, 0.8]
     """
     check_fits(model, space)
-    asked = _asked(space, groups, inputs)
-    designs = sobol_designs(asked, n, seed=seed, pairs=second_order)
+    varied = _varied(space, groups, inputs)
+    designs = sobol_designs(varied, n, seed=seed, pairs=second_order)
     values = responses(model, space.made_whole(designs))
     values, outputs = _with_sum(values, model.response_names)
-    names, pairs, alone = asked.factors, None, values
+    names, pairs, alone = varied.factors, None, values
     if second_order:
         pairs = pair_indices(values, names, outputs, seed=seed, n_resamples=resamples)
         alone = without_pairs(values, len(names))
     indices = sobol_indices(alone, names, outputs, seed=seed, n_resamples=resamples)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(_named_problem(asked), indices, model.response_unit, lines, pairs)
+    return Sensitivities(_named_problem(varied), indices, model.response_unit, lines, pairs)
 
 
 def morris(
@@ -765,10 +765,10 @@ def morris(
     [1.0, 2.0]
     """
     check_fits(model, space)
-    asked = _asked(space, groups, inputs)
-    designs = morris_designs(asked, trajectories, seed=seed)
+    varied = _varied(space, groups, inputs)
+    designs = morris_designs(varied, trajectories, seed=seed)
     values = responses(model, space.made_whole(designs))
     values, outputs = _with_sum(values, model.response_names)
-    effects = morris_analysis(asked, designs, values, outputs, seed=seed)
+    effects = morris_analysis(varied, designs, values, outputs, seed=seed)
     lines = getattr(model, "n_lines", 1)
-    return Sensitivities(_named_problem(asked), effects, model.response_unit, lines)
+    return Sensitivities(_named_problem(varied), effects, model.response_unit, lines)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeAlias
@@ -15,9 +15,9 @@ from scipy.special import ndtr
 
 from deboom.arrays import RealArray, checked, frozen_copy
 from deboom.errors import InputError
-from deboom.explore.robust import Robust
+from deboom.explore.robust import Robust, RobustEvaluation, RobustValues, joined
 from deboom.explore.scatter import ToleranceSample
-from deboom.explore.space import SIGMAS_PER_TOLERANCE, check_gradient
+from deboom.explore.space import SIGMAS_PER_TOLERANCE, DesignSpace, check_gradient
 from deboom.tabled import Tabled
 
 _SOFTNESS = 0.2  # step with which parts within a limit are counted, in standard deviations
@@ -370,6 +370,117 @@ def _reached(excess: Callable[[float], float], low: float, high: float) -> float
         root -= step
         step *= 2.0
     return max(root, low)
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class FreeTolerances(RobustEvaluation):
+    """Designs whose tolerances are variables beside their values, and what those cost.
+
+    The thesis's bounds ``σ_l ≤ σ_k ≤ σ_u`` of section 3.8.2 by the letter: each design says how
+    well its parts are made. Without a price every tolerance at its tightest would win; it is an
+    objective besides those of the response.
+
+    Parameters
+    ----------
+    robust : Robust
+        Response with tolerances of today, without limits of its own.
+    groups : mapping of str to sequence of str
+        Name of each tolerance, such as ``EnM``, to the variables that it is of; variables of no
+        group keep theirs.
+    lower, upper : float
+        Bounds of every tolerance, half widths of three standard deviations [1].
+
+    Raises
+    ------
+    InputError
+        A variable that there is not, in two groups or without scatter; bounds that do not hold
+        today's tolerances; a response with limits.
+
+    Notes
+    -----
+    Variables of a group scatter by the tolerance of their design, ``x (1 + t z/3)``, with the draws
+    of the response. The price is that of `ToleranceCost`: today's tolerance over the design's, mean
+    over the variables of the groups; 1 for today's.
+    """
+
+    robust: Robust
+    groups: Mapping[str, tuple[int, ...]]
+    widened: DesignSpace
+
+    def __init__(
+        self, robust: Robust, groups: Mapping[str, Sequence[str]], lower: float, upper: float
+    ) -> None:
+        base = robust.space
+        if robust.limits is not None:
+            raise InputError("tolerances as variables go without limits of the response's numbers")
+        grouped = [name for names in groups.values() for name in names]
+        for name in grouped:
+            scatters = name in base.names and base.tolerance[base.names.index(name)] > 0.0
+            if not scatters or grouped.count(name) > 1:
+                raise InputError(
+                    f"tolerance of '{name}': name variables that scatter, each in one group"
+                )
+        columns = {
+            name: tuple(base.names.index(each) for each in names) for name, names in groups.items()
+        }
+        today = np.array([base.tolerance[list(places)].mean() for places in columns.values()])
+        if not (0.0 < lower < upper < 1.0 and np.all((lower <= today) & (today <= upper))):
+            raise InputError(
+                f"tolerances from {lower:g} to {upper:g}: give bounds above 0 and below 1 that "
+                f"hold today's, {', '.join(f'{each:g}' for each in today)}"
+            )
+        names = tuple(f"tolerance {name}" for name in columns)
+        space = DesignSpace(
+            names=(*base.names, *names),
+            units=(*base.units, *("1" for _ in names)),
+            nominal=np.append(base.nominal, today),
+            lower=np.append(base.lower, np.full(len(names), lower)),
+            upper=np.append(base.upper, np.full(len(names), upper)),
+            tolerance=np.append(base.tolerance, np.zeros(len(names))),
+            integer=np.append(base.integer, np.zeros(len(names), dtype=bool)),
+        )
+        for field_name, value in (("robust", robust), ("groups", columns), ("widened", space)):
+            object.__setattr__(self, field_name, value)
+
+    @property
+    def space(self) -> DesignSpace:
+        """The variables of the response, then the tolerance of each group."""
+        return self.widened
+
+    @property
+    def n_objectives(self) -> int:
+        """Objectives of the response, and the price."""
+        return self.robust.n_objectives + 1
+
+    def tolerance(self, design: RealArray) -> RealArray:
+        """Return the tolerances of all variables of the response under a design, shape (k,) [1]."""
+        tolerance = self.robust.space.tolerance.copy()
+        for value, places in zip(
+            design[self.robust.space.n_variables :], self.groups.values(), strict=True
+        ):
+            tolerance[list(places)] = value
+        return tolerance
+
+    def price(self, design: RealArray) -> float:
+        """Return the price of a design's tolerances over that of today's [1]."""
+        places = [place for group in self.groups.values() for place in group]
+        today, asked = self.robust.space.tolerance[places], self.tolerance(design)[places]
+        cost = ToleranceCost(
+            tuple(self.robust.space.names[place] for place in places), np.ones(len(places)), today
+        )
+        return float(cost.each(asked).mean())
+
+    def __call__(self, designs: RealArray) -> RobustValues:
+        """Return the values of the designs, shape (n, k + number of groups)."""
+        rows = self.space.checked(designs)
+        k = self.robust.space.n_variables
+        parts = []
+        for row in rows:
+            space = replace(self.robust.space, tolerance=self.tolerance(row))
+            values = replace(self.robust, space=space)(row[np.newaxis, :k])
+            objectives = np.column_stack([values.objectives, [self.price(row)]])
+            parts.append(replace(values, designs=row[np.newaxis], objectives=objectives))
+        return joined(parts)
 
 
 def allocate_tolerances(

@@ -6,6 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -31,6 +32,7 @@ from deboom.files.schema import (
     load_toml,
     refuse_all,
 )
+from deboom.files.supplier_words import WORDS, said
 from deboom.files.tables import Row, read_rows, refuse_second, sheet_names
 
 FORMAT, VERSION = "deboom acceptance box", 2
@@ -224,13 +226,16 @@ def write_solution_box(path: Path, box: AcceptanceBox) -> None:
 
 
 def box_file(path: Path) -> Path:
-    """Return the file of a box: the path itself, or the box of a run folder.
+    """Return the file of a box: the path itself, or the box of a run, see `read_run`.
 
     Raises
     ------
     InputError
         A folder without one.
     """
+    if not path.exists():
+        with suppress(InputError):  # whoever reads the file says that it is not there
+            path = read_run(path).folder
     if not path.is_dir():
         return path
     if not (path / BOX_FILE).is_file():
@@ -298,7 +303,8 @@ class TestEntry(StrictModel):
 class ProcessEntry(StrictModel):
     """What is asked of every process, whatever acoustics needs."""
 
-    cpk: Positive = 1.33
+    cpk: NotNegative = 1.33
+    """0: the process has to show none."""
     parts_per_sample: Annotated[int, Field(ge=3)] = 20
 
 
@@ -380,19 +386,13 @@ def read_programme(folder: Path, mounts: tuple[str, ...]) -> Programme:
 SHEET_FORMAT: Literal["deboom supplier sheet"] = "deboom supplier sheet"
 DATA_SHEET = "deboom"
 """Sheet of a workbook that is read back."""
-MEASURED = {"en": "measured", "de": "gemessen"}
-FILL_IN = {
-    "en": ("part", "batch", "direction", "preload", "amplitude", "frequency", "loss angle"),
-    "de": ("Teil", "Charge", "Richtung", "Vorlast", "Amplitude", "Frequenz", "Verlustwinkel"),
-}
-"""Columns of the table to fill in, beside `STIFFNESS`."""
-STIFFNESS = ("|K|", "K'", "K''")
-TODAY = {"en": "today", "de": "heute"}
-"""Name of the part that stands for today's: the ratio to its mean counts then."""
 STATE_TOLERANCE = {"preload": 0.05, "amplitude": 0.1, "frequency": 0.02}
 """Relative distance from the state of the sheet at which a measurement still counts [1]."""
 AGREES = 0.01
 """Relative difference between |K| and the root of K'² + K''² that is allowed [1]."""
+STATE = ("measured_preload", "measured_amplitude", "measured_frequency")
+STIFFNESS = ("magnitude", "real", "imaginary")
+"""Columns of the table to fill in, by their keys: the state, and what was measured there."""
 
 
 class SheetDirection(StrictModel):
@@ -445,10 +445,16 @@ class SupplierSpecification(StrictModel):
     uncertainty : float or None
         Stated measuring uncertainty, relative, expanded to 95 % [1].
     directions : tuple of SheetDirection
+    version : int
+        1: sheets of 0.2.0, which had nothing of what follows.
+    part_number, issued : str
+        Number of the part, empty if not given; day on which the sheet was issued, YYYY-MM-DD.
+    cpk : float or None
+        Cpk that the process must show, by the lower bound of a sample [1]; None: not demanded.
     """
 
     format: Literal["deboom supplier sheet"] = SHEET_FORMAT
-    version: Literal[1] = 1
+    version: Literal[1, 2] = 2
     mount: Title
     revision: str
     language: Literal["en", "de"]
@@ -456,11 +462,29 @@ class SupplierSpecification(StrictModel):
     share_stated: Share | None
     uncertainty: Annotated[float, Field(ge=0.0, lt=0.5)] | None
     directions: AtLeastOne[SheetDirection]
+    part_number: str = ""
+    issued: Annotated[str, Field(pattern=r"^(\d{4}-\d{2}-\d{2})?$")] = ""
+    cpk: Positive | None = None
+
+    @model_validator(mode="after")
+    def _of_its_version(self) -> Self:
+        if self.version == 1 and (self.part_number or self.issued or self.cpk is not None):
+            raise ValueError("a sheet of version 1 has no part number, no date and no Cpk")
+        return self
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Entries as they stand in the workbook, in what JSON knows."""
+        entries = self.model_dump(mode="json")
+        if self.version == 1:  # sheets of 0.2.0 keep their checksum
+            for name in ("part_number", "issued", "cpk"):
+                del entries[name]
+        return entries
 
     @property
     def checksum(self) -> str:
         """SHA-256 of the specification, which cells that a supplier fills in do not change."""
-        return checksum(self.model_dump(mode="json"))
+        return checksum(self.document)
 
     @property
     def musts(self) -> dict[str, SheetDirection]:
@@ -470,8 +494,18 @@ class SupplierSpecification(StrictModel):
     @property
     def cells(self) -> dict[str, str]:
         """Entries of the sheet of the workbook that is read back."""
-        text = json.dumps(self.model_dump(mode="json"), ensure_ascii=False)
+        text = json.dumps(self.document, ensure_ascii=False)
         return {"specification": text, _CHECKSUM: self.checksum}
+
+    @property
+    def fill_in(self) -> tuple[str, ...]:
+        """Keys of the columns of the table that a supplier fills in."""
+        number = ("part_number",) if self.version > 1 else ()
+        return ("part", "batch", "direction", *number, *STATE, *STIFFNESS, "loss_angle")
+
+    def said(self, key: str) -> str:
+        """Return a word in the language of the sheet."""
+        return said(key, self.language)
 
 
 def holds_sheet(path: Path) -> bool:
@@ -611,84 +645,120 @@ def read_measured_sheet(
     ------
     InputError
         No part; a column, unit or required direction that is missing; a direction unknown or twice;
-        another state than the sheet's; no row of today's part where only ratios to it are known; a
-        stiffness that is not positive or contradicts itself.
+        another part number or state than the sheet's; no row of today's part where only ratios to
+        it are known; a stiffness that is not positive or contradicts itself.
     """
-    names = FILL_IN[specification.language]
-    units = dict(zip(names[3:], ("N", "m", "Hz", "rad"), strict=True))
-    units |= dict.fromkeys(STIFFNESS, "N/m")
-    measured: dict[tuple[str, str], dict[str, float]] = {}
-    today, musts = dict[str, list[float]](), specification.musts
-    for row in read_rows(path, names[:3], units, MEASURED[specification.language]):
-        part, batch, direction = (row.cells[name] for name in names[:3])
-        if not part:
+    measured, musts = specification.said("sheet_measured"), specification.musts
+    plain = [key for key in specification.fill_in if not WORDS[key].unit]
+    units = {key: _SI[WORDS[key].unit] for key in specification.fill_in if WORDS[key].unit}
+    by_name = {specification.said(key): unit for key, unit in units.items()}
+    stated: dict[tuple[str, str], dict[str, float]] = {}
+    today, directions = dict[str, list[float]](), [d.name for d in specification.directions]
+    for line in read_rows(path, list(map(specification.said, plain)), by_name, measured):
+        row = _MeasuredRow(line, specification)
+        if not row.part:
             continue
-        axis = direction.rpartition(" ")[2]
-        if direction not in [d.name for d in specification.directions]:
-            raise row.error(f"part '{part}': the sheet has no direction '{direction}'")
+        direction, axis = row["direction"], row["direction"].rpartition(" ")[2]
+        row.check_part_number()
+        if direction not in directions:
+            raise row.error(f"the sheet has no direction '{direction}'")
         if axis not in musts:
             continue
-        _check_state(row, names, part, musts[axis])
-        value = _magnitude(row, part)
-        if part == TODAY[specification.language]:
+        row.check_state(musts[axis])
+        value = row.magnitude()
+        if row.part == specification.said("part today"):
             today.setdefault(axis, []).append(value)
             continue
-        axes = measured.setdefault((part, batch or "–"), {})
+        axes = stated.setdefault((row.part, row["batch"] or "–"), {})
         if axis in axes:
-            raise row.error(f"part '{part}': {direction} stands there twice: keep one row")
+            raise row.error(f"{direction} stands there twice: keep one row")
         axes[axis] = value
-    if not measured:
+    if not stated:
         raise InputError(f"{path} holds no measured part: one row per part and direction")
     for axis, must in musts.items():
-        nominal = must.today_n_per_mm
-        if nominal is None and axis not in today:
+        reference, of_sheet = 1.0, must.today_n_per_mm
+        if of_sheet is None and axis not in today:
             raise InputError(
                 f"{path}: {must.name} is only known as a ratio to today's part: measure that one "
-                "on the same machine and add its row, with "
-                f"'{TODAY[specification.language]}' as part"
+                f"on the same machine and add its row, with '{specification.said('part today')}' "
+                "as part"
             )
-        reference = 1.0
         if axis in today:
             reference = sum(today[axis]) / len(today[axis])
-            reference /= 1.0 if nominal is None else 1e3 * nominal
-        for (part, _), axes in measured.items():
+            reference /= 1.0 if of_sheet is None else 1e3 * of_sheet
+        for (part, _), axes in stated.items():
             if axis not in axes:
                 raise InputError(f"{path}: part '{part}': {must.name} was not measured: measure it")
             axes[axis] /= reference
     return tuple(
         DeliveredPart(part, batch, specification.mount, axes)
-        for (part, batch), axes in measured.items()
+        for (part, batch), axes in stated.items()
     )
 
 
-def _check_state(row: Row, names: tuple[str, ...], part: str, must: SheetDirection) -> None:
-    """Refuse a row that was measured at another state than the sheet's."""
-    state = (must.preload_n, must.amplitude_mm, must.frequency_hz)
-    units = (("N", 1.0), ("mm", 1e3), ("Hz", 1.0))
-    columns = zip(STATE_TOLERANCE.items(), names[3:6], state, units, strict=True)
-    for (what, tolerance), column, wanted, (unit, size) in columns:
-        if wanted is None:
-            continue
-        measured = size * row.number(column)
-        if not abs(measured - wanted) <= tolerance * abs(wanted) + 1e-9:
-            raise row.error(
-                f"part '{part}': {must.name} was measured at {measured:g} {unit} {what}, the sheet "
-                f"asks for {wanted:.4g} {unit} within {100 * tolerance:g} %: measure it there"
+_SI = {"N": "N", "mm": "m", "Hz": "Hz", "N/mm": "N/m", "°": "rad"}
+"""Unit in which a column of the table is read."""
+
+
+@dataclass(frozen=True)
+class _MeasuredRow:
+    """One row of a filled-in sheet, read by the keys of its columns."""
+
+    line: Row
+    sheet: SupplierSpecification
+
+    def __getitem__(self, key: str) -> str:
+        return self.line.cells[self.sheet.said(key)]
+
+    @property
+    def part(self) -> str:
+        """Serial number; empty where nothing was filled in."""
+        return self["part"]
+
+    def number(self, key: str) -> float:
+        """Return a number in SI units; nan where the cell is empty."""
+        return self.line.number(self.sheet.said(key)) if self[key] else math.nan
+
+    def error(self, fault: str) -> InputError:
+        """Say what is wrong with this row."""
+        return self.line.error(f"part '{self.part}': {fault}")
+
+    def check_part_number(self) -> None:
+        """Refuse a row of another part number than the sheet's."""
+        number = self.sheet.part_number
+        if self.sheet.version > 1 and number and self["part_number"] != number:
+            raise self.error(
+                f"its part number is '{self['part_number']}', the sheet is of {number}: fill in "
+                "the sheet of that part"
             )
 
+    def check_state(self, must: SheetDirection) -> None:
+        """Refuse a row that was measured at another state than the sheet's."""
+        demanded = (must.preload_n, must.amplitude_mm, must.frequency_hz)
+        units = (("N", 1.0), ("mm", 1e3), ("Hz", 1.0))
+        lines = zip(STATE_TOLERANCE.items(), STATE, demanded, units, strict=True)
+        for (what, tolerance), key, wanted, (unit, size) in lines:
+            if wanted is None:
+                continue
+            measured = size * self.line.number(self.sheet.said(key))
+            if not abs(measured - wanted) <= tolerance * abs(wanted) + 1e-9:
+                raise self.error(
+                    f"{must.name} was measured at {measured:g} {unit} {what}, the sheet asks for "
+                    f"{wanted:.4g} {unit} within {100 * tolerance:g} %: measure it there"
+                )
 
-def _magnitude(row: Row, part: str) -> float:
-    """Return |K| [N/m] of a row, from |K| or from K' and K''."""
-    whole, real, imaginary = (row.number(n) if row.cells[n] else math.nan for n in STIFFNESS)
-    from_parts = math.hypot(real, imaginary)
-    if math.isnan(whole) and math.isnan(from_parts):
-        raise row.error(f"part '{part}': give |K| or both K' and K''")
-    if abs(whole - from_parts) > AGREES * whole:
-        raise row.error(
-            f"part '{part}': |K| is {1e-3 * whole:.1f} N/mm, K' and K'' make "
-            f"{1e-3 * from_parts:.1f} N/mm: correct the wrong one"
-        )
-    value = from_parts if math.isnan(whole) else whole
-    if not value > 0.0:
-        raise row.error(f"part '{part}': a stiffness is above 0: correct the measurement")
-    return value
+    def magnitude(self) -> float:
+        """Return |K| [N/m], from |K| or from K' and K''."""
+        whole, real, imaginary = map(self.number, STIFFNESS)
+        from_parts = math.hypot(real, imaginary)
+        if math.isnan(whole) and math.isnan(from_parts):
+            raise self.error("give |K| or both K' and K''")
+        if abs(whole - from_parts) > AGREES * whole:
+            raise self.error(
+                f"|K| is {1e-3 * whole:.1f} N/mm, K' and K'' make {1e-3 * from_parts:.1f} N/mm: "
+                "correct the wrong one"
+            )
+        value = from_parts if math.isnan(whole) else whole
+        if not value > 0.0:
+            raise self.error("a stiffness is above 0: correct the measurement")
+        return value

@@ -12,7 +12,14 @@ from pydantic import Field
 from deboom.arrays import ComplexArray, RealArray
 from deboom.common import AXES
 from deboom.errors import InputError, naming
-from deboom.files.function_table import FRF, Dof, FunctionMatrix, first_difference, same_lines
+from deboom.files.function_table import (
+    FRF,
+    Dof,
+    FunctionMatrix,
+    first_difference,
+    read_function_table,
+    same_lines,
+)
 from deboom.files.inertance_test import (
     Places,
     ToleranceSection,
@@ -40,7 +47,6 @@ from deboom.files.schema import (
     values_of,
     within,
 )
-from deboom.files.tables import read_rows
 from deboom.files.vehicle import EarEntry, far_from_its_point
 from deboom.measurement.channels import Frf, Spectrum
 from deboom.measurement.component_test import (
@@ -453,24 +459,19 @@ def _joint(folder: Path, point: ReceiverPointSection, frequency: RealArray) -> M
     return MountJoint(np.diag(along)[np.newaxis])
 
 
-def stiffness_columns() -> dict[str, str]:
-    """Return the columns of a table of a 3 × 3 dynamic stiffness, with their SI units."""
-    parts = {f"{row}{column} {part}": "N/m" for row in AXES for column in AXES
-             for part in ("real", "imag")}  # fmt: skip
-    return {"frequency": "Hz"} | parts
-
-
 def read_stiffness(path: Path) -> tuple[RealArray, ComplexArray]:
-    """Read ``frequency [Hz], xx real [N/mm], xx imag [N/mm], xy real …``.
+    """Read ``frequency [Hz], xx real [N/mm], xx imag [N/mm], xy real …``, such as of a rig.
 
     - returns lines (f,) [Hz] and stiffness (f, 3, 3): force along the first per motion along the
       second axis [N/m].
-    - raises InputError: no such table, no finite numbers, or lines that do not rise.
+    - raises InputError: no such table, no finite numbers, another unit, or lines that do not rise.
     """
-    columns = stiffness_columns()
-    rows = read_rows(path, (), columns)
-    values = np.array([[row.number(name) for name in columns] for row in rows])
-    if np.any(np.diff(values[:, 0]) <= 0):
-        raise InputError(f"{path}: its frequencies do not rise from line to line: sort them")
-    parts = values[:, 1:].reshape(len(values), len(AXES), len(AXES), 2)
-    return values[:, 0], parts[..., 0] + 1j * parts[..., 1]
+    table = read_function_table(path)
+    stiffness = np.zeros((table.frequency.size, len(AXES), len(AXES)), complex)
+    with naming(path):
+        for row, a in enumerate(AXES):
+            for column, b in enumerate(AXES):
+                unit, stiffness[:, row, column] = table.spectrum(f"{a}{b}")
+                if unit.si != "N/m":
+                    raise InputError(f"'{a}{b}' is in '{unit.label}': export it in N/m or N/mm")
+    return table.frequency, stiffness

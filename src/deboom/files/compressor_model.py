@@ -52,7 +52,6 @@ def compressor_document(
         "stiffness_at_virtual_point": model.stiffness.tolist(),
         "stiffness_units": "N/m, N/rad, N m/rad; static, times the gain it is dynamic",
         "gain": dict(zip(GAIN_PARAMETERS, model.gain.values.tolist(), strict=True)),
-        "mounts_over_stroke": None if mounts is None else _in_words(mounts),
         "characteristic_length_m": identification.length,
         "reference_frequency_hz": MinimalParameters(identification.length).reference_frequency,
         "parameters": {
@@ -77,7 +76,7 @@ def compressor_document(
         "bands_hz": [list(band) for band in identification.options.bands],
         "alarms": list(identification.alarms),
         "inputs_sha256": dict(inputs_sha256),
-    }
+    } | ({} if mounts is None else {"mounts_over_stroke": _in_words(mounts)})
 
 
 def read_compressor_model(path: Path) -> CompressorModel:

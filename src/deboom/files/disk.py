@@ -95,6 +95,7 @@ _KINDS = (
     (b"\x89HDF", "an HDF5 file"),
     (b"LabVIEW Measurement", "a LabVIEW measurement file"),
     (b"RIFF", "a WAV file"),
+    (b"RF64", "a WAV file"),
     (b"    -1", "a UFF file"),
     (b"PK\x03\x04", "a workbook or another zip archive"),
     (b"\xd0\xcf\x11\xe0", "an old workbook (.xls)"),

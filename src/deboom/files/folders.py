@@ -14,6 +14,7 @@ from deboom.common import AXES
 from deboom.compressor.identify import refuse_implausible
 from deboom.errors import InputError, naming
 from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign
+from deboom.files.component_test import COMPONENT_FILE, ComponentTestFile, read_component_test
 from deboom.files.disk import complete_or_not_at_all, replace_bytes, replace_text
 from deboom.files.electric_car import ELECTRIC_CAR_FILE, ElectricCarFile, read_electric_car
 from deboom.files.hammer_test import HAMMER_TEST_FILE, HammerTestFile, read_hammer_test
@@ -37,6 +38,7 @@ FILES: Mapping[FolderKind, tuple[str, type[StrictModel]]] = {
     FolderKind.car: (ELECTRIC_CAR_FILE, ElectricCarFile),
     FolderKind.operation: (OPERATING_TEST_FILE, OperatingTestFile),
     FolderKind.compressor: (INERTANCE_TEST_FILE, InertanceTestFile),
+    FolderKind.component: (COMPONENT_FILE, ComponentTestFile),
     FolderKind.hammer: (HAMMER_TEST_FILE, HammerTestFile),
 }
 """Kind of folder → the file that makes it one, and its keys; a car has ``operation.toml``, too."""
@@ -129,6 +131,23 @@ def _car(folder: Path) -> Iterator[tuple[str, str]]:
     yield from _operation(folder)
 
 
+def _component(folder: Path) -> Iterator[tuple[str, str]]:
+    held = read_component_test(folder)
+    lines = held.accelerance.frequency
+    yield "test", held.name
+    points = (f"{point.name} ({len(point.motions)} degrees of freedom)" for point in held.points)
+    yield "points", ", ".join(points)
+    yield (
+        "channels",
+        f"{len(held.indicator_channels)} indicators, {len(held.on_board_channels)} left out",
+    )
+    yield "ears", ", ".join(held.ears)
+    yield "hits on the source", f"{len(held.source_hits)}"
+    yield "free source", "measured" if held.free is not None else "not measured"
+    yield "lines", f"{lines.size}, {lines[0]:g} to {lines[-1]:g} Hz"
+    yield "runs", ", ".join(run.name for run in held.runs)
+
+
 def _hammer(folder: Path) -> Iterator[tuple[str, str]]:
     held = read_hammer_test(folder)
     first = held.measurements[0]
@@ -149,6 +168,7 @@ _HELD: Mapping[FolderKind, Callable[[Path], Iterator[tuple[str, str]]]] = {
     FolderKind.car: _car,
     FolderKind.operation: _operation,
     FolderKind.compressor: _compressor,
+    FolderKind.component: _component,
     FolderKind.hammer: _hammer,
 }
 

@@ -34,6 +34,7 @@ from deboom.files.disk import (
 )
 from deboom.files.nastran_punch import read_punch
 from deboom.files.schema import noting, telling
+from deboom.files.sdynpy_npz import read_sdynpy
 from deboom.files.tables import Columns, name_and_unit, number_in, read_columns
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import RANGES, Unit, parse_unit, refuse_beyond
@@ -511,14 +512,15 @@ def _refuse_op2(path: Path) -> NoReturn:
 _NODAL: Mapping[str, Callable[[Path], tuple[UffFunction, ...]]] = {
     ".pch": read_punch,
     ".op2": _refuse_op2,
+    ".npz": read_sdynpy,
 }
 """Endings of files with functions by node that are not UFF, and their readers."""
 
 
 def read_nodal(path: Path) -> tuple[UffFunction, ...]:
-    """Read functions by node and direction, in SI: Nastran's punch by its ending, else UFF.
+    """Read functions by node and direction, in SI: punch or npz by its ending, else UFF.
 
-    - raises InputError: as `read_uff` or `deboom.files.nastran_punch.read_punch`.
+    - raises InputError: as `read_uff`, `read_punch` or `read_sdynpy`.
     """
     return _NODAL.get(path.suffix.lower(), read_uff)(path)
 

@@ -1,4 +1,4 @@
-"""Time data of measuring systems: MDF, TDMS, HDF5, MATLAB, LabVIEW LVM, WAV and UFF."""
+"""Time data of measuring systems: MDF, TDMS, HDF5, MATLAB, LabVIEW LVM, WAV, CSV, xlsx, UFF."""
 
 from __future__ import annotations
 
@@ -26,7 +26,15 @@ from deboom.files.disk import kind_of, library, read_bytes, refuse_announced
 from deboom.files.function_table import SAME_LINE, TIME_SIGNAL, matlab_table, same_lines
 from deboom.files.rows import CampaignChannel
 from deboom.files.schema import noting, telling
-from deboom.files.tables import InUnitOfRow, TableRow, number_in, read_table
+from deboom.files.tables import (
+    Columns,
+    InUnitOfRow,
+    TableRow,
+    name_and_unit,
+    number_in,
+    read_columns,
+    read_table,
+)
 from deboom.files.uff import UffFunction, read_uff
 from deboom.files.units import Unit, parse_unit
 
@@ -59,13 +67,13 @@ _Channels = Iterator[tuple[str, Callable[[], _Loaded]]]
 def read_time_signals(path: Path, names: Sequence[str]) -> dict[str, TimeSignal]:
     """Read channels of a file by their names.
 
-    - `path`: MDF, TDMS, HDF5, MATLAB, LVM or WAV file; its content tells which.
+    - `path`: MDF, TDMS, HDF5, MATLAB, LVM or WAV file, whose content tells which; or CSV or xlsx.
     - `names`: channels that are read where the file has them.
     - returns: name to signal, in the order of `names`; a name that the file lacks is left out.
     - raises InputError: a file of another kind or damaged, a library that is not installed, none of
       the channels, one that comes twice or holds no numbers. Even sampling is not checked.
     """
-    kind = kind_of(path)
+    kind = _TABLE if _is_table(path) else kind_of(path)
     if kind not in _READERS:
         raise InputError(
             f"{path} is {kind}: time data are read from UFF, {', '.join(_ENDINGS)}; export it as "
@@ -462,7 +470,9 @@ class WavChannel(TableRow):
 def _wav(path: Path) -> _Channels:
     data = read_bytes(path)
     stated = 8 + int.from_bytes(data[4:8], "little")
-    if data[:4] == b"RIFF" and len(data) < stated:
+    if data[:4] == b"RF64":  # longer than 4 GiB, or written so that it may become that
+        stated = 8 + int.from_bytes(data[20:28], "little")
+    if data[:4] in (b"RIFF", b"RF64") and len(data) < stated:
         raise InputError(f"{path} has {len(data)} of {stated} bytes: copy it again")
     rate, tracks = wavfile.read(io.BytesIO(data))
     tracks = tracks[:, np.newaxis] if tracks.ndim == 1 else tracks
@@ -635,6 +645,62 @@ class _LvmSegment:
         return all(self.fact(key, k) == self.fact(key, first) for key in ("X0", "Delta_X"))
 
 
+_TIME, _RATE = "time", "sample rate"
+"""Columns of a table: instants, or the number of samples per second."""
+
+
+def _is_table(path: Path) -> bool:
+    """Tell a table by its ending, unless its content says otherwise."""
+    kind = kind_of(path)
+    text = path.suffix.lower() == ".csv" and kind.startswith("text ")
+    return text or (path.suffix.lower() == ".xlsx" and kind.startswith("a workbook"))
+
+
+def _table(path: Path) -> _Channels:
+    """Columns ``name [unit]`` beside one of instants, or of the sampling rate."""
+    columns = read_columns(path, _TIME)
+    headers = {name_and_unit(text)[0]: text for text in columns.texts}
+    if (_TIME in headers) == (_RATE in headers):
+        raise InputError(
+            f"{path}: time data have a column 'time [s]', or a column 'sample rate [Hz]' with one "
+            "number: add one of them"
+        )
+    time = _instants(path, columns, headers) if _TIME in headers else _even(path, columns, headers)
+    for name, header in headers.items():
+        if name not in (_TIME, _RATE):
+            yield name, partial(_of_table, path, columns, header, time)
+
+
+def _of_table(path: Path, columns: Columns, header: str, time: RealArray) -> _Loaded:
+    with naming(path):
+        (values,) = columns.numbers(header)
+    return name_and_unit(header)[1] or "", time, values
+
+
+def _instants(path: Path, columns: Columns, headers: Mapping[str, str]) -> RealArray:
+    with naming(path):
+        (time,) = columns.numbers(headers[_TIME])
+        label = name_and_unit(headers[_TIME])[1]
+        if not label:
+            raise InputError(f"column '{headers[_TIME]}' has no unit: write 'time [s]'")
+        unit = parse_unit(label, "s")
+        if unit.si != "s":
+            raise InputError(f"column '{headers[_TIME]}' is not in s or a multiple of it")
+    return np.asarray(time * unit.factor)
+
+
+def _even(path: Path, columns: Columns, headers: Mapping[str, str]) -> RealArray:
+    stated = {text for text in columns.texts[headers[_RATE]] if text}
+    rate = number_in(stated.pop()) if len(stated) == 1 else math.nan
+    if headers[_RATE] != f"{_RATE} [Hz]" or not 0 < rate < math.inf:
+        raise InputError(
+            f"{path}: column '{headers[_RATE]}': state one number of samples per second below "
+            "'sample rate [Hz]'"
+        )
+    return np.arange(len(columns.lines)) / rate
+
+
+_TABLE = "a table"
 _READERS: Mapping[str, Callable[[Path], _Channels]] = {
     "an MDF file": _mdf,
     "a TDMS file": _tdms,
@@ -642,5 +708,6 @@ _READERS: Mapping[str, Callable[[Path], _Channels]] = {
     "a MATLAB file": _matlab,
     "a LabVIEW measurement file": _lvm,
     "a WAV file": _wav,
+    _TABLE: _table,
 }
-_ENDINGS = ("MDF (.mf4)", "TDMS", "HDF5", "MATLAB (.mat)", "LabVIEW (.lvm)", "WAV")
+_ENDINGS = ("MDF (.mf4)", "TDMS", "HDF5", "MATLAB (.mat)", "LabVIEW (.lvm)", "WAV", "CSV", "xlsx")

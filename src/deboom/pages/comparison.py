@@ -187,6 +187,8 @@ class Comparison:
             rest = next(iter(pairs)) if len(pairs) == 1 else "all others"
             return f"{best} is really better than {rest}."
         alike = [name for name, found in pairs.items() if found.verdict is not FrontVerdict.real]
+        if FrontVerdict.real not in verdicts:
+            return f"No front is better than chance may make it: {best}; {'; '.join(alike)}."
         return f"{best} has the best front; not told apart from it: {'; '.join(alike)}."
 
     def gap(self, first: str, second: str) -> float:
@@ -315,7 +317,13 @@ def comparison_report(study: Comparison) -> Report:
     )
     if len(study.pairs) == 1:
         report.tile(found.verdict.value, f"{first} against {second}")
-    report.tile(study.best, "has the best front")
+    told = any(
+        study.best in pair and one.verdict is FrontVerdict.real for pair, one in study.pairs.items()
+    )
+    report.tile(
+        study.best if told else "none",
+        "has the best front" if told else "of the fronts is better than chance may make it",
+    )
     if len(study.pairs) == 1:
         change = f"{signed(PERCENT * found.value, 2)} %"
         report.tile(change, "hypervolume, first minus second")

@@ -12,6 +12,7 @@ from deboom.compressor.acceptance import DYNAMIC, STATIC, ComponentVerdict, Deci
 from deboom.files.tables import workbook_bytes
 from deboom.pages.compressor_unbalance import MeasuredUnbalance
 from deboom.report import Report
+from deboom.report.sheet import Sheet
 
 AFFORDABLE = 20
 """Repetitions beyond which a part counts as lying on its limit."""
@@ -37,10 +38,10 @@ def append_verdicts(report: Report, measured: MeasuredUnbalance, command: str) -
     if not undecided.empty:
         report.table(None, undecided, "Limits that are open.")
     conditions = _condition_table(measured, command)
-    sheet = _supplier_sheet(measured, shown, undecided, conditions)
+    page = _supplier_sheet(measured, shown, undecided, conditions)
     sheets = {"verdicts": table, "not decided": undecided, "conditions": conditions}
-    report.attach("supplier_sheet.html", sheet.html().encode())
-    report.attach("supplier_sheet.xlsx", workbook_bytes(sheets, sheet.title))
+    report.attach("supplier_sheet.html", page.html().encode())
+    report.attach("supplier_sheet.xlsx", workbook_bytes(sheets, page.title))
 
 
 def _supplier_sheet(
@@ -48,26 +49,25 @@ def _supplier_sheet(
     shown: pd.DataFrame,
     undecided: pd.DataFrame,
     conditions: pd.DataFrame,
-) -> Report:
+) -> Sheet:
     """Write the page for the supplier: verdicts, what is open, and how it was measured."""
     assert measured.limits is not None
     risk, verdicts = measured.limits.risk, measured.verdicts
-    sheet = Report(
-        f"Acceptance of {measured.test.name}",
+    sheet = Sheet(f"Acceptance of {measured.test.name}")
+    decisions = [verdict.decision for verdict in verdicts]
+    counts = {
+        f"limits: {decision.value}": f"{decisions.count(decision)} of {len(decisions)}"
+        for decision in Decision
+    }
+    sheet.fields({"the part": _PART_WORDS[overall(verdicts)], **counts})
+    sheet.section(
+        "Limits and verdicts",
         "Decided as ISO 14253-1 has it. A limit is kept where the measured value lies inside it by "
         f"more than the guard band: a part that breaks it passes with at most {risk:.2g} "
         "probability. It is broken where the value lies outside by as much or more. In between, "
         "the measurement proves neither.",
-        compact=True,
     )
-    decisions = [verdict.decision for verdict in verdicts]
-    sheet.tile(_PART_WORDS[overall(verdicts)], "the part")
-    for decision in Decision:
-        count = f"{decisions.count(decision)} of {len(decisions)}"
-        sheet.tile(count, f"limits: {decision.value}")
-    sheet.section("Limits and verdicts")
     sheet.table(
-        None,
         shown,
         "The part lies above the value less its guard band with a probability of "
         f"{1 - risk:.2g}, and as surely below the value plus it.",
@@ -76,9 +76,9 @@ def _supplier_sheet(
     if undecided.empty:
         sheet.text("Every limit was decided.")
     else:
-        sheet.table(None, undecided, "Limits that are open.")
+        sheet.table(undecided)
     sheet.section("Conditions")
-    sheet.table(None, conditions, "How it was measured.")
+    sheet.table(conditions)
     return sheet
 
 

@@ -11,10 +11,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import pandas as pd
 
 from deboom import plot
 from deboom.arrays import RealArray
+from deboom.common import listed
 from deboom.errors import InputError
 from deboom.explore.correlation import (
     Correlations,
@@ -36,9 +38,10 @@ from deboom.explore.doe import (
 )
 from deboom.explore.space import DesignSpace
 from deboom.files.doe_table import read_plan
+from deboom.pages.front_answer import abbreviations
 from deboom.plot.correlations import MOST
 from deboom.plot.style import vehicle_colours
-from deboom.report import Report
+from deboom.report import Report, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.design_factor import factor_space
 from deboom.vehicles.platform import Runs
@@ -332,9 +335,9 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "stiffnesses change, so that one group can stand for the others?",
     )
     _family_tile(report, study)
-    stands = "Any group" if r_min >= study.cut else "No group"
     pair = " and ".join(by_group.designs.names[place] for place in worst)
-    report.tile(stands, f"can stand for the others: {pair} are least alike, r = {r_min:.3f}")
+    report.tile(f"r ≥ {r_min:.2f}", f"between the means of any two groups, least {pair}")
+    _answer(report, study, f"the means of any two groups correlate by {r_min:.2f} or more ({pair})")
     report.summary |= {
         "r_group_min": r_min,
         "r_group_min_from": float(by_group.designs.pearson_low[worst]),
@@ -347,15 +350,26 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "Groups", f"The index of a group is the mean over its vehicles: {sizes}.", leads=True
     )
     names = by_group.designs.names
-    lowest = min(float(of.pearson.min()) for of in by_group.kinds.values())
-    maps = [
-        plot.HeatMap(kind, names, names, of.pearson, limits=(-1.0 if lowest < 0.0 else 0.0, 1.0))
-        for kind, of in by_group.kinds.items()
+    of = by_group.designs
+    lowest = float(of.pearson.min())
+    matrix = plot.HeatMap(
+        "designs",
+        names,
+        names,
+        of.pearson,
+        limits=(-1.0 if lowest < 0.0 else 0.0, 1.0),
+        texts=_with_intervals(of),
+    )
+    kinds = [
+        f"{float(other.among(names).min()):.2f} ({kind})"
+        for kind, other in by_group.kinds.items()
+        if other is not of
     ]
     report.figure(
         "group_matrix",
-        lambda: plot.heat_maps(maps),
-        "Pearson's correlation of the groups, numbers rounded down; group_pairs.csv has intervals.",
+        lambda: plot.heat_maps([matrix], columns=2),
+        "Pearson's correlation of the groups over the designs, with its 95 % interval. Least of "
+        f"the others: {', '.join(kinds)}; group_pairs.csv has all.",
     )
     _append_clouds(report, study, study.group_levels, by_group, "groups")
     report.table("group_matrix", _matrix_table(by_group.designs))
@@ -369,6 +383,61 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
     report.table("vehicle_pairs", _pair_table(study.by_vehicle))
     _append_families(report, study)
     return report
+
+
+def _with_intervals(of: Correlations) -> npt.NDArray[np.str_]:
+    """Write each coefficient above its interval, shape (n, n); 1 on the diagonal."""
+    rows = zip(of.pearson, of.pearson_low, of.pearson_high, strict=True)
+    return np.array(
+        [
+            [
+                "1" if i == j else f"{r:.3f}\n{low:.3f} … {high:.3f}"
+                for j, (r, low, high) in enumerate(zip(*row, strict=True))
+            ]
+            for i, row in enumerate(rows)
+        ]
+    )
+
+
+def _answer(report: Report, study: CorrelationStudy, finding: str) -> None:
+    """Fill the first screen: who can share a mount set, family by family, and what comes next."""
+    families, designs = study.families, study.by_vehicle.designs
+    alone = [names[0] for names in families.members if len(names) == 1]
+    if len(families.members) == 1:
+        verdict = "One mount set quietens all vehicles alike"
+    elif alone:
+        verdict = (
+            f"{listed(tuple(alone))} {'needs' if len(alone) == 1 else 'need'} a look of "
+            f"{'its' if len(alone) == 1 else 'their'} own; the others can share mount sets"
+        )
+    else:
+        verdict = f"{len(families.members)} families of vehicles, each with a mount set of its own"
+    report.answer(
+        f"{verdict}: {finding}.",
+        f"A family: any two of its vehicles correlate by {families.cut:g} or more over "
+        f"{len(study.doe)} designs. What quietens one vehicle of it quietens the others; how much "
+        "is another matter.",
+        abbreviations(study.runs.platform.mounts),
+    )
+    rows = [
+        {
+            "family": place,
+            "vehicles": listed(tuple(members)),
+            "least r within [1]": float(designs.among(members).min()) if len(members) > 1 else None,
+            "mean r with all others [1]": float(
+                np.mean([study.mean_with_others(name) for name in members])
+            ),
+        }
+        for place, members in enumerate(families.members, 1)
+    ]
+    decimals = dict.fromkeys(("least r within [1]", "mean r with all others [1]"), 2)
+    report.panel("Families", Table(pd.DataFrame(rows), "", decimals), wide=True)
+    report.panel(
+        "What to do next",
+        Step("deboom run commonality", "how few part numbers serve them all"),
+        Step("deboom run u06_robust_front --group GROUP", "mounts for one group"),
+        Step("deboom run u06_robust_front --group all", "mounts for all vehicles"),
+    )
 
 
 def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
@@ -385,12 +454,18 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
     _family_tile(report, study)
     others: tuple[str, ...] = ()
     if len(study.names) > 2:
+        held = "has" if apart else "is least alike,"
         apart = apart or study.least_alike()
         others = tuple(name for name in study.names if name != apart)
         alike = float(designs.among(others).min())
         mean = float(designs.between(apart, others).mean())
         report.tile(
             apart, f"is least alike: r = {mean:.2f} with the others, which have {alike:.3f} or more"
+        )
+        _answer(
+            report,
+            study,
+            f"{apart} {held} r = {mean:.2f} with the others, which have {alike:.2f} or more",
         )
         report.summary["apart"] = apart
         for suffix, of in zip(("", "_means", "_tolerance"), kinds.values(), strict=True):
@@ -542,6 +617,7 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "families",
         pd.DataFrame(rows),
         "Families and their worst pairs, in all three correlations.",
+        {name: 2 for name in rows[0] if name.endswith("[1]")},
     )
     relatives = [
         [other for other in families.members[place - 1] if other != name]
@@ -562,11 +638,17 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
             "sigma over the tolerance [dB]": levels.scatter.std(axis=(0, 1)),
         }
     )
+    report.section("Vehicle by vehicle, in their families", folded=True)
     report.table(
         "vehicles",
         vehicles,
-        "By vehicle. A dash: alone in its family.",
-        {"sigma over designs [dB]": 3, "sigma over the tolerance [dB]": 3},
+        "A dash: alone in its family.",
+        {
+            "least r within its family [1]": 2,
+            "mean r with all others [1]": 2,
+            "sigma over designs [dB]": 2,
+            "sigma over the tolerance [dB]": 2,
+        },
     )
 
 

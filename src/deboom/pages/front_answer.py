@@ -108,14 +108,14 @@ def _ends(interval: ChangeInterval | None, row: int) -> str:
 def _loudest(changes: Sequence[PeakChange]) -> str:
     if not changes:
         return "none"
-    top = max(changes, key=lambda one: max(one.level_before, one.level_after))
+    top = max(changes, key=lambda peak: max(peak.level_before, peak.level_after))
     return f"{top.level_before:.1f} → {top.level_after:.1f} at {top.frequency:.0f} Hz"
 
 
 def _worst(changes: Sequence[PeakChange]) -> str:
     if not changes:
         return "–"
-    top = max(changes, key=lambda one: one.level_after - one.level_before)
+    top = max(changes, key=lambda peak: peak.level_after - peak.level_before)
     return f"{signed(top.level_after - top.level_before, 1)} at {top.frequency:.0f} Hz"
 
 

@@ -180,7 +180,9 @@ def interactive_doe(
     stiffness = runs.stiffness(first, (float(frequency[0]), float(frequency[-1]))) * N_PER_MM
     newtons = [*stiffness.tolist(), *(np.nan for _ in names[stiffness.size :])]
     words = _words(entry, runs.platform.title, newtons, scale)
-    robust = Robust(index, index.design_space())
+    space = index.design_space()
+    lower, upper = np.vstack([space.lower, designs]), np.vstack([space.upper, designs])
+    robust = Robust(index, replace(space, lower=lower.min(axis=0), upper=upper.max(axis=0)))
     live, not_live = live_page(robust, runs, (), words, vehicles)
     return InteractiveFront(
         title="The designs of the experiment" if live else "Explore the designs of an experiment",

@@ -21,7 +21,7 @@ from deboom.vehicles.amplitude_motion import AmplitudeMotion
 from deboom.vehicles.booming_model import BoomingModel, Motion
 from deboom.vehicles.coupled_motion import Body, CoupledMotion, FlexibleMotion
 from deboom.vehicles.design_factor import Factor
-from deboom.vehicles.fleet import Fleet, PathContributions
+from deboom.vehicles.fleet import LOSS_SUFFIX, Fleet, PathContributions
 from deboom.vehicles.kernels import Case
 from deboom.vehicles.limits import (
     MountRequirements,
@@ -92,7 +92,7 @@ def live_model(
     first = cases[0].case
     if any(isinstance(one.case, AmplitudeMotion) for one in cases):
         raise InputError(f"the model is not in the page: {NOT_LIVE}")
-    loss = len(first.variable_names) > 3 and first.variable_names[-1].endswith(" loss")
+    loss = first.variable_names[-1].endswith(LOSS_SUFFIX)
     n_stiffness = len(first.variable_names) // (2 if loss else 1)
     lines = first.frequency
     weighting = a_weighting(lines)
@@ -174,15 +174,16 @@ def live_page(
     names = tuple(name for name in model.response_names if not only or name in only)
     rows = np.array([model.response_names.index(name) for name in names])
     heard = replace(runs, fleet=Fleet(tuple(v for v in runs.fleet.vehicles if v.name in names)))
-    cases = _cases(model, heard, rows)
+    cases, no_cases = _cases(model, heard, rows)
     scatter = robust.scatter(space.nominal)
     if not isinstance(robust.sample, ToleranceSample):
         sample = sobol_sample(robust.n_draws, MOST_DRAWS, seed=robust.sample.seed)
         scatter = replace(robust, sample=sample).scatter(space.nominal)
+    price, no_price = None, ""
     try:
         price = mount_price(runs, Factor.dynamic)
-    except InputError:  # no mass and inertia, no static curves: nothing to show
-        price = None
+    except InputError as error:
+        no_price = f"No sag, travel and modes: {error}."
     live = live_model(cases, space, scatter[:MOST_DRAWS], price)
     coupled = isinstance(cases[0].case, CoupledMotion)
     both = coupled and not model.loss_factors
@@ -191,6 +192,7 @@ def live_page(
     live = live.with_header(
         {
             **words,
+            "notes": {"cases": no_cases, "price": no_price},
             "motion": model.motion.value,
             "motions": ["coupled", "prescribed"] if both else [model.motion.value],
             "starts": [{"name": one.name, "design": one.design.tolist()} for one in starts],
@@ -214,8 +216,8 @@ def live_page(
     )
 
 
-def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> list[LiveCase]:
-    """Return the load cases of the model, and the platform's others with weight 0.
+def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> tuple[list[LiveCase], str]:
+    """Return the load cases of the model and the platform's others with weight 0, or why not them.
 
     Where the motion is prescribed and the data allow the coupled one, its cases stand for both.
     """
@@ -226,22 +228,21 @@ def _cases(model: BoomingModel, runs: Runs, rows: IntArray) -> list[LiveCase]:
         wanted = [(runs.platform.load_case(name), 1.0) for name in model.load_case_names]
         mine = replace(runs, cases=wanted).model(motion).cases
     others: Sequence[Case] = ()
+    refusal = ""
     missing = [c.name for c in runs.platform.load_cases if c.name not in model.load_case_names]
     source = MountSource.library_inside if runs.parts else MountSource.spectra
     if missing:
         try:
             more = runs.platform.runs(missing, fleet=runs.fleet, mounts=source, band=runs.band)
             others = more.model(motion, loss_factors=model.loss_factors).cases
-        except InputError:  # other lines, or a mount that was not measured there
-            others = ()
+        except InputError as error:
+            refusal = f"{', '.join(missing)}: not in this page, because {error}."
     weights = [*model.weights, *(0.0 for _ in others)]
-    described = [
-        (c, w, runs.platform.load_case(c.load_case))
-        for c, w in zip([*mine, *others], weights, strict=True)
-    ]
-    return [
-        LiveCase(case, weight, stated.title, stated.order) for case, weight, stated in described
-    ]
+    described = []
+    for case, weight in zip([*mine, *others], weights, strict=True):
+        stated = runs.platform.load_case(case.load_case)
+        described.append(LiveCase(case, weight, stated.title, stated.order))
+    return described, refusal
 
 
 def _heard_in(case: Case, rows: IntArray) -> Case:

@@ -130,7 +130,13 @@ def report_runs(report: Report, runs: Runs) -> None:
         "cancel, a small change of one force is a large one of the level.",
         folded=True,
     )
-    report.table("surface_check", check.table, "With today's mounts.", {"corr_f [1]": 5})
+    # a table of what agrees is a file alone
+    caption = (
+        ""
+        if check.agrees
+        else "With today's mounts. corr_f: difference in shape of the complex pressures, 0 is none."
+    )
+    report.table("surface_check", check.table, caption, {"corr_f [1]": 5})
     report.summary["surface_difference_at_peaks_db"] = check.at_peaks
     if not check.agrees:
         report.warn(

@@ -35,7 +35,7 @@ N_PER_MM = 1e-3
 """From N/m to N/mm."""
 MM = 1e3
 """From m to mm."""
-SHOWN_POINTS = 800
+SHOWN_POINTS = 400
 """Of a map; more hide each other, and each is a part of the page."""
 DIGITS = 6
 """Significant digits of a table line by line: a tenth of what noise leaves certain."""

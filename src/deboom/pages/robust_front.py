@@ -263,12 +263,13 @@ def _price_blocks(view: PlatformFront) -> list[str | Table]:
     blocks: list[str | Table] = []
     if view.limits is not None:
         numbers = view.limits.requirements(np.stack([view.front.robust.space.nominal, view.best]))
+        bounds = view.limits.limits.limits
         limited = pd.DataFrame(
             {
-                "number": [f"{one.response} [{one.unit}]" for one in view.limits.limits.limits],
+                "number": [f"{limit.response} [{limit.unit}]" for limit in bounds],
                 "today": numbers[0],
                 "after": numbers[1],
-                "allowed": [_allowed(one) for one in view.limits.limits.limits],
+                "allowed": [_allowed(limit) for limit in bounds],
             }
         )
         carried = pd.concat([limited, carried[~carried["number"].isin(limited["number"])]])
@@ -322,14 +323,14 @@ def _conflict(report: Report, view: PlatformFront) -> None:
     if len(names) > 1:
         odd, change = view.worst_vehicle, view.evaluated_changes
         others = np.delete(change, odd, axis=1).mean(axis=1)
-        own = int(change[:, odd].argmin())
+        row = int(change[:, odd].argmin())
         text += (
-            f" Best for {names[odd]} alone would be {signed(change[own, odd], 1)} dB there and "
-            f"{signed(others[own], 1)} dB in the others; best-mean gives "
+            f" Best for {names[odd]} alone would be {signed(change[row, odd], 1)} dB there and "
+            f"{signed(others[row], 1)} dB in the others; best-mean gives "
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
         )
-    report.section("What the designs trade", text)
+    report.section("What the designs trade", text, leads=True)
     if len(names) > 1:
         both = np.column_stack([others, change[:, odd]])
         edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)
@@ -400,9 +401,9 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
     )
     report.section(
         "The picks",
-        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle is "
-        "louder than today. Sigma-kept: the same with no more scatter than today. Best-sigma: "
-        f"least scatter. Here: {'; '.join(names)}.{missing}",
+        "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
+        "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
+        f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
         leads=True,
     )
     report.table(

@@ -13,7 +13,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from deboom.arrays import RealArray
-from deboom.common import Progress, listed
+from deboom.common import PERCENT, Progress, listed
 from deboom.explore.sensitivity import (
     PairIndices,
     SensitivityInputs,
@@ -27,9 +27,11 @@ from deboom.explore.sensitivity import (
 )
 from deboom.explore.space import stiffness_factor_space
 from deboom.mounts.mount import Mount
+from deboom.pages.front_answer import abbreviations, spelled_out
 from deboom.pages.motion import factor_name, motion_name, motion_report
 from deboom.plot import HeatMap, IntervalPanel, LineMap, heat_maps, interval_panels, line_maps
-from deboom.report import Report, Scalar
+from deboom.plot.style import signed
+from deboom.report import Report, Scalar, Step, Table
 from deboom.vehicles.booming_model import BoomingModel
 from deboom.vehicles.booming_peaks import booming_peaks
 from deboom.vehicles.platform import Platform
@@ -434,9 +436,57 @@ TERMS = (
 )
 
 
+MOST_VEHICLES = 8
+"""Vehicles of the first screen's table."""
+
+
+def _answer(report: Report, study: Sensitivity) -> None:
+    """Fill the first screen: who leads where, with shares and dB per 10 %, and what comes next."""
+    words = [
+        f"{' and '.join(names)} {'lead' if len(names) > 1 else 'leads'} in "
+        f"{listed(tuple(vehicles))}"
+        for names, vehicles in _leaders(study)
+    ]
+    verdict = "; ".join(words)
+    rows = sorted(matters(study), key=lambda row: -float(study.indices.total[row].mean()))
+    heard = float(np.abs(study.slope[rows]).max()) if rows else 0.0
+    unheard = negligible(study)
+    report.answer(
+        f"{verdict}: 10 % of one stiffness is worth up to {heard:.1f} dB.",
+        f"No vehicle hears {listed(unheard)}." if unheard else "",
+        f"Shares: of the variance of the mean level, alone and with others, {study.label}; largest "
+        f"interval ±{study.indices.total_interval.max():.2f}. "
+        f"{abbreviations(study.platform.mounts)}",
+    )
+    shown = study.vehicles[:MOST_VEHICLES]
+    table: dict[str, list[str]] = {
+        "stiffness": [spelled_out(study.variables[row], study.platform.mounts) for row in rows]
+    }
+    for column, vehicle in enumerate(shown):
+        table[vehicle] = [
+            f"{PERCENT * study.indices.total[row, column]:.0f} %, "
+            f"{signed(float(study.slope[row, column]), 1)} dB"
+            for row in rows
+        ]
+    beyond = len(study.vehicles) - len(shown)
+    report.panel(
+        "Each vehicle: share of the variance, and change by 10 % more stiffness",
+        Table(pd.DataFrame(table), ""),
+        f"{beyond} further vehicles stand in sobol.csv." if beyond else "",
+        wide=True,
+    )
+    report.panel(
+        "What to do next",
+        Step("deboom run u06_robust_front", "the best set of stiffnesses"),
+        Step("deboom report results/u06_sensitivity/latest --supplier", "a page per mount"),
+        Step("deboom run tolerance_allocation", "where a tolerance pays"),
+    )
+
+
 def sensitivity_report(study: Sensitivity) -> Report:
     """Report which stiffness matters: alone, by mount, line by line, under other questions."""
     plan, by_mount, report = study.plan, study.by_mount, _headed(study)
+    _answer(report, study)
     report.section(
         "Stiffness by stiffness",
         "The share of the variance that each stiffness is behind: alone, and in total, together "
@@ -606,7 +656,7 @@ def _mattering(
 ) -> None:
     """Keep a table, and show of it the stiffnesses that matter, without further intervals."""
     names = [study.variables[row] for row in matters(study)]
-    shown = table[table["variable"].isin(names)].filter(regex="^(?!interval)")
+    shown = table[table["variable"].isin(names)].filter(regex="^(?!interval|interaction|zero)")
     report.table(stem, table, caption, shown=shown)
 
 

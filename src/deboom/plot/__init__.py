@@ -20,9 +20,10 @@ from deboom.plot.distributions import grouped_pairs, joint_scatter, strips
 from deboom.plot.fronts import fronts, parallel_coordinates, pareto_front
 from deboom.plot.intervals import IntervalPanel, interval_panels
 from deboom.plot.levels import LineMap, line_maps, vector_sum
-from deboom.plot.maps import PointMap, point_maps
+from deboom.plot.maps import PointMap, places, point_maps
 from deboom.plot.matrices import HeatMap, curve_matrix, heat_maps
 from deboom.plot.modal import BodyMotion, mode_shapes, stabilisation_chart
+from deboom.plot.sketches import axes_sketch
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -36,6 +37,7 @@ __all__ = [
     "Intervals",
     "LineMap",
     "PointMap",
+    "axes_sketch",
     "box_intervals",
     "clustered_matrix",
     "curve_matrix",
@@ -50,6 +52,7 @@ __all__ = [
     "objective_grid",
     "parallel_coordinates",
     "pareto_front",
+    "places",
     "point_maps",
     "scatter_matrix",
     "spl_curves",

@@ -55,7 +55,8 @@ class CurvePanel:
     - `masked`: reason not to trust lines → which, bool (n,); a line shows its first reason, and
       the scale is made for the others.
     - `levels`: label → a horizontal line.
-    - `y_label`: with unit, where panels have labels of their own; `logarithmic`: its scale.
+    - `x_label`, `y_label`: with units, where panels have labels of their own; `logarithmic`: the
+      scale of y.
     """
 
     title: str
@@ -68,6 +69,7 @@ class CurvePanel:
     y_label: str = ""
     note: str = ""
     logarithmic: bool = False
+    x_label: str = ""
 
 
 @dataclass(frozen=True)
@@ -97,7 +99,7 @@ def curve_panels(
     """Draw panels of curves, with one legend for all.
 
     - `panels`: at least one; `columns`: per row, up to 4.
-    - `x_label`, `y_label`: with units; a panel's own `y_label` comes first.
+    - `x_label`, `y_label`: with units; a panel's own come first.
     - `dashed`: labels whose curves are dashed, in turns: curves that coincide stay visible. A
       single one, such as what was measured, is dark.
     - `colours`: of every label, in the order of the legend; by default the palette.
@@ -131,7 +133,8 @@ def curve_panels(
                 rpm_axis(axes, order, speed_label)
             if place + columns >= len(panels):
                 axes.tick_params(labelbottom=True)
-                axes.set_xlabel(x_label)
+            if panel.x_label or place + columns >= len(panels):
+                axes.set_xlabel(panel.x_label or x_label)
             if panel.y_label or place % columns == 0:
                 axes.set_ylabel(panel.y_label or y_label)
         if depth is not None:

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
+from deboom.errors import InputError
 from deboom.plot.curves import plain_logarithmic
-from deboom.plot.style import INK, MUTED, finite, panel_grid
+from deboom.plot.style import INK, MUTED, VEHICLE_PALETTE, finite, halo, panel_grid
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -78,4 +79,48 @@ def point_maps(maps: Sequence[PointMap], *, columns: int = 3) -> Figure:
             beyond = {(False, False): "neither", (True, False): "min", (False, True): "max"}
             ends = beyond.get((bool(value[0] < low), bool(value[-1] > high)), "both")
             figure.colorbar(points, ax=axes, label=shown.value_label, extend=ends, pad=0.02)
+        return figure
+
+
+_VIEWS = ((0, 2, "side view"), (1, 2, "front view"), (0, 1, "from above"))
+"""Columns of positions across and up in each view."""
+_MARKS = ("o", "^", "s", "D")
+_MOST_NAMES = 40
+"""Points whose names are still legible."""
+
+
+def places(groups: Mapping[str, Mapping[str, npt.ArrayLike]]) -> Figure:
+    """Draw where points lie, from three sides, with axes to scale.
+
+    - `groups`: at least one, such as ``sensors``; names to positions (3,) [m].
+    - raises InputError: no group, or more than four; positions that are not finite.
+    """
+    if not 0 < len(groups) <= len(_MARKS) or not all(groups.values()):
+        raise InputError(f"figure places: give one to {len(_MARKS)} groups of points")
+    named = sum(map(len, groups.values())) <= _MOST_NAMES
+    with panel_grid("places", len(_VIEWS), len(_VIEWS), 0.7, 2.6) as (figure, grid):
+        for axes, (across, up, title) in zip(grid, _VIEWS, strict=True):
+            for mark, colour, (group, points) in zip(
+                _MARKS, VEHICLE_PALETTE, groups.items(), strict=False
+            ):
+                positions = finite("places", {group: np.array(list(points.values()))})[group]
+                x, y = positions[:, across], positions[:, up]
+                axes.scatter(x, y, s=14.0, marker=mark, color=colour, lw=0, label=group)
+                for name, place in zip(points, positions[:, [across, up]], strict=True):
+                    if named:
+                        axes.annotate(
+                            name,
+                            tuple(place),
+                            xytext=(0, 4),
+                            textcoords="offset points",
+                            ha="center",
+                            fontsize=5.0,
+                            color=INK,
+                            path_effects=halo(1.5),
+                        )
+            axes.set_aspect("equal", adjustable="datalim")
+            axes.set_title(title, loc="left", fontweight="bold")
+            axes.set_xlabel(f"{'xyz'[across]} [m]")
+            axes.set_ylabel(f"{'xyz'[up]} [m]")
+        figure.legend(*grid[0].get_legend_handles_labels(), loc="outside lower center", ncols=4)
         return figure

@@ -55,6 +55,7 @@ class HeatMap:
     - `values` (n_rows, n_columns).
     - `limits`: ends of the colour scale; where the first is negative, signs have colours.
     - `decimals`: of the numbers in the cells.
+    - `texts` (n_rows, n_columns), optional: what stands in the cells in place of the numbers.
     """
 
     title: str
@@ -65,6 +66,7 @@ class HeatMap:
     column_title: str = ""
     limits: tuple[float, float] = (0.0, 1.0)
     decimals: int = 2
+    texts: npt.NDArray[np.str_] | None = None
 
 
 def curve_matrix(
@@ -179,7 +181,9 @@ def heat_maps(maps: Sequence[HeatMap], *, columns: int = 3) -> Figure:
                 cmap="PuOr_r" if heat_map.limits[0] < 0 else "Blues",
                 vmin=heat_map.limits[0],
                 vmax=heat_map.limits[1],
-                annot=cell_numbers(values, heat_map.decimals, heat_map.limits[1]),
+                annot=cell_numbers(values, heat_map.decimals, heat_map.limits[1])
+                if heat_map.texts is None
+                else heat_map.texts,
                 fmt="",
                 annot_kws={"fontsize": 6.3},
                 xticklabels=list(heat_map.columns),

@@ -222,8 +222,8 @@ def _with_palette(picture: Image) -> Image:
     # no dithering: it would make flat colours grainy
     flat = picture.quantize(PALETTE, Image.Quantize.MAXCOVERAGE, dither=Image.Dither.NONE)
     centres = np.array(flat.getpalette(), dtype=float).reshape(-1, 3)
-    red, green, blue = np.moveaxis(np.asarray(picture, dtype=np.uint32), -1, 0)
-    packed = red << 16 | green << 8 | blue
+    four_bytes = np.frombuffer(picture.tobytes("raw", "BGRX"), dtype="<u4")
+    packed = four_bytes.reshape(picture.height, picture.width) & 0xFFFFFF
     place = np.zeros(2**24, dtype=np.uint32)
     place[packed] = 1
     colours = np.flatnonzero(place)

@@ -33,7 +33,7 @@ function buildChoices() {
     buildSliders();
     drawSliders();
   });
-  choices("live-tab", [["paths", "Paths"], ...(price ? [["price", "Mounts"]] : []), ["weights", "Limits, weights"], ["pins", "Pinned"]], shownTab, showTab);
+  choices("live-tab", [["paths", "Paths"], ["price", "Mounts"], ["weights", "Limits, weights"], ["pins", "Pinned"]], shownTab, showTab);
 }
 
 const select = byId("live-case");
@@ -256,9 +256,15 @@ function head(place, words) {
   return node(table, "tbody");
 }
 
+function noted(place, words) {
+  place.replaceChildren();
+  node(place, "p", { class: "muted" }, words);
+}
+
 // sag, travel and modes with limits
 function drawPrice() {
   const place = byId("live-price");
+  if (!price) return noted(place, data.notes.price);
   if (place.contains(document.activeElement) && document.activeElement !== place) return fillPrice();
   const body = head(place, [["", ""], ["today"], ["now"], ["at least"], ["at most"]]);
   data.price.names.forEach((name, i) => {
@@ -311,6 +317,7 @@ function drawWeights() {
       numberInput(node(row, "td"), `weight of the load case ${one.title}`, session.caseWeights[c], (value, input) => weigh(session.caseWeights, c, value, input, cases.map((_, at) => at)));
     });
   }
+  if (data.notes.cases) node(node(body, "tr"), "td", { class: "word muted", colspan: 3 }, data.notes.cases);
   for (const mount of data.mounts) {
     const row = node(body, "tr");
     node(row, "th", { scope: "row" }, mount.name);
@@ -349,11 +356,7 @@ function weigh(weights, at, value, input, counted) {
 // pinned designs, each with its numbers over the draws
 function drawPins() {
   const place = byId("live-pins"), list = shownVehicles();
-  if (!session.pinned.length) {
-    place.replaceChildren();
-    node(place, "p", { class: "muted" }, "“Pin” keeps a design here, with its numbers, in the address and in the saved file.");
-    return;
-  }
+  if (!session.pinned.length) return noted(place, "“Pin” keeps a design here, with its numbers, in the address and in the saved file.");
   const body = head(place, [["design"], ["mean", "dB"], ["σ", "%"], ["loudest peak", "dB(A)"], ...list.map((v) => [vehicles[v].name, "dB"]), [""]]);
   session.pinned.forEach((pin, at) => {
     const { mean, sigma, loudest } = pinNumbers(pin), delta = mean.map((level, v) => level - today.band.mean[v] / F);
@@ -404,7 +407,8 @@ byId("live-pin").addEventListener("click", () => {
 byId("live-save").addEventListener("click", () => {
   const name = `${data.run.replace(/[^\w.-]+/g, "-")}_design.json`;
   download(name, "application/json", [JSON.stringify(stated(), null, 1) + "\n"]);
-  byId("live-said").textContent = `Saved as ${name}: deboom run ${data.study} --begin ${name}, or deboom report RUN --supplier --design ${name}.`;
+  const further = `: deboom run ${data.study} --begin ${name}, or deboom report RUN --supplier --design ${name}`;
+  byId("live-said").textContent = `Saved as ${name}${data.starts.length ? further : ""}.`; // an experiment has no front
 });
 byId("live-open").addEventListener("click", () => byId("live-file").click());
 byId("live-file").addEventListener("change", async () => {

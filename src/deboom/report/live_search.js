@@ -18,8 +18,9 @@ function improved(model, price, data, wish) {
   const share = wish.vehicleWeights.map((weight) => weight / total);
   const summed = (values) => share.reduce((sum, part, v) => sum + (part ? part * values[v] : 0), 0);
   const noise = ofSigma ? null : model.scatterEnergy(model.ones, weights, coupled);
+  const counted = weights.findIndex((weight) => weight > 0); // a load case that is computed anyway
   const judged = (x) => {
-    const { mean, sigma } = model.band(x, 0, weights, coupled);
+    const { mean, sigma } = model.band(x, counted, weights, coupled);
     return { mean: mean.map((sum) => sum / F), sigma: sigma.map((sum) => sum / F) };
   };
   const worst = (x, { mean }) => beyondLimits(mean, limits.mean, x).reduce((most, one) => Math.max(most, one), -Infinity);

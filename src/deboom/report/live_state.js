@@ -43,7 +43,11 @@ const share = (weights) => {
   return Array.from(weights, (weight) => weight / total);
 };
 const caseShares = () => share(session.caseWeights);
-const countedWeights = () => Array.from(session.vehicleWeights, (weight, v) => (shownVehicles().includes(v) ? weight : 0));
+// weights of the vehicles on show; alike where all of them have weight 0
+function countedWeights() {
+  const list = shownVehicles(), none = list.every((v) => !session.vehicleWeights[v]);
+  return Array.from(session.vehicleWeights, (weight, v) => (list.includes(v) ? (none ? 1 : weight) : 0));
+}
 const vehicleShares = () => share(countedWeights());
 const meanLimits = () => session.limits.mean.map((limit, v) => (Number.isNaN(limit) ? today.band.mean[v] / F : limit));
 const averaged = (values) => vehicleShares().reduce((sum, part, v) => sum + (part ? part * values[v] : 0), 0);
@@ -111,6 +115,8 @@ function within(design) {
 function moveTo(design) {
   undo.push(session.x);
   session.x = within(design);
+  const beyond = names.filter((_, k) => Math.abs(session.x[k] - design[k]) > 1e-6);
+  byId("live-said").textContent = beyond.length ? `Beyond the range of its slider, so set to its end: ${beyond.join(", ")}.` : "";
   remember();
   redraw();
   announce();
@@ -164,7 +170,9 @@ function take(given) {
   const caseWeights = Float64Array.from(cases, (one) => one.weight);
   numbers(caseWeights, weights.load_cases, cases.map((one) => one.name));
   if (caseWeights.every((weight) => weight >= 0) && caseWeights.some((weight) => weight > 0)) session.caseWeights = caseWeights;
-  numbers(session.vehicleWeights, weights.vehicles, vehicleNames);
+  const vehicleWeights = nothing(V, 1);
+  numbers(vehicleWeights, weights.vehicles, vehicleNames);
+  if (vehicleWeights.every((weight) => weight >= 0)) session.vehicleWeights = vehicleWeights;
   session.sameAs = Object.fromEntries(Object.entries(given.same_part || {}).filter((pair) => pair.every((name) => data.mounts.some((mount) => mount.name === name))));
   session.pinned = (given.pinned || []).map(({ name, design }) => ({ name: String(name), design: within(design) }));
   session.x = within(given.design);

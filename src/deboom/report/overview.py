@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from deboom.report.report import rendered
 
@@ -17,6 +17,10 @@ class RunCard:
     - `folder`, `report`, `interactive`: links relative to the page; empty where there is none.
     - `special`: what sets it apart from the study's other runs, in one line; may be empty.
     - `call`: how it was called.
+    - `platform`: name of its platform's folder; `verdict`: its answer in a sentence; both may be
+      empty.
+    - `thumbnail`: link to the picture that stands for it; empty where it has none.
+    - `sheets`: name → link of the pages for a supplier.
     """
 
     study: str
@@ -31,6 +35,10 @@ class RunCard:
     interactive: str
     special: str
     call: str
+    platform: str = ""
+    verdict: str = ""
+    thumbnail: str = ""
+    sheets: Mapping[str, str] = field(default_factory=dict)
 
 
 def render_overview(cards: Sequence[RunCard], problems: Sequence[str] = ()) -> str:

@@ -141,8 +141,6 @@ class Report:
         Title of the page.
     question : str
         What was asked, in one or two sentences.
-    compact : bool
-        Print with close spacing, for a sheet that shall fit on one page.
 
     Attributes
     ----------
@@ -164,10 +162,9 @@ class Report:
     >>> report.summary["cost_ratio_to_uniform"] = 0.66
     """
 
-    def __init__(self, title: str, question: str = "", *, compact: bool = False) -> None:
+    def __init__(self, title: str, question: str = "") -> None:
         self.title = title
         self.question = question
-        self.compact = compact
         self.tiles: list[tuple[str, str]] = []
         self.verdict = ""
         self.remarks: list[str] = []

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal
 
 from deboom.errors import InputError
 from deboom.plot.style import as_png
 from deboom.report.report import Picture, rendered
-from deboom.report.tables import Column, text_columns
+from deboom.report.tables import Column, split_label, text_columns
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -19,6 +19,11 @@ if TYPE_CHECKING:
 
 Language = Literal["en", "de"]
 _FLOAT = re.compile(r"(?<=\d)\.(?=\d)")
+
+
+def in_language(text: str, language: str) -> str:
+    """Return a text with the decimal sign of a language."""
+    return _FLOAT.sub(",", text) if language == "de" else text
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,18 +92,19 @@ class Sheet:
     ) -> None:
         """Show a table, and in its cells what stood there before.
 
-        - `frame`: columns ``name [unit]``; `decimals`: by column label.
+        - `frame`: columns ``name [unit]``, of which the unit 1 is shown, too; `decimals`: by column
+          label.
         - `caption`: what to see in it.
         - `before`: number of the row from 0 and column label → former value as text.
         """
         columns = tuple(
             Column(
                 c.name,
-                c.unit,
+                split_label(str(label))[1],
                 c.numeric,
                 tuple(map(self.local, c.cells)) if c.numeric else c.cells,
             )
-            for c in text_columns(frame, decimals or {})
+            for label, c in zip(frame, text_columns(frame, decimals or {}), strict=True)
         )
         labels = list(frame.columns)
         moved = {
@@ -108,11 +114,20 @@ class Sheet:
         }
         self.blocks.append(("table", Grid(columns, caption, moved)))
 
-    def figure(self, drawing: Drawing, caption: str) -> None:
-        """Show a figure of `deboom.plot`, which is closed afterwards; it needs a caption."""
+    def rules(self, rules: Sequence[str]) -> None:
+        """Write sentences with numbers, which others may refer to."""
+        if rules:
+            self.blocks.append(("rules", tuple(rules)))
+
+    def figure(self, drawing: Drawing, caption: str, *, aside: bool = False) -> None:
+        """Show a figure of `deboom.plot`, which is closed afterwards; it needs a caption.
+
+        - `aside`: small, on the right of the paragraphs that follow.
+        """
         if not caption.strip():
             raise InputError("a picture needs a caption")
-        self.blocks.append(("figure", Picture(as_png(drawing), caption, caption)))
+        picture = Picture(as_png(drawing), caption, caption)
+        self.blocks.append(("aside" if aside else "figure", picture))
 
     def signatures(self, *parties: str) -> None:
         """Leave room for date and signature of each party."""
@@ -128,5 +143,4 @@ class Sheet:
 
     def local(self, number: str | float) -> str:
         """Write a number with the decimal sign of the language."""
-        text = number if isinstance(number, str) else f"{number:.4g}"
-        return _FLOAT.sub(",", text) if self.language == "de" else text
+        return in_language(number if isinstance(number, str) else f"{number:.4g}", self.language)

@@ -18,6 +18,10 @@ from deboom.report.overview import RunCard, render_overview
 INDEX = "index.html"
 INTERACTIVE = "interactive.html"
 SUMMARY = "summary.json"
+THUMBNAILS = ("spl_curves", "who_gains", "pareto_front", "sobol", "box", "families", "allocation")
+"""Pictures that stand for a run, the first of them that it has."""
+SHEETS = ("supplier/*.html", "supplier_sheet.html")
+"""Pages for a supplier in a run's folder."""
 _STARTED = re.compile(r"(\d{4}-\d\d-\d\d)_(\d\d)(\d\d)(\d\d)")
 
 
@@ -62,7 +66,22 @@ def _card(entry: RunEntry, results: Path, special: Mapping[str, Any]) -> RunCard
         interactive=f"{folder}/{INTERACTIVE}" if (entry.folder / INTERACTIVE).is_file() else "",
         special=", ".join(f"{name} {value}" for name, value in special.items()),
         call=command_of({"study": entry.study, **record}),
+        platform=Path(str(record.get("arguments", {}).get("platform") or "")).name,
+        verdict=str(record.get("verdict") or ""),
+        thumbnail=_thumbnail(entry.folder, folder),
+        sheets={
+            sheet.stem: f"{folder}/{quote(sheet.relative_to(entry.folder).as_posix())}"
+            for place in SHEETS
+            for sheet in sorted(entry.folder.glob(place))
+        },
     )
+
+
+def _thumbnail(run: Path, folder: str) -> str:
+    """Return the link to the picture that stands for a run; empty where it has none."""
+    pictures = {path.stem: path for path in sorted(run.glob("figures/*.png"))}
+    stem = next((stem for stem in THUMBNAILS if stem in pictures), next(iter(pictures), ""))
+    return f"{folder}/figures/{quote(pictures[stem].name)}" if stem else ""
 
 
 def headlines(entry: RunEntry) -> dict[str, str]:

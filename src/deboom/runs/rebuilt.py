@@ -260,12 +260,16 @@ def supplier_study(folder: Path, studies: Path | None, pick: Pick | Path) -> Sup
     InputError
         See `deboom.runs.rebuilt.compared_run`; a study without platform and mounts.
     """
-    run = compared_run(folder, studies)
+    return supplier_study_of(compared_run(folder, studies), pick)
+
+
+def supplier_study_of(run: ComparedRun, pick: Pick | Path) -> SupplierStudy:
+    """Return what a supplier needs of a run whose model is built again; see `supplier_study`."""
     prepared, model = run.prepared, run.model.evaluate
     if not isinstance(model, BoomingModel) or not isinstance(prepared, PlatformModel):
         raise InputError(
-            f"run {folder}: its study {run.entry.study} does not search for stiffnesses of a "
-            "platform's mounts: this command takes such fronts, as of u06_robust_front"
+            f"run {run.entry.folder}: its study {run.entry.study} does not search for stiffnesses "
+            "of a platform's mounts: this command takes such fronts, as of u06_robust_front"
         )
     first, last = float(model.frequency[0]), float(model.frequency[-1])
     # all vehicles: parts belong to the platform, and the model knows its own vehicles

@@ -469,6 +469,7 @@ def _save(
     saved = [run.folder / name for name in (*results, *figures, PAGE)]
     shown = {
         "headlines": {label: value for value, label in report.tiles},
+        "verdict": report.verdict,
         "files_sha256": hash_files(saved, relative_to=run.folder),
     }
     run.save_json(RECORD, {**used, **shown})

@@ -3,33 +3,53 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from datetime import UTC, datetime
 from pathlib import Path
 
 from deboom.choices import Language, Pick
 from deboom.errors import InputError
-from deboom.files.run_folder import check_files, read_run
-from deboom.runs.rebuilt import study_of, supplier_study
+from deboom.files.acceptance import Programme, read_programme, read_specification
+from deboom.files.front_run import ComparedRun
+from deboom.files.run_folder import RunEntry, check_files, read_run
+from deboom.runs.compressor_fleet import MountedFleet
+from deboom.runs.rebuilt import compared_run, study_of, supplier_study_of
 from deboom.runs.runner import arguments_of
+from deboom.supplier.compressor_sheet import CompressorParts, CompressorSheet
 from deboom.supplier.importance import importance_sheets, is_sensitivity
+from deboom.supplier.mount_sheet import MountSheet
 from deboom.supplier.numbers import SupplierEffects
 from deboom.supplier.page import (
     NOTHING,
     STEM,
     WrittenSheets,
     documents,
-    middle_design,
     provenance,
     written_sheets,
 )
-from deboom.supplier.sheet import MountSheet
+from deboom.supplier.sheet import PartSheet
 from deboom.supplier.sources import (
     SheetFiles,
     bands,
+    middle_design,
     refuse_leaks,
     secrets_of,
     sheet_sources,
 )
 from deboom.vehicles.platform import Runs
+
+
+@dataclass(frozen=True, kw_only=True)
+class SheetOrder:
+    """What is ordered of a run's sheets; see `supplier_sheets`."""
+
+    mount: str | None
+    anonymous: bool
+    pick: Pick | Path
+    files: SheetFiles
+    language: Language
+    issued: str
 
 
 def supplier_sheets(
@@ -48,13 +68,13 @@ def supplier_sheets(
     Parameters
     ----------
     folder : Path
-        Finished run of a front study, or of a sensitivity study: then the sheets tell how much
-        hangs on each direction.
+        Finished run of a front study, of a powertrain's or a compressor's mounts, or of a
+        sensitivity study: then the sheets tell how much hangs on each direction.
     mount : str or None
         The part; None: every mount gets a sheet.
     anonymous : bool
-        Show no vehicle, group or platform, no limit and no command; refuse a sheet in which a name
-        or path is left.
+        Show no vehicle, group or platform, no limit, level, run and command; refuse a sheet in
+        which a name or path is left.
     out : Path or None
         Folder that gets the files, made when missing; None: ``supplier`` in the run's folder.
     studies : Path or None
@@ -73,33 +93,106 @@ def supplier_sheets(
         cannot be written. Nothing is written then.
     """
     entry = read_run(folder)
+    order = SheetOrder(
+        mount=mount,
+        anonymous=anonymous,
+        pick=pick,
+        files=files,
+        language=language,
+        issued=datetime.now(UTC).date().isoformat(),
+    )
     if is_sensitivity(entry):
-        if files != NOTHING or pick is not Pick.best_mean:
-            raise InputError(
-                f"run {entry.folder} has sensitivities and no front: --box, --tolerances, "
-                "--sharing, --since and --design belong to a front's sheet"
-            )
-        check_files(entry)
-        study = study_of(entry, studies)
-        runs = study.model(arguments_of(entry, study))
-        if not isinstance(runs, Runs):
-            raise InputError(f"run {entry.folder}: its study {entry.study} is not about a platform")
-        pages = importance_sheets(
-            entry, runs.platform, mount=mount, anonymous=anonymous, language=language, stem=STEM
-        )
-        return written_sheets(entry, out, pages, ())
-    front = supplier_study(folder, studies, pick)
-    front.of(mount)
-    sources = sheet_sources(front, files)
-    effects = SupplierEffects(front, middle_design(front, bands(front, sources)))
-    secrets = secrets_of(front) if anonymous else ()
-    chosen = [one for one in front.platform.mounts if mount in (None, one.name)]
+        return _importance(entry, order, out, studies)
+    run = compared_run(folder, studies)
+    mounted = getattr(run.prepared, "mounted", None)
+    if isinstance(mounted, MountedFleet):
+        sheets = _compressor_sheets(run, mounted, order)
+    else:
+        sheets = _mount_sheets(run, order)
     contents, missing = dict[str, bytes](), dict[str, None]()
-    for one in chosen:
-        content = MountSheet(front, sources, effects, one, secrets, language)
-        stem = "_".join([STEM, re.sub(r"[^\w-]+", "-", one.name), *["anonymous"][: int(anonymous)]])
-        page, workbook = documents(content, provenance(content, files))
-        refuse_leaks(secrets, {"file names": stem})
+    for content in sheets:
+        part = re.sub(r"[^\w-]+", "-", content.part)
+        stem = "_".join([STEM, part, *["anonymous"][: int(anonymous)]])
+        page, workbook = documents(content, provenance(entry, content, files, pick))
+        refuse_leaks(content.secrets, {"file names": stem})
         contents |= {f"{stem}.html": page.encode(), f"{stem}.xlsx": workbook}
         missing |= dict.fromkeys(content.missing)
     return written_sheets(entry, out, contents, tuple(missing))
+
+
+def _mount_sheets(run: ComparedRun, order: SheetOrder) -> Iterator[PartSheet]:
+    """Give the sheets of a powertrain's mounts."""
+    front = supplier_study_of(run, order.pick)
+    front.of(order.mount)
+    sources = sheet_sources(front, order.files)
+    effects = SupplierEffects(front, middle_design(front, bands(front, sources)))
+    for each in front.platform.mounts:
+        if order.mount in (None, each.name):
+            yield MountSheet(
+                study=front,
+                sources=sources,
+                effects=effects,
+                mount=each,
+                secrets=secrets_of(front) if order.anonymous else (),
+                language=order.language,
+                issued=order.issued,
+            )
+
+
+def _compressor_sheets(
+    run: ComparedRun, mounted: MountedFleet, order: SheetOrder
+) -> Iterator[PartSheet]:
+    """Give the sheets of a compressor's mounts."""
+    if any((order.files.box, order.files.tolerances, order.files.sharing)):
+        raise InputError(
+            f"run {run.entry.folder} is of a compressor's mounts: --box, --tolerances and "
+            "--sharing belong to a platform's mounts"
+        )
+    folders = run.entry.record["arguments"].get("cars") or ()
+    parts = CompressorParts(
+        run=run,
+        pick=order.pick,
+        index=mounted.index,
+        statics=mounted.statics,
+        reference_line=mounted.reference_line,
+        programme=Programme(),
+        since=None if order.files.since is None else read_specification(order.files.since),
+    )
+    chosen = parts.of(order.mount)
+    if folders:  # a programme lies beside the first car, which has the compressor
+        programme = read_programme(Path(folders[0]), parts.parts)
+        parts = replace(parts, programme=programme)
+    for name in chosen:
+        yield CompressorSheet(
+            parts=parts,
+            name=name,
+            secrets=parts.secrets if order.anonymous else (),
+            language=order.language,
+            issued=order.issued,
+        )
+
+
+def _importance(
+    entry: RunEntry, order: SheetOrder, out: Path | None, studies: Path | None
+) -> WrittenSheets:
+    """Write what a sensitivity study says of each mount."""
+    if order.files != NOTHING or order.pick is not Pick.best_mean:
+        raise InputError(
+            f"run {entry.folder} has sensitivities and no front: --box, --tolerances, "
+            "--sharing, --since and --design belong to a front's sheet"
+        )
+    check_files(entry)
+    study = study_of(entry, studies)
+    runs = study.model(arguments_of(entry, study))
+    if not isinstance(runs, Runs):
+        raise InputError(f"run {entry.folder}: its study {entry.study} is not about a platform")
+    pages = importance_sheets(
+        entry,
+        runs.platform,
+        mount=order.mount,
+        anonymous=order.anonymous,
+        language=order.language,
+        stem=STEM,
+        issued=order.issued,
+    )
+    return written_sheets(entry, out, pages, ())

@@ -11,6 +11,7 @@ import pandas as pd
 
 from deboom import plot
 from deboom.common import PERCENT
+from deboom.files.supplier_words import label, said
 from deboom.report import Report
 from deboom.report.sheet import Sheet
 from deboom.supplier.delivery import (
@@ -18,14 +19,34 @@ from deboom.supplier.delivery import (
     Delivery,
     PartVerdict,
 )
+from deboom.supplier.page import show
+from deboom.supplier.rules import acceptance_rules
+from deboom.supplier.sheet import SHORT_HASH
 
 MOST_SHOWN = 40
 """How many of the parts that do not pass the supplier's page lists at most."""
 ENGLISH: Literal["en", "de"] = "en"
-_CAPABILITY_DE = [
-    *("Charge", "Richtung", "Teile", "von [1]", "bis [1]", "Mittel [1]", "σ [%]"),
-    *("Cp [1]", "Cp mindestens [1]", "Cpk [1]", "Cpk mindestens [1]"),
-]
+SUPPLIER_BATCHES = (
+    *("batch", "parts", "passed", "failed", "undecided"),
+    *("verdict", "inside_at_least", "reason"),
+)
+CAPABILITY = {
+    "batch": "batch",
+    "axis": "axis",
+    "parts": "parts",
+    "from_ratio": "from [1]",
+    "to_ratio": "to [1]",
+    "mean_ratio": "mean [1]",
+    "sigma_of_mean": "sigma [%]",
+    "cp": "Cp [1]",
+    "cp_bound": "Cp at least [1]",
+    "cpk_measured": "Cpk [1]",
+    "cpk_bound": "Cpk at least [1]",
+    "cpk_demanded": "Cpk demanded [1]",
+    "cpk_verdict": "capability",
+    "outside": "outside, normal law [%]",
+}
+"""Columns of the table of capabilities: key → label on the page of the vehicle side."""
 _COUNTS = ["passed", "failed", "undecided"]
 VERDICTS = ["batch", "parts", *_COUNTS, "verdict", "reason"]
 SHARES = [
@@ -127,7 +148,13 @@ def delivery_report(delivery: Delivery, inputs: Sequence[Path]) -> Report:
         "Capability",
         "Cp compares the width of the interval with the scatter, Cpk also sees a mean off its "
         "middle. The bounds hold with 95 % confidence for a normal process; Cpk from about 20 "
-        "parts upwards.",
+        "parts upwards."
+        + (
+            f" The sheet demands a Cpk of {demand.cpk:g} [1]: shown where the lower bound reaches "
+            "it, missed where the sample's own value is below."
+            if demand.cpk is not None
+            else ""
+        ),
     )
     report.table("capability", _capability_table(delivery), "One row per batch and limited axis.")
     if any(batch.cars is not None for batch in delivery.batches):
@@ -200,98 +227,109 @@ def _batch_table(delivery: Delivery) -> pd.DataFrame:
                 "cars within the limit [%]": PERCENT * cars.middle if cars else np.nan,
                 "from [%]": PERCENT * cars.low if cars else np.nan,
                 "to [%]": PERCENT * cars.high if cars else np.nan,
-                "reason": batch.reason,
+                "reason": batch.reason(),
             }
         )
     return pd.DataFrame(rows)
 
 
-def _capability_table(delivery: Delivery) -> pd.DataFrame:
-    """One row per batch and limited axis: mean, scatter, Cp and Cpk with their lower bounds."""
+def _capabilities(delivery: Delivery, language: str) -> pd.DataFrame:
+    """One row per batch and limited axis, by keys: mean, scatter, Cp and Cpk with lower bounds.
+
+    Where a Cpk was demanded, it stands there with what the sample says of it.
+    """
     rows: list[dict[str, object]] = []
     for batch in delivery.batches:
-        for axis, found in batch.capabilities.items():
+        for axis, measured in batch.capabilities.items():
             variable = delivery.demand.variable(f"{batch.mount} {axis}")
-            rows.append(
-                {
-                    "batch": f"{batch.mount} {batch.name}",
-                    "axis": axis,
-                    "parts": found.n,
-                    "from [1]": variable.lower,
-                    "to [1]": variable.upper,
-                    "mean [1]": found.mean,
-                    "sigma [%]": PERCENT * found.sigma / found.mean,
-                    "Cp [1]": found.cp,
-                    "Cp at least [1]": found.cp_bound,
-                    "Cpk [1]": found.cpk,
-                    "Cpk at least [1]": found.cpk_bound,
-                    "outside, normal law [%]": PERCENT * found.expected_outside,
-                }
-            )
+            row: dict[str, object] = {
+                "batch": f"{batch.mount} {batch.name}",
+                "axis": axis,
+                "parts": measured.n,
+                "from_ratio": variable.lower,
+                "to_ratio": variable.upper,
+                "mean_ratio": measured.mean,
+                "sigma_of_mean": PERCENT * measured.sigma / measured.mean,
+                "cp": measured.cp,
+                "cp_bound": measured.cp_bound,
+                "cpk_measured": measured.cpk,
+                "cpk_bound": measured.cpk_bound,
+            }
+            verdict = delivery.demand.capability_verdict(measured)
+            if verdict is not None:
+                row |= {"cpk_demanded": delivery.demand.cpk}
+                row |= {"cpk_verdict": said(verdict.value, language)}
+            rows.append(row | {"outside": PERCENT * measured.expected_outside})
     return pd.DataFrame(rows, columns=None if rows else ["batch", "axis"])
 
 
-def supplier_verdict(delivery: Delivery, language: Literal["en", "de"]) -> Sheet:
-    """Write the page that the supplier gets: verdicts and capability, nothing of the vehicles."""
+def _capability_table(delivery: Delivery) -> pd.DataFrame:
+    """Give the same with the labels of the page of the vehicle side."""
+    return _capabilities(delivery, ENGLISH).rename(columns=CAPABILITY)
+
+
+def supplier_verdict(delivery: Delivery, language: Literal["en", "de"], judged_on: str) -> Sheet:
+    """Write the page that the supplier gets: verdicts, reasons and rules, nothing of the vehicles.
+
+    - `judged_on`: day, YYYY-MM-DD.
+    """
+    demand, sheet = delivery.demand, delivery.demand.sheet
     page = Sheet("", "", language)
     say, verdicts = page.say, [judged.verdict for judged in delivery.parts]
     page.title = say("Acceptance of a delivery", "Abnahme einer Lieferung")
-    title = delivery.demand.title
-    page.subtitle = say(title, title.replace("mount ", "Lager ", 1))
-    german = {
-        PartVerdict.passed: "bestanden",
-        PartVerdict.failed: "nicht bestanden",
-        PartVerdict.undecided: "unentschieden",
-    }
-    words = {verdict: say(verdict.value, german[verdict]) for verdict in PartVerdict}
+    page.subtitle = say(demand.title, demand.title.replace("mount ", "Lager ", 1))
+    words = {verdict: said(verdict.name, language) for verdict in PartVerdict}
     stated = f"± {page.local(PERCENT * delivery.uncertainty)} %" if delivery.uncertainty else ""
-    page.fields(
+    checksum = "checksum" if sheet is not None else "box_checksum"
+    head = {
+        "part_number": "" if sheet is None else sheet.part_number,
+        "revision": "" if sheet is None else sheet.revision,
+        "issued": "" if sheet is None else sheet.issued,
+        checksum: demand.checksum[:SHORT_HASH],
+        "judged_on": judged_on,
+        "measured_parts": str(len(verdicts)),
+        **{verdict.name: str(verdicts.count(verdict)) for verdict in PartVerdict},
+        "stated_uncertainty": stated,
+        "stated_share": f"{page.local(PERCENT * demand.share_stated)} %",
+    }
+    not_given = ("part_number", "revision", "issued")
+    page.fields({label(key, language): v for key, v in head.items() if v or key not in not_given})
+    page.section(say("Batches", "Chargen"))
+    batches = [
         {
-            say("measured parts", "gemessene Teile"): str(len(verdicts)),
-            **{words[verdict]: str(verdicts.count(verdict)) for verdict in PartVerdict},
-            say("measuring uncertainty, 95 %", "Messunsicherheit, 95 %"): stated,
-            say("asked share of the pieces", "geforderter Anteil der Stücke"): (
-                f"{page.local(PERCENT * delivery.demand.share_stated)} %"
-            ),
+            "batch": f"{batch.mount} {batch.name}",
+            "parts": len(batch.parts),
+            **{verdict.name: batch.counts[verdict] for verdict in PartVerdict},
+            "verdict": words[batch.verdict],
+            "inside_at_least": PERCENT * batch.pieces.low if batch.pieces else np.nan,
+            "reason": batch.reason(language) or "–",
         }
-    )
-    page.section(
-        say("Batches", "Chargen"),
-        say(
-            "A batch passes if every measured part passes and the asked share of its pieces, "
-            "measured or not, lies inside beyond doubt. A batch in a corner of the box, near the "
-            "ends of several bands at once, is named where cars are known: it does not decide.",
-            "Eine Charge besteht, wenn jedes gemessene Teil besteht und der geforderte Anteil "
-            "ihrer Stücke, gemessen oder nicht, zweifelsfrei innen liegt. Liegt eine Charge in "
-            "einer Ecke der Box, nahe den Enden mehrerer Bänder zugleich, wird das genannt, wenn "
-            "die Fahrzeuge bekannt sind: es entscheidet nicht.",
-        ),
-    )
-    table = _batch_table(delivery)[
-        ["batch", "parts", *_COUNTS, "verdict", "at least [%]", "reason"]
+        for batch in delivery.batches
     ]
-    table = table.assign(
-        verdict=[words[batch.verdict] for batch in delivery.batches],
-        reason=[say(batch.reason, batch.reason_de) or "–" for batch in delivery.batches],
-    )
-    ends = (
-        say("verdict", "Urteil"),
-        say("pieces inside at least [%]", "innen mindestens [%]"),
-        say("reason", "Grund"),
-    )
-    first = (say("batch", "Charge"), say("parts", "Teile"), *words.values())
-    page.table(table.set_axis([*first, *ends], axis=1))
+    show(page, pd.DataFrame(batches, columns=list(SUPPLIER_BATCHES)))
     if any(batch.capabilities for batch in delivery.batches):
         page.section(say("Capability", "Prozessfähigkeit"))
-        table = _capability_table(delivery).drop(columns=["outside, normal law [%]"])
-        page.table(table.set_axis(_CAPABILITY_DE, axis=1) if language == "de" else table)
+        show(page, _capabilities(delivery, language).drop(columns="outside"))
     others = [judged for judged in delivery.parts if judged.verdict is not PartVerdict.passed]
     if others:
         page.section(say("Parts that do not pass", "Teile, die nicht bestehen"))
-        columns = [say("part", "Teil"), say("verdict", "Urteil"), say("reason", "Grund")]
         rows = [
-            (one.part.name, words[one.verdict], say(one.reason, one.reason_de))
-            for one in others[:MOST_SHOWN]
+            {
+                "part": judged.part.name,
+                "verdict": words[judged.verdict],
+                "reason": judged.reason(language),
+            }
+            for judged in others[:MOST_SHOWN]
         ]
-        page.table(pd.DataFrame(rows, columns=columns))
+        show(page, pd.DataFrame(rows))
+    page.section(say("How it was judged", "Wie beurteilt wurde"))
+    page.rules(
+        acceptance_rules(
+            language,
+            share=demand.share_stated,
+            uncertainty=delivery.uncertainty or None,
+            cpk=demand.cpk,
+            of_sheet=sheet is not None,
+        )
+    )
     return page

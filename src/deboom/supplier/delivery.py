@@ -21,9 +21,12 @@ from deboom.files.acceptance import (
     DeliveredPart,
     SheetDirection,
     SupplierSpecification,
+    box_document,
 )
 from deboom.files.platform import platform_sha256
+from deboom.files.supplier_words import said
 from deboom.plot.style import mount_of
+from deboom.report.sheet import in_language
 from deboom.tabled import Tabled
 from deboom.vehicles.booming_model import Motion
 from deboom.vehicles.limits import LimitedLevel, limited_response
@@ -45,27 +48,75 @@ class PartVerdict(Enum):
     undecided = "undecided"
 
 
+class CapabilityVerdict(Enum):
+    """What a sample says of the Cpk that a process must show."""
+
+    shown = "shown"
+    """The lower bound reaches it."""
+    open = "open"
+    missed = "missed"
+    """The sample's own value lies below it."""
+
+
+@dataclass(frozen=True)
+class Cause:
+    """Why an axis of a part does not pass.
+
+    `what`: its key among the words of a sheet; `measured`, `lower`, `upper`: stiffness over the
+    reference, and the interval [1]; `reference`: [N/m], None where parts are ratios.
+    """
+
+    axis: str
+    what: str
+    measured: float
+    lower: float
+    upper: float
+    reference: float | None
+
+    def words(self, language: str) -> str:
+        """Say it in a language, ``en`` or ``de``."""
+        size, digits, unit = 1.0, 3, ""
+        if self.reference is not None:
+            size, digits, unit = MILLI * self.reference, 1, " N/mm"
+        measured, first, last = (
+            in_language(f"{size * value:.{digits}f}", language)
+            for value in (self.measured, self.lower, self.upper)
+        )
+        return said(
+            "part reason",
+            language,
+            axis=self.axis,
+            what=said(self.what, language),
+            measured=measured,
+            of=unit or said("of today's", language),
+            first=first,
+            last=last,
+            unit=unit,
+        )
+
+
 @dataclass(frozen=True)
 class JudgedPart:
     """One part against the intervals of its mount.
 
-    `factors`, `axes`: limited axis → stiffness over the reference [1], and what it says; `reason`,
-    `reason_de`: which axis is outside, or too near to an end, in English and in German, empty
-    where it passes.
+    `factors`, `axes`: limited axis → stiffness over the reference [1], and what it says;
+    `causes`: of each axis that does not pass.
     """
 
     part: DeliveredPart
     factors: Mapping[str, float]
     axes: Mapping[str, PartVerdict]
-    reason: str
-    reason_de: str
+    causes: tuple[Cause, ...]
+
+    def reason(self, language: str = "en") -> str:
+        """Which axis is outside, or too near to an end; empty where it passes."""
+        return "; ".join(cause.words(language) for cause in self.causes)
 
     @property
     def verdict(self) -> PartVerdict:
         """Failed with one axis, passed with all."""
-        found = set(self.axes.values())
         for verdict in (PartVerdict.failed, PartVerdict.undecided):
-            if verdict in found:
+            if verdict in self.axes.values():
                 return verdict
         return PartVerdict.passed
 
@@ -131,39 +182,18 @@ class Batch:
             return PartVerdict.passed
         return PartVerdict.undecided
 
-    @property
-    def reason(self) -> str:
+    def reason(self, language: str = "en") -> str:
         """Why it is not passed, and that too few cars keep the limit; empty where all is well."""
-        words = []
-        if self.counts[PartVerdict.failed]:
-            words.append(
-                f"{self.counts[PartVerdict.failed]} of {len(self.parts)} parts are outside"
-            )
-        elif self.counts[PartVerdict.undecided]:
-            words.append(f"{self.counts[PartVerdict.undecided]} parts too near to an end to decide")
+        words, counts = [], self.counts
+        if counts[PartVerdict.failed]:
+            n, of = counts[PartVerdict.failed], len(self.parts)
+            words.append(said("parts outside", language, n=n, of=of))
+        elif counts[PartVerdict.undecided]:
+            words.append(said("parts near", language, n=counts[PartVerdict.undecided]))
         elif self.verdict is PartVerdict.undecided:
-            words.append("too few measured parts to speak for the others: measure more")
+            words.append(said("too few parts", language))
         if self.cars is not None and self.cars.within.high < self.share_stated:
-            words.append("too few cars will keep the limit: the batch lies in a corner of the box")
-        return "; ".join(words)
-
-    @property
-    def reason_de(self) -> str:
-        """The same in German."""
-        words, failed = [], self.counts[PartVerdict.failed]
-        if failed:
-            words.append(f"{failed} von {len(self.parts)} Teilen liegen außen")
-        elif self.counts[PartVerdict.undecided]:
-            words.append(
-                f"{self.counts[PartVerdict.undecided]} Teile zu nah an einem Ende zum Entscheiden"
-            )
-        elif self.verdict is PartVerdict.undecided:
-            words.append("zu wenige gemessene Teile, um für die anderen zu sprechen: mehr messen")
-        if self.cars is not None and self.cars.within.high < self.share_stated:
-            words.append(
-                "zu wenige Fahrzeuge werden den Grenzwert halten: die Charge liegt in einer Ecke "
-                "der Box"
-            )
+            words.append(said("corner", language))
         return "; ".join(words)
 
 
@@ -172,15 +202,35 @@ class Demand:
     """What parts are held against.
 
     `title`: of the box or the sheet; `variables`: intervals; `share_stated`: asked of the pieces
-    [1]; `box`: None where only a sheet is there; `at_state`: parts were measured at the states of
-    a sheet; without a reference stiffness they are ratios to today's part.
+    [1]; `box`: None where only a sheet is there; `sheet`: parts were measured at its states, and
+    are ratios to today's part where there is no reference stiffness.
     """
 
     title: str
     variables: tuple[BoxVariable, ...]
     share_stated: float
     box: AcceptanceBox | None
-    at_state: bool = False
+    sheet: SupplierSpecification | None = None
+
+    @property
+    def cpk(self) -> float | None:
+        """Demanded Cpk [1]; None: not demanded."""
+        return None if self.sheet is None else self.sheet.cpk
+
+    @property
+    def checksum(self) -> str:
+        """SHA-256 of the sheet, or of the box where there is no sheet."""
+        if self.sheet is not None:
+            return self.sheet.checksum
+        return "" if self.box is None else str(box_document(self.box)["sha256"])
+
+    def capability_verdict(self, measured: Capability) -> CapabilityVerdict | None:
+        """Hold a capability against the demanded Cpk; None where none is demanded."""
+        if self.cpk is None:
+            return None
+        if measured.cpk_bound >= self.cpk:
+            return CapabilityVerdict.shown
+        return CapabilityVerdict.open if measured.cpk >= self.cpk else CapabilityVerdict.missed
 
     @classmethod
     def of_box(cls, box: AcceptanceBox) -> Demand:
@@ -201,18 +251,17 @@ class Demand:
                 f"the sheet of {sheet.mount} has no must: make it with --box, from a limit that is "
                 "to be kept"
             )
+        made_with = "" if box is None else str(box_document(box)["sha256"])
+        if box is not None and sheet.box_sha256 != made_with:
+            raise InputError(
+                f"the sheet of {sheet.mount} was made with the box {sheet.box_sha256[:12]}, not "
+                f"with {made_with[:12]}: give the box that the sheet was made with"
+            )
         variables = []
         for asked in sheet.musts.values():
             assert asked.lower is not None
             assert asked.upper is not None
             ends = asked.lower, asked.upper
-            of_box = None if box is None else box.variable(asked.name)
-            if of_box is not None and ends != (of_box.lower, of_box.upper):
-                raise InputError(
-                    f"the sheet asks for {asked.name} from {ends[0]:.4g} to {ends[1]:.4g} of "
-                    f"today's, the box from {of_box.lower:.4g} to {of_box.upper:.4g}: give the box "
-                    "that the sheet was made with"
-                )
             today = asked.today_n_per_mm
             variables.append(
                 BoxVariable(
@@ -227,7 +276,7 @@ class Demand:
                     required=True,
                 )
             )
-        return cls(f"mount {sheet.mount}", tuple(variables), sheet.share_stated, box, True)
+        return cls(f"mount {sheet.mount}", tuple(variables), sheet.share_stated, box, sheet)
 
     def variable(self, name: str) -> BoxVariable:
         """Return an interval by its direction."""
@@ -275,7 +324,7 @@ class Delivery(Tabled):
                 today = self.demand.variable(f"{part.mount} {axis}").reference_stiffness_n_per_m
                 row[f"{axis} [N/mm]"] = MILLI * (np.nan if today is None else today) * factor
             row |= {f"{axis} over today's [1]": factor for axis, factor in factors.items()}
-            rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason})
+            rows.append(row | {"verdict": judged.verdict.value, "reason": judged.reason()})
         return pd.DataFrame(rows)
 
 
@@ -293,7 +342,7 @@ def limited_axes(demand: Demand, *, over_today: bool = False) -> dict[str, tuple
         axes.setdefault(mount, [])
         if not variable.required:
             continue
-        known = variable.reference_stiffness_n_per_m is not None or demand.at_state
+        known = variable.reference_stiffness_n_per_m is not None or demand.sheet is not None
         if not known and not over_today:
             raise InputError(
                 f"the box limits {variable.name}, whose stiffness nobody knows in N/mm: measure "
@@ -373,19 +422,10 @@ def judged_delivery(
     return Delivery(demand, tuple(batches), uncertainty, levels is not None, same_data)
 
 
-_GERMAN = {
-    "outside": "außerhalb",
-    "too near to an end": "zu nahe an einem Ende",
-    "not decided, the uncertainty exceeds the interval": (
-        "nicht entschieden, die Unsicherheit ist größer als das Intervall"
-    ),
-}
-
-
 def _judged(
     demand: Demand, part: DeliveredPart, uncertainty: float, over_today: bool
 ) -> JudgedPart:
-    factors, verdicts, english, german = {}, {}, list[str](), list[str]()
+    factors, verdicts, causes = {}, {}, list[Cause]()
     for axis, stiffness in part.stiffness.items():
         variable = demand.variable(f"{part.mount} {axis}")
         reference = None if over_today else variable.reference_stiffness_n_per_m
@@ -400,17 +440,11 @@ def _judged(
             verdict = verdicts[axis] = PartVerdict.undecided
         if verdict is PartVerdict.passed:
             continue
-        what = "outside" if verdict is PartVerdict.failed else "too near to an end"
+        what = "outside" if verdict is PartVerdict.failed else "near"
         if cannot_decide(variable, uncertainty) and verdict is PartVerdict.undecided:
-            what = "not decided, the uncertainty exceeds the interval"
-        size, digits, unit = (1.0, 3, "") if reference is None else (MILLI * reference, 1, " N/mm")
-        ends = (factor, variable.lower, variable.upper)
-        measured, first, last = (f"{size * end:.{digits}f}" for end in ends)
-        of, von = (" of today's", " des heutigen") if reference is None else (unit, unit)
-        english.append(f"{axis} {what}: {measured}{of}, asked {first} to {last}{unit}")
-        text = f"{measured}{von}, gefordert {first} bis {last}{unit}".replace(".", ",")
-        german.append(f"{axis} {_GERMAN[what]}: {text}")
-    return JudgedPart(part, factors, verdicts, "; ".join(english), "; ".join(german))
+            what = "undecidable"
+        causes.append(Cause(axis, what, factor, variable.lower, variable.upper, reference))
+    return JudgedPart(part, factors, verdicts, tuple(causes))
 
 
 def cannot_decide(variable: BoxVariable, uncertainty: float) -> bool:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import string
 from dataclasses import dataclass
-from datetime import UTC, datetime
-from functools import cached_property
+from functools import cached_property, partial
 
 import pandas as pd
 
@@ -14,11 +13,13 @@ from deboom.choices import Language
 from deboom.common import PERCENT
 from deboom.errors import InputError
 from deboom.files.run_folder import RunEntry
-from deboom.files.tables import read_frame, workbook_bytes
+from deboom.files.supplier_words import labelled, said
+from deboom.files.tables import read_frame
 from deboom.mounts.mount import Mount
 from deboom.pages.sensitivity import NEGLIGIBLE, SLOPE, Analysis
 from deboom.report.sheet import Sheet
-from deboom.supplier.sources import page_text, platform_secrets, refuse_leaks, workbook_text
+from deboom.supplier.page import searched_documents, show
+from deboom.supplier.sources import platform_secrets
 from deboom.vehicles.platform import Platform
 
 INDICES, FRONT = "sobol.csv", "front.csv"
@@ -71,41 +72,38 @@ class ImportanceSheet:
 
     @cached_property
     def by_vehicle(self) -> pd.DataFrame:
-        """One row per direction and vehicle: shares with interval, and dB per 10 %."""
-        say = self.say
+        """One row per direction and vehicle, by keys: shares with interval, and dB per 10 %."""
         rows = self.indices[self.indices["variable"].isin(self.mount.variables)]
         return pd.DataFrame(
             {
-                say("direction", "Richtung"): rows["variable"],
-                say("vehicle", "Fahrzeug"): rows["vehicle"].map(self.vehicles),
-                say("share, alone [%]", "Anteil, allein [%]"): PERCENT
-                * rows[FIRST].clip(lower=0.0),
-                say("share, with others [%]", "Anteil, mit anderen [%]"): PERCENT * rows[TOTAL],
-                "± 95 % [%]": PERCENT * rows[INTERVAL],
-                say("level, 10 % stiffer [dB]", "Pegel, 10 % steifer [dB]"): rows[SLOPE],
+                "direction": rows["variable"],
+                "vehicle": rows["vehicle"].map(self.vehicles),
+                "share_alone": PERCENT * rows[FIRST].clip(lower=0.0),
+                "share_total": PERCENT * rows[TOTAL],
+                "share_half_width": PERCENT * rows[INTERVAL],
+                "slope": rows[SLOPE],
             }
         ).reset_index(drop=True)
 
     @cached_property
     def summary(self) -> pd.DataFrame:
         """One row per direction: mean over the vehicles, and the vehicle that hears it most."""
-        labels = list(self.by_vehicle.columns)
-        direction, vehicle, total = labels[0], labels[1], labels[3]
-        grouped = self.by_vehicle.groupby(direction, sort=False)
-        table = grouped[[labels[2], total, labels[5]]].mean()
-        strongest = self.by_vehicle.loc[grouped[total].idxmax()].set_index(direction)
-        table[self.say("most in", "am meisten in")] = strongest[vehicle]
-        table[self.say("share there [%]", "Anteil dort [%]")] = strongest[total]
+        grouped = self.by_vehicle.groupby("direction", sort=False)
+        table = grouped[["share_alone", "share_total", "slope"]].mean()
+        strongest = self.by_vehicle.loc[grouped["share_total"].idxmax()].set_index("direction")
+        table["most_in"] = strongest["vehicle"]
+        table["share_there"] = strongest["share_total"]
         return table.reset_index()
 
     @property
     def tables(self) -> dict[str, pd.DataFrame]:
-        """Sheets of the workbook."""
-        names = self.say("importance", "Bedeutung"), self.say("by vehicle", "je Fahrzeug")
-        return dict(zip(names, (self.summary, self.by_vehicle), strict=True))
+        """Sheets of the workbook, with labels."""
+        language = self.language.value
+        keyed = {"sheet_importance": self.summary, "sheet_by_vehicle": self.by_vehicle}
+        return {said(n, language): labelled(table, language) for n, table in keyed.items()}
 
-    def page(self, provenance: str) -> str:
-        """Write the page as HTML; `provenance` goes to its foot."""
+    def page(self, foot: str) -> Sheet:
+        """Write the page; `foot` is where it comes from."""
         say, name = self.say, self.mount.name
         page = Sheet(
             say(f"Mount {name}: what hangs on it", f"Lager {name}: was an ihm hängt"),
@@ -129,17 +127,16 @@ class ImportanceSheet:
             )
             + self._variation(),
         )
-        digits = dict.fromkeys(self.summary.columns[[1, 2, 5]], 1)
-        page.table(self.summary, "", digits | {self.summary.columns[3]: 2})
-        labels = list(self.by_vehicle.columns)
+        show(page, self.summary)
         panels = []
-        for variable, rows in self.by_vehicle.groupby(labels[0], sort=False):
-            if rows[labels[3]].max() < PERCENT * NEGLIGIBLE:
+        for variable, rows in self.by_vehicle.groupby("direction", sort=False):
+            total, half = rows["share_total"].to_numpy(), rows["share_half_width"].to_numpy()
+            if total.max() < PERCENT * NEGLIGIBLE:
                 continue
-            total, half = rows[labels[3]].to_numpy(), rows[labels[4]].to_numpy()
+            alone = rows["share_alone"].to_numpy()
             groups = {
                 say("with others, 95 %", "mit anderen, 95 %"): (total, total - half, total + half),
-                say("alone", "allein"): (rows[labels[2]].to_numpy(),) * 3,
+                say("alone", "allein"): (alone, alone, alone),
             }
             panels.append(plot.IntervalPanel(say("share [%]", "Anteil [%]"), groups, str(variable)))
         if panels:
@@ -152,11 +149,10 @@ class ImportanceSheet:
                     f"{page.local(PERCENT * NEGLIGIBLE)} % in einem.",
                 ),
             )
-        digits = dict.fromkeys(labels[2:5], 1)
         page.section(say("In every vehicle", "In jedem Fahrzeug"))
-        page.table(self.by_vehicle, "", digits | {labels[5]: 2})
-        page.foot = provenance
-        return page.html()
+        show(page, self.by_vehicle)
+        page.foot = foot
+        return page
 
     def _variation(self) -> str:
         """Say what varied, and how far."""
@@ -180,11 +176,12 @@ def importance_sheets(
     anonymous: bool,
     language: Language,
     stem: str,
+    issued: str,
 ) -> dict[str, bytes]:
     """Return page and workbook of each mount of a sensitivity run, by file name.
 
     - `entry`: the finished run, whose files have been checked; `platform`: that it is about.
-    - `mount`: the part; None: all.
+    - `mount`: the part; None: all. `issued`: day, YYYY-MM-DD.
     - raises InputError: a run without dB per 10 %; an unknown mount; a leak.
     """
     indices = read_frame(entry.folder / INDICES, ("vehicle", "variable", "zero"))
@@ -192,28 +189,23 @@ def importance_sheets(
         raise InputError(
             f"{entry.folder / INDICES} has no column '{SLOPE}': run the study {entry.study} again"
         )
-    mounts = {one.name: one for one in platform.mounts}
+    mounts = {each.name: each for each in platform.mounts}
     if mount is not None and mount not in mounts:
         raise InputError(f"run {entry.folder} has no mount '{mount}': use {', '.join(mounts)}")
     secrets = platform_secrets(platform, entry) if anonymous else ()
     arguments = entry.record["arguments"]
     varied = Analysis(arguments["analysis"])
     width = arguments["bounds" if varied is Analysis.design else "tolerance"]
+    foot = f"{issued} · deboom" + ("" if anonymous else f", {entry.name}")
     contents: dict[str, bytes] = {}
-    for one in mounts.values():
-        if mount not in (None, one.name):
+    for name, part in mounts.items():
+        if mount not in (None, name):
             continue
-        sheet = ImportanceSheet(one, indices, varied, width, language, secrets)
-        refuse_leaks(
-            secrets, {f"table {name}": table.to_csv() for name, table in sheet.tables.items()}
-        )
-        today = datetime.now(UTC).date().isoformat()
-        page = sheet.page(f"{today} · deboom, {entry.name}")
-        title = sheet.say(f"Mount {one.name}", f"Lager {one.name}")
-        workbook = workbook_bytes(sheet.tables, title)
-        refuse_leaks(secrets, {"page": page_text(page), "workbook": workbook_text(workbook)})
-        name = f"{stem}_{one.name}" + "_anonymous" * anonymous
-        contents |= {f"{name}.html": page.encode(), f"{name}.xlsx": workbook}
+        sheet = ImportanceSheet(part, indices, varied, width, language, secrets)
+        title = sheet.say(f"Mount {name}", f"Lager {name}")
+        page, workbook = searched_documents(secrets, sheet.tables, title, partial(sheet.page, foot))
+        file = f"{stem}_{name}" + "_anonymous" * anonymous
+        contents |= {f"{file}.html": page.encode(), f"{file}.xlsx": workbook}
     return contents
 
 

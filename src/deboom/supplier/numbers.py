@@ -43,7 +43,7 @@ IMPORTANCE = 512
 """Base points behind the importance of a direction."""
 TENTH = 0.1
 """Change of a stiffness that a sensitivity is stated for [1]."""
-ALL, PICKED = "all parts", "best design"
+ALL = "all parts"
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,10 +63,10 @@ class SupplierEffects:
 
     @cached_property
     def designs(self) -> dict[str, RealArray]:
-        """Each mount alone in its middle, all together, and the pick, each of shape (k,) [1]."""
+        """Each mount alone in its middle, and all together, each of shape (k,) [1]."""
         mounts = [mount.name for mount in self.study.platform.mounts]
         alone = {name: self.study.only(name, self.middle) for name in mounts}
-        return {**alone, ALL: self.middle, PICKED: self.study.wanted}
+        return {**alone, ALL: self.middle}
 
     @cached_property
     def change(self) -> dict[str, RealArray]:
@@ -228,6 +228,8 @@ class MachineState:
         [N or N m, N/m].
     points : (array, array)
         The same of the lines of the first load case.
+    static : MonotoneCurve or None
+        Today's static force over deflection; None where it was not measured.
     """
 
     direction: Direction
@@ -244,6 +246,7 @@ class MachineState:
     static_rate: float
     curve: tuple[RealArray, RealArray]
     points: tuple[RealArray, RealArray]
+    static: MonotoneCurve | None
 
     @property
     def over_force(self) -> bool:
@@ -359,6 +362,7 @@ def _state(
             _abscissa(direction, known, model, torque[usable]),
             np.abs(measured[usable]),
         ),
+        static,
     )
 
 

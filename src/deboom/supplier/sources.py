@@ -9,9 +9,11 @@ from dataclasses import dataclass
 from html import unescape
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 from openpyxl import load_workbook
 
+from deboom.arrays import RealArray
 from deboom.errors import InputError
 from deboom.files.acceptance import (
     AcceptanceBox,
@@ -178,6 +180,17 @@ def bands(study: SupplierStudy, sources: SheetSources) -> dict[str, tuple[float,
     return found
 
 
+def middle_design(
+    study: SupplierStudy, intervals: Mapping[str, tuple[float, float] | None]
+) -> RealArray:
+    """Return the design in the middle of all bands, today's where there is none, (k,) [1]."""
+    design = np.array(study.wanted)
+    for direction in study.directions:
+        band = intervals[direction.name]
+        design[direction.column] = 1.0 if band is None else 0.5 * sum(band)
+    return design
+
+
 _CONTEXT = 30
 
 
@@ -189,17 +202,21 @@ def secrets_of(study: SupplierStudy) -> tuple[str, ...]:
 def platform_secrets(platform: Platform, entry: RunEntry) -> tuple[str, ...]:
     """Return the same of any run on a platform."""
     vehicles = platform.fleet.vehicles
-    paths = [path for folder in (platform.folder, entry.folder) for path in _spellings(folder)]
-    secrets = [
+    names = [
         *(vehicle.name for vehicle in vehicles),
         *(vehicle.group for vehicle in vehicles),
         platform.name,
         platform.title,
         platform.description,
-        str(entry.record.get("question", "")),
-        entry.study,
-        *paths,
+        *_spellings(platform.folder),
     ]
+    return secrets_of_run(entry, names)
+
+
+def secrets_of_run(entry: RunEntry, names: Sequence[str]) -> tuple[str, ...]:
+    """Return names that nobody else may read with what a run tells: its name, study and paths."""
+    of_run = (str(entry.record.get("question", "")), entry.study, entry.name)
+    secrets = [*names, *of_run, *_spellings(entry.folder)]
     return tuple(dict.fromkeys(secret for secret in secrets if secret.strip()))
 
 

@@ -1,0 +1,455 @@
+"""A first look at a folder of measurements: what it holds, and pictures of it as measured."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from scipy.signal import ShortTimeFFT, get_window
+
+from deboom import plot
+from deboom.arrays import RealArray
+from deboom.choices import FolderKind
+from deboom.files.campaign import CAMPAIGN_FILE, CampaignFile, read_campaign, read_time_run
+from deboom.files.check import check_folder
+from deboom.files.electric_car import read_electric_car
+from deboom.files.folders import FILES, kind_of_folder
+from deboom.files.hammer_test import read_hammer_test
+from deboom.files.inertance_test import read_inertance_test
+from deboom.files.operating_test import read_operating_test
+from deboom.files.platform import read_platform
+from deboom.files.schema import load_toml
+from deboom.files.vehicle import read_vehicle
+from deboom.measurement.campaign import TimeRun
+from deboom.measurement.channels import Frf, Spectrum
+from deboom.measurement.compressor_test import InertanceTest, OperatingTest
+from deboom.measurement.impact_test import HammerOptions, hammer_frfs
+from deboom.plot import CurvePanel, PointMap
+from deboom.report import Report
+
+MOST_PANELS = 24
+"""Panels of a picture; of more channels, impacts or paths the first ones are drawn."""
+WATERFALL_HZ = 200.0
+"""Highest line of a waterfall [Hz]."""
+WATERFALL_ROWS = 80
+"""Instants of a waterfall."""
+_AXES = ("x", "y", "z")
+
+
+def look_report(folder: Path) -> Report:
+    """Draw what a folder holds.
+
+    - `folder`: of any kind that ``deboom new`` writes.
+    - returns: one page with what ``deboom check`` says, functions, coherences, orders, waterfalls
+      and geometry, as far as the folder has them.
+    - raises InputError: files that cannot be read, or that do not fit together. What contradicts
+      in the numbers alone is a warning on the page.
+    """
+    kind = kind_of_folder(folder)
+    faults, waiting, summary = check_folder(folder)
+    report = Report(
+        f"First look: {folder.resolve().name}", "What is in this folder, and does it look right?"
+    )
+    report.summary["n_faults"] = len(faults)
+    report.tile(str(len(faults)), "faults that deboom check names")
+    drawn: list[Path] = []
+    held = Report("", "")
+    drawn += _DRAWN[kind](held, folder)
+    report.warn(*faults)
+    lines = [line.partition("  ") for line in summary.splitlines()]
+    table = pd.DataFrame(
+        [(name, text.strip()) for name, _, text in lines], columns=["what", "in this folder"]
+    )
+    report.section(
+        "What it holds",
+        f"A folder of the kind {kind.value}, by its file {FILES[kind][0]}. Nothing is identified "
+        "here, and nothing is corrected."
+        + ("" if summary else " What its numbers contradict stands above; the pictures show why."),
+    )
+    if len(table):
+        report.table("held", table, "What deboom check says.")
+    for section in held.sections:
+        report.sections.append(section)
+    report.pictures |= held.pictures
+    report.inputs = list(dict.fromkeys((folder / FILES[kind][0], *drawn)))
+    del waiting  # a folder that could not be read was refused above
+    return report
+
+
+def _platform(report: Report, folder: Path) -> Sequence[Path]:
+    platform = read_platform(folder)
+    first = platform.fleet.vehicles[0].noise_transfer
+    groups = dict.fromkeys(vehicle.group for vehicle in platform.fleet.vehicles)
+    panels = []
+    for column, path in enumerate(first.inputs):
+        sizes = {
+            group: np.array(
+                [
+                    np.abs(vehicle.noise_transfer.values[:, 0, column])
+                    for vehicle in platform.fleet.vehicles
+                    if vehicle.group == group
+                ]
+            )
+            for group in groups
+        }
+        panels.append(
+            CurvePanel(
+                title=path,
+                abscissa=first.frequency,
+                curves={group: np.median(size, axis=0) for group, size in sizes.items()},
+                ranges={group: (np.min(size, 0), np.max(size, 0)) for group, size in sizes.items()},
+                logarithmic=True,
+            )
+        )
+    _section(
+        report,
+        "Functions",
+        "noise_transfer",
+        panels,
+        "Noise transfer functions by path: median and range of the vehicles of each group.",
+        y_label="pressure over force [Pa/N]",
+    )
+    for quantity, unit in (("force", "N"), ("displacement", "m")):
+        spectra = {case.name: getattr(case, quantity) for case in platform.load_cases}
+        _section(
+            report,
+            f"Orders: {quantity}",
+            f"operating_{quantity}",
+            _panels_of(spectra),
+            f"Magnitude of each {quantity} along the dominant order, by load case.",
+            y_label=f"{quantity}, peak [{unit}]",
+            order=platform.load_cases[0].order,
+        )
+    points = {mount.name: np.array(mount.positions) for mount in platform.mounts}
+    _geometry(report, {"mounts": _labelled(points)}, "centre of gravity at 0")
+    return platform.input_files
+
+
+def _campaign(report: Report, folder: Path) -> Sequence[Path]:
+    campaign = read_campaign(folder)
+    run = campaign.runs[0]
+    for title, stem, spectrum, label in (
+        ("Orders: accelerations", "accelerations", run.acceleration, "acceleration, peak [m/s²]"),
+        ("Orders: forces below the mounts", "cell_forces", run.cell_force, "force, peak [N]"),
+    ):
+        _section(
+            report,
+            title,
+            stem,
+            _panels_of_sensors(spectrum),
+            f"Magnitude along order {campaign.order:g} in run {run.name} of mount set "
+            f"{run.mount_set}, by sensor. A channel far below its neighbours is dead, or has "
+            "another gain.",
+            y_label=label,
+            order=campaign.order,
+        )
+    file = load_toml(folder / CAMPAIGN_FILE, CampaignFile)
+    for entry in file.time_runs:
+        _waterfall(report, entry.name, read_time_run(folder, entry.name))
+    _geometry(
+        report,
+        {
+            "sensors": {sensor.name: sensor.position for sensor in campaign.sensors},
+            "mounts": _labelled({m.name: np.array(m.positions) for m in campaign.mounts}),
+        },
+        "centre of gravity at 0",
+    )
+    return campaign.input_files
+
+
+def _vehicle(report: Report, folder: Path) -> Sequence[Path]:
+    vehicle = read_vehicle(folder)
+    panels, column = [], 0
+    for point, blows in vehicle.impacts.items():
+        sizes = np.abs(vehicle.direct.values[:, 0, column : column + len(blows)])
+        names = vehicle.direct.inputs[column : column + len(blows)]
+        curves = dict(zip(names, sizes.T, strict=True))
+        panels.append(CurvePanel(point, vehicle.direct.frequency, curves, logarithmic=True))
+        column += len(blows)
+    _section(
+        report,
+        "Functions",
+        "noise_transfer",
+        panels,
+        f"Pressure at {vehicle.ears[0]} per force of each blow, by mount.",
+        y_label="pressure over force [Pa/N]",
+    )
+    if vehicle.runs:
+        _section(
+            report,
+            "Orders",
+            "run_pressure",
+            _panels_of({run.name: run.pressure for run in vehicle.runs}),
+            "Pressure along the dominant order, by run.",
+            y_label="pressure, peak [Pa]",
+            order=vehicle.runs[0].order,
+        )
+    bodies = {s.name: s.position for sensors in vehicle.body_sensors.values() for s in sensors}
+    struck = {blow.name: blow.position for blows in vehicle.impacts.values() for blow in blows}
+    mounts = _labelled({mount.name: np.array(mount.positions) for mount in vehicle.mounts})
+    _geometry(report, {"sensors": bodies, "blows": struck, "mounts": mounts}, "")
+    return ()
+
+
+def _compressor(report: Report, folder: Path) -> Sequence[Path]:
+    test = read_inertance_test(folder)
+    _hammered(report, test)
+    return test.input_files
+
+
+def _hammered(report: Report, test: InertanceTest) -> None:
+    _functions(report, test.frf, test.coherence, "inertance [(m/s²)/N]")
+    _geometry(
+        report,
+        {
+            "sensors": {sensor.name: sensor.position for sensor in test.sensors},
+            "impacts": {impact.name: impact.position for impact in test.impacts},
+        },
+        "",
+    )
+
+
+def _functions(report: Report, frf: Frf, coherence: RealArray | None, label: str) -> None:
+    """Size of all functions of each impact, and their coherences."""
+    sizes = np.sqrt(np.mean(np.abs(frf.values) ** 2, axis=1))
+    panels = [
+        CurvePanel(name, frf.frequency, {"all channels": sizes[:, n]}, logarithmic=True)
+        for n, name in enumerate(frf.inputs)
+    ]
+    _section(
+        report,
+        "Functions",
+        "functions",
+        panels,
+        "Root mean square over all channels, by impact: impacts on one body look alike.",
+        y_label=label,
+        share_y=True,
+    )
+    if coherence is not None:
+        panels = [
+            CurvePanel(
+                name,
+                frf.frequency,
+                {
+                    "median of the channels": np.median(coherence[:, :, n], axis=1),
+                    "worst channel": coherence[:, :, n].min(axis=1),
+                },
+            )
+            for n, name in enumerate(frf.inputs)
+        ]
+        _section(
+            report,
+            "Coherence",
+            "coherence",
+            panels,
+            "Ordinary coherence by impact. It says how much noise there is, and nothing of signs, "
+            "places or gains.",
+            y_label="coherence [1]",
+            share_y=True,
+        )
+
+
+def _hammer(report: Report, folder: Path) -> Sequence[Path]:
+    test = read_hammer_test(folder)
+    panels = []
+    for measurement in test.measurements:
+        time = 1e3 * (np.arange(measurement.force.shape[1]) / measurement.rate)
+        first = int(measurement.rate * measurement.pretrigger)
+        shown = slice(max(first - 20, 0), first + 60)
+        curves = {f"hit {n}": force[shown] for n, force in enumerate(measurement.force, 1)}
+        panels.append(CurvePanel(measurement.impact, time[shown], curves))
+    _section(
+        report,
+        "Blows",
+        "blows",
+        panels,
+        "Force of every hit around its trigger, by impact: one push, no second one, no flat top.",
+        x_label="time in the block [ms]",
+        y_label="force [N]",
+    )
+    estimate = hammer_frfs(test, HammerOptions(band=(0.0, WATERFALL_HZ), minimum_hits=1))
+    several = min(estimate.n_averages) > 1
+    _functions(report, estimate.frf, estimate.coherence if several else None, "response over N")
+    _geometry(
+        report,
+        {
+            "sensors": {sensor.name: sensor.position for sensor in test.sensors},
+            "impacts": {impact.name: impact.position for impact in test.impacts},
+        },
+        "",
+    )
+    return sorted(path for path in folder.rglob("*") if path.is_file())
+
+
+def _operation(report: Report, folder: Path) -> Sequence[Path]:
+    test = read_operating_test(folder)
+    _swept(report, test)
+    return test.input_files
+
+
+def _swept(report: Report, test: OperatingTest) -> None:
+    for number, sweep in enumerate(test.sweeps, 1):
+        _section(
+            report,
+            f"Orders: sweep {sweep.name}",
+            f"sweep_{number}",
+            _panels_of_sensors(sweep.acceleration),
+            f"Accelerations along order 1 of the shaft, hoses {sweep.hoses.value}, by sensor.",
+            y_label="acceleration, peak [m/s²]",
+            order=1.0,
+        )
+    _hammered(report, test.hammer)
+
+
+def _car(report: Report, folder: Path) -> Sequence[Path]:
+    car = read_electric_car(folder)
+    frf = car.pressure
+    panels = [
+        CurvePanel(name, frf.frequency, {car.ear: np.abs(frf.values[:, 0, n])}, logarithmic=True)
+        for n, name in enumerate(frf.inputs)
+    ]
+    _section(
+        report,
+        "Functions of the body",
+        "body_pressure",
+        panels,
+        f"Pressure at {car.ear} per force, by impact.",
+        y_label="pressure over force [Pa/N]",
+    )
+    _swept(report, car.operation)
+    return car.input_files
+
+
+_DRAWN: Mapping[FolderKind, Callable[[Report, Path], Sequence[Path]]] = {
+    FolderKind.platform: _platform,
+    FolderKind.campaign: _campaign,
+    FolderKind.vehicle: _vehicle,
+    FolderKind.compressor: _compressor,
+    FolderKind.hammer: _hammer,
+    FolderKind.operation: _operation,
+    FolderKind.car: _car,
+}
+
+
+def _section(
+    report: Report,
+    title: str,
+    stem: str,
+    panels: Sequence[CurvePanel],
+    caption: str,
+    *,
+    y_label: str,
+    x_label: str = "frequency [Hz]",
+    order: float | None = None,
+    share_y: bool = False,
+) -> None:
+    """Show panels of curves in a section of their own."""
+    left = len(panels) - MOST_PANELS
+    more = f" The first {MOST_PANELS} of {len(panels)} are drawn." if left > 0 else ""
+    report.section(title)
+    report.figure(
+        stem,
+        partial(
+            plot.curve_panels,
+            panels[:MOST_PANELS],
+            x_label=x_label,
+            y_label=y_label,
+            columns=3,
+            order=order,
+            share_y=share_y,
+        ),
+        f"{caption}{more}",
+    )
+
+
+def _panels_of(spectra: Mapping[str, Spectrum]) -> list[CurvePanel]:
+    """Return a panel for each channel, with the magnitude of each spectrum that has it."""
+    first = next(iter(spectra.values()))
+    return [
+        CurvePanel(
+            channel,
+            first.frequency,
+            {
+                name: np.abs(spectrum.values[:, spectrum.channels.index(channel)])
+                for name, spectrum in spectra.items()
+                if channel in spectrum.channels
+                and np.array_equal(spectrum.frequency, first.frequency)
+            },
+            logarithmic=True,
+        )
+        for channel in first.channels
+    ]
+
+
+def _panels_of_sensors(spectrum: Spectrum) -> list[CurvePanel]:
+    """Return a panel for each sensor, with the magnitude of its axes."""
+    sensors: dict[str, dict[str, RealArray]] = {}
+    for name, column in zip(spectrum.channels, np.abs(spectrum.values).T, strict=True):
+        sensor, _, axis = name.rpartition(" ")
+        if np.any(column):  # a dead channel has no place on a logarithmic scale
+            sensors.setdefault(sensor or name, {})[axis] = column
+    return [
+        CurvePanel(sensor, spectrum.frequency, curves, logarithmic=True)
+        for sensor, curves in sensors.items()
+    ]
+
+
+def _waterfall(report: Report, name: str, run: TimeRun) -> None:
+    """Show the level of the first accelerometer over frequency and time."""
+    signal, channel = run.acceleration[:, 0], run.acceleration_channels[0]
+    samples = max(int(run.sample_rate / 2), 16)
+    hop = max((signal.size - samples) // WATERFALL_ROWS, 1)
+    window = get_window("hann", samples)
+    transform = ShortTimeFFT(window, hop, run.sample_rate, scale_to="magnitude")
+    first, last = transform.lower_border_end[1], transform.upper_border_begin(signal.size)[1]
+    size = np.abs(transform.stft(signal, p0=first, p1=max(last, first + 1)))
+    time = transform.t(signal.size, p0=first, p1=max(last, first + 1))
+    lines = transform.f <= WATERFALL_HZ
+    level = 20 * np.log10(np.maximum(2 * size[lines], 1e-12))
+    grid = np.meshgrid(transform.f[lines], time, indexing="ij")
+    report.section(f"Waterfall: {name}")
+    report.figure(
+        f"waterfall_{name}",
+        partial(
+            plot.point_maps,
+            [
+                PointMap(
+                    title=channel,
+                    x=grid[0].ravel(),
+                    y=grid[1].ravel(),
+                    value=level.ravel(),
+                    x_label="frequency [Hz]",
+                    y_label="time [s]",
+                    value_label="peak acceleration [dB re 1 m/s²]",
+                )
+            ],
+        ),
+        "Orders are lines that lean; resonances stand upright; a line at 50 Hz is the mains.",
+    )
+
+
+def _labelled(points: Mapping[str, RealArray]) -> dict[str, RealArray]:
+    """Name the pieces of mounts by their place."""
+    return {
+        name if len(rows) == 1 else f"{name} {n}": row
+        for name, rows in points.items()
+        for n, row in enumerate(rows, 1)
+    }
+
+
+def _geometry(report: Report, groups: Mapping[str, Mapping[str, RealArray]], remark: str) -> None:
+    """Show where everything stands, from three sides."""
+    filled = {name: points for name, points in groups.items() if points}
+    if not filled:
+        return
+    report.section("Geometry")
+    report.figure(
+        "geometry",
+        partial(plot.places, filled),
+        "Places from three sides, axes as in the folder"
+        + (f", {remark}" if remark else "")
+        + ": a swapped axis, a mirrored side or mm for m shows at once.",
+    )

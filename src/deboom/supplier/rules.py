@@ -1,0 +1,110 @@
+"""The rules that a delivery is judged by: the sheet states them, and so does the verdict."""
+
+from __future__ import annotations
+
+from deboom.common import CONFIDENCE, PERCENT
+from deboom.files.acceptance import AGREES, STATE_TOLERANCE
+from deboom.report.sheet import in_language
+
+LOWER_END = 0.05
+"""Of what a batch's measured pieces leave open: the share that the judgement rests on [1]."""
+
+
+def acceptance_rules(
+    language: str,
+    *,
+    share: float,
+    uncertainty: float | None,
+    cpk: float | None,
+    of_sheet: bool,
+) -> tuple[str, ...]:
+    """Return every rule in words, in the order in which they are applied.
+
+    Parameters
+    ----------
+    language : str
+        ``en`` or ``de``.
+    share : float
+        Share of the pieces that must lie inside [1].
+    uncertainty : float or None
+        Measuring uncertainty, relative, expanded to 95 % [1]; None: not stated.
+    cpk : float or None
+        Demanded Cpk [1]; None: not demanded.
+    of_sheet : bool
+        Parts are measured at the states of a sheet; otherwise at the condition of a box.
+    """
+
+    def say(english: str, german: str) -> str:
+        return german if language == "de" else english
+
+    def percent(value: float) -> str:
+        return in_language(f"{PERCENT * value:.4g} %", language)
+
+    force, moved, line = (percent(value) for value in STATE_TOLERANCE.values())
+    guard = f"± {percent(uncertainty)}" if uncertainty else ""
+    rules = []
+    if of_sheet:
+        rules += [
+            say(
+                f"State: a row counts within ± {force} of the preload, ± {moved} of the amplitude "
+                f"and ± {line} of the frequency of this sheet, and with its part number; another "
+                "is refused.",
+                f"Zustand: eine Zeile zählt bis ± {force} der Vorlast, ± {moved} der Amplitude und "
+                f"± {line} der Frequenz dieses Blatts und mit seiner Teilenummer; sonst wird sie "
+                "abgewiesen.",
+            ),
+            say(
+                "Value: |K| decides, the loss angle has no limit. K' and K'' beside |K| must agree "
+                f"with it within {percent(AGREES)}. With rows of today's part, ratios to their "
+                "mean count.",
+                "Wert: |K| entscheidet, der Verlustwinkel hat keine Grenze. K' und K'' neben |K| "
+                f"müssen auf {percent(AGREES)} dazu passen. Mit Zeilen des heutigen Teils zählt "
+                "das Verhältnis zu deren Mittel.",
+            ),
+        ]
+    measured = (
+        say(
+            f" by more than the measuring uncertainty of {guard} (95 %; ISO 14253-1, applied once)",
+            f" um mehr als die Messunsicherheit von {guard} (95 %; ISO 14253-1, einmal angewandt)",
+        )
+        if guard
+        else ""
+    )
+    rules += [
+        say(
+            f"Part: it passes inside all bands of the class must{measured}, and fails outside of "
+            + ("one by more; in between it is undecided." if guard else "one."),
+            f"Teil: es besteht in allen Muss-Bändern{measured}, und fällt durch außerhalb eines "
+            + ("Bandes um mehr; dazwischen ist es unentschieden." if guard else "Bandes."),
+        ),
+        say(
+            "Batch: it fails with one failed part. It passes if every measured part passes and "
+            f"they show that {percent(share)} of its pieces lie inside: the lower "
+            f"{percent(LOWER_END)} end of that share counts. Otherwise it is undecided.",
+            "Charge: sie fällt durch mit einem durchgefallenen Teil. Sie besteht, wenn jedes "
+            f"gemessene Teil besteht und sie zeigen, dass {percent(share)} ihrer Stücke innen "
+            f"liegen: es zählt das untere {percent(LOWER_END)}-Ende. Sonst ist sie unentschieden.",
+        ),
+        say(
+            "Corner of the box: the customer also predicts the cars. A batch near the ends of "
+            "several bands at once may make too many of them loud; that is reported with the "
+            "verdict and does not change it.",
+            "Ecke der Box: der Kunde rechnet auch die Fahrzeuge. Eine Charge nahe den Enden "
+            "mehrerer Bänder zugleich kann zu viele davon laut machen; das wird mit dem Urteil "
+            "genannt und ändert es nicht.",
+        ),
+    ]
+    if cpk is not None:
+        wanted = in_language(f"{cpk:.4g}", language)
+        sure = percent(CONFIDENCE)
+        rules.append(
+            say(
+                f"Process: its Cpk [1] is shown where the lower {sure} bound (Bissell) reaches "
+                f"{wanted} in every direction of the class must, missed where the sample's value "
+                "itself is below, open in between. It is judged beside the batch.",
+                f"Prozess: sein Cpk [1] ist gezeigt, wo die untere {sure}-Schranke (Bissell) "
+                f"{wanted} in jeder Muss-Richtung erreicht, verfehlt, wo schon der Wert der "
+                "Stichprobe darunter liegt, dazwischen offen. Er wird neben der Charge beurteilt.",
+            )
+        )
+    return tuple(rules)

@@ -1,0 +1,46 @@
+"""Show what is in a folder: functions, coherence, orders, waterfall and geometry on one page.
+
+FOLDER is of any kind that deboom new writes. Nothing is identified and nothing is corrected: the
+page shows what was measured, beside what deboom check says of it. What contradicts in the numbers
+is a warning on the page; files that cannot be read, or do not fit together, are refused as deboom
+check refuses them.
+
+Keys of summary.json: n_faults, those of deboom check.
+
+deboom bench compressor test, then deboom look test.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+from typer import Argument
+
+from deboom.pages.look import look_report
+from deboom.report import Report
+from deboom.runs.result import RunContext
+
+QUESTION = "What is in this folder, and does it look right?"
+
+
+@dataclass(frozen=True)
+class Options:
+    """Which folder is shown."""
+
+    seed: ClassVar[int] = 1
+    """Nothing is drawn; a run folder states a seed all the same."""
+
+    folder: Annotated[Path, Argument(help="Folder of any kind that deboom new writes.")] = Path()
+
+
+def prepare(options: Options) -> Path:
+    """Take the folder as it is."""
+    return options.folder
+
+
+def run(folder: Path, options: Options, context: RunContext | None = None) -> Report:
+    """Read the folder and draw it."""
+    del options, context  # nothing here can be resumed
+    return look_report(folder)

@@ -1,0 +1,137 @@
+"""Functions that SDynPy saved are those of the same UFF file; nothing is unpickled."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_cli_platform import filled, made
+
+from deboom.errors import InputError
+from deboom.files.check import check_platform
+from deboom.files.platform import read_platform
+from deboom.files.sdynpy_npz import read_sdynpy
+from deboom.files.uff import DIRECTION_CODE, read_uff
+
+LINES = np.arange(20.0, 31.0)
+
+
+def saved(path, functions, function_type=4):
+    """Write what `NDDataArray.save` of SDynPy writes, by its documented record."""
+    n, two = len(functions[0][-1]), len(functions[0][0])
+    record = np.dtype(
+        [
+            ("abscissa", "float64", (n,)),
+            ("ordinate", "complex128", (n,)),
+            *((f"comment{k}", "<U80") for k in range(1, 6)),
+            ("coordinate", [("node", "uint64"), ("direction", "int8")], (two,)),
+        ]
+    )
+    data = np.zeros(len(functions), dtype=record)
+    for row, (places, abscissa, values) in zip(data, functions, strict=True):
+        row["abscissa"], row["ordinate"] = abscissa, values
+        row["comment1"] = "by hand"
+        row["coordinate"] = places
+    np.savez(path, data=data, function_type=function_type)
+
+
+def two_functions():
+    return [([(1, 1), (101, -3)], LINES, LINES + 2j), ([(2, -2), (101, -3)], LINES, 3j * LINES)]
+
+
+def delivered(folder, table="response,,acceleration,g\nreference,101,force,kN"):
+    saved(folder / "body.npz", two_functions())
+    (folder / "body.csv").write_text(f"role,node,quantity,unit\n{table}\n")
+    return folder / "body.npz"
+
+
+def test_values_are_in_si_at_their_nodes(tmp_path):
+    first, second = read_sdynpy(delivered(tmp_path))
+    assert (first.response_node, first.response_direction) == (1, "+x")
+    assert (second.response_node, second.response_direction) == (2, "-y")
+    assert (first.reference_node, first.reference_direction) == (101, "-z")
+    assert (first.ordinate, first.unit, first.id_lines[0]) == (
+        "acceleration",
+        "m/s^2/N",
+        "by hand",
+    )
+    np.testing.assert_allclose(first.values, (LINES + 2j) * 9.80665 / 1000.0)
+
+
+def test_a_platform_of_saved_functions_has_the_numbers_of_its_uff_files(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    before = read_platform(folder)
+    path = folder / "noise_transfer/wagon.uff"
+    functions = [
+        (
+            [
+                (one.response_node, 0),
+                (one.reference_node, DIRECTION_CODE[one.reference_direction]),
+            ],
+            one.abscissa,
+            one.values,
+        )
+        for one in read_uff(path)
+    ]
+    path.unlink()
+    saved(path.with_suffix(".npz"), functions)
+    path.with_suffix(".csv").write_text(
+        "role,node,quantity,unit\nresponse,,pressure,Pa\nreference,,force,N\n"
+    )
+    toml = folder / "platform.toml"
+    toml.write_text(toml.read_text(encoding="utf-8").replace("wagon.uff", "wagon.npz"))
+    assert check_platform(folder).faults == ()
+    after = read_platform(folder)
+    for one, same in zip(after.fleet.vehicles, before.fleet.vehicles, strict=True):
+        np.testing.assert_allclose(one.noise_transfer.values, same.noise_transfer.values)
+
+
+class Trap:
+    """An object whose unpickling would leave a file."""
+
+    def __init__(self, path):
+        self.path = path
+
+    def __reduce__(self):
+        return (Path(self.path).touch, ())
+
+
+def pickled(folder):
+    np.savez(folder / "body.npz", data=np.array([Trap(folder / "sprung")], dtype=object))
+
+
+def other_arrays(folder):
+    np.savez(folder / "body.npz", frequency=LINES)
+
+
+def shock(folder):
+    saved(folder / "body.npz", two_functions(), function_type=24)
+
+
+def turned(folder):
+    functions = two_functions()
+    functions[1][0][0] = (2, 9)
+    saved(folder / "body.npz", functions)
+
+
+@pytest.mark.parametrize(
+    ("fault", "words"),
+    [
+        (pickled, "an array of objects"),
+        (other_arrays, "holds frequency, and no functions of SDynPy: save them"),
+        (shock, "is of SDynPy's function type 24"),
+        (turned, "node 2 has direction 9, which is none of -6 to 6"),
+        (lambda f: (f / "body.csv").unlink(), "states no units: write body.csv beside it"),
+        (lambda f: delivered(f, "response,,force,kg"), "line 2: 'kg' is no unit of force"),
+        (lambda f: delivered(f, "answer,,force,N"), "line 2: role 'answer': use response or"),
+        (lambda f: delivered(f, "response,x,force,N"), "line 2: node 'x' is no whole number"),
+        (lambda f: delivered(f, "response,1,force,N"), "reference node 101 has no row in body.csv"),
+        (lambda f: (f / "body.npz").write_bytes(b"PK\x03\x04"), "it is damaged; save it again"),
+    ],
+)
+def test_what_is_wrong_is_named_and_nothing_is_unpickled(tmp_path, fault, words):
+    path = delivered(tmp_path)
+    fault(tmp_path)
+    with pytest.raises(InputError) as caught:
+        read_sdynpy(path)
+    assert words in str(caught.value), caught.value
+    assert not (tmp_path / "sprung").exists()

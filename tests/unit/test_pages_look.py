@@ -1,0 +1,121 @@
+"""A first look draws every kind of folder as it was measured, and says what check says."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from test_cli_platform import changed_toml, filled, made
+
+from command_line import call
+from deboom.bench.campaign import CampaignPlan, TimeRunPlan
+from deboom.bench.campaign_writer import write_campaign
+from deboom.bench.compressor_truth import CompressorPlan
+from deboom.bench.compressor_writer import write_compressor_test, write_operating_test
+from deboom.bench.electric_car_writer import write_electric_car
+from deboom.bench.operating_run import PlannedRun
+from deboom.bench.vehicle_writer import write_vehicle
+from deboom.errors import InputError
+from deboom.files.check import check_folder
+from deboom.files.uff import read_uff, write_uff
+from deboom.pages.look import look_report
+from deboom.plot import places
+
+
+def campaign(folder):
+    time_run = TimeRunPlan(last_speed=1520.0, duration=1.5, sample_rate=1024.0)
+    lines = np.linspace(20.0, 80.0, 25)
+    runs = (PlannedRun(5, 220.0, full_load=True),)
+    plan = CampaignPlan(("M1",), runs, shaker_repeats=1, time_run=time_run, frequency=lines)
+    return write_campaign(folder, 1, plan)
+
+
+def hits(folder):
+    return write_compressor_test(folder, 1, plan=CompressorPlan(hits=True)) / "hits"
+
+
+FOLDERS = {
+    "platform": (
+        lambda folder: filled(made(folder)),
+        ["noise_transfer", "operating_force", "operating_displacement", "geometry"],
+    ),
+    "campaign": (campaign, ["accelerations", "cell_forces", "waterfall_", "geometry"]),
+    "vehicle": (lambda folder: write_vehicle(folder, 1), ["noise_transfer", "run_", "geometry"]),
+    "compressor": (
+        lambda folder: write_compressor_test(folder, seed=1),
+        ["functions", "coherence", "geometry"],
+    ),
+    "hammer": (hits, ["blows", "functions", "coherence", "geometry"]),
+    "operation": (
+        lambda folder: write_operating_test(folder, 1),
+        ["sweep_1", "functions", "coherence", "geometry"],
+    ),
+    "car": (
+        lambda folder: write_electric_car(folder, 1),
+        ["body_pressure", "sweep_1", "functions", "coherence", "geometry"],
+    ),
+}
+
+
+DRAWN = ("platform", "campaign")
+"""Folders whose pictures are drawn here; those of the others are of the same kinds."""
+
+
+@pytest.mark.parametrize("kind", FOLDERS)
+def test_every_kind_of_folder_is_drawn(tmp_path, kind):
+    write, stems = FOLDERS[kind]
+    folder = Path(write(tmp_path / "folder"))
+    report = look_report(folder)
+    there = list(report.pictures)
+    for stem in stems:
+        assert any(name.startswith(stem) for name in there), (stem, there)
+    assert kind not in DRAWN or report.failures == []
+    assert report.warnings == []
+    assert report.summary == {"n_faults": 0}
+    summary = check_folder(folder)[2]
+    assert len(report.tables["held"]) == len(summary.splitlines())
+    assert all(path.exists() for path in report.inputs)
+
+
+def test_what_the_numbers_contradict_is_a_warning_beside_its_picture(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    path = folder / "operating/fast.uff"
+    functions = read_uff(path)
+    for one in functions:
+        if one.ordinate == "force":
+            object.__setattr__(one, "values", -one.values)
+    write_uff(path, functions)
+    report = look_report(folder)
+    assert report.summary["n_faults"] == len(report.warnings) == 1
+    assert "channel 'EnM x' has a negative stiffness" in report.warnings[0]
+    assert "operating_force" in report.pictures
+
+
+def test_files_that_cannot_be_read_are_refused_as_check_does(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    changed_toml(folder, ("gear = 3", "gear = 9"))
+    with pytest.raises(InputError, match="load case 'slow' is in gear 9"):
+        look_report(folder)
+
+
+@pytest.mark.usefixtures("no_pictures")
+def test_the_command_writes_one_page(tmp_path):
+    folder = filled(made(tmp_path / "mine"))
+    done = call("look", folder, "--out", tmp_path / "results")
+    run = Path(done.stdout.strip())
+    assert "First look: mine" in (run / "report.html").read_text(encoding="utf-8")
+    shutil.rmtree(folder / "operating")
+    assert "slow.uff cannot be read" in call("look", folder, code=2).stderr
+
+
+@pytest.mark.parametrize(
+    ("groups", "words"),
+    [
+        ({}, "one to 4 groups"),
+        ({"sensors": {}}, "one to 4 groups"),
+        ({"sensors": {"A1": [0.0, np.nan, 1.0]}}, "sensors"),
+    ],
+)
+def test_places_refuses_what_it_cannot_draw(groups, words):
+    with pytest.raises(InputError, match=words):
+        places(groups)

@@ -45,16 +45,6 @@ from deboom.vehicles.platform import Runs
 FAMILY = 0.9
 """Least correlation within a family of vehicles [1]."""
 NOTHING = "There is one vehicle only: nothing to correlate, and no DOE was run."
-PARTS = {
-    "Front": (4, ("What the designs trade", "The picks", "What the supplier")),
-    "Sensitivity": (2, ("Stiffness by stiffness",)),
-    "DOE and groups": (1, ("Which vehicles can share", "Groups", "Vehicle by vehicle")),
-    "Vehicles": (0, ()),
-}
-"""Steps in the order of the page: tiles at its top, and beginnings of the sections it shows.
-
-The sections of the DOE fold: a tile answers which vehicles go together.
-"""
 SAME_DOE = ("doe", "n_designs", "n_failed")
 """What the vehicles of a group would say of the DOE once more."""
 
@@ -158,13 +148,6 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
         f"{group} quiet and keep them so, and which stiffness matters?",
     )
     report.inputs += [options.search.begin] if options.search.begin else []
-    for part, (count, _) in PARTS.items():
-        if part in parts:
-            report.tiles += parts[part].tiles[:count]
-    front_part = parts["Front"]
-    others = [parts[name].verdict for name in ("DOE and groups", "Sensitivity") if name in parts]
-    report.answer(front_part.verdict, *front_part.remarks, *others)
-    report.panels += front_part.panels
     report.section(
         "What was asked, and with which data",
         f"{platform.title}: {platform.description}\n\n"
@@ -178,17 +161,12 @@ def run(model: Model, options: Options, context: RunContext | None = None) -> Re
     )
     if fleet is None:
         report.section("DOE and groups", NOTHING)
-    for name, (_, shown) in PARTS.items():
-        if name not in parts:
-            continue
-        step, folded = parts[name], name == "DOE and groups"
-        step.sections = [
-            replace(section, folded=folded or section.folded)
-            for title in shown
-            for section in step.sections
-            if section.title.startswith(title)
-        ]
-        report.include(step, name, names=names[name])
+    for name in ("Front", "Sensitivity", "DOE and groups", "Vehicles"):
+        if name in parts:
+            folded = name == "DOE and groups"  # the first screen says which vehicles go together
+            report.include(parts[name], name, names=names[name], leading=True, folded=folded)
+    others = [parts[name] for name in ("DOE and groups", "Sensitivity") if name in parts]
+    report.remarks += [other.verdict for other in others]
     report_runs(report, model.everyone)
     return report
 

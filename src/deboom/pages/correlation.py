@@ -346,7 +346,9 @@ def _group_report(study: CorrelationStudy, by_group: CorrelationSet) -> Report:
         "r_group_min_tolerance": float(by_group.scatter.among(by_group.scatter.names).min()),
     }
     sizes = ", ".join(f"{name} ({len(members)})" for name, members in study.groups.items())
-    report.section("Groups", f"The index of a group is the mean over its vehicles: {sizes}.")
+    report.section(
+        "Groups", f"The index of a group is the mean over its vehicles: {sizes}.", leads=True
+    )
     names = by_group.designs.names
     of = by_group.designs
     lowest = float(of.pearson.min())
@@ -477,6 +479,7 @@ def _vehicle_report(study: CorrelationStudy, apart: str | None) -> Report:
         "A narrow cloud means that what quietens one vehicle quietens the other. The correlations "
         f"of means and of tolerance scatter differ from those of the designs by {shift:.2f} at "
         "most; the intervals say how much of that is chance.",
+        leads=True,
     )
     _append_clouds(report, study, study.vehicles, study.by_vehicle, "vehicles")
     report.table("matrix", _matrix_table(designs))
@@ -591,6 +594,7 @@ def _append_families(report: Report, study: CorrelationStudy) -> None:
         "one vehicle of a family then quietens the others; how much it does is another matter and "
         "shows in σ over designs. A vehicle alone in its family needs its own look before it gets "
         "the mounts of the others.",
+        leads=True,
     )
     report.figure(
         "families",

@@ -330,7 +330,7 @@ def _conflict(report: Report, view: PlatformFront) -> None:
             f"{signed(view.fleet.splv_change(view.best)[odd], 1)} and "
             f"{signed(float(np.delete(view.fleet.splv_change(view.best), odd).mean()), 1)} dB."
         )
-    report.section("What the designs trade", text)
+    report.section("What the designs trade", text, leads=True)
     if len(names) > 1:
         both = np.column_stack([others, change[:, odd]])
         edge = tuple(both[nondominated(both)][np.argsort(others[nondominated(both)])].T)
@@ -404,6 +404,7 @@ def _choices(report: Report, view: PlatformFront, picks: pd.DataFrame) -> None:
         "Best-mean: least mean level. None-louder: the same among designs in which no vehicle and "
         "no booming peak is louder than today. Sigma-kept: the same with no more scatter than "
         f"today. Best-sigma: least scatter. Here: {'; '.join(names)}.{missing}",
+        leads=True,
     )
     report.table(
         "picks",
@@ -503,6 +504,7 @@ def _supplier(report: Report, view: PlatformFront) -> None:
         "What the supplier should build",
         "The stiffness factors of best-mean: shares of today's stiffness. N/mm are "
         f"{view.stiffness_state}.",
+        leads=True,
     )
     report.figure(
         "stiffness_bars",

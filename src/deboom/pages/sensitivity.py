@@ -491,6 +491,7 @@ def sensitivity_report(study: Sensitivity) -> Report:
         "Stiffness by stiffness",
         "The share of the variance that each stiffness is behind: alone, and in total, together "
         "with others. An index that is not above its own interval reads zero.",
+        leads=True,
     )
     report.figure(
         "sobol",

@@ -7,7 +7,7 @@ import gzip
 import re
 import struct
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from importlib.resources import files
 from itertools import groupby
@@ -118,11 +118,15 @@ class Panel:
 
 @dataclass(frozen=True, eq=False)
 class Section:
-    """A part of the page: texts, pictures and tables in the order of reading."""
+    """A part of the page: texts, pictures and tables in the order of reading.
+
+    - `leads`: whether it also stands on a page of several studies, of which this is one.
+    """
 
     title: str
     blocks: list[str | Picture | Table]
     folded: bool = False
+    leads: bool = False
 
 
 class Report:
@@ -258,9 +262,14 @@ class Report:
             raise InputError(f"the glossary does not explain {unknown}; it has {list(GLOSSARY)}")
         self.terms = list(dict.fromkeys((*self.terms, *terms)))
 
-    def section(self, title: str, text: str = "", *, folded: bool = False) -> None:
-        """Begin a part of the page with its heading and first paragraphs, closed if `folded`."""
-        self.sections.append(Section(title, [], folded))
+    def section(
+        self, title: str, text: str = "", *, folded: bool = False, leads: bool = False
+    ) -> None:
+        """Begin a part of the page with its heading and first paragraphs.
+
+        - `folded`: closed at first; `leads`: see `Section`.
+        """
+        self.sections.append(Section(title, [], folded, leads))
         self.text(text)
 
     def text(self, text: str) -> None:
@@ -350,17 +359,33 @@ class Report:
         self._free(name, self.attachments)
         self.attachments[name] = content
 
-    def include(self, part: Report, title: str, *, names: Mapping[str, str] | None = None) -> None:
+    def include(
+        self,
+        part: Report,
+        title: str,
+        *,
+        names: Mapping[str, str] | None = None,
+        leading: bool = False,
+        folded: bool = False,
+    ) -> None:
         """Add another report as a part of this one; its tiles are left out.
 
         - `title`: stands before the title of each of its sections.
+        - `leading`: of its sections only those that lead; its first screen becomes this report's,
+          where that has none.
+        - `folded`: its sections are closed at first.
         - `names`: new names of its files and numbers, where they are taken here; an empty one
           leaves the file or number out.
         - raises InputError: a name that is taken.
         """
         self.sections += [
-            Section(f"{title} · {s.title}", s.blocks, s.folded) for s in part.sections
+            replace(one, title=f"{title} · {one.title}", folded=folded or one.folded)
+            for one in part.sections
+            if one.leads or not leading
         ]
+        if leading and part.verdict and not self.verdict:
+            self.verdict, self.remarks = part.verdict, list(part.remarks)
+            self.panels += part.panels
         self.warn(*part.warnings)
         self.explain(*part.terms)
         new = names or {}
